@@ -1,7 +1,7 @@
-//! What the analyses cost, each swept over one parameter.
+//! Benchmarks of the analyses, each over one parameter.
 //!
-//! The signal is a torus of the natural set's three strongest tones; the cost does not depend on
-//! the values, but for the number of lines that are named.
+//! The signal is a torus of the three strongest tones of the natural set. The cost does not depend on
+//! the values, except for the number of identified lines.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -9,13 +9,13 @@ use std::sync::Arc;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::analysis::{
     DelayVectors, Line, LineCriterion, RecurrencePlot, SpectrumAnalyser, Threshold, Window,
-    name_lines,
+    identify_lines,
 };
 use squeakscope::pipeline::message::{Frame, Record};
 use squeakscope::pipeline::{Analyser, Simulation, Sink, SinkError, Source};
 use squeakscope::scene::{AnalysisSpec, Scene};
 
-/// Samples a second, Hz.
+/// Sample rate, Hz.
 const RATE: f64 = 200_000.0;
 
 fn torus(samples: usize) -> Vec<f64> {
@@ -28,7 +28,7 @@ fn torus(samples: usize) -> Vec<f64> {
     (0..samples).map(at).collect()
 }
 
-/// A spectrum and its lines, by the length of the window.
+/// A spectrum and its lines, by window length.
 fn spectrum(c: &mut Criterion) {
     let mut group = c.benchmark_group("spectrum");
     for samples in [1000, 4000, 16_000] {
@@ -45,7 +45,7 @@ fn spectrum(c: &mut Criterion) {
     group.finish();
 }
 
-/// Names, by the number of lines.
+/// Identification of lines, by the number of lines.
 fn names(c: &mut Criterion) {
     let mut group = c.benchmark_group("names");
     let orders = [
@@ -69,24 +69,24 @@ fn names(c: &mut Criterion) {
         };
         let lines: Vec<Line> = orders[..count].iter().enumerate().map(line).collect();
         group.bench_function(BenchmarkId::new("lines", count), |b| {
-            b.iter(|| name_lines(black_box(&lines), 5.0));
+            b.iter(|| identify_lines(black_box(&lines), 5.0));
         });
     }
     group.finish();
 }
 
-/// A recurrence plot with its threshold, the rate reached and both pictures, by its side.
+/// A recurrence plot with its threshold, recurrence rate and both images, by size.
 fn recurrence(c: &mut Criterion) {
     let mut group = c.benchmark_group("recurrence");
     let signal = torus(4048);
     let vectors = DelayVectors::new(&signal, 12, 5).unwrap();
     for size in [100, 200, 400, 800] {
-        let picks: Vec<usize> = (0..size).map(|i| i * vectors.len() / size).collect();
+        let indices: Vec<usize> = (0..size).map(|i| i * vectors.len() / size).collect();
         let mut plot = RecurrencePlot::new();
         group.throughput(Throughput::Elements((size * size) as u64));
         group.bench_function(BenchmarkId::new("size", size), |b| {
             b.iter(|| {
-                plot.measure(black_box(&vectors), &picks);
+                plot.measure(black_box(&vectors), &indices);
                 let recurrences = plot.recurrences(Threshold::Rate(0.1)).unwrap();
                 (plot.distance_picture(), recurrences)
             });
@@ -95,7 +95,7 @@ fn recurrence(c: &mut Criterion) {
     group.finish();
 }
 
-/// Takes everything and keeps nothing.
+/// Discards all records.
 struct Drain;
 
 impl Sink for Drain {
@@ -105,14 +105,14 @@ impl Sink for Drain {
     }
 }
 
-/// The analyses of 100 simulated milliseconds of a scene, by which of them run.
+/// Analyses of 100 ms of simulated time, by the set of active analyses.
 fn stages(c: &mut Criterion) {
     let mut scene = Scene::load("torus-3deg").unwrap();
     scene.duration = 0.1;
     let all = scene.analysis.clone();
-    let only = |keep: fn(&mut AnalysisSpec, &AnalysisSpec)| {
+    let only = |select: fn(&mut AnalysisSpec, &AnalysisSpec)| {
         let mut spec = AnalysisSpec::default();
-        keep(&mut spec, &all);
+        select(&mut spec, &all);
         spec
     };
     let cases = [

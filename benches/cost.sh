@@ -1,62 +1,66 @@
 #!/usr/bin/env bash
-# The guide's page on what accuracy costs and how cost grows (src/guide/cost.md, its figures in
-# src/guide/cost.html), and the small table of the README, from one command:
+# Writes the guide's page on the cost of accuracy (src/guide/explanation/cost.md, its figures in
+# src/guide/explanation/cost.html) and the table of advice in src/guide/how_to/choose_accuracy.md:
 #
 #     benches/cost.sh
 #
-# It takes about six minutes on a machine that does nothing else. Times are of the machine that runs it; calls and errors are not.
+# Takes about 6 min on an idle machine. Times depend on the machine; evaluations and errors do not.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scenes=(periodic-2deg torus-3deg chaos-5deg impact-oscillator)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# SQUEAKSCOPE is a program that is built already.
+# SQUEAKSCOPE names a program that is already built.
 program=${SQUEAKSCOPE:-}
 if [ -z "$program" ]; then
     cargo build --release --bin squeakscope
     program="${CARGO_TARGET_DIR:-target}/release/squeakscope"
 fi
 for scene in "${scenes[@]}"; do
-    "$program" cost "$scene" --out "$work/$scene" --page "$work/$scene.md"
+    "$program" cost "$scene" --out "$work/$scene" --markdown "$work/$scene.md"
 done
-"$program" growth torus-3deg --out "$work/growth" --page "$work/growth.md"
+"$program" growth torus-3deg --out "$work/growth" --markdown "$work/growth.md"
 machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)
 {
     cat <<'PAGE'
-# What accuracy costs
+# Cost of accuracy
 
-Each knob of a scene is turned with all others at their reference, and the error is set against CPU time and
-calls of the right-hand side; `squeakscope cost SCENE` does it for any scene, draws it, records it for the
-viewer (`cost.rrd`: a tab a knob), and ends in advice, which `--write` puts into the scene and
-`--accuracy 1e-4` takes. Errors of the state are the largest within
-the time given, in the norm of the vibration's energy, relative to its size. A cell has the error, the CPU
-time and, where there are any, the calls; the integrators of all scenes and the other knobs of `torus-3deg`
-are drawn below. This page is made by `benches/cost.sh`.
+For each setting of a scene this page compares the error with CPU time and evaluations of the right-hand
+side; all other settings keep their reference values. `squeakscope cost SCENE` runs the same study for
+any scene. It draws the figures, writes a recording for the viewer (`cost.rrd`, with one tab for each
+setting) and recommends settings; `--write` stores them in the scene, and `--accuracy 1e-4` applies them.
+Errors of the state are the largest relative errors within the given time, in the energy norm of the
+vibration. A cell contains the error, the CPU time and, where they exist, the evaluations. The figures
+below show the integrators of all scenes and the other settings of `torus-3deg`. The largest exponents
+are estimates over 100 ms and only limit the time over which trajectories are compared. `benches/cost.sh`
+writes this page.
 
 PAGE
-    echo "Times are of ${machine:-an unknown processor}, one core."
+    echo "Times are for one core of ${machine:-an unknown processor}."
     echo
     for scene in "${scenes[@]}"; do cat "$work/$scene.md"; done
     cat <<'PAGE'
-# How cost grows
+# Growth of cost
 
-`squeakscope growth SCENE` measures it: CPU time, and the most memory that the program held meanwhile. Modes
-are of finite elements, as the paper has eleven only; the faster they are, the shorter the steps. A sweep is
-timed by the clock. A run's memory is that of its windows and of the recording's index, which has a line for
-each piece of the recording and is written at its end; without a recording (`--npz`) it does not grow.
+`squeakscope growth SCENE` measures CPU time and peak memory. The modes are those of the finite elements,
+because the paper has only eleven; faster modes need shorter steps. Sweeps are measured in wall time. The
+memory of a run consists of its windows and the index of the recording. The index has a line for each
+chunk of the recording and is written at the end. Without a recording (`--npz`) the memory does not grow
+with the length of the run.
 
 PAGE
     sed 's/^## /## In /' "$work/growth.md"
-    echo '# Drawn'
-} > src/guide/cost.md
-# A figure in a line of its own, as HTML wants it within Markdown.
+    echo '# Figures'
+} > src/guide/explanation/cost.md
+# Markdown needs each HTML figure on one line.
 for figure in "${scenes[@]/%//cost-integrator.svg}" torus-3deg/cost-{invariants,events,nodes,modes,elements,exponents,recurrence}.svg growth/growth.svg; do
     echo "<div>$(tr '\n' ' ' < "$work/$figure" |
         sed 's/ width="[0-9.]*mm" height="[0-9.]*mm"/ width="100%"/')</div>"
     echo
-done > src/guide/cost.html
-# The advice for one scene stands in the README, between two marks.
-sed -n '/^| for an error/,/^$/p' "$work/torus-3deg.md" > "$work/table"
+done > src/guide/explanation/cost.html
+# The how-to page has the advice for one scene between two marks.
+how_to=src/guide/how_to/choose_accuracy.md
+awk '/^[|]/ { table = 1; print; next } table { print ""; exit }' "$work/torus-3deg.md" > "$work/table"
 sed -i -e '/<!-- cost -->/,/<!-- end of cost -->/{/<!-- cost -->/{p;r '"$work/table"'
-};/<!-- end of cost -->/p;d}' README.md
+};/<!-- end of cost -->/p;d}' "$how_to"

@@ -1,13 +1,13 @@
-//! What the tangent flow costs beside the run that it goes along with.
+//! Cost of the tangent flow relative to the plain run.
 //!
-//! * `product/vectors`: the derivative of the force applied to so many tangent vectors at once; from
-//!   seven on by way of the assembled Jacobian.
-//! * At the end, tables for the vibration of `torus-3deg`, with its own tolerance: the run with so
-//!   many exponents, over the plain run. Contact is evaluated through, or events are stopped at; once
-//!   in the grown vibration and once just after a kick so hard that nodes open and close by the
-//!   thousand a millisecond. The runs of a round follow one another, so that whatever else the
-//!   machine does meets them alike. Ratios are given of the shortest times (what else the machine
-//!   does only adds to them), and as medians over the rounds.
+//! * `product/vectors`: the derivative of the force applied to several tangent vectors at once; from
+//!   seven on with the assembled Jacobian.
+//! * At the end, tables for the vibration of `torus-3deg` with its own tolerance: the run with exponents
+//!   over the plain run. Contact is evaluated continuously (`Through`) or with event location (`Exact`),
+//!   once in the developed vibration and once just after a kick so hard that nodes separate and close
+//!   thousands of times per millisecond. The runs of a round alternate, which exposes them equally to
+//!   other load on the machine. Ratios are those of the shortest times (other load only increases
+//!   times), and medians over the rounds.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -20,8 +20,8 @@ use squeakscope::scene::Scene;
 
 /// Numbers of tangent vectors.
 const WIDTHS: [usize; 6] = [1, 2, 3, 5, 11, 22];
-/// Time until the vibration has grown, and the span that is timed, s: short, so that most runs are
-/// not interrupted even on a busy machine.
+/// Time until the vibration has developed, and measured time span, s. The span is short enough that most
+/// runs are not interrupted even on a busy machine.
 const GROWN: f64 = 40e-3;
 const SPAN: f64 = 0.2e-3;
 /// Rounds of a table.
@@ -35,7 +35,7 @@ const METHOD: Method = Method::Lawson54 {
     max_step: 20e-6,
 };
 
-/// The joint of `torus-3deg`, and its state just after a kick, m/s.
+/// The joint of `torus-3deg` and its state just after a kick, m/s.
 fn kicked(kick: f64) -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
     scene.start.kick = kick;
@@ -46,13 +46,13 @@ fn kicked(kick: f64) -> (Joint, Vec<f64>) {
     (joint, start)
 }
 
-/// The joint of `torus-3deg`, and its state once the vibration has grown.
+/// The joint of `torus-3deg` and its state in the developed vibration.
 fn grown() -> (Joint, Vec<f64>) {
     let (joint, start) = kicked(5e-3);
     let mut integrator = Integrator::new(METHOD, &joint).expect("a sound method");
     let started = integrator.start(&joint, 0.0, &start);
     started.expect("a sound state");
-    integrator.land(&joint, GROWN).expect("a sound run");
+    integrator.integrate_to(&joint, GROWN).expect("a sound run");
     let state = integrator.state().to_vec();
     (joint, state)
 }
@@ -86,14 +86,14 @@ fn product(c: &mut Criterion) {
     group.finish();
 }
 
-/// How contact is followed in a run.
+/// Treatment of contact in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     Through,
     Exact,
 }
 
-/// An integrator for one line of the table.
+/// Integrator of one line of the table.
 fn integrator(joint: &Joint, mode: Mode, width: usize) -> Integrator {
     let mut integrator = Integrator::new(METHOD, joint).expect("a sound method");
     if mode == Mode::Exact {
@@ -110,7 +110,7 @@ fn integrator(joint: &Joint, mode: Mode, width: usize) -> Integrator {
 fn run(joint: &Joint, start: &[f64], integrator: &mut Integrator) -> Duration {
     let begin = Instant::now();
     integrator.start(joint, 0.0, start).expect("a sound state");
-    integrator.land(joint, SPAN).expect("a sound run");
+    integrator.integrate_to(joint, SPAN).expect("a sound run");
     begin.elapsed()
 }
 
@@ -123,7 +123,7 @@ fn shortest(times: &[f64]) -> f64 {
     times.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// A table of ratios.
+/// Prints a table of ratios.
 fn ratios(title: &str, (joint, start): &(Joint, Vec<f64>)) {
     let mut lines: Vec<(Mode, usize, Integrator)> = Vec::new();
     for mode in [Mode::Through, Mode::Exact] {
@@ -143,9 +143,9 @@ fn ratios(title: &str, (joint, start): &(Joint, Vec<f64>)) {
     for (k, (mode, width, _)) in lines.iter().enumerate() {
         let (own, plain, same) = (&times[k], &times[0], &times[k / per * per]);
         let pairs = own.iter().zip(same);
-        let usual = median(&mut pairs.map(|(a, b)| a / b).collect::<Vec<_>>());
+        let typical = median(&mut pairs.map(|(a, b)| a / b).collect::<Vec<_>>());
         println!(
-            "{:8} {width:7} {:11.0} {:12.2} {:23.2}     {usual:.2}",
+            "{:8} {width:7} {:11.0} {:12.2} {:23.2}     {typical:.2}",
             format!("{mode:?}"),
             shortest(own) / SPAN * 1e3,
             shortest(own) / shortest(plain),
@@ -155,10 +155,13 @@ fn ratios(title: &str, (joint, start): &(Joint, Vec<f64>)) {
     let runs = ROUNDS as f64 * SPAN * 1e3;
     for k in [0, per] {
         let (mode, _, integrator) = &lines[k];
-        let tally = integrator.tally();
+        let stats = integrator.stats();
         let each = |count: u64| count as f64 / runs;
-        let (crossings, steps, calls) =
-            (each(tally.crossings), each(tally.steps), each(tally.calls));
+        let (crossings, steps, calls) = (
+            each(stats.crossings),
+            each(stats.steps),
+            each(stats.rhs_evals),
+        );
         println!(
             "{mode:?}: {crossings:.0} crossings, {steps:.0} steps, {calls:.0} calls a millisecond"
         );

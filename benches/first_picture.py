@@ -1,11 +1,11 @@
-"""How long from the command to the first picture in the viewer's stream, s.
+"""Measures the time from the start of the program to the first picture in the viewer's stream, s.
 
     pip install rerun-sdk==0.36.3
     python benches/first_picture.py target/release/squeakscope [SCENE ...]
 
-A viewer that shows nothing writes what it is sent to a file; the first frames of the signal, of the
-modes and of the contact patch in that file end the time, which began with the start of the program.
-The least of several runs, and the median.
+A viewer without a window writes the received stream to a file. The time ends when the file contains the
+first frames of the signal, of the modes and of the contact patch. Prints the minimum and the median of
+several runs.
 """
 
 import argparse
@@ -28,7 +28,7 @@ def listening(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def once(program, scene, viewer, port):
+def measure(program, scene, viewer, port):
     with tempfile.TemporaryDirectory() as folder:
         stream = pathlib.Path(folder) / "stream.rrd"
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -43,17 +43,17 @@ def once(program, scene, viewer, port):
             run = subprocess.Popen([program, "run", scene, "--connect", url], **quiet)
             try:
                 while True:
-                    got = stream.read_bytes() if stream.exists() else b""
-                    if all(entity in got for entity in FIRST):
+                    received = stream.read_bytes() if stream.exists() else b""
+                    if all(entity in received for entity in FIRST):
                         return time.perf_counter() - began
                     if time.perf_counter() - began > 30:
-                        sys.exit(f"nothing of {scene} has come within 30 s")
+                        sys.exit(f"received no data of {scene} within 30 s")
                     time.sleep(0.002)
             finally:
                 run.terminate()
                 run.wait()
         finally:
-            # The program that pip installs starts another.
+            # The launcher installed by pip starts the viewer as a child process.
             os.killpg(receiver.pid, signal.SIGTERM)
             receiver.wait()
             while listening(port):
@@ -62,14 +62,14 @@ def once(program, scene, viewer, port):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("program", help="the program, built for release")
+    parser.add_argument("program", help="release build of squeakscope")
     parser.add_argument("scenes", nargs="*", default=["tilt-ramp", "torus-3deg"])
     parser.add_argument("--viewer", default=str(pathlib.Path(sys.executable).parent / "rerun"))
     parser.add_argument("--port", type=int, default=9911)
     parser.add_argument("--repeats", type=int, default=7)
     options = parser.parse_args()
     for scene in options.scenes:
-        times = [once(options.program, scene, options.viewer, options.port)
+        times = [measure(options.program, scene, options.viewer, options.port)
                  for _ in range(options.repeats)]
         print(f"{scene}: {min(times):.2f} s, median {statistics.median(times):.2f} s")
 

@@ -1,10 +1,10 @@
-//! The hot loops of the joint, each against one parameter.
+//! Benchmarks of the hot loops of the joint, each over one parameter.
 //!
-//! * `force/nodes`: Eq. (8) against the number of contact nodes, with Eq. (5), lift-off and the
-//!   radial part.
-//! * `force/effect`: the same at 100 nodes with an effect left out, with a law of one's own, and
-//!   beside them the plain scalar loop anyone would write first: the yardstick.
-//! * `jacobian`, `open_nodes`, `retilt`: what is called once a stiff step, a sample, a frame.
+//! * `force/nodes`: Eq. (8) over the number of contact nodes, with Eq. (5), lift-off and the radial
+//!   part.
+//! * `force/effect`: the same at 100 nodes with one effect disabled, with a user-defined friction law,
+//!   and the straightforward scalar loop as the baseline.
+//! * `jacobian`, `separated_nodes`, `retilt`: called once per stiff step, per sample and per frame.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -16,8 +16,8 @@ use squeakscope::scene::Scene;
 
 /// Numbers of contact nodes.
 const NODES: [usize; 5] = [16, 64, 100, 1000, 10_000];
-/// The number where the other parameters are swept.
-const USUAL: usize = 100;
+/// Number of nodes in the benchmarks over other parameters.
+const DEFAULT_NODES: usize = 100;
 
 fn ball(nodes: usize) -> BallJoint {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
@@ -27,16 +27,18 @@ fn ball(nodes: usize) -> BallJoint {
 }
 
 fn model(nodes: usize) -> Model {
-    ball(nodes).model(TILT).expect("a patch clear of the beam")
+    ball(nodes)
+        .model(TILT)
+        .expect("a patch that does not touch the beam")
 }
 
 /// Tilt of the load, rad.
 const TILT: f64 = 0.05;
 
-/// Modal velocities of the state that is timed, sqrt(kg) m/s.
+/// Modal velocities of the timed state, sqrt(kg) m/s.
 const SPEED: f64 = 30e-3;
 
-/// A state of mid-vibration: some nodes open, the rest in contact and sliding.
+/// A state of the developed vibration: some nodes separated, the others in contact and sliding.
 fn state(joint: &Joint) -> Vec<f64> {
     let m = joint.modes();
     let mut z = vec![0.0; joint.dim()];
@@ -46,23 +48,23 @@ fn state(joint: &Joint) -> Vec<f64> {
         z[m + i] = -SPEED * phase.sin();
     }
     let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
-    joint.open_nodes(&z[..m], &mut open);
+    joint.separated_nodes(&z[..m], &mut open);
     let open = open
         .iter()
         .map(|byte| byte.count_ones() as usize)
         .sum::<usize>();
     assert!(
         0 < open && open < joint.contact_nodes(),
-        "{open} open: not a state of mid-vibration"
+        "{open} separated nodes: not a state of the developed vibration"
     );
     z
 }
 
-/// Eq. (5) once more, as a law of one's own.
+/// Eq. (5) implemented as a user-defined law.
 #[derive(Debug)]
-struct Own(Stribeck);
+struct UserLaw(Stribeck);
 
-impl FrictionLaw for Own {
+impl FrictionLaw for UserLaw {
     fn ratio(&self, speed: f64) -> Ratio {
         self.0.ratio(speed)
     }
@@ -72,7 +74,7 @@ impl FrictionLaw for Own {
     }
 }
 
-/// The yardstick: Eq. (8) as it stands, node by node and mode by mode, without the equilibrium.
+/// Baseline: Eq. (8) as written, node by node and mode by mode, without the equilibrium.
 struct Plain<'a> {
     model: &'a Model,
     law: Stribeck,
@@ -118,7 +120,7 @@ fn force(c: &mut Criterion) {
     }
     group.finish();
 
-    let model = model(USUAL);
+    let model = model(DEFAULT_NODES);
     let Friction::Stribeck { law, .. } = model.friction else {
         panic!("the preset has friction");
     };
@@ -150,7 +152,7 @@ fn force(c: &mut Criterion) {
         ),
         (
             "own-law",
-            Joint::with_friction(&model, Arc::new(Own(law)), true),
+            Joint::with_friction(&model, Arc::new(UserLaw(law)), true),
         ),
     ] {
         group.bench_function(name, |b| {
@@ -158,7 +160,7 @@ fn force(c: &mut Criterion) {
         });
     }
     let plain = Plain { model: &model, law };
-    same(&plain, &full, &z);
+    assert_same_force(&plain, &full, &z);
     let (q, v) = z.split_at(m);
     group.bench_function("plain-loop", |b| {
         b.iter(|| plain.force(black_box(q), black_box(v), black_box(&mut out)));
@@ -166,8 +168,8 @@ fn force(c: &mut Criterion) {
     group.finish();
 }
 
-/// The yardstick measures the same thing.
-fn same(plain: &Plain<'_>, joint: &Joint, z: &[f64]) {
+/// Checks that the baseline computes the same force.
+fn assert_same_force(plain: &Plain<'_>, joint: &Joint, z: &[f64]) {
     let m = joint.modes();
     let (mut a, mut b) = (vec![0.0; m], vec![0.0; m]);
     plain.force(&z[..m], &z[m..], &mut a);
@@ -181,22 +183,22 @@ fn same(plain: &Plain<'_>, joint: &Joint, z: &[f64]) {
 }
 
 fn others(c: &mut Criterion) {
-    let ball = ball(USUAL);
-    let joint = Joint::new(&model(USUAL));
+    let ball = ball(DEFAULT_NODES);
+    let joint = Joint::new(&model(DEFAULT_NODES));
     let z = state(&joint);
     let m = joint.modes();
     let (mut record, mut jacobian) = (vec![0.0; joint.record_len()], vec![0.0; 4 * m * m]);
     c.bench_function("jacobian/100", |b| {
         b.iter(|| joint.jacobian(black_box(&z), &mut record, black_box(&mut jacobian)));
     });
-    let mut open = vec![0; USUAL.div_ceil(8)];
-    c.bench_function("open_nodes/100", |b| {
-        b.iter(|| joint.open_nodes(black_box(&z[..m]), black_box(&mut open)));
+    let mut open = vec![0; DEFAULT_NODES.div_ceil(8)];
+    c.bench_function("separated_nodes/100", |b| {
+        b.iter(|| joint.separated_nodes(black_box(&z[..m]), black_box(&mut open)));
     });
     c.bench_function("retilt/100", |b| {
         b.iter(|| {
             ball.joint(black_box(TILT))
-                .expect("a patch clear of the beam")
+                .expect("a patch that does not touch the beam")
         });
     });
 }

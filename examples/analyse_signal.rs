@@ -1,17 +1,17 @@
-//! What kind of motion is in a slice of samples? The laboratory as a library.
+//! Classifies the motion in a slice of samples, using the library.
 //!
 //! ```text
 //! cargo run --release --no-default-features --example analyse_signal
 //! ```
 //!
-//! Two tones, and the product of both as any nonlinearity makes it: a torus. The same calls take
-//! what `squeakscope::import::read_signal` reads from a file.
+//! The signal consists of two tones and their product, as a nonlinearity generates it: a torus.
+//! `squeakscope::import::read_signal` reads a signal from a file.
 
 use std::error::Error;
 use std::f64::consts::TAU;
 
 use squeakscope::import::Signal;
-use squeakscope::study::signal::{SignalSearch, analyse_signal};
+use squeakscope::study::signal::{SignalOptions, analyse_signal};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let rate = 48_000.0;
@@ -27,21 +27,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         start: 0.0,
         samples: (0..24_000).map(sample).collect(),
     };
-    let mut told = |share: f64, step: &str| {
+    let mut progress = |share: f64, step: &str| {
         eprintln!("{:>3.0} % {step}", 100.0 * share);
         true
     };
-    let report = analyse_signal(signal, &SignalSearch::default(), &mut told)?
-        .expect("nobody interrupts this one");
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut progress)?
+        .expect("the analysis is never interrupted");
 
     let verdict = &report.verdict;
     println!(
-        "{}, {:.0} % sure",
+        "{}, confidence {:.0} %",
         verdict.regime,
         100.0 * verdict.confidence
     );
     for evidence in &verdict.evidence {
-        println!("  {}", evidence.words);
+        println!("  {}", evidence.description);
     }
     for named in &report.tones.lines {
         println!("{:>10.2} Hz  {}", named.line.frequency, named.line.label);

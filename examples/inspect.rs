@@ -1,8 +1,7 @@
-//! Looks into a recording: which entities it holds, how many rows, over which time.
+//! Lists the entities of a recording with their numbers of rows and time ranges.
 //!
-//! Ends with an error if one of the entities that every full run writes is missing or empty.
-//! Given a folder (by default the current one) it first records 25 ms of `periodic-2deg` there,
-//! and looks into that.
+//! Fails if an entity that every full run writes is missing or empty. Given a folder (default: the
+//! current one), it first records 25 ms of `periodic-2deg` there and inspects that recording.
 //!
 //! ```text
 //! cargo run --release --example inspect -- [FILE.rrd | FOLDER]
@@ -20,7 +19,7 @@ use squeakscope::pipeline::{Monitor, run};
 use squeakscope::record::{Output, RerunSink, paths};
 use squeakscope::scene::Scene;
 
-/// What a run of a scene with all analyses leaves, once a quarter of its windows is filled.
+/// Entities of a run with all analyses, after a quarter of their windows is filled.
 const EXPECTED: &[&str] = &[
     paths::ABOUT,
     paths::NARRATION,
@@ -45,17 +44,17 @@ const EXPECTED: &[&str] = &[
     paths::DELAY_MUTUAL_CURVE,
     paths::DETERMINISM,
     paths::SECTION_POINTS,
-    paths::HEALTH_SPEED,
-    paths::HEALTH_WORK,
-    paths::HEALTH_AUDIT,
+    paths::SOLVER_SPEED,
+    paths::SOLVER_STEPS,
+    paths::SOLVER_ENERGY_RESIDUAL,
 ];
 
-/// What an entity holds.
+/// Contents of an entity.
 #[derive(Default)]
 struct Entity {
     /// Rows on the timeline.
     rows: usize,
-    /// Rows that hold at all times.
+    /// Static rows, valid at all times.
     fixed: usize,
     /// First and last time, ns.
     range: Option<(i64, i64)>,
@@ -76,24 +75,29 @@ fn main() -> Result<(), Box<dyn Error>> {
         let range = range.map_or(String::new(), |(a, b)| format!("{} to {}", ms(a), ms(b)));
         println!("{name:<25} {rows:>7} {fixed:>7}  {range}");
     }
-    let there = |name: &&str| entities.get(*name).is_some_and(|e| e.rows + e.fixed > 0);
+    let is_present = |name: &&str| entities.get(*name).is_some_and(|e| e.rows + e.fixed > 0);
     let missing: Vec<_> = EXPECTED
         .iter()
-        .filter(|name| !there(name))
+        .filter(|name| !is_present(name))
         .copied()
         .collect();
     if !missing.is_empty() {
-        return Err(format!("{} lacks: {}", path.display(), missing.join(", ")).into());
+        return Err(format!(
+            "{}: entities missing or empty: {}",
+            path.display(),
+            missing.join(", ")
+        )
+        .into());
     }
     println!(
-        "all {} main entities of {} entities are there",
+        "all {} required entities are present, {} in total",
         EXPECTED.len(),
         entities.len()
     );
     Ok(())
 }
 
-/// Records a short run into a folder.
+/// Records a short run to a folder.
 fn record(folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let path = folder.join("inspect.rrd");
     let scene = Scene::load("periodic-2deg")?.with_duration(25.0)?;
@@ -106,7 +110,7 @@ fn record(folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     Ok(path)
 }
 
-/// The entities of a recording, its blueprint left out.
+/// The entities of a recording, without its blueprint.
 fn read(path: &Path) -> Result<BTreeMap<String, Entity>, Box<dyn Error>> {
     let mut entities = BTreeMap::<String, Entity>::new();
     let file = File::open(path).map_err(|fault| format!("{}: {fault}", path.display()))?;
@@ -126,8 +130,8 @@ fn read(path: &Path) -> Result<BTreeMap<String, Entity>, Box<dyn Error>> {
             entity.rows += chunk.num_rows();
             let range = times.time_range();
             let (first, last) = (range.min().as_i64(), range.max().as_i64());
-            let so_far = entity.range.get_or_insert((first, last));
-            *so_far = (so_far.0.min(first), so_far.1.max(last));
+            let total = entity.range.get_or_insert((first, last));
+            *total = (total.0.min(first), total.1.max(last));
         } else {
             entity.fixed += chunk.num_rows();
         }

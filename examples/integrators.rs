@@ -1,9 +1,9 @@
-//! The integrators on one scene: what a digit costs.
+//! Accuracy and cost of the integration methods on one scene.
 //!
-//! Each starts from the same kick, hard enough for contact nodes to lift off, and is compared with
-//! a fine reference after 4 ms. One call is one pass over all contact nodes, which is nearly all
-//! the work there is. Each opening and closing is a kink in the force: below about 1e-6 errors still
-//! fall, but unevenly.
+//! Each run starts from the same kick, strong enough to separate contact nodes, and is compared with a
+//! fine reference after 4 ms. One evaluation of the right-hand side is one loop over all contact nodes,
+//! which is nearly the whole cost. Each contact change is a kink in the force: below about 1e-6 the
+//! errors still decrease, but irregularly.
 //!
 //! ```text
 //! cargo run --release --example integrators
@@ -26,8 +26,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let joint = BallJoint::new(&tilted.spec)?.joint(tilted.tilt.at(0.0))?;
     let start = initial_state(&scene, joint.modes());
     let reference = integrate(&joint, &start, Method::Rk4 { step: 0.05e-6 })?;
-    let most = most_open(&joint, &start)?;
-    println!("up to {most} of {} nodes open", joint.contact_nodes());
+    let max_separated_nodes = max_separated(&joint, &start)?;
+    println!(
+        "up to {max_separated_nodes} of {} nodes separated",
+        joint.contact_nodes()
+    );
 
     let max_step = scene.integrator.max_step;
     let accuracies = [1e-4, 1e-6, 1e-8];
@@ -35,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         accuracies.map(|x| (x, method(Accuracy::relative(x), max_step)))
     };
     let classical = [1.6e-6, 0.8e-6, 0.4e-6].map(|step| (step, Method::Rk4 { step }));
-    println!("method    tolerance or step  steps  rejected   calls  error at 4 ms");
+    println!("method    tolerance or step  steps  rejected   evals  error at 4 ms");
     for (name, methods) in [
         (
             "lawson54",
@@ -46,8 +49,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             adaptive(|accuracy, max_step| Method::Lawson853 { accuracy, max_step }),
         ),
         (
-            "tsit54",
-            adaptive(|accuracy, max_step| Method::Tsit54 { accuracy, max_step }),
+            "tsit5",
+            adaptive(|accuracy, max_step| Method::Tsit5 { accuracy, max_step }),
         ),
         (
             "dop853",
@@ -55,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ),
         (
             "rodas5p",
-            adaptive(|accuracy, max_step| Method::Rodas5p { accuracy, max_step }),
+            adaptive(|accuracy, max_step| Method::Rodas5P { accuracy, max_step }),
         ),
         (
             "auto",
@@ -65,28 +68,28 @@ fn main() -> Result<(), Box<dyn Error>> {
     ] {
         for (parameter, method) in methods {
             let end = integrate(&joint, &start, method)?;
-            let (tally, error) = (
-                end.tally(),
+            let (stats, error) = (
+                end.stats(),
                 distance(&joint, end.state(), reference.state()),
             );
             println!(
                 "{name:<9} {parameter:>17e} {:>6} {:>9} {:>7} {error:>14.1e}",
-                tally.steps, tally.rejections, tally.calls,
+                stats.steps, stats.rejections, stats.rhs_evals,
             );
         }
     }
     Ok(())
 }
 
-/// The integrator after it has landed on the end.
+/// Integrates to [`END`].
 fn integrate(joint: &Joint, start: &[f64], method: Method) -> Result<Integrator, DynamicsError> {
     let mut integrator = Integrator::new(method, joint)?;
     integrator.start(joint, 0.0, start)?;
-    integrator.land(joint, END)?;
+    integrator.integrate_to(joint, END)?;
     Ok(integrator)
 }
 
-/// How far apart two states are, in the square root of energy, relative to the second.
+/// Distance between two states in the energy norm, relative to the second.
 fn distance(joint: &Joint, a: &[f64], b: &[f64]) -> f64 {
     let m = joint.modes();
     let size = |x: &dyn Fn(usize) -> f64| {
@@ -96,17 +99,18 @@ fn distance(joint: &Joint, a: &[f64], b: &[f64]) -> f64 {
     size(&|i| a[i] - b[i]) / size(&|i| b[i])
 }
 
-/// The most contact nodes found open at once, looking every 5 us.
-fn most_open(joint: &Joint, start: &[f64]) -> Result<u32, DynamicsError> {
+/// Maximum number of separated contact nodes, sampled every 5 us.
+fn max_separated(joint: &Joint, start: &[f64]) -> Result<u32, DynamicsError> {
     let mut integrator = Integrator::new(Method::Rk4 { step: 0.5e-6 }, joint)?;
     integrator.start(joint, 0.0, start)?;
     let mut z = start.to_vec();
     let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
-    let mut most = 0;
+    let mut max_separated_nodes = 0;
     for k in 0..800 {
         integrator.sample(joint, f64::from(k) * END / 800.0, &mut z)?;
-        joint.open_nodes(&z[..joint.modes()], &mut open);
-        most = most.max(open.iter().map(|byte| byte.count_ones()).sum());
+        joint.separated_nodes(&z[..joint.modes()], &mut open);
+        max_separated_nodes =
+            max_separated_nodes.max(open.iter().map(|byte| byte.count_ones()).sum());
     }
-    Ok(most)
+    Ok(max_separated_nodes)
 }

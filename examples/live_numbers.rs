@@ -1,7 +1,7 @@
-//! A sink of one's own: the narration and the strongest lines, as they arrive.
+//! A custom sink: prints the narration and the strongest spectral lines as they arrive.
 //!
-//! A sink takes the records of a run in order, on the thread that called `run`. It may stop the
-//! run with an error, or keep up with it only loosely and let pictures be replaced by later ones.
+//! A sink receives the records of a run in order, on the thread that called `run`. It can stop the run
+//! with an error. A slow sink can accept that pictures are replaced by later ones.
 //!
 //! ```text
 //! cargo run --release --example live_numbers
@@ -14,7 +14,7 @@ use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 use squeakscope::text::narration;
 
-/// Prints what a listener would like to know.
+/// Prints selected records.
 struct Printer;
 
 impl Sink for Printer {
@@ -38,12 +38,12 @@ impl Sink for Printer {
             Record::Warning { text, .. } => println!("warning: {text}"),
             Record::Summary(summary) => println!(
                 "{} steps for {:.0} ms, {:.2} of real time; energy audit {:.1e}",
-                summary.tally.steps,
+                summary.stats.steps,
                 1e3 * summary.simulated,
                 summary.real_time_factor,
                 summary.audit.unwrap_or(f64::NAN),
             ),
-            // Samples, pictures and health are for other sinks.
+            // Samples, pictures and health records are ignored.
             _ => {}
         }
         Ok(())

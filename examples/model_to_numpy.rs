@@ -1,8 +1,8 @@
-//! The contact model as NumPy arrays, and Eq. (8) from these arrays alone.
+//! Exports the contact model as NumPy arrays and evaluates Eq. (8) from these arrays.
 //!
-//! Whoever wants to integrate the very same joint with another program needs nothing but the
-//! file. To prove it, Eq. (8) is written here in plain loops over what was read back, and compared
-//! with the library's own right-hand side at random states. In Python:
+//! The file contains everything another program needs to integrate the same joint. To show this, Eq. (8)
+//! is implemented here with plain loops over the exported arrays and compared with the right-hand side
+//! of the library at random states. In Python:
 //!
 //! ```text
 //! cargo run --release --example model_to_numpy -- [FOLDER]
@@ -22,9 +22,9 @@ use squeakscope::numpy::{Array, read_npz};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 
-/// How many random states are compared.
+/// Number of random states.
 const STATES: usize = 200;
-/// Standard deviation of their modal velocities, sqrt(kg) m/s; of `omega q` as well.
+/// Standard deviation of the modal velocities, sqrt(kg) m/s, and of `omega q`.
 const SPEED: f64 = 10e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
-    let (mut worst, mut some_open) = (0.0_f64, 0);
+    let (mut worst, mut some_separated) = (0.0_f64, 0);
     for _ in 0..STATES {
         let mut z: Vec<f64> = (0..2 * m)
             .map(|_| StandardNormal.sample(&mut rng))
@@ -61,18 +61,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let mut gaps = vec![0.0; joint.contact_nodes()];
         joint.gaps(&z[..m], &mut gaps);
-        some_open += usize::from(gaps.iter().any(|gap| *gap < 0.0));
+        some_separated += usize::from(gaps.iter().any(|gap| *gap < 0.0));
     }
-    println!("{STATES} random states, nodes open in {some_open} of them:");
-    println!("Eq. (8) from the file against the library: relative error {worst:.1e}");
+    println!("{STATES} random states, with separated nodes in {some_separated} of them:");
+    println!("Eq. (8) from the file compared with the library: relative error {worst:.1e}");
     if worst > 1e-12 {
-        return Err("the file does not hold the model".into());
+        return Err(
+            "the exported arrays do not reproduce the right-hand side of the library".into(),
+        );
     }
     println!("{}", path.display());
     Ok(())
 }
 
-/// Eq. (8): the modal accelerations at perturbation `q` and velocities `v`, from a model file.
+/// Eq. (8): the modal accelerations at displacement `q` and velocity `v`, from the arrays of a model
+/// file.
 fn acceleration(file: &BTreeMap<String, Array>, q: &[f64], v: &[f64]) -> Vec<f64> {
     let get = |name: &str| &file[name].values;
     let [mu_s, mu_d, creep, stribeck] = get("friction")[..] else {

@@ -1,7 +1,7 @@
-//! Records a scene for the Rerun viewer, through the library instead of the command line.
+//! Records a scene for the Rerun viewer, using the library.
 //!
-//! A scene comes by name or from a file, is changed under the ranges of its keys, and runs into a
-//! sink: here a `.rrd` file, which takes its name only once it is whole.
+//! The scene is loaded by name or from a file, modified within the permitted ranges of its keys, and run
+//! into a sink. Here the sink writes a `.rrd` file, which gets its final name only after it is complete.
 //!
 //! ```text
 //! cargo run --release --example record_scene -- [FOLDER]
@@ -56,9 +56,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     println!(
-        "{} steps, {} calls of the right-hand side, energy audit {:.1e}",
-        summary.tally.steps,
-        summary.tally.calls,
+        "{} steps, {} evaluations of the right-hand side, energy audit {:.1e}",
+        summary.stats.steps,
+        summary.stats.rhs_evals,
         summary.audit.unwrap_or(f64::NAN),
     );
     let megabytes = 1e-6 * std::fs::metadata(&path)?.len() as f64;

@@ -1,22 +1,23 @@
-//! Text from files that others made, as it is shown.
+//! Escaping of text from foreign files before display.
 //!
-//! The name of an array, the title of a scene or the path of a file may hold anything: a sequence that clears
-//! the terminal, a newline that fakes a message, a control character that reverses the rest of the line.
-//! Terminals, pages, recordings and figures show such characters escaped, as TOML and JSON write them (`\n`,
-//! `\u001b`). JSON files and tables are for programs and keep the text as it is.
+//! The name of an array, the title of a scene or the path of a file can contain anything: a sequence
+//! that clears the terminal, a newline that fakes a message, a control character that reverses the rest
+//! of the line. Terminals, pages, recordings and figures show such characters escaped, in the notation
+//! of TOML and JSON (`\n`, `\u001b`). JSON files and tables are read by programs and keep the text
+//! unchanged.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Whether a character is not shown itself, but changes how other text is shown.
+/// Whether a character is invisible but changes how other text is displayed.
 pub(crate) fn is_hidden(c: char) -> bool {
     c.is_control()
-        // Line and paragraph separators; marks, embeddings, overrides and isolates of a direction.
+        // Line and paragraph separators; directional marks, embeddings, overrides and isolates.
         || matches!(c, '\u{2028}' | '\u{2029}' | '\u{61c}' | '\u{200e}' | '\u{200f}')
         || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A name on one line: every hidden character is escaped.
+/// A name on one line, with all hidden characters escaped.
 pub(crate) fn line(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -37,16 +38,16 @@ pub(crate) fn line(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// A text of several lines: as [`line`], but line breaks and tabs stay.
+/// A text of several lines: like [`line`], but keeps line breaks and tabs.
 pub(crate) fn lines(text: &str) -> Cow<'_, str> {
-    let stays = |c| matches!(c, '\n' | '\t');
-    if !text.contains(|c| is_hidden(c) && !stays(c)) {
+    let is_kept = |c| matches!(c, '\n' | '\t');
+    if !text.contains(|c| is_hidden(c) && !is_kept(c)) {
         return Cow::Borrowed(text);
     }
     let mut shown = String::with_capacity(2 * text.len());
-    // Windows ends its lines with two characters.
-    for piece in text.replace("\r\n", "\n").split_inclusive(stays) {
-        let body = piece.trim_end_matches(stays);
+    // Windows uses two characters per line end.
+    for piece in text.replace("\r\n", "\n").split_inclusive(is_kept) {
+        let body = piece.trim_end_matches(is_kept);
         shown.push_str(&line(body));
         shown.push_str(&piece[body.len()..]);
     }
@@ -59,7 +60,8 @@ pub(crate) fn path(path: &std::path::Path) -> String {
     line(&path.to_string_lossy()).into_owned()
 }
 
-/// A text of our own with names in it, each of them escaped: as [`lines`], but colours stay.
+/// A text of this program that contains foreign names, which are escaped: like [`lines`], but keeps
+/// colours.
 #[cfg(feature = "cli")]
 pub(crate) fn terminal(text: &str) -> String {
     let mut pieces = text.split('\u{1b}');
@@ -84,7 +86,7 @@ pub(crate) fn terminal(text: &str) -> String {
     shown
 }
 
-/// A name as Markdown: on one line, and without any meaning there.
+/// A name as Markdown: on one line, with all markup escaped.
 pub(crate) fn markdown(name: &str) -> String {
     let mut shown = String::with_capacity(name.len());
     for c in line(name).chars() {
@@ -96,7 +98,7 @@ pub(crate) fn markdown(name: &str) -> String {
     shown
 }
 
-/// A name as code within a line of Markdown.
+/// A name as inline code in Markdown.
 #[cfg(feature = "record")]
 pub(crate) fn code(name: &str) -> String {
     let name = line(name);
@@ -107,7 +109,7 @@ pub(crate) fn code(name: &str) -> String {
     }
 }
 
-/// A text as a block of code in Markdown.
+/// A text as a code block in Markdown.
 #[cfg(feature = "record")]
 pub(crate) fn block(language: &str, text: &str) -> String {
     let text = lines(text.trim_end());
@@ -115,11 +117,11 @@ pub(crate) fn block(language: &str, text: &str) -> String {
     format!("{ticks}{language}\n{text}\n{ticks}")
 }
 
-/// More backticks in a row than the text has anywhere, and at least so many.
+/// A run of backticks longer than any in the text, of at least `min` characters.
 #[cfg(feature = "record")]
-fn fence(text: &str, least: usize) -> String {
+fn fence(text: &str, min: usize) -> String {
     let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
-    "`".repeat(least.max(longest + 1))
+    "`".repeat(min.max(longest + 1))
 }
 
 #[cfg(test)]
@@ -127,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hidden_characters_are_shown() {
+    fn hidden_characters_are_escaped() {
         assert!(matches!(line("Größe, µm ⟂ 球"), Cow::Borrowed(_)));
         assert_eq!(line("a\n\u{1b}[31mb\r\t"), "a\\n\\u001b[31mb\\r\\t");
         for hidden in ('\u{0}'..='\u{1f}').chain('\u{7f}'..='\u{9f}') {
@@ -153,7 +155,7 @@ mod tests {
 
     #[cfg(feature = "record")]
     #[test]
-    fn a_name_means_nothing_in_markdown() {
+    fn names_are_escaped_in_markdown() {
         assert_eq!(markdown("a\n# b ![x](y)"), "a\\\\n\\# b \\!\\[x\\](y)");
         assert_eq!(code("plain"), "`plain`");
         assert_eq!(code("`a``b"), "``` `a``b ```");

@@ -1,5 +1,5 @@
-//! squeakscope watches friction squeak: how a ball joint goes from silence to a
-//! pure tone, to a torus, to chaos, as the load on it tilts.
+//! Simulation and analysis of friction-induced vibration: as the load of a ball joint tilts, steady sliding
+//! gives way to periodic, quasi-periodic and chaotic motion.
 //!
 //! Data flows one way:
 //!
@@ -9,16 +9,15 @@
 //!          fem
 //! ```
 //!
-//! # Five uses
+//! # Five examples
 //!
-//! Simulate a scene; a [`Sink`](pipeline::Sink) takes the records of the run in order:
+//! Simulate a scene. A [`Sink`](pipeline::Sink) receives the records of the run in order:
 //!
 //! ```
 //! use squeakscope::pipeline::message::Record;
 //! use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
 //! use squeakscope::scene::Scene;
-//!
-//! /// The largest displacement of the contact's centre, m.
+//! /// The largest displacement of the patch centre, m.
 //! struct Largest(f64);
 //!
 //! impl Sink for Largest {
@@ -38,7 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Which modes can squeak: complex eigenvalues at steady sliding, at tilts in rad:
+//! Find the unstable modes from the complex eigenvalues at steady sliding, at tilts in rad:
 //!
 //! ```
 //! use squeakscope::joint::BallJoint;
@@ -56,14 +55,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Lyapunov exponents with their errors:
+//! Compute Lyapunov exponents with their 95 % intervals:
 //!
 //! ```
 //! use squeakscope::scene::Scene;
-//! use squeakscope::study::lyapunov::{Count, Goal, LyapunovRequest, scene_lyapunov};
+//! use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
 //!
 //! let request = LyapunovRequest {
-//!     count: Count::All,
+//!     count: ExponentCount::All,
 //!     settle: None,
 //!     goal: Goal::Time(2.0),
 //!     tolerance: None,
@@ -78,12 +77,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The type of motion of a signal, here of one made on the spot; [`import::read_signal`] reads files:
+//! Classify the type of motion of a signal, here a synthetic one; [`import::read_signal`] reads files:
 //!
 //! ```
 //! use squeakscope::analysis::Regime;
 //! use squeakscope::import::Signal;
-//! use squeakscope::study::signal::{SignalSearch, analyse_signal};
+//! use squeakscope::study::signal::{SignalOptions, analyse_signal};
 //!
 //! let signal = Signal {
 //!     name: "tone".to_owned(),
@@ -92,35 +91,35 @@
 //!     start: 0.0,
 //!     samples: (0..9600).map(|k| (0.5 * f64::from(k)).sin()).collect(),
 //! };
-//! let report = analyse_signal(signal, &SignalSearch::default(), &mut |_, _| true)?;
-//! let report = report.expect("it was not stopped");
+//! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true)?;
+//! let report = report.expect("the analysis was not stopped");
 //! assert_eq!(report.verdict.regime, Regime::Periodic);
 //! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A sweep: the settled response at each value of a parameter of a scene, here continued upwards from one value to
-//! the next:
+//! Run a sweep: the settled response at each value of a scene parameter, here by upward continuation
+//! from one value to the next:
 //!
 //! ```
 //! use squeakscope::scene::{Parameter, Scene};
 //! use squeakscope::study::response::ResponsePlan;
 //! use squeakscope::study::sweep::{
-//!     Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep,
+//!     SweepObserver, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep,
 //! };
 //!
 //! #[derive(Default)]
 //! struct Points(Vec<SweepPoint>);
 //!
-//! impl Audience for Points {
+//! impl SweepObserver for Points {
 //!     type Error = Box<dyn std::error::Error>;
 //!
-//!     fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
+//!     fn on_point(&mut self, point: SweepPoint) -> Result<(), Self::Error> {
 //!         self.0.push(point);
 //!         Ok(())
 //!     }
 //!
-//!     fn progress(&mut self, _: SweepProgress) -> bool {
+//!     fn on_progress(&mut self, _: SweepProgress) -> bool {
 //!         true
 //!     }
 //! }
@@ -128,11 +127,11 @@
 //! let plan = SweepPlan {
 //!     scene: Scene::load("periodic-2deg")?,
 //!     axes: vec![Axis::new(Parameter::tilt(), [1.5, 2.0])],
-//!     starts: vec![Start::Up],
+//!     starts: vec![Start::Upward],
 //!     response: ResponsePlan {
-//!         least: 0.02,
-//!         most: 0.03,
-//!         measure: 0.01,
+//!         min_transient: 0.02,
+//!         max_transient: 0.03,
+//!         measurement_time: 0.01,
 //!         exponents: 0,
 //!         ..ResponsePlan::default()
 //!     },
@@ -149,27 +148,27 @@
 //!
 //! # Modules
 //!
-//! * [`fem`]: meridian finite elements of a solid of revolution; knows no joint.
+//! * [`fem`]: axisymmetric finite elements of a solid of revolution; independent of the joint.
 //! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8).
-//! * [`dynamics`]: integrators, events, tangent flow; knows no joint.
-//! * [`systems`]: small systems with known motions, for the tests of the integrators and small scenes.
-//! * [`analysis`]: slices of samples in, results out.
-//! * [`scene`]: what to run, parsed and validated once.
+//! * [`dynamics`]: integrators, events, tangent flow; independent of the joint.
+//! * [`systems`]: small systems with known motions, for scenes and for tests of the integrators.
+//! * [`analysis`]: signal analysis of slices of samples.
+//! * [`scene`]: the description of a run, parsed and validated once.
 //! * [`pipeline`]: the threads of a run and the messages between them.
 //! * [`study`]: many runs: sweeps, basins, exponents, cost, the paper.
-//! * [`text`]: words for what a run shows, from templates.
+//! * [`text`]: texts that describe the results of a run, from templates.
 //! * [`import`], [`export`], [`numpy`]: signals, samples and models as files.
-//! * `plot`: figures as data; drawn as SVG, PNG and PDF (feature `figure`).
-//! * `record` (feature `record`): recordings for the Rerun viewer.
-//! * `sound` (feature `sound`): motions to listen to.
-//! * [`memory`]: how much there is, for those who read files.
-//! * [`guide`]: longer pages, on the equations, the numerics and the commands.
+//! * `plot`: figures as data, rendered as SVG, PNG and PDF (feature `figure`).
+//! * `record`: recordings for the Rerun viewer (feature `record`).
+//! * `sound`: audio of the motion (feature `sound`).
+//! * [`memory`]: available memory, used to limit the size of files that are read.
+//! * [`guide`]: the user guide: equations, numerics and commands.
 
 #![cfg_attr(
     test,
     allow(
         clippy::too_many_lines,
-        reason = "the steps of a test are read in one place"
+        reason = "a test that reads from top to bottom is easier to follow than one split into helpers"
     )
 )]
 
@@ -185,7 +184,7 @@ pub mod joint;
 pub mod memory;
 #[cfg_attr(
     not(feature = "cli"),
-    allow(dead_code, reason = "some formats are those of the terminal")
+    allow(dead_code, reason = "some formats are used by the command line only")
 )]
 mod number;
 pub mod numpy;
@@ -199,10 +198,13 @@ pub mod text;
 mod cli;
 #[cfg_attr(
     not(feature = "record"),
-    allow(dead_code, reason = "some forms are those of recordings and figures")
+    allow(
+        dead_code,
+        reason = "some functions are used by recordings and figures only"
+    )
 )]
 mod escape;
-// Public for the integration tests alone, which drive sessions from outside.
+// Public only for the integration tests, which control sessions through it.
 #[cfg(feature = "live")]
 #[doc(hidden)]
 pub mod live;
@@ -215,12 +217,12 @@ pub mod sound;
 #[cfg(feature = "record")]
 #[cfg_attr(
     not(feature = "cli"),
-    allow(dead_code, reason = "one form is that of the terminal")
+    allow(dead_code, reason = "one format is used by the command line only")
 )]
 mod table;
 
 #[cfg(feature = "cli")]
 pub use cli::main;
 
-/// The version of this crate, as written into every recording and result.
+/// The version of this crate; every recording and result file contains it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

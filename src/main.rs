@@ -1,4 +1,4 @@
-//! The binary: parse, run, exit code.
+//! The program `squeakscope`; [`squeakscope::main`] parses the arguments and returns the exit code.
 
 use std::process::ExitCode;
 

@@ -1,9 +1,9 @@
-//! Numbers as text: in sentences, tables and labels.
+//! Formatting of numbers for sentences, tables and labels.
 
-/// A value rounded to so many digits, with an SI prefix: `4.12 kHz`, `690 nm`.
+/// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
-    // The exponent is that of the rounded value: 999.9 is 1.00 k.
+    // Take the exponent of the rounded value: 999.9 is 1.00 k.
     let text = format!("{value:.*e}", digits - 1);
     let value = text.parse().unwrap_or(value);
     let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
@@ -15,7 +15,7 @@ pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     format!("{scaled:.decimals$} {prefix}{unit}")
 }
 
-/// A share in per cent, to two digits: `0.085 %`, `12 %`.
+/// A share in percent with two digits: `0.085 %`, `12 %`.
 pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     let magnitude = if value > 0.0 {
@@ -27,7 +27,7 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{value:.decimals$} %")
 }
 
-/// A number without a unit, to three digits where it is small, whole where it is large.
+/// A dimensionless number: about three digits if small, no decimals if large.
 pub(crate) fn plain(x: f64) -> String {
     match x.abs() {
         100.0.. => format!("{x:.0}"),
@@ -37,26 +37,26 @@ pub(crate) fn plain(x: f64) -> String {
     }
 }
 
-/// An angle (rad) in degrees, to a tenth.
+/// An angle (rad) in degrees, rounded to 0.1 degrees.
 pub(crate) fn tenths(angle: f64) -> f64 {
     (10.0 * angle.to_degrees()).round() / 10.0
 }
 
-/// A value with half the width of its 95 % interval.
+/// A value with the half-width of its 95 % interval.
 pub(crate) fn with_error(value: f64, half_width: f64) -> String {
     if half_width.is_finite() {
         let digits = if half_width < 0.1 { 2 } else { 1 };
         let scale = 10f64.powi(digits);
-        // What is rounded to nothing has no sign.
+        // Adding 0 removes the sign of a value rounded to -0.
         let value = (scale * value).round() / scale + 0.0;
         let digits = digits as usize;
         format!("{value:.digits$} ± {half_width:.digits$}")
     } else {
-        format!("{value:.1} (error not known)")
+        format!("{value:.1} (error unknown)")
     }
 }
 
-/// A number with so many significant digits; with a power of ten where it is smaller than 1e-4 or from 1e6 on.
+/// A number with `digits` significant digits; with a power of ten below 1e-4 and from 1e6 on.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -90,7 +90,7 @@ pub(crate) fn short(value: f64) -> String {
     }
 }
 
-/// A number as people write tolerances: `1e-5`, `0.25`, `100`.
+/// A number in the usual notation of tolerances: `1e-5`, `0.25`, `100`.
 pub(crate) fn tolerance(value: f64) -> String {
     if (1e-2..1e6).contains(&value.abs()) || value == 0.0 {
         return short(value);
@@ -98,7 +98,7 @@ pub(crate) fn tolerance(value: f64) -> String {
     format!("{value:.1e}").replace(".0e", "e")
 }
 
-/// An error to two digits or three.
+/// An error with two or three digits.
 pub(crate) fn error(error: f64) -> String {
     match error {
         error if (1e-2..1e4).contains(&error) || error == 0.0 => short(error),
@@ -106,7 +106,7 @@ pub(crate) fn error(error: f64) -> String {
     }
 }
 
-/// A setting by its name and unit, `tolerance` or `step, s`: `tolerance 1e-5`, `step 1.6e-6 s`.
+/// A setting with its name and unit, `tolerance` or `step, s`: `tolerance 1e-5`, `step 1.6e-6 s`.
 pub(crate) fn setting(name_and_unit: &str, value: f64) -> String {
     let (name, unit) = name_and_unit
         .split_once(", ")
@@ -115,7 +115,7 @@ pub(crate) fn setting(name_and_unit: &str, value: f64) -> String {
     words.trim_end().to_owned()
 }
 
-/// A time (s) with so many significant digits, in the unit that suits it: `1.50 s`, `12.3 ms`, `0.640 us`.
+/// A time (s) with `digits` significant digits in a suitable unit: `1.50 s`, `12.3 ms`, `0.640 us`.
 pub(crate) fn time(seconds: f64, digits: usize) -> String {
     let (scale, unit) = match seconds.abs() {
         s if s == 0.0 || s >= 1.0 => (1.0, "s"),
@@ -125,7 +125,7 @@ pub(crate) fn time(seconds: f64, digits: usize) -> String {
     format!("{} {unit}", significant(seconds * scale, digits))
 }
 
-/// A size of a file: `12.3 kB`, `4.5 MB`.
+/// A file size: `12.3 kB`, `4.5 MB`.
 pub(crate) fn size(bytes: u64) -> String {
     match bytes {
         0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
@@ -133,15 +133,15 @@ pub(crate) fn size(bytes: u64) -> String {
     }
 }
 
-/// A number in a column, or nothing where there is none.
+/// A number for a table column; empty for `None`.
 pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
     value
         .into()
         .map_or_else(String::new, |value| format!("{value:.decimals$}"))
 }
 
-/// A value and half the width of its interval, for a column each: to two digits of the latter; `?` where it is not
-/// known.
+/// A value and the half-width of its interval for two columns, with two digits of the latter; `?` if
+/// unknown.
 pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
     let decimals = match half_width > 0.0 && half_width.is_finite() {
         true => (1.0 - half_width.log10().floor()).clamp(0.0, 9.0) as usize,
@@ -154,7 +154,7 @@ pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
     })
 }
 
-/// The same in one: `61.2 +- 1.2`.
+/// A value and the half-width of its interval in one text: `61.2 +- 1.2`.
 pub(crate) fn uncertain(value: f64, half_width: f64) -> String {
     value_and_error(value, half_width).join(" +- ")
 }
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn values_have_as_many_places_as_they_are_worth() {
+    fn values_have_the_decimals_of_their_error() {
         assert_eq!(uncertain(61.237, 1.25), "61.2 +- 1.2");
         assert_eq!(uncertain(-1234.5, 31.0), "-1234 +- 31");
         assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");

@@ -1,41 +1,41 @@
-//! Tables as text: with aligned columns for the terminal, or in Markdown for a page.
+//! Text tables: aligned columns for the terminal, or Markdown for a page.
 
-/// On which side of its column a cell stands.
+/// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
+enum Align {
     Left,
     Right,
 }
 
-/// A table: columns with titles, and rows of cells.
+/// A table with titled columns and rows of cells.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
-    columns: Vec<(String, Side)>,
+    columns: Vec<(String, Align)>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// With a further column of words.
+    /// Adds a left-aligned column, for text.
     pub(crate) fn left(mut self, title: impl Into<String>) -> Self {
-        self.columns.push((title.into(), Side::Left));
+        self.columns.push((title.into(), Align::Left));
         self
     }
 
-    /// With a further column of numbers.
+    /// Adds a right-aligned column, for numbers.
     pub(crate) fn right(mut self, title: impl Into<String>) -> Self {
-        self.columns.push((title.into(), Side::Right));
+        self.columns.push((title.into(), Align::Right));
         self
     }
 
-    /// Adds a row: a cell for each column, which may be coloured.
+    /// Adds a row with one cell per column. Cells can contain colour codes.
     pub(crate) fn row<C: Into<String>>(&mut self, cells: impl IntoIterator<Item = C>) {
         let row: Vec<String> = cells.into_iter().map(Into::into).collect();
         debug_assert_eq!(row.len(), self.columns.len(), "{row:?}");
         self.rows.push(row);
     }
 
-    /// The table for the terminal: each line begins with two blanks, and two are between columns. Without titles
-    /// there is no line of them.
+    /// The table for the terminal: lines are indented by two spaces, columns separated by two. Without
+    /// titles there is no title line.
     pub(crate) fn text(&self) -> String {
         let titles: Vec<String> = self.columns.iter().map(|(t, _)| t.clone()).collect();
         let has_titles = titles.iter().any(|title| !title.is_empty());
@@ -48,11 +48,11 @@ impl Table {
         let mut text = String::new();
         for line in lines {
             let cells = line.iter().zip(&self.columns).zip(&widths);
-            let cells = cells.map(|((cell, (_, side)), width)| {
+            let cells = cells.map(|((cell, (_, align)), width)| {
                 let blanks = " ".repeat(width - self::width(cell));
-                match side {
-                    Side::Left => format!("  {cell}{blanks}"),
-                    Side::Right => format!("  {blanks}{cell}"),
+                match align {
+                    Align::Left => format!("  {cell}{blanks}"),
+                    Align::Right => format!("  {blanks}{cell}"),
                 }
             });
             text += cells.collect::<String>().trim_end();
@@ -73,13 +73,13 @@ impl Table {
     }
 }
 
-/// How many characters are seen: those of colour codes are not.
+/// Number of visible characters, without those of colour codes.
 fn width(cell: &str) -> usize {
     let mut pieces = cell.split("\u{1b}[");
     let before = pieces.next().unwrap_or_default().chars().count();
     let after = pieces.map(|piece| {
-        let seen = piece.split_once('m').map_or(piece, |(_, seen)| seen);
-        seen.chars().count()
+        let visible = piece.split_once('m').map_or(piece, |(_, visible)| visible);
+        visible.chars().count()
     });
     before + after.sum::<usize>()
 }
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_are_aligned_by_what_is_seen() {
+    fn columns_are_aligned_by_visible_width() {
         let mut table = Table::default().right("Hz").left("mode").left("");
         table.row(["12.5", "\u{1b}[1mλ\u{1b}[0m", "unstable"]);
         table.row(["1234.0", "bending", ""]);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_without_titles_has_no_head() {
+    fn a_table_without_titles_has_no_title_line() {
         let mut table = Table::default().left("").right("");
         table.row(["a", "1"]);
         assert_eq!(table.text(), "  a  1\n");

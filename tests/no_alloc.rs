@@ -1,5 +1,4 @@
-//! A step allocates nothing: workspaces are made once, by the constructor. Nor does the joint,
-//! whatever its law of friction.
+//! Integration steps and evaluations of the joint do not allocate, for any friction law.
 #![allow(
     unsafe_code,
     reason = "a counting allocator must implement the unsafe GlobalAlloc trait"
@@ -16,19 +15,19 @@ use squeakscope::joint::{
 use squeakscope::scene::Scene;
 use squeakscope::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
-/// The system's allocator, which counts the requests of each thread.
+/// The system allocator with a counter of the requests of each thread.
 struct Counting;
 
 thread_local! {
     static REQUESTS: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: every request is passed on unchanged to the system's allocator; counting touches only a
-// constant-initialised thread-local without destructor, which itself never allocates.
+// SAFETY: every request is forwarded unchanged to the system allocator; counting accesses only a
+// constant-initialised thread-local without destructor, which never allocates.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         REQUESTS.set(REQUESTS.get() + 1);
-        // SAFETY: the caller's promises are those of the allocator called.
+        // SAFETY: the caller upholds the contract of the system allocator.
         unsafe { SystemAllocator.alloc(layout) }
     }
 
@@ -47,14 +46,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How many requests for memory `work` makes on this thread.
+/// Number of memory requests of `work` on this thread.
 fn requests(work: impl FnOnce()) -> u64 {
     let before = REQUESTS.get();
     work();
     REQUESTS.get() - before
 }
 
-/// Eleven oscillators on unilateral springs, with the springs' work.
+/// Eleven oscillators with unilateral springs and the work of the springs.
 struct Springs {
     omega: Vec<f64>,
 }
@@ -108,26 +107,26 @@ impl Differentiable for Springs {
     }
 }
 
-/// All methods: those that choose their steps, and the one with fixed ones.
+/// All methods, adaptive ones first.
 fn methods(accuracy: Accuracy, max_step: f64, step: f64) -> [Method; 7] {
     [
         Method::Lawson54 { accuracy, max_step },
         Method::Lawson853 { accuracy, max_step },
-        Method::Tsit54 { accuracy, max_step },
+        Method::Tsit5 { accuracy, max_step },
         Method::Dop853 { accuracy, max_step },
-        Method::Rodas5p { accuracy, max_step },
+        Method::Rodas5P { accuracy, max_step },
         Method::Auto { accuracy, max_step },
         Method::Rk4 { step },
     ]
 }
 
 #[test]
-fn the_counter_counts() {
+fn the_counter_detects_an_allocation() {
     assert_eq!(requests(|| drop(std::hint::black_box(vec![1.0_f64; 8]))), 1);
 }
 
 #[test]
-fn integrating_allocates_nothing() {
+fn integration_does_not_allocate() {
     let springs = Springs::new();
     let mut start = vec![0.0; 23];
     start[11..22].fill(0.5);
@@ -139,31 +138,33 @@ fn integrating_allocates_nothing() {
         let count = requests(|| {
             integrator
                 .start(&springs, 0.0, &start)
-                .expect("finite start");
+                .expect("finite initial state");
             for frame in 1..=10 {
-                let border = f64::from(frame);
+                let frame_end = f64::from(frame);
                 for k in 0..20 {
-                    let t = border - 1.0 + 0.05 * f64::from(k);
+                    let t = frame_end - 1.0 + 0.05 * f64::from(k);
                     integrator.sample(&springs, t, &mut z).expect("a sample");
                 }
-                integrator.land(&springs, border).expect("a landing");
+                integrator
+                    .integrate_to(&springs, frame_end)
+                    .expect("a step end");
                 integrator.restart(&springs).expect("the same system again");
                 estimates += u32::from(integrator.take_error_estimate().is_some());
             }
         });
-        let tally = integrator.tally();
-        assert_eq!(count, 0, "{method:?} allocated in {tally:?}");
+        let stats = integrator.stats();
+        assert_eq!(count, 0, "{method:?} allocated in {stats:?}");
         let adaptive = !matches!(method, Method::Rk4 { .. });
         assert_eq!(estimates, if adaptive { 10 } else { 0 }, "{method:?}");
         assert!(
-            tally.steps > 50 && (tally.rejections > 0) == adaptive,
-            "{method:?}: {tally:?}"
+            stats.steps > 50 && (stats.rejections > 0) == adaptive,
+            "{method:?}: {stats:?}"
         );
     }
 }
 
-/// Stops a system at its events for 60 s, tangent vectors with it; returns how many there were.
-fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
+/// Integrates a system for 60 s with event location and tangent vectors; returns the number of events.
+fn count_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
     let methods = methods(Accuracy::relative(1e-8), 0.2, 0.01);
     let mut events = u64::MAX;
     for method in methods {
@@ -171,29 +172,31 @@ fn stop_at_events<Y: System>(name: &str, sys: &Y, start: [f64; 2]) -> u64 {
         let mut integrator = integrator
             .with_events(sys)
             .and_then(|new| new.with_tangents(sys, 2, 1))
-            .expect("it has guards and a derivative");
+            .expect("the system has guards and a derivative");
         let mut z = start;
         let count = requests(|| {
-            integrator.start(sys, 0.0, &start).expect("finite start");
+            integrator
+                .start(sys, 0.0, &start)
+                .expect("finite initial state");
             for k in 0..400 {
                 let t = 0.1 * f64::from(k);
                 integrator.sample(sys, t, &mut z).expect("a sample");
             }
-            integrator.land(sys, 40.0).expect("a landing");
+            integrator.integrate_to(sys, 40.0).expect("a step end");
             integrator.restart(sys).expect("the same system again");
-            integrator.forget_growth();
+            integrator.reset_growth();
             while integrator.time() < 60.0 {
                 integrator.next_event(sys, 60.0).expect("an event");
             }
         });
         assert_eq!(count, 0, "{name}: {method:?} allocated");
-        events = events.min(integrator.tally().events);
+        events = events.min(integrator.stats().events);
     }
     events
 }
 
 #[test]
-fn stopping_at_events_allocates_nothing() {
+fn event_location_does_not_allocate() {
     let impact = ImpactOscillator {
         omega: 1.0,
         damping: 0.02,
@@ -220,14 +223,14 @@ fn stopping_at_events_allocates_nothing() {
         contact_damping: 1.2,
     };
     let events = [
-        stop_at_events("impact oscillator", &impact, [0.5, 0.0]),
-        stop_at_events("mass on a belt", &belt, [0.0, 0.2]),
-        stop_at_events("damped contact", &damped, [0.5, 0.0]),
+        count_events("impact oscillator", &impact, [0.5, 0.0]),
+        count_events("mass on a belt", &belt, [0.0, 0.2]),
+        count_events("damped contact", &damped, [0.5, 0.0]),
     ];
     assert!(events.iter().all(|&events| events > 10), "{events:?}");
 }
 
-/// A law of one's own: viscous.
+/// A user-defined viscous law.
 #[derive(Debug)]
 struct Viscous;
 
@@ -244,7 +247,7 @@ impl FrictionLaw for Viscous {
     }
 }
 
-/// The joint of a preset with each kind of friction, by name.
+/// The joint of a preset with each type of friction, by name.
 fn joints() -> Vec<(&'static str, Joint)> {
     let scene = Scene::load("torus-3deg").expect("a preset");
     let tilted = scene.joint().expect("the preset has a joint");
@@ -261,11 +264,11 @@ fn joints() -> Vec<(&'static str, Joint)> {
             ..model.clone()
         })
     };
-    let own = |radial| Joint::with_friction(&model, Arc::new(Viscous), radial);
+    let custom = |radial| Joint::with_friction(&model, Arc::new(Viscous), radial);
     vec![
         ("Eq. (5)", with(smooth(true), true)),
         ("no radial part", with(smooth(false), true)),
-        ("no lift-off", with(smooth(true), false)),
+        ("no separation", with(smooth(true), false)),
         ("no friction", with(Friction::None, true)),
         (
             "constant",
@@ -288,13 +291,13 @@ fn joints() -> Vec<(&'static str, Joint)> {
                 ..model.clone()
             }),
         ),
-        ("own law", own(true)),
-        ("own law, no radial part", own(false)),
+        ("custom law", custom(true)),
+        ("custom law, no radial part", custom(false)),
         ("energy audit", with(smooth(true), true).with_audit()),
     ]
 }
 
-/// Modal velocities of 10 mm/s in alternate senses, in which some nodes lift off.
+/// Modal velocities of 10 mm/s with alternating signs, which separate some nodes.
 fn kick(joint: &Joint) -> Vec<f64> {
     let m = joint.modes();
     let mut z = vec![0.0; joint.dim()];
@@ -305,11 +308,11 @@ fn kick(joint: &Joint) -> Vec<f64> {
 }
 
 #[test]
-fn a_pass_over_the_contact_nodes_allocates_nothing() {
+fn evaluating_the_contact_nodes_does_not_allocate() {
     for (name, joint) in joints() {
         let m = joint.modes();
         let mut z = kick(&joint);
-        // As far out as in motion: q is v over omega.
+        // Displacements as large as during the motion: q is v over omega.
         for i in 0..m {
             z[i] = z[m + i] / joint.omega()[i];
         }
@@ -322,25 +325,28 @@ fn a_pass_over_the_contact_nodes_allocates_nothing() {
             joint.rhs(0.0, &z, &mut out);
             joint.jacobian(&z, &mut record, &mut jacobian);
             joint.gaps(&z[..m], &mut gaps);
-            joint.open_nodes(&z[..m], &mut open);
+            joint.separated_nodes(&z[..m], &mut open);
             for k in 0..joint.contact_nodes() {
                 probe += joint.node_action(k, &z[..m], &z[m..2 * m]).normal;
             }
             probe += joint.probe_value(&z[..m]);
         });
         assert_eq!(count, 0, "{name} allocated");
-        // They did their work, in contact and out of it.
+        // The evaluation covers nodes in contact and separated ones.
         let open: u32 = open.iter().map(|byte| byte.count_ones()).sum();
         let negative = gaps.iter().filter(|gap| **gap < 0.0).count();
         assert_eq!(open as usize, negative);
-        assert!(0 < negative && negative < gaps.len(), "{negative} open");
+        assert!(
+            0 < negative && negative < gaps.len(),
+            "{negative} separated"
+        );
         assert!(probe.is_finite() && probe > 0.0);
         assert!(out.iter().chain(&jacobian).all(|x| x.is_finite()));
     }
 }
 
 #[test]
-fn integrating_the_joint_allocates_nothing() {
+fn integrating_the_joint_does_not_allocate() {
     let methods = methods(Accuracy::relative(1e-6), 20e-6, 0.5e-6);
     let cases = joints()
         .into_iter()
@@ -351,21 +357,23 @@ fn integrating_the_joint_allocates_nothing() {
         let mut z = start.clone();
         let mut integrator = Integrator::new(method, &joint).expect("valid parameters");
         let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
-        let mut lifted = 0;
+        let mut separated = 0;
         let count = requests(|| {
-            integrator.start(&joint, 0.0, &start).expect("finite start");
+            integrator
+                .start(&joint, 0.0, &start)
+                .expect("finite initial state");
             for k in 0..200 {
                 let t = 5e-6 * f64::from(k);
                 integrator.sample(&joint, t, &mut z).expect("a sample");
-                joint.open_nodes(&z[..m], &mut open);
-                lifted += open.iter().map(|byte| byte.count_ones()).sum::<u32>();
+                joint.separated_nodes(&z[..m], &mut open);
+                separated += open.iter().map(|byte| byte.count_ones()).sum::<u32>();
             }
-            integrator.land(&joint, 1e-3).expect("a landing");
+            integrator.integrate_to(&joint, 1e-3).expect("a step end");
             integrator.restart(&joint).expect("the same joint again");
         });
-        let tally = integrator.tally();
-        assert_eq!(count, 0, "{name} allocated in {tally:?}");
-        assert!(tally.steps > 50, "{name}: {tally:?}");
-        assert!(lifted > 0, "{name}: no node lifted off");
+        let stats = integrator.stats();
+        assert_eq!(count, 0, "{name} allocated in {stats:?}");
+        assert!(stats.steps > 50, "{name}: {stats:?}");
+        assert!(separated > 0, "{name}: no node separated");
     }
 }

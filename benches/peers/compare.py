@@ -1,13 +1,13 @@
-"""The laboratory beside its public peers: same data, same machine, one run.
+"""Compares the analyses of squeakscope with public libraries on the same data and machine.
 
-Times (best of several, after a warm-up that compiles what is compiled late) and results of
-recurrence quantification, mutual information, false nearest neighbours and the spectrogram.
+Measures times (shortest of several, after a warm-up that includes just-in-time compilation) and results
+of recurrence quantification, mutual information, false nearest neighbours and the spectrogram.
 
     apt install pocl-opencl-icd                 # OpenCL on the CPU, for PyRQA
     python3 -m venv peers && peers/bin/pip install -r benches/peers/requirements.txt
-    peers/bin/python benches/peers/compare.py   # builds and runs `cargo bench --bench peers`, too
+    peers/bin/python benches/peers/compare.py   # also builds and runs `cargo bench --bench peers`
 
-prints a table and, with `--write`, puts it into src/guide/peers.md.
+Prints a table. `--write` also inserts it into src/guide/explanation/peers.md.
 """
 
 import argparse
@@ -21,12 +21,12 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDE = ROOT / "src/guide/peers.md"
+GUIDE = ROOT / "src/guide/explanation/peers.md"
 
 RQA_POINTS, LAG, DIMENSION = 10_000, 16, 5
-LEAST_LINE = 2
-SERIES_POINTS, LARGEST_LAG, BINS = 50_000, 100, 64
-LARGEST_DIMENSION, THEILER, R_TOL, A_TOL = 8, 16, 15.0, 2.0
+MIN_LINE = 2
+SERIES_POINTS, MAX_LAG, BINS = 50_000, 100, 64
+MAX_DIMENSION, THEILER, R_TOL, A_TOL = 8, 16, 15.0, 2.0
 STFT_SAMPLES, STFT_WINDOW, STFT_HOP = 1_000_000, 1024, 256
 
 
@@ -51,7 +51,7 @@ def lorenz(count, dt=0.01, skip=10_000):
 
 
 def timed(function, repeats):
-    """Result and best time of `function`, after one call that does not count."""
+    """Result and shortest time of `function`, after one warm-up call."""
     function()
     best = float("inf")
     for _ in range(repeats):
@@ -72,7 +72,7 @@ def embedded(x, lag, dimension):
 
 
 def rqa_numba(x, epsilon):
-    """One sweep over the upper triangle, compiled: what one would write in an afternoon."""
+    """One compiled sweep over the upper triangle: a straightforward implementation."""
     import numba
     import numpy as np
 
@@ -114,11 +114,11 @@ def rqa_numba(x, epsilon):
         n = len(points)
         recurrent, diagonal, _ = sweep(points, epsilon**2)
         length = np.arange(n + 1)
-        long = diagonal[LEAST_LINE:] @ length[LEAST_LINE:]
+        long = diagonal[MIN_LINE:] @ length[MIN_LINE:]
         return {
             "recurrence_rate": recurrent / (n * (n - 1) / 2),
             "determinism": long / recurrent,
-            "mean_diagonal": long / diagonal[LEAST_LINE:].sum(),
+            "mean_diagonal": long / diagonal[MIN_LINE:].sum(),
         }
 
     return timed(go, 5)
@@ -154,10 +154,10 @@ def rqa_pyunicorn(x, epsilon):
                               silence_level=2)
         result = {
             "recurrence_rate": plot.recurrence_rate(),
-            "determinism": plot.determinism(l_min=LEAST_LINE),
-            "mean_diagonal": plot.average_diaglength(l_min=LEAST_LINE),
+            "determinism": plot.determinism(l_min=MIN_LINE),
+            "mean_diagonal": plot.average_diaglength(l_min=MIN_LINE),
         }
-        plot.max_diaglength(), plot.diag_entropy(), plot.laminarity(v_min=LEAST_LINE)
+        plot.max_diaglength(), plot.diag_entropy(), plot.laminarity(v_min=MIN_LINE)
         plot.average_vertlength(), plot.max_vertlength(), plot.mean_recurrence_time()
         return result
 
@@ -169,7 +169,7 @@ def rqa_accrqa(x, epsilon):
     import numpy as np
 
     one = lambda value, kind: np.array([value], dtype=kind)
-    arguments = (one(LAG, np.int32), one(DIMENSION, np.int32), one(LEAST_LINE, np.int32),
+    arguments = (one(LAG, np.int32), one(DIMENSION, np.int32), one(MIN_LINE, np.int32),
                  one(epsilon, np.float64), accrqa.accrqaDistance("euclidean"))
 
     def go():
@@ -202,7 +202,7 @@ def ami_numba(x):
         low, high = x.min(), x.max()
         index = np.minimum((BINS * (x - low) / (high - low)).astype(np.int64), BINS - 1)
         bits = []
-        for lag in range(LARGEST_LAG + 1):
+        for lag in range(MAX_LAG + 1):
             joint = table(index, lag, BINS)
             p = joint / joint.sum()
             q = p.sum(axis=1)[:, None] * p.sum(axis=0)[None, :]
@@ -219,7 +219,7 @@ def ami_numpy(x):
     def go():
         bits = []
         edges = np.linspace(x.min(), x.max(), BINS + 1)
-        for lag in range(LARGEST_LAG + 1):
+        for lag in range(MAX_LAG + 1):
             joint, _, _ = np.histogram2d(x[: len(x) - lag], x[lag:], bins=[edges, edges])
             p = joint / joint.sum()
             q = p.sum(axis=1)[:, None] * p.sum(axis=0)[None, :]
@@ -234,7 +234,7 @@ def ami_neurokit(x):
     import neurokit2
 
     def go():
-        lag, _ = neurokit2.complexity_delay(x, delay_max=LARGEST_LAG, method="fraser1986")
+        lag, _ = neurokit2.complexity_delay(x, delay_max=MAX_LAG, method="fraser1986")
         return {"first_minimum": int(lag)}
 
     return timed(go, 1)
@@ -251,7 +251,7 @@ def first_minimum(bits):
 
 
 def fnn_scipy(x):
-    """Kennel's two criteria by cKDTree; no Theiler window, which a k-nearest query cannot have."""
+    """Kennel's two criteria with cKDTree, without a Theiler window, which its k-nearest query lacks."""
     import numpy as np
     from scipy.spatial import cKDTree
 
@@ -259,7 +259,7 @@ def fnn_scipy(x):
 
     def go():
         share, size = [], x.std()
-        for m in range(1, LARGEST_DIMENSION + 1):
+        for m in range(1, MAX_DIMENSION + 1):
             count = len(x) - m * LAG
             points = embedded(x, LAG, m)[:count]
             distance, place = cKDTree(points).query(points, k=2, workers=workers)
@@ -277,7 +277,7 @@ def fnn_neurokit(x):
 
     def go():
         _, info = neurokit2.complexity_dimension(
-            x, delay=LAG, dimension_max=LARGEST_DIMENSION, method="fnn", R=R_TOL, A=A_TOL
+            x, delay=LAG, dimension_max=MAX_DIMENSION, method="fnn", R=R_TOL, A=A_TOL
         )
         return {"share": [float(v) for v in info["f3"][:4]]}
 
@@ -322,14 +322,14 @@ CASES = {
 
 TITLES = {
     "rqa": f"full recurrence quantification, {RQA_POINTS:,} states, m = {DIMENSION}, Euclidean",
-    "ami": f"mutual information, {SERIES_POINTS:,} samples, {LARGEST_LAG + 1} lags, {BINS} bins",
-    "fnn": f"false neighbours, {SERIES_POINTS:,} samples, m = 1 to {LARGEST_DIMENSION}",
+    "ami": f"mutual information, {SERIES_POINTS:,} samples, {MAX_LAG + 1} lags, {BINS} bins",
+    "fnn": f"false neighbours, {SERIES_POINTS:,} samples, m = 1 to {MAX_DIMENSION}",
     "stft": f"spectrogram, {STFT_SAMPLES:,} samples, window {STFT_WINDOW}, hop {STFT_HOP}",
 }
 
 
 def worker(folder, case, name, epsilon):
-    """Times one peer on one case; a process of its own, so that none disturbs the next."""
+    """Times one peer on one case, in a separate process to keep the peers independent."""
     import numpy as np
 
     x = np.load(Path(folder) / f"{case}.npy")
@@ -348,7 +348,7 @@ def run_peer(folder, case, name, epsilon, cores):
     for line in done.stdout.splitlines():
         if line.startswith("RESULT "):
             return json.loads(line[len("RESULT "):])
-    reason = (done.stderr.strip().splitlines() or ["no word"])[-1]
+    reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
     return {"seconds": None, "result": {}, "failed": reason}
 
 
@@ -368,13 +368,13 @@ def machine():
     return f"{model}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}"
 
 
-def shown(seconds):
+def formatted_time(seconds):
     if seconds is None:
         return "failed"
     return f"{1e3 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
-def spelled(result):
+def formatted_result(result):
     text = []
     for key, value in result.items():
         numbers = value if isinstance(value, list) else [value]
@@ -408,15 +408,15 @@ def main():
     table = ["| task | tool | one core | two cores | result |", "|---|---|---|---|---|"]
     for case, peers in CASES.items():
         one, two = ours[1][case], ours[2][case]
-        table.append(f"| {TITLES[case]} | **squeakscope** | **{shown(one['seconds'])}** | "
-                     f"**{shown(two['seconds'])}** | {spelled(one['result'])} |")
+        table.append(f"| {TITLES[case]} | **squeakscope** | **{formatted_time(one['seconds'])}** | "
+                     f"**{formatted_time(two['seconds'])}** | {formatted_result(one['result'])} |")
         for name in peers:
             first, second = (run_peer(folder, case, name, epsilon, cores) for cores in (1, 2))
-            result = first.get("failed") or spelled(first["result"])
+            result = first.get("failed") or formatted_result(first["result"])
             ratio = lambda theirs, own: (f" ({theirs['seconds'] / own['seconds']:.3g} x)"
                                          if theirs["seconds"] else "")
-            table.append(f"| | {name} | {shown(first['seconds'])}{ratio(first, one)} | "
-                         f"{shown(second['seconds'])}{ratio(second, two)} | {result} |")
+            table.append(f"| | {name} | {formatted_time(first['seconds'])}{ratio(first, one)} | "
+                         f"{formatted_time(second['seconds'])}{ratio(second, two)} | {result} |")
             print(table[-1], flush=True)
     text = "\n".join(table)
     print(f"\n{machine()}\n\n{text}")

@@ -1,10 +1,11 @@
-//! The laboratory's side of `compare.py`: times on the series it wrote, as one line of JSON.
+//! squeakscope's program for `compare.py`: times on the series in a folder, as one line of JSON.
 //!
 //! ```text
 //! cargo bench --no-default-features --bench peers -- FOLDER
 //! ```
 //!
-//! FOLDER holds `rqa.npy`, `ami.npy`, `fnn.npy` and `stft.npy`. Threads: `RAYON_NUM_THREADS`.
+//! FOLDER contains `rqa.npy`, `ami.npy`, `fnn.npy` and `stft.npy`. `RAYON_NUM_THREADS` sets the number
+//! of threads.
 
 use std::error::Error;
 use std::fs::File;
@@ -16,18 +17,18 @@ use std::time::Instant;
 use npyz::NpyFile;
 use serde_json::{Value, json};
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, FalseNeighbourSearch, Norm, RateBase, RecurrenceRule, Stft,
+    AnalysisError, DelayVectors, FalseNeighbourSearch, Norm, RateBase, RecurrenceCriterion, Stft,
     Threshold, Window, false_neighbours, find_threshold, mutual_information, quantify,
 };
 
-/// Delay of the recurrence plot and of the false neighbours, samples.
+/// Lag of the recurrence plot and of the false neighbours, samples.
 const LAG: usize = 16;
-/// Share of the pairs that is recurrent.
+/// Recurrent share of the pairs.
 const RATE: f64 = 0.05;
-/// Times a task is done; the best counts.
+/// Repetitions of a task; the shortest time counts.
 const REPEATS: usize = 7;
 
-/// Best time of a task, s, with what it gave.
+/// Shortest time of a task, s, and its result.
 fn timed<T>(mut task: impl FnMut() -> Result<T, AnalysisError>) -> Result<(f64, T), AnalysisError> {
     let mut result = task()?;
     let mut best = f64::INFINITY;
@@ -46,13 +47,13 @@ fn series(folder: &Path, name: &str) -> Result<Vec<f64>, Box<dyn Error>> {
 
 fn quantification(samples: &[f64]) -> Result<Value, AnalysisError> {
     let vectors = DelayVectors::new(samples, LAG, 5)?;
-    let rule = |threshold| RecurrenceRule {
+    let rule = |threshold| RecurrenceCriterion {
         norm: Norm::Euclidean,
         threshold,
         theiler: 1,
     };
     let epsilon = find_threshold(&vectors, &rule(Threshold::Rate(RATE)))?;
-    // As users do: counts and all measures.
+    // As in normal use: counts and all measures.
     let (seconds, measures) = timed(|| {
         let counts = quantify(black_box(&vectors), &rule(Threshold::Distance(epsilon)))?;
         Ok(counts.measures(2, 2, RateBase::Counted))
@@ -102,7 +103,7 @@ fn spectrogram(samples: &[f64]) -> Result<Value, AnalysisError> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // Cargo adds flags of its own.
+    // Cargo adds its own flags.
     let folder = std::env::args().skip(1).find(|a| !a.starts_with("--"));
     let Some(folder) = folder.map(PathBuf::from) else {
         println!("benches/peers/compare.py runs this; give the folder with its series");

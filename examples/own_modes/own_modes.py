@@ -1,14 +1,14 @@
-"""Modes of a body of one's own for squeakscope, by the finite elements of scikit-fem.
+"""Computes the modes of a user-defined body for squeakscope with the finite elements of scikit-fem.
 
     pip install scikit-fem==12.0.2
-    squeakscope model patch.toml --out patch.npz     # where the contact nodes are
-    python own_modes.py patch.npz hip.npz            # the modes there
-    squeakscope run hip.toml                         # the scene that names hip.npz
+    squeakscope model patch.toml --out patch.npz     # exports the contact nodes
+    python own_modes.py patch.npz hip.npz            # computes the modes at these nodes
+    squeakscope run hip.toml                         # the scene that uses hip.npz
 
 The body is the head, neck and stem of a hip implant: a ball on a bent stem of elliptical section.
-`--body beam` takes the ball on a straight round beam instead, which squeakscope meshes itself, so
-that the two programs can be compared. What any other finite-element program has to do is in
-`write`: mass-normalised shapes at the contact nodes that squeakscope has laid out, and frequencies.
+`--body beam` uses the ball on a straight round beam instead. squeakscope can mesh that body itself,
+which allows a comparison of the two programs. The function `write` shows what any finite-element
+program must provide: frequencies and mass-normalised shapes at the contact nodes of squeakscope.
 """
 
 import argparse
@@ -23,15 +23,15 @@ MATERIAL = {
     "hip": dict(young=220e9, poisson=0.30, density=8300.0),
     "beam": dict(young=207e9, poisson=0.30, density=7800.0),
 }
-LENGTH = {"hip": 0.150, "beam": 0.200}  # along the stem, from where it meets the ball, m
-NECK = {"hip": 8e-3, "beam": 10e-3}  # radius of the stem there, m
+LENGTH = {"hip": 0.150, "beam": 0.200}  # length of the stem outside the ball, m
+NECK = {"hip": 8e-3, "beam": 10e-3}  # radius of the stem at the ball, m
 
 
 def section(body, along):
-    """Semi-axes of the stem's section (m) at a distance along it (m)."""
+    """Semi-axes of the stem section (m) at distances along the stem (m)."""
     if body == "beam":
         return NECK[body] + 0 * along, NECK[body] + 0 * along
-    stations = [0.0, 0.030, 0.050, 0.150]  # neck, its end, shoulder, tip
+    stations = [0.0, 0.030, 0.050, 0.150]  # start of the neck, its end, shoulder, tip
     return (
         np.interp(along, stations, [NECK[body], NECK[body], 13e-3, 5e-3]),
         np.interp(along, stations, [NECK[body], NECK[body], 9e-3, 5e-3]),
@@ -39,7 +39,7 @@ def section(body, along):
 
 
 def centre_line(body, along):
-    """Sideways place, depth (m) and slope (rad) of the stem's middle at distances along it (m)."""
+    """Lateral offset (m), depth (m) and slope (rad) of the centre line at distances along the stem (m)."""
     if body == "beam":
         return 0 * along, along, 0 * along
     fine = np.linspace(0.0, LENGTH[body], 2001)
@@ -53,7 +53,7 @@ def centre_line(body, along):
 
 
 def disc(u, v):
-    """From the square [-1, 1]^2 to the unit disc; straight inside, so that no element is folded."""
+    """Maps the square [-1, 1]^2 to the unit disc; nearly linear inside to avoid folded elements."""
     size = np.maximum(abs(u), abs(v))
     with np.errstate(invalid="ignore", divide="ignore"):
         angle = np.where(
@@ -70,9 +70,9 @@ def disc(u, v):
 
 
 def mesh_body(body, ball, n):
-    """Quadratic hexahedra of a ball of radius `ball` (m) about the origin on a stem below it.
+    """Meshes a ball of radius `ball` (m) about the origin on a stem below it with quadratic hexahedra.
 
-    A column of bricks, its top cube blown up to the ball.
+    The mesh is a column of bricks whose top cube is mapped to the ball.
     """
     neck = NECK[body]
     depth = np.sqrt(ball**2 - neck**2)
@@ -99,7 +99,7 @@ def mesh_body(body, ball, n):
     u, v, w = u[~below], v[~below], w[~below]
     size = np.maximum(np.maximum(abs(u), abs(v)), abs(w))
     outside = np.array([u, v, w]) / np.maximum(size, 1e-12)
-    # A cubed sphere whose lower edge is drawn down to the neck.
+    # A cubed sphere whose lower edge is moved to the neck.
     cube = np.tan(np.pi / 4 * outside)
     round_ = np.hypot(cube[0], cube[1])
     polar = np.arctan2(round_, cube[2])
@@ -111,7 +111,7 @@ def mesh_body(body, ball, n):
     sphere = ball * np.array(
         [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]
     )
-    # The bottom of the cubes within is flat.
+    # The bottom of the inner cubes is flat.
     x, y = disc(outside[0], outside[1])
     flat = np.array([neck * x, neck * y, np.full_like(x, -depth)])
     surface = np.where(outside[2] <= -1 + 1e-9, flat, sphere)
@@ -140,19 +140,19 @@ def modes_of(basis, material, count):
     lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
     k = stiffness.assemble(basis, shear=shear, lame=lame)
     m = mass.assemble(basis, density=material["density"])
-    # Shifted below zero, where the matrix is definite: the six rigid-body motions are the first found.
+    # The negative shift makes the matrix definite. The first six eigenvectors are rigid-body motions.
     squares, shapes = eigsh(k.tocsc(), count + 6, m.tocsc(), sigma=-((2 * np.pi * 300) ** 2))
     order = np.argsort(squares)[6:]
     return np.sqrt(squares[order]) / (2 * np.pi), shapes[:, order], m.tocsr()
 
 
 def rows_at(basis, points):
-    """The rows (points, 3, dofs) that give the displacement at points of the surface (n, 3)."""
+    """Interpolation rows (points, 3, dofs) for the displacement at surface points (n, 3)."""
     mapping, mesh = basis.mapping, basis.mesh
     middles = mesh.p[:, mesh.t].mean(axis=1).T
     rows = np.zeros((len(points), 3, basis.N))
     for row, point in zip(rows, points):
-        # The element whose own coordinates of the point leave [0, 1] least.
+        # Choose the element in which the local coordinates of the point exceed [0, 1] least.
         near = np.argsort(np.linalg.norm(middles - point, axis=1))[:12]
         local = np.full((3, len(near), 1), 0.5)
         for _ in range(30):
@@ -170,11 +170,11 @@ def rows_at(basis, points):
 
 
 def surface_of(basis, shapes):
-    """The surface as triangles, for pictures: vertices, triangles, shapes (vertices, 3, modes)."""
+    """The surface as triangles for display: vertices, triangles, shapes (vertices, 3, modes)."""
     mesh = basis.mesh
     facets = mesh.boundary_facets()
     corners = mesh.facets[:, facets].T
-    # Corners go round each facet; outwards is away from the middle of its element.
+    # The corners circulate around each facet; outwards is away from the centre of its element.
     middle = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T
     a, b, c = (mesh.p[:, corners[:, k]].T for k in range(3))
     inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - middle) < 0
@@ -186,7 +186,7 @@ def surface_of(basis, shapes):
 
 
 def write(path, patch, hz, rows, shapes, surface, extra):
-    """The file: contact nodes as squeakscope laid them out, modes as found here."""
+    """Writes the contact nodes of squeakscope and the modes computed here."""
     kept = ["positions", "normals", "areas", "pre_stress", "stiffness"]
     vertices, triangles, surface_shapes = surface
     np.savez_compressed(
@@ -203,15 +203,15 @@ def write(path, patch, hz, rows, shapes, surface, extra):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("patch", help="what `squeakscope model` wrote for the same ball and load")
-    parser.add_argument("out", help="the file to write")
+    parser.add_argument("patch", help="file from `squeakscope model` for the same ball and load")
+    parser.add_argument("out", help="output file")
     parser.add_argument("--body", choices=["hip", "beam"], default="hip")
     parser.add_argument("--modes", type=int, default=12)
-    parser.add_argument("--elements", type=int, default=4, help="across the body, even")
+    parser.add_argument("--elements", type=int, default=4, help="number of elements across the body, even")
     parser.add_argument(
         "--mass",
         action="store_true",
-        help="write the mass matrix too, so that squeakscope checks the shapes (larger)",
+        help="also write the mass matrix, which lets squeakscope check the shapes (larger file)",
     )
     args = parser.parse_args()
     patch = np.load(args.patch)

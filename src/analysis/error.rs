@@ -1,87 +1,87 @@
-//! What can be wrong with a signal.
+//! Errors of the analyses.
 
 use crate::memory::MemoryShortage;
 
-/// The error of an analysis.
+/// Error of an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AnalysisError {
-    /// The slice is too short for what is asked of it.
-    #[error(
-        "{what}: {have} samples are too few; give at least {need}, or ask for a shorter window"
-    )]
+    /// The slice is too short for the analysis.
+    #[error("{what}: {have} samples are too few; give at least {need} or choose a shorter window")]
     TooShort {
-        /// The analysis.
+        /// Name of the analysis.
         what: &'static str,
         /// Samples given.
         have: usize,
         /// Samples needed.
         need: usize,
     },
-    /// Delay vectors need a lag and a dimension of at least 1.
+    /// The lag or the dimension of the delay vectors is 0.
     #[error("delay vectors, Eq. (25): lag {lag} and dimension {dimension} must both be at least 1")]
-    NoDelay {
-        /// Lag in samples.
+    InvalidDelay {
+        /// Lag, samples.
         lag: usize,
         /// Embedding dimension.
         dimension: usize,
     },
-    /// A plane needs a normal.
-    #[error("section: the normal of the plane is zero throughout; give it a direction")]
-    NoPlane,
-    /// A section of a delay trajectory has its level in the second coordinate.
-    #[error("delay section: a dimension of {dimension} has no second coordinate; give at least 2")]
-    FlatSection {
+    /// All components of the plane normal are zero.
+    #[error("section: the plane normal is zero; give at least one non-zero component")]
+    ZeroNormal,
+    /// The delay section has no second coordinate, in which it is defined.
+    #[error("delay section: dimension {dimension} is too small; give at least 2")]
+    SectionDimension {
         /// Embedding dimension.
         dimension: usize,
     },
-    /// Channels and what is to be done with them do not fit.
-    #[error("section: {have} channels given, {need} needed, one for each component of the normal")]
+    /// The number of channels differs from the number of components of the normal.
+    #[error(
+        "section: {have} channels given, {need} needed; give one channel per component of the normal"
+    )]
     ChannelCount {
         /// Channels given.
         have: usize,
         /// Channels needed.
         need: usize,
     },
-    /// Channels of one trajectory are sampled together.
-    #[error("section: the channels differ in length; cut them to the same instants")]
-    UnevenChannels,
-    /// A recurrence threshold that is out of its range.
+    /// The channels of one trajectory differ in length.
+    #[error("section: the channels differ in length; cut them to the same time range")]
+    ChannelLength,
+    /// The recurrence threshold is out of range.
     #[error("recurrence threshold: {what}")]
     Threshold {
-        /// What it should be.
+        /// Valid range.
         what: &'static str,
     },
-    /// Something counted from 1 is 0.
+    /// A count that must be at least 1 is 0.
     #[error("{what} must be at least 1")]
-    Zero {
-        /// The analysis and its parameter.
+    ZeroCount {
+        /// Analysis and parameter.
         what: &'static str,
     },
-    /// A joint histogram needs a sensible number of bins along an axis.
-    #[error("mutual information: {bins} bins along an axis; give 2 to {most}")]
+    /// The number of histogram bins per axis is out of range.
+    #[error("mutual information: {bins} bins per axis is out of range; give 2 to {most}")]
     Bins {
-        /// Bins asked for.
+        /// Bins given.
         bins: usize,
-        /// The most that are possible.
+        /// Maximum number of bins.
         most: usize,
     },
-    /// Squares of the samples would overflow or vanish.
+    /// Squares of the samples overflow or underflow.
     #[error(
-        "the samples are too large or too much alike to be squared: magnitudes up to 1e140 and a \
-         range from 1e-140 on can be analysed; give them in another unit"
+        "the sample magnitude exceeds 1e140 or the range is below 1e-140, so squares overflow or \
+         underflow; scale the signal to another unit"
     )]
-    Size,
-    /// The buffers of an analysis do not fit into the memory.
+    SampleRange,
+    /// The buffers of an analysis exceed the available memory.
     #[error(
-        "the analysis of {samples} samples does not fit into memory: {shortage}; give a shorter stretch"
+        "the analysis of {samples} samples does not fit into memory: {shortage}; choose a shorter section"
     )]
     Memory {
-        /// How many samples.
+        /// Number of samples.
         samples: usize,
-        /// By how much.
+        /// Memory needed and available.
         shortage: MemoryShortage,
     },
-    /// The signal does not move.
-    #[error("all samples are the same: there is nothing to analyse; choose another stretch")]
+    /// All samples are equal.
+    #[error("all samples are equal, so there is nothing to analyse; choose another section")]
     Constant,
 }

@@ -1,40 +1,40 @@
-//! A straight line through points that come one after another, in bounded memory.
+//! Least-squares line through a stream of points in bounded memory.
 
-/// The most points kept.
-const MOST: usize = 128;
+/// Maximum number of stored points.
+const MAX_POINTS: usize = 128;
 
-/// Fewer points than these give no line.
-const FEWEST: usize = 8;
+/// Minimum number of stored points for a fit.
+const MIN_POINTS: usize = 8;
 
-/// A straight line fitted to points evenly spaced along the abscissa, as they come. When all places are
-/// taken, neighbours are merged into their mean.
+/// Least-squares line through a stream of points with evenly spaced abscissas. When the storage of 128
+/// points is full, neighbouring points are merged into their mean.
 #[derive(Clone, Debug, Default)]
 pub struct LineFit {
     points: Vec<[f64; 2]>,
-    /// Sum of the points that are yet to be merged into one, and how many they are.
-    filling: [f64; 2],
-    filled: usize,
-    /// How many points make one, less one: zero as long as all are kept.
-    more: usize,
-    /// The first abscissa.
+    /// Sum of the samples not yet merged into a stored point, and their number.
+    pending_sum: [f64; 2],
+    pending: usize,
+    /// Samples per stored point, minus one. Zero until the first merge.
+    merged: usize,
+    /// First abscissa.
     from: Option<f64>,
 }
 
-/// A straight line through points.
+/// A least-squares line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// By least squares.
+    /// Slope.
     pub slope: f64,
-    /// Half the width of the slope's 95 % interval.
+    /// Half-width of the 95 % confidence interval of the slope.
     pub half_width: f64,
-    /// The ordinate at zero.
+    /// Ordinate at abscissa 0.
     pub intercept: f64,
-    /// The first abscissa.
+    /// First abscissa.
     pub from: f64,
 }
 
 impl LineFit {
-    /// Forgets all points.
+    /// Removes all points.
     pub fn clear(&mut self) {
         let mut points = std::mem::take(&mut self.points);
         points.clear();
@@ -44,37 +44,37 @@ impl LineFit {
         };
     }
 
-    /// Takes the next point.
+    /// Adds a point.
     pub fn push(&mut self, x: f64, y: f64) {
         self.from.get_or_insert(x);
-        self.filling[0] += x;
-        self.filling[1] += y;
-        self.filled += 1;
-        if self.filled <= self.more {
+        self.pending_sum[0] += x;
+        self.pending_sum[1] += y;
+        self.pending += 1;
+        if self.pending <= self.merged {
             return;
         }
-        if self.points.len() == MOST {
-            self.merge();
+        if self.points.len() == MAX_POINTS {
+            self.merge_pairs();
         }
-        if self.filled > self.more {
-            let filled = self.filled as f64;
-            self.points.push(self.filling.map(|sum| sum / filled));
-            (self.filling, self.filled) = ([0.0; 2], 0);
+        if self.pending > self.merged {
+            let pending = self.pending as f64;
+            self.points.push(self.pending_sum.map(|sum| sum / pending));
+            (self.pending_sum, self.pending) = ([0.0; 2], 0);
         }
     }
 
-    fn merge(&mut self) {
+    fn merge_pairs(&mut self) {
         let pairs = self.points.chunks_exact(2);
         let mean = |pair: &[[f64; 2]]| [0, 1].map(|c| 0.5 * (pair[0][c] + pair[1][c]));
         self.points = pairs.map(mean).collect();
-        self.more = 2 * self.more + 1;
+        self.merged = 2 * self.merged + 1;
     }
 
-    /// The line, and the error of its slope: by the scatter about the line, widened by the correlation of
-    /// neighbours. `None` for fewer than eight points.
+    /// Fits the line. The error of the slope follows from the scatter about the line, widened by the
+    /// correlation of neighbouring residuals. `None` for fewer than eight points.
     pub fn fit(&self) -> Option<Fit> {
         let count = self.points.len() as f64;
-        let from = self.from.filter(|_| self.points.len() >= FEWEST)?;
+        let from = self.from.filter(|_| self.points.len() >= MIN_POINTS)?;
         let mean = [0, 1].map(|c| self.points.iter().map(|p| p[c]).sum::<f64>() / count);
         let about = self.points.iter().map(|p| [p[0] - mean[0], p[1] - mean[1]]);
         let spread: f64 = about.clone().map(|[x, _]| x * x).sum();
@@ -107,24 +107,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_found_however_many_its_points() {
+    fn the_fit_is_exact_for_any_number_of_points() {
         for count in [8, 100, 128, 129, 1000, 12_345] {
             let mut line = LineFit::default();
             for k in 0..count {
                 let x = 2.0 + 0.5 * f64::from(k);
-                assert_eq!(line.fit().is_some(), line.points.len() >= FEWEST);
+                assert_eq!(line.fit().is_some(), line.points.len() >= MIN_POINTS);
                 line.push(x, 3.0 - 0.25 * x);
             }
             let fit = line.fit().unwrap();
             assert!((fit.slope + 0.25).abs() < 1e-12, "{count}: {fit:?}");
             assert!((fit.intercept - 3.0).abs() < 1e-9 && fit.half_width < 1e-9);
             assert_eq!(fit.from, 2.0);
-            assert!(line.points.len() <= MOST);
+            assert!(line.points.len() <= MAX_POINTS);
         }
     }
 
     #[test]
-    fn the_interval_holds_the_slope_in_about_95_of_100() {
+    fn the_interval_contains_the_slope_in_about_95_percent_of_runs() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let mut inside = 0;
         for _ in 0..1000 {
@@ -132,7 +132,7 @@ mod tests {
             let mut noise = 0.0;
             for k in 0..100 {
                 let random: f64 = StandardNormal.sample(&mut rng);
-                // Neighbours go together.
+                // Correlate neighbouring samples.
                 noise = 0.5 * noise + random;
                 line.push(f64::from(k), 0.1 * f64::from(k) + noise);
             }

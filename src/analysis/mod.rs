@@ -1,34 +1,33 @@
-//! Signals: slices of samples in, values out. Knows neither joint nor scene.
+//! Signal analysis: slices of samples in, result structs out. Independent of the joint and the scene.
 //!
-//! Five questions are put to a signal here.
+//! The module covers five tasks.
 //!
-//! *Which tones is it made of?* A [`SpectrumAnalyser`] gives the one-sided amplitude
-//! [`Spectrum`] under a [`Window`]; its [`Line`]s are refined below a bin; [`name_lines`] reads
-//! them as one fundamental with harmonics or as two base frequencies with their combinations,
-//! and says how likely it is that chance did the same. [`Stft`] does it column by column.
+//! *Spectral lines.* [`SpectrumAnalyser`] computes the one-sided amplitude [`Spectrum`] under a
+//! [`Window`]. Each [`Line`] is interpolated to a fraction of a bin. [`identify_lines`] explains the lines
+//! as one fundamental with harmonics, or as two base frequencies with their combinations, and gives an
+//! upper bound of the probability that random lines fit equally well. [`Stft`] computes the spectrum column by column.
 //!
-//! *In which space does it move?* [`DelayVectors`] unfold it, Eq. (25); [`choose_delay`] takes
-//! the lag from the [`mutual_information`] and the dimension from the [`false_neighbours`].
+//! *State-space reconstruction.* [`DelayVectors`] embed the signal, Eq. (25). [`choose_delay`] takes the
+//! lag from the [`mutual_information`] and the dimension from the [`false_neighbours`].
 //!
-//! *When does it come back to where it was?* A [`RecurrencePlot`] shows which instants lie close
-//! to one another, Eq. (26): a periodic signal gives unbroken diagonals a period apart; chaos
-//! tears them. [`quantify`] counts its points and lines without ever storing it, a
-//! [`RecurrenceWindow`] as samples come and go; [`Measures`] follow from the counts.
+//! *Recurrence.* A [`RecurrencePlot`] shows which pairs of instants have close states, Eq. (26). A
+//! periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces.
+//! [`quantify`] counts points and lines without storing the plot. A [`RecurrenceWindow`] updates the
+//! counts as samples arrive and leave. [`Measures`] follow from the counts.
 //!
-//! *How does it pass through a surface?* [`delay_section`] and [`plane_section`] give Poincare
-//! sections, [`section_shape`] tells points from loops and clouds.
+//! *Poincaré sections.* [`delay_section`] and [`plane_section`] compute sections. [`section_shape`]
+//! distinguishes points, closed curves and clouds.
 //!
-//! *Is it chaos?* [`divergence()`] follows neighbours that part, [`zero_one()`] applies the 0-1
-//! test, and [`classify`] weighs all evidence into a [`Verdict`].
+//! *Chaos.* [`divergence()`] computes the divergence of nearest neighbours. [`zero_one()`] applies the
+//! 0-1 test. [`classify`] combines all evidence into a [`Verdict`].
 //!
-//! [`SlidingWindow`] turns a stream of samples, in pieces of any size, into windows at exact
-//! instants; all live analyses stand on it.
+//! [`SlidingWindow`] turns a stream of samples, in blocks of any size, into windows that end at exact
+//! instants. All live analyses use it.
 //!
-//! Sample values must be finite, and of a size that can be squared: the largest magnitude at
-//! most [`LARGEST_SAMPLE`], the range (largest less smallest) at least [`SMALLEST_RANGE`] unless
-//! it is 0. Distances and powers are sums of squares; beyond that they overflow or vanish, and
-//! states seem infinitely far apart, or the same. A signal that is the same throughout is legal
-//! everywhere and gives a defined result or an error, never NaN.
+//! Samples must be finite. Distances and powers are sums of squares, which overflow or underflow outside
+//! these limits: the largest magnitude is at most [`MAX_SAMPLE`], and the range (maximum minus
+//! minimum) is 0 or at least [`MIN_RANGE`]. A constant signal is valid input everywhere: it gives a
+//! defined result or an error, never NaN.
 
 mod chaos;
 mod delay;
@@ -59,11 +58,11 @@ pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};
 pub use sliding::{History, SlidingWindow, View};
 pub use tones::*;
 
-/// The smallest range (largest less smallest sample) of a signal that moves, in any unit.
-pub const SMALLEST_RANGE: f64 = 1e-140;
+/// Smallest non-zero range (maximum minus minimum) of a signal that can be analysed, in any unit.
+pub const MIN_RANGE: f64 = 1e-140;
 
-/// The largest magnitude of a sample, in any unit.
-pub const LARGEST_SAMPLE: f64 = 1e140;
+/// Largest magnitude of a sample that can be analysed, in any unit.
+pub const MAX_SAMPLE: f64 = 1e140;
 
 #[cfg(test)]
 pub(crate) mod test_signals;

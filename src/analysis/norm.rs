@@ -1,8 +1,8 @@
-//! Distances between vectors.
+//! Vector norms.
 
 use serde::{Deserialize, Serialize};
 
-/// How the distance of two vectors is measured.
+/// Norm used for the distance of two vectors.
 #[derive(
     Clone,
     Copy,
@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
     Eq,
     Hash,
     strum::VariantArray,
+    strum::EnumString,
     strum::IntoStaticStr,
     Serialize,
     Deserialize,
@@ -28,13 +29,12 @@ pub enum Norm {
     Manhattan,
 }
 
-/// Distances are compared without roots, as what is here called their *extent*: the sum of
-/// squares of the Euclidean norm, the distance itself of the others. Each operation is rounded by
-/// itself and sums run from the first coordinate on, so that all comparisons agree to the last
-/// bit.
+/// Distances are compared in *unrooted* form, without the square root: the sum of squares for the
+/// Euclidean norm, the distance itself for the others. Every operation is rounded separately and sums
+/// start with the first coordinate, which makes all comparisons agree to the last bit.
 impl Norm {
-    /// The extent of a vector of differences.
-    pub(crate) fn extent(self, differences: impl Iterator<Item = f64>) -> f64 {
+    /// Unrooted norm of a vector of differences.
+    pub(crate) fn unrooted(self, differences: impl Iterator<Item = f64>) -> f64 {
         match self {
             Self::Euclidean => differences.fold(0.0, |sum, t| sum + t * t),
             Self::Maximum => differences.fold(0.0, |most, t| t.abs().max(most)),
@@ -42,27 +42,27 @@ impl Norm {
         }
     }
 
-    /// The largest extent within a distance (not negative).
-    pub(crate) fn extent_within(self, distance: f64) -> f64 {
+    /// Largest unrooted distance within a distance (not negative).
+    pub(crate) fn unrooted_limit(self, distance: f64) -> f64 {
         match self {
             Self::Euclidean => distance * distance,
             Self::Maximum | Self::Manhattan => distance,
         }
     }
 
-    /// The smallest distance that an extent is within: the smallest root whose square, rounded as
-    /// it will be, reaches the extent.
+    /// Smallest distance that contains an unrooted distance: the smallest root whose rounded square
+    /// reaches it.
     ///
-    /// Bisection, because squares that underflow or overflow have very many such roots.
-    pub(crate) fn distance_of_extent(self, extent: f64) -> f64 {
+    /// Uses bisection, because squares that underflow or overflow have very many such roots.
+    pub(crate) fn distance_of_unrooted(self, unrooted: f64) -> f64 {
         match self {
             Self::Euclidean => {
-                // Numbers that are not negative are ordered like their bits.
-                let (mut low, mut high) = (0, extent.sqrt().next_up().to_bits());
+                // Non-negative floating-point numbers have the same order as their bit patterns.
+                let (mut low, mut high) = (0, unrooted.sqrt().next_up().to_bits());
                 while low < high {
                     let middle = low + (high - low) / 2;
                     let root = f64::from_bits(middle);
-                    if root * root >= extent {
+                    if root * root >= unrooted {
                         high = middle;
                     } else {
                         low = middle + 1;
@@ -70,7 +70,7 @@ impl Norm {
                 }
                 f64::from_bits(low)
             }
-            Self::Maximum | Self::Manhattan => extent,
+            Self::Maximum | Self::Manhattan => unrooted,
         }
     }
 }
@@ -82,38 +82,41 @@ mod tests {
     use super::*;
 
     #[test]
-    fn extents_are_those_of_the_norms() {
+    fn unrooted_distances_match_the_norms() {
         let t = [3.0, -4.0, 0.0];
-        assert_eq!(Norm::Euclidean.extent(t.into_iter()), 25.0);
-        assert_eq!(Norm::Maximum.extent(t.into_iter()), 4.0);
-        assert_eq!(Norm::Manhattan.extent(t.into_iter()), 7.0);
-        assert_eq!(Norm::Euclidean.distance_of_extent(25.0), 5.0);
-        assert_eq!(Norm::Euclidean.extent_within(5.0), 25.0);
+        assert_eq!(Norm::Euclidean.unrooted(t.into_iter()), 25.0);
+        assert_eq!(Norm::Maximum.unrooted(t.into_iter()), 4.0);
+        assert_eq!(Norm::Manhattan.unrooted(t.into_iter()), 7.0);
+        assert_eq!(Norm::Euclidean.distance_of_unrooted(25.0), 5.0);
+        assert_eq!(Norm::Euclidean.unrooted_limit(5.0), 25.0);
     }
 
-    fn check_distance_of(extent: f64) {
+    fn check_distance_of(unrooted: f64) {
         for norm in [Norm::Euclidean, Norm::Maximum, Norm::Manhattan] {
-            let distance = norm.distance_of_extent(extent);
-            assert!(norm.extent_within(distance) >= extent, "{norm:?} {extent}");
+            let distance = norm.distance_of_unrooted(unrooted);
+            assert!(
+                norm.unrooted_limit(distance) >= unrooted,
+                "{norm:?} {unrooted}"
+            );
             if distance > 0.0 {
-                let less = norm.extent_within(distance.next_down());
-                assert!(less < extent, "{norm:?} {extent}");
+                let less = norm.unrooted_limit(distance.next_down());
+                assert!(less < unrooted, "{norm:?} {unrooted}");
             }
         }
     }
 
     #[test]
     fn squares_that_underflow_or_overflow_have_a_distance() {
-        // Some 10^15 roots or more have the same square.
-        for extent in [0.0, 5e-324, 1e-320, 1e-310, f64::MIN_POSITIVE, f64::MAX] {
-            check_distance_of(extent);
+        // About 10^15 roots or more have the same square.
+        for unrooted in [0.0, 5e-324, 1e-320, 1e-310, f64::MIN_POSITIVE, f64::MAX] {
+            check_distance_of(unrooted);
         }
         check_distance_of(f64::INFINITY);
     }
 
     proptest! {
         #[test]
-        fn a_distance_is_the_smallest_that_holds_its_extent(bits in 0..f64::INFINITY.to_bits()) {
+        fn the_distance_is_the_smallest_that_contains_its_unrooted_form(bits in 0..f64::INFINITY.to_bits()) {
             check_distance_of(f64::from_bits(bits));
         }
     }

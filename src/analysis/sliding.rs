@@ -1,4 +1,4 @@
-//! Windows on a stream, at exact instants.
+//! Sliding windows over a sample stream, ending at exact instants.
 
 /// The last samples of `C` parallel channels.
 #[derive(Clone, Debug)]
@@ -8,35 +8,35 @@ pub struct History<const C: usize> {
     seen: u64,
 }
 
-/// What a [`History`] or a [`SlidingWindow`] shows at one instant.
+/// Contents of a [`History`] or a [`SlidingWindow`] at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a, const C: usize> {
-    /// The samples of each channel, oldest first.
+    /// Samples of each channel, oldest first.
     pub channels: [&'a [f64]; C],
-    /// Samples seen since the start; the newest one here has the index `seen - 1`.
+    /// Samples received since the start. The newest sample here has the index `seen - 1`.
     pub seen: u64,
 }
 
 impl<const C: usize> History<C> {
-    /// Keeps the last `length` samples.
+    /// Creates a history of the last `length` samples.
     pub fn new(length: usize) -> Self {
         Self {
-            channels: std::array::from_fn(|_| Vec::with_capacity(Self::room(length))),
+            channels: std::array::from_fn(|_| Vec::with_capacity(Self::capacity(length))),
             length,
             seen: 0,
         }
     }
 
-    /// Takes the next samples, as many of each channel.
+    /// Appends samples, the same number to each channel.
     ///
     /// # Panics
     /// If the channels differ in length.
     pub fn push(&mut self, samples: [&[f64]; C]) {
         let count = common_length(samples);
-        // Of a piece longer than the history only the end can ever be seen.
+        // Only the end of a block longer than the history can become visible.
         let unseen = count.saturating_sub(self.length);
         for (channel, new) in self.channels.iter_mut().zip(samples) {
-            if channel.len() + count - unseen > Self::room(self.length) {
+            if channel.len() + count - unseen > Self::capacity(self.length) {
                 channel.drain(..channel.len() - self.length);
             }
             channel.extend_from_slice(&new[unseen..]);
@@ -44,7 +44,7 @@ impl<const C: usize> History<C> {
         self.seen += count as u64;
     }
 
-    /// The last samples, fewer than the length at the beginning.
+    /// The last samples; fewer than the length at the beginning.
     pub fn view(&self) -> View<'_, C> {
         let last = |c: &Vec<f64>| c.len().saturating_sub(self.length);
         View {
@@ -53,61 +53,60 @@ impl<const C: usize> History<C> {
         }
     }
 
-    /// Samples a channel may hold before the old ones are dropped: a multiple of the length, so
-    /// that each sample is moved less than once on average.
-    fn room(length: usize) -> usize {
+    /// Maximum number of buffered samples per channel before old ones are dropped. A multiple of the
+    /// length moves each sample less than once on average.
+    fn capacity(length: usize) -> usize {
         4 * length
     }
 }
 
-/// A [`History`] handed out every `hop` samples.
+/// A [`History`] that passes on a window every `hop` samples.
 ///
-/// Window `j = 1, 2, ...` ends when `round(j hop)` samples have been seen, counted from the first
-/// one: a hop that is not whole does not drift, and the windows do not depend on the pieces in
-/// which the samples arrive.
+/// Window `j = 1, 2, ...` ends after `round(j hop)` samples, counted from the first one. A non-integer
+/// hop therefore does not drift, and the windows do not depend on the block sizes of the stream.
 #[derive(Clone, Debug)]
 pub struct SlidingWindow<const C: usize> {
     history: History<C>,
     minimum: usize,
     hop: f64,
-    fired: u64,
-    /// Samples from one window that is handed out to the next, at least.
-    apart: u64,
-    /// Where the last one that was handed out ended.
-    shown: Option<u64>,
+    completed: u64,
+    /// Minimum number of samples between the ends of two windows.
+    min_spacing: u64,
+    /// End of the last window passed on.
+    last_end: Option<u64>,
 }
 
 impl<const C: usize> SlidingWindow<C> {
-    /// Windows of `length` samples every `hop` samples (raised to 1 if smaller), none before it
-    /// is full.
+    /// Creates windows of `length` samples every `hop` samples (at least 1). The first window is the
+    /// first full one.
     pub fn new(length: usize, hop: f64) -> Self {
         Self {
             history: History::new(length),
             minimum: length,
             hop: hop.max(1.0),
-            fired: 0,
-            apart: 0,
-            shown: None,
+            completed: 0,
+            min_spacing: 0,
+            last_end: None,
         }
     }
 
-    /// Passes over windows from now on that end less than so many samples after the last one handed out.
-    pub fn space_out(&mut self, apart: u64) {
-        self.apart = apart;
+    /// From now on, skips windows that end less than `min_spacing` samples after the last one passed on.
+    pub fn set_min_spacing(&mut self, min_spacing: u64) {
+        self.min_spacing = min_spacing;
     }
 
-    /// Also hands out windows that are not yet full, once they hold `minimum` samples.
+    /// Also passes on partly filled windows with at least `minimum` samples.
     #[must_use]
-    pub fn starting_with(mut self, minimum: usize) -> Self {
+    pub fn with_min_length(mut self, minimum: usize) -> Self {
         self.minimum = minimum.min(self.history.length);
         self
     }
 
-    /// Takes the next samples, as many of each channel, and calls `each` for every window that
-    /// they complete.
+    /// Appends samples, the same number to each channel, and calls `each` for every window that they
+    /// complete.
     ///
     /// # Errors
-    /// The first error of `each`; samples after it are not taken.
+    /// The first error of `each`. Later samples are not appended.
     ///
     /// # Panics
     /// If the channels differ in length.
@@ -119,15 +118,17 @@ impl<const C: usize> SlidingWindow<C> {
         let count = common_length(samples);
         let mut taken = 0;
         while taken < count {
-            let due = ((self.fired + 1) as f64 * self.hop).round() as u64;
+            let due = ((self.completed + 1) as f64 * self.hop).round() as u64;
             let step = (count - taken).min((due - self.history.seen) as usize);
             self.history.push(samples.map(|s| &s[taken..taken + step]));
             taken += step;
             if self.history.seen == due {
-                self.fired += 1;
-                let far = self.shown.is_none_or(|shown| due >= shown + self.apart);
-                if due >= self.minimum as u64 && far {
-                    self.shown = Some(due);
+                self.completed += 1;
+                let spaced = self
+                    .last_end
+                    .is_none_or(|last_end| due >= last_end + self.min_spacing);
+                if due >= self.minimum as u64 && spaced {
+                    self.last_end = Some(due);
                     each(self.history.view())?;
                 }
             }
@@ -136,12 +137,12 @@ impl<const C: usize> SlidingWindow<C> {
     }
 }
 
-/// The length that all channels have.
+/// Common length of all channels.
 fn common_length<const C: usize>(samples: [&[f64]; C]) -> usize {
     let count = samples.first().map_or(0, |s| s.len());
     assert!(
         samples.iter().all(|s| s.len() == count),
-        "channels of a stream differ in length"
+        "the channels of a stream differ in length"
     );
     count
 }
@@ -151,12 +152,12 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    /// Pushes the numbers 0, 1, ... in pieces and returns what each window saw.
-    fn windows(piece: usize, hop: f64, minimum: usize) -> Vec<(u64, Vec<f64>)> {
+    /// Pushes the numbers 0, 1, ... in blocks and returns the contents of each window.
+    fn windows(block: usize, hop: f64, minimum: usize) -> Vec<(u64, Vec<f64>)> {
         let stream: Vec<f64> = (0..500).map(f64::from).collect();
-        let mut sliding = SlidingWindow::<1>::new(20, hop).starting_with(minimum);
+        let mut sliding = SlidingWindow::<1>::new(20, hop).with_min_length(minimum);
         let mut out = Vec::new();
-        for part in stream.chunks(piece) {
+        for part in stream.chunks(block) {
             sliding
                 .push([part], |view| {
                     out.push((view.seen, view.channels[0].to_vec()));
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_end_where_they_should_and_do_not_drift() {
+    fn windows_end_at_rounded_multiples_of_the_hop() {
         let found = windows(64, 7.3, 20);
         let ends: Vec<u64> = (1..=68)
             .map(|j| (f64::from(j) * 7.3).round() as u64)
@@ -182,11 +183,11 @@ mod tests {
     }
 
     #[test]
-    fn windows_can_be_spaced_out_and_brought_together_again() {
+    fn the_minimum_spacing_can_be_changed_between_blocks() {
         let mut sliding = SlidingWindow::<1>::new(20, 10.0);
         let mut ends = Vec::new();
-        for (apart, count) in [(0, 50), (25, 100), (0, 30)] {
-            sliding.space_out(apart);
+        for (min_spacing, count) in [(0, 50), (25, 100), (0, 30)] {
+            sliding.set_min_spacing(min_spacing);
             let samples = vec![0.0; count];
             sliding
                 .push([&samples], |view| {
@@ -199,10 +200,10 @@ mod tests {
     }
 
     #[test]
-    fn pieces_do_not_matter() {
+    fn block_sizes_do_not_change_the_windows() {
         let whole = windows(500, 7.3, 5);
-        for piece in [1, 3, 20, 21, 99] {
-            assert_eq!(windows(piece, 7.3, 5), whole);
+        for block in [1, 3, 20, 21, 99] {
+            assert_eq!(windows(block, 7.3, 5), whole);
         }
     }
 

@@ -1,5 +1,4 @@
-//! Signals known in closed form, and chaos known by its numbers, for the tests of this room
-//! and of the stages.
+//! Test signals: closed-form signals, and chaotic systems with known exponents.
 
 use std::f64::consts::TAU;
 
@@ -28,20 +27,21 @@ pub fn noise(seed: u64, n: usize, deviation: f64) -> Vec<f64> {
     (0..n).map(|_| deviation * normal()).collect()
 }
 
-/// `n` states of the Lorenz system (10, 28, 8/3), `dt` apart, on the attractor:
-/// `x' = 10 (y - x)`, `y' = x (28 - z) - y`, `z' = x y - 8/3 z`.
+/// `n` states of the Lorenz system (10, 28, 8/3) on the attractor, `dt` apart: `x' = 10 (y - x)`,
+/// `y' = x (28 - z) - y`, `z' = x y - 8/3 z`.
 ///
-/// Largest Lyapunov exponent 0.9056 (Sprott). Another `start` (any state but zero) gives
-/// another piece of the attractor.
+/// The largest Lyapunov exponent is 0.9056 (Sprott). Another `start` (any state but zero) gives another
+/// section of the attractor.
 pub fn lorenz(n: usize, dt: f64, start: [f64; 3]) -> Vec<[f64; 3]> {
     let flow = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
     trajectory(flow, start, 100.0, n, dt, 0.002)
 }
 
-/// `n` states of the Roessler system, `dt` apart, after 1000 units of time:
-/// `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)`, parameters `[a, b, c]`.
+/// `n` states of the Roessler system, `dt` apart, after 1000 time units: `x' = -y - z`, `y' = x + a y`,
+/// `z' = b + z (x - c)`, parameters `[a, b, c]`.
 ///
-/// At 0.2, 0.2, 5.7 chaotic, largest Lyapunov exponent 0.0714 (Sprott), about 5.86 a turn.
+/// At 0.2, 0.2, 5.7 it is chaotic: the largest Lyapunov exponent is 0.0714 (Sprott), the mean period
+/// about 5.86.
 pub fn roessler(n: usize, dt: f64, [a, b, c]: [f64; 3], start: [f64; 3]) -> Vec<[f64; 3]> {
     let flow = |[x, y, z]: [f64; 3]| [-y - z, x + a * y, b + z * (x - c)];
     trajectory(flow, start, 1000.0, n, dt, 0.01)
@@ -52,8 +52,8 @@ pub fn coordinate(states: &[[f64; 3]], c: usize) -> Vec<f64> {
     states.iter().map(|state| state[c]).collect()
 }
 
-/// States `dt` apart after a transient, by the classical Runge-Kutta method in equal steps
-/// no longer than `step`.
+/// States `dt` apart after a transient, computed with the classical Runge-Kutta method in equal steps of
+/// at most `step`.
 fn trajectory(
     flow: impl Fn([f64; 3]) -> [f64; 3],
     start: [f64; 3],
@@ -85,9 +85,9 @@ fn trajectory(
 }
 
 #[test]
-fn the_lorenz_attractor_keeps_its_balances() {
-    // The derivative of a bounded quantity is 0 on average; x^2 / 2 and z give
-    // <x^2> = <x y> = 8/3 <z>, here within the bound over the time of 1000.
+fn the_lorenz_attractor_satisfies_its_mean_balances() {
+    // The time average of the derivative of a bounded quantity is 0. With x^2 / 2 and z this gives <x^2>
+    // = <x y> = 8/3 <z>, here within the bound divided by the duration of 1000.
     let states = lorenz(50_000, 0.02, [1.0, 1.0, 1.0]);
     let count = states.len() as f64;
     let mean = |f: fn(&[f64; 3]) -> f64| states.iter().map(f).sum::<f64>() / count;
@@ -103,7 +103,7 @@ fn the_lorenz_attractor_keeps_its_balances() {
 
 #[test]
 fn the_roessler_attractor_has_its_known_size() {
-    // Bounds of the attractor: x from about -9.1 to 11.5, z up to about 23; a turn takes 5.86.
+    // Bounds of the attractor: x from about -9.1 to 11.5, z up to about 23. The mean period is 5.86.
     let states = roessler(20_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]);
     let x = coordinate(&states, 0);
     let [low, high] = super::range(x.iter().copied());
@@ -111,6 +111,6 @@ fn the_roessler_attractor_has_its_known_size() {
         (low + 9.1).abs() < 0.2 && (high - 11.5).abs() < 0.4,
         "{low} {high}"
     );
-    let turns = x.windows(2).filter(|w| w[0] < 0.0 && w[1] >= 0.0).count();
-    assert!((2000.0 / turns as f64 - 5.86).abs() < 0.05, "{turns}");
+    let cycles = x.windows(2).filter(|w| w[0] < 0.0 && w[1] >= 0.0).count();
+    assert!((2000.0 / cycles as f64 - 5.86).abs() < 0.05, "{cycles}");
 }

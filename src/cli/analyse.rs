@@ -1,4 +1,4 @@
-//! `squeakscope analyse`: what kind of motion is in anybody's file?
+//! `squeakscope analyse`: analyse a signal from a file and classify its motion.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,45 +6,45 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::args::AnalyseArgs;
+use super::analyse_args::AnalyseArgs;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report::{self, print_warning};
+use super::report::print_warning;
 use super::resources;
-use super::run::{command_line, shown};
+use super::run::{command_line, print_viewer_command};
 use super::signal_text;
 use crate::analysis::range;
 use crate::import::{
     Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
 };
 use crate::pipeline::message::{SignalInfo, Summary};
-use crate::pipeline::{Monitor, Playback, drive};
+use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
 use crate::record::{Output, RerunSink, read_series};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    SignalReport, SignalSearch, analyse_signal, highest_frequency, live_analysis,
+    SignalAnalysis, SignalOptions, analyse_signal, highest_frequency, live_analysis,
 };
 
-/// The report with the file that it is on.
+/// The analysis of a file.
 #[derive(Serialize)]
-struct Analysed<'a> {
-    /// The file.
+struct AnalysedFile<'a> {
+    /// Path of the file.
     file: &'a Path,
     #[serde(flatten)]
-    report: &'a SignalReport,
+    report: &'a SignalAnalysis,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while drawing or recording; Ctrl-C.
+/// Bad input before any work; failure while drawing or recording; an interrupt.
 pub(super) fn analyse(args: &AnalyseArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
@@ -73,24 +73,24 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
             max_samples: Some(args.max_samples),
         },
     )?;
-    resources::start_pool()?;
-    let search = SignalSearch {
+    resources::start_thread_pool()?;
+    let search = SignalOptions {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
     };
-    let progress = Progress::of_steps();
+    let progress = Progress::of_phases();
     let report = analyse_signal(signal, &search, &mut |share, name| {
-        progress.step(share, name);
-        interrupt::goes_on(stop)
+        progress.update(share, name);
+        interrupt::should_continue(stop)
     });
-    // The bar goes before anything else is printed.
+    // Clears the bar before the report is printed.
     drop(progress);
     let report = report.map_err(|reason| CliError::Signal {
         path: args.file.clone(),
         reason,
     })?;
-    let report = report.ok_or(CliError::NothingYet)?;
+    let report = report.ok_or(CliError::NoResult)?;
     let mut files = Vec::new();
     if let Some(directory) = &args.figures {
         let drawn = (&args.drawn, &PIXELS[..]);
@@ -110,16 +110,13 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     if !files.is_empty() {
         text.push('\n');
     }
-    let analysed = Analysed {
+    let result = AnalysedFile {
         file: &args.file,
         report: &report,
     };
-    Document::new(&analysed, &files).deliver(&text, json.as_ref())?;
+    Document::new(&result, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {
-        report::print(&format!(
-            "\nopen it with: rerun {}\n",
-            shown(recording.path())
-        ))?;
+        print_viewer_command(recording.path())?;
     }
     match summary {
         Some(summary) if summary.interrupted => Err(CliError::Interrupted),
@@ -127,19 +124,19 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     }
 }
 
-/// Times of a recording are whole nanoseconds.
+/// Resolution of time in a recording, s.
 const NANOSECOND: f64 = 1e-9;
 
-/// Reads a signal from any file, recordings included.
+/// Reads a signal from a file or a recording.
 fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
     let failed = |problem| ImportError {
         path: path.to_owned(),
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        let progress = Progress::of_steps();
+        let progress = Progress::of_phases();
         let signal = read_signal_with(path, selection, &mut |share| {
-            progress.step(share, "reading");
+            progress.update(share, "reading");
         });
         return Ok(signal?);
     }
@@ -150,7 +147,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
             _ => 0.0,
         };
         print_warning(&format!(
-            "{} is damaged at {damage}; the {} samples of `{}` before that, {length:.6} s, are read",
+            "{} is damaged at {damage}; the {} samples of `{}` before the damage are used, {length:.6} s",
             path.display(),
             series.values.len(),
             series.name
@@ -163,7 +160,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
             resolution: NANOSECOND,
         },
     };
-    // The column has been chosen above.
+    // `read_series` has selected the column.
     let rest = Selection {
         column: None,
         ..selection.clone()
@@ -171,15 +168,15 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
     Ok(table.signal(&rest).map_err(failed)?)
 }
 
-/// Sends the signal through analyses and recording, as a simulation would be.
+/// Sends the signal through the pipeline of a simulation: analyses and recording.
 fn play(
     args: &AnalyseArgs,
-    report: &SignalReport,
+    report: &SignalAnalysis,
     save: &OutputFile,
     stop: &Arc<AtomicBool>,
 ) -> Result<Summary, CliError> {
     let failed = |source: Cause| CliError::Run {
-        doing: "recording",
+        task: "recording",
         source,
     };
     let signal = &report.signal;
@@ -200,7 +197,7 @@ fn play(
         highest_frequency: highest_frequency(report),
     };
     let analysis = live_analysis(report);
-    let playback = Playback::new(title, info, &signal.samples, signal.rate, analysis);
+    let playback = SignalSource::new(title, info, &signal.samples, signal.rate, analysis);
     let output = Output {
         save: Some(save.path().to_owned()),
         ..Output::default()
@@ -208,10 +205,10 @@ fn play(
     let sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY);
     let mut sink = sink.map_err(|fault| failed(fault.into()))?;
     let (start, duration) = (signal.start, signal.duration());
-    let progress = Progress::of_steps();
+    let progress = Progress::of_phases();
     let monitor = Monitor {
         stop,
-        progress: &|time| progress.step((time - start) / duration, "recording"),
+        progress: &|time| progress.update((time - start) / duration, "recording"),
     };
     drive(playback, &command_line(), &mut sink, monitor).map_err(|fault| failed(fault.into()))
 }
@@ -221,10 +218,10 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A folder with a file of a tone, 2 s from 2 s on.
-    struct Desk(tempfile::TempDir);
+    /// A folder with a signal file: a sine, from 2 s to 4 s.
+    struct TestFolder(tempfile::TempDir);
 
-    impl Desk {
+    impl TestFolder {
         fn new() -> Self {
             let folder = tempfile::tempdir().expect("temporary folder");
             let sample = |k: u32| (TAU * 0.0213 * f64::from(k)).sin();
@@ -250,9 +247,9 @@ mod tests {
 
     #[test]
     fn all_outputs_are_written_and_listed() {
-        let (desk, stop) = (Desk::new(), Arc::default());
-        execute(&desk.args(), &stop).expect("done");
-        let text = std::fs::read(desk.0.path().join("out.json")).expect("written");
+        let (test, stop) = (TestFolder::new(), Arc::default());
+        execute(&test.args(), &stop).expect("success");
+        let text = std::fs::read(test.0.path().join("out.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["signal"]["start_s"], 2.0);
         assert_eq!(json["signal"]["duration_s"], 2.0);
@@ -273,31 +270,31 @@ mod tests {
 
     #[test]
     fn an_interrupted_analysis_leaves_nothing() {
-        let (desk, stop) = (Desk::new(), Arc::new(AtomicBool::new(true)));
-        let error = execute(&desk.args(), &stop).expect_err("interrupted");
+        let (test, stop) = (TestFolder::new(), Arc::new(AtomicBool::new(true)));
+        let error = execute(&test.args(), &stop).expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
-        // The signal.
-        assert_eq!(std::fs::read_dir(desk.0.path()).expect("there").count(), 1);
+        // Only the signal file.
+        assert_eq!(std::fs::read_dir(test.0.path()).expect("there").count(), 1);
     }
 
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
-        let (desk, stop) = (Desk::new(), Arc::default());
-        let file = desk.args().file;
-        // As a signal it would be refused, too.
+        let (test, stop) = (TestFolder::new(), Arc::default());
+        let file = test.args().file;
+        // Not a valid signal either, but the outputs are checked first.
         std::fs::write(&file, "sound").expect("written");
         for args in [
             AnalyseArgs {
                 json: Some(file.clone()),
-                ..desk.args()
+                ..test.args()
             },
             AnalyseArgs {
                 figures: Some(file.clone()),
-                ..desk.args()
+                ..test.args()
             },
             AnalyseArgs {
-                save: desk.args().json,
-                ..desk.args()
+                save: test.args().json,
+                ..test.args()
             },
         ] {
             let error = execute(&args, &stop).expect_err("refused");

@@ -1,4 +1,4 @@
-//! The energy audit of a run: whether energy and work agree.
+//! The energy audit of a run: the balance of energy and work.
 
 use serde::Serialize;
 
@@ -7,22 +7,22 @@ use super::report;
 use crate::pipeline::message::Summary;
 use crate::scene::Scene;
 
-/// Relative residual of the energy audit beyond which a result may be wrong.
+/// Limit of the relative residual above which a warning is printed.
 const LIMIT: f64 = 0.05;
 
-/// Whether energy and work agree.
+/// Result of the energy audit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Audit {
-    /// Energy that is not accounted for, over the energy turned over.
+    /// Residual of the energy balance over the largest energy or work.
     residual: f64,
-    /// The largest residual of a result that can be trusted.
+    /// Limit of the residual above which a warning is printed.
     limit: f64,
-    /// Whether the residual is within the limit.
+    /// Whether the residual is at most the limit.
     holds: bool,
 }
 
 impl Audit {
-    /// The audit of a run, if there was one.
+    /// The audit of a run; `None` if there was none.
     pub fn of(summary: &Summary) -> Option<Self> {
         summary.audit.map(|residual| Self {
             residual,
@@ -31,32 +31,32 @@ impl Audit {
         })
     }
 
-    /// What is wrong, if it does not hold, and what to do.
-    fn fault(&self) -> Option<String> {
+    /// The message if the audit fails.
+    fn failure(&self) -> Option<String> {
         (!self.holds).then(|| {
             format!(
-                "energy and work do not agree (residual {:.2}, at most {} passes), so the motion may be wrong; \
-                 choose a smaller time.max_step_us or time.tolerance",
+                "the energy audit failed: the relative residual {:.2} exceeds the limit {}, so the motion may \
+                 be wrong; reduce time.max_step_us or time.tolerance",
                 self.residual, self.limit
             )
         })
     }
 }
 
-/// Whether the energy of a scene is audited while it runs.
+/// Whether a run of the scene has an energy audit.
 pub(super) fn is_audited(scene: &Scene) -> bool {
     scene.joint().is_ok() && scene.record.energy_rate > 0.0
 }
 
-/// Says on the standard error where the energy audit of a run does not hold.
+/// Warns if the energy audit of a run failed.
 ///
 /// # Errors
-/// Where `strict`: if it does not hold, or there was none.
-pub(super) fn judge(summary: &Summary, strict: bool) -> Result<(), CliError> {
+/// With `strict`: if the audit failed, or there was none.
+pub(super) fn check(summary: &Summary, strict: bool) -> Result<(), CliError> {
     match (Audit::of(summary), strict) {
         (None, true) => Err(CliError::NotAudited),
         (None, false) => Ok(()),
-        (Some(audit), _) => match (audit.fault(), strict) {
+        (Some(audit), _) => match (audit.failure(), strict) {
             (None, _) => Ok(()),
             (Some(reason), true) => Err(CliError::Audit { reason }),
             (Some(reason), false) => {

@@ -1,4 +1,4 @@
-//! `squeakscope basins`: which attractors coexist, and how many kicks lead to each?
+//! `squeakscope basins`: coexisting attractors and the share of random kicks that reach each.
 
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
@@ -11,7 +11,8 @@ use super::lyapunov_text::title;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, check_times, response_plan, show, work_through, write_recording, write_tables,
+    Files, check_transient, compute_points, print_result, response_plan, write_recording,
+    write_tables,
 };
 use crate::escape;
 use crate::number::fixed;
@@ -24,33 +25,33 @@ use crate::table::Table;
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
 pub(super) fn basins(args: &BasinsArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
 fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
-    report::print_warnings(&plan.scene.clone().without_analyses().warnings());
+    report::print_study_warnings(&plan.scene);
     if let Ok(joint) = plan.scene.joint() {
-        report::print_held(joint.held_at_first());
+        report::print_held(joint.fixed_at_start());
     }
     let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
-    let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
+    let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &mut points, &files)?;
-    let found = Basins::new(&plan, &points, !done);
-    let title = title(&plan.scene.name, found.tilt);
+    let basins = Basins::new(&plan, &points, !done);
+    let title = title(&plan.scene.name, basins.tilt);
     if let Some(directory) = &args.outputs.figures {
-        let figure = basins_figure(&title, &points, &found.attractors);
+        let figure = basins_figure(&title, &points, &basins.attractors);
         let drawn = (&args.outputs.drawn, &STUDY[..]);
         written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
     }
     written.extend(write_recording(&plan, &points, &files, None)?);
-    let document = Document::new(&found, &written).of_scene(&plan.scene.name);
-    show(&document, &text(&title, &found), &args.outputs, &files)?;
+    let document = Document::new(&basins, &written).with_scene(&plan.scene.name);
+    print_result(&document, &text(&title, &basins), &args.outputs, &files)?;
     if done {
         Ok(())
     } else {
@@ -58,9 +59,9 @@ fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     }
 }
 
-/// The kicks are a sweep over their seeds.
+/// The random kicks as a sweep over the seed.
 fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
-    check_times(&args.response)?;
+    check_transient(&args.response)?;
     let mut scene = args.scene.load()?;
     scene = args.response.accuracy.apply(scene)?;
     for (name, value) in [
@@ -69,41 +70,44 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
         ("time.tolerance", args.response.tolerance),
     ] {
         if let Some(value) = value {
-            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
+            scene = scene.with_values(&[(report::named_parameter(name)?, value)])?;
         }
     }
     let seeds = (0..args.kicks).map(|k| (args.seed + u64::from(k)) as f64);
     Ok(SweepPlan {
         scene,
         axes: vec![Axis::new(Parameter::named("start.seed")?, seeds)],
-        starts: vec![Start::Cold],
+        starts: vec![Start::Fresh],
         response: response_plan(&args.response, true),
     })
 }
 
-/// The text for the terminal.
-fn text(title: &str, found: &Basins) -> String {
-    /// More seeds than these are in the tables.
-    const SHOWN: usize = 8;
+/// The report for the terminal.
+fn text(title: &str, basins: &Basins) -> String {
+    /// Number of seeds per row. The tables have all of them.
+    const MAX_SEEDS: usize = 8;
 
     let mut text = format!(
-        "{}: {} attractors of {} kicks\n",
+        "{}: {} attractors from {} kicks\n",
         escape::line(title),
-        found.attractors.len(),
-        found.followed
+        basins.attractors.len(),
+        basins.simulated
     );
-    if found.followed < found.kicks {
+    if basins.simulated < basins.kicks {
         let _ = writeln!(
             text,
-            "  {} of {} kicks so far; --resume goes on with the rest",
-            found.followed, found.kicks
+            "  {} of {} kicks computed; --resume computes the rest",
+            basins.simulated, basins.kicks
         );
     }
-    let mut table = Table::default().right("share").right("95 %").left("motion");
-    table = table.right("line, Hz").right("um").left("seeds");
-    for attractor in &found.attractors {
-        let seeds = attractor.seeds.iter().take(SHOWN).map(u64::to_string);
-        let more = match attractor.seeds.len() > SHOWN {
+    let mut table = Table::default()
+        .right("share")
+        .right("95 % interval")
+        .left("type of motion");
+    table = table.right("line, Hz").right("amplitude, um").left("seeds");
+    for attractor in &basins.attractors {
+        let seeds = attractor.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
+        let more = match attractor.seeds.len() > MAX_SEEDS {
             true => ", ...",
             false => "",
         };
@@ -118,12 +122,12 @@ fn text(title: &str, found: &Basins) -> String {
         ]);
     }
     text += &table.text();
-    if found.undecided > 0 {
+    if basins.undecided > 0 {
         let _ = writeln!(
             text,
-            "  {} kicks undecided: their motion still changed when it was measured, or could not be \
-             followed; give a longer --most",
-            found.undecided
+            "  {} kicks undecided: the motion had not settled, or the simulation failed; raise \
+             --max-transient",
+            basins.undecided
         );
     }
     text
@@ -145,8 +149,8 @@ mod tests {
             kick: Some(0.02),
             seed: 7,
             response: ResponseArgs {
-                least: 20.0,
-                most: 400.0,
+                min_transient: 20.0,
+                max_transient: 400.0,
                 measure: 10.0,
                 exponents: 0,
                 tolerance: Some(1e-4),
@@ -164,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn all_kicks_of_the_printed_friction_come_to_rest() {
+    fn every_kick_with_the_printed_friction_decays() {
         let folder = tempfile::tempdir().unwrap();
         let args = args(folder.path());
         execute(&args, &AtomicBool::new(false)).unwrap();
@@ -182,7 +186,7 @@ mod tests {
         assert_eq!(report["files"].as_array().unwrap().len(), 5);
         let saved = std::fs::metadata(folder.path().join("basins.rrd")).unwrap();
         assert!(saved.len() > 0);
-        // What is there is not done again, and not lost either.
+        // The existing table is not replaced.
         let again = execute(&args, &AtomicBool::new(false)).unwrap_err();
         assert_eq!(again.exit_code(), 2);
     }

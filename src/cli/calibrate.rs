@@ -1,4 +1,4 @@
-//! `squeakscope calibrate`: which set of what the paper leaves open meets most of its claims?
+//! `squeakscope calibrate`: fit the parameters that the paper does not state to its claims.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -14,34 +14,35 @@ use super::error::CliError;
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
-use super::resources;
 use super::study_args::CalibrateArgs;
+use super::{report, resources};
 use crate::escape;
 use crate::foreign::open_file;
 use crate::scene::Scene;
-use crate::study::calibrate::{CalibrationPlan, Trial, Witness, calibrate, ranked};
+use crate::study::calibrate::{CalibrationObserver, CalibrationPlan, Trial, calibrate, ranked};
 use crate::study::paper::claims;
 use crate::study::threads;
 
-/// The scene that has all that the paper states.
+/// The scene with the parameters that the paper states.
 const BASE: &str = "periodic-2deg";
 
-/// The best so many are shown.
-const SHOWN: usize = 5;
+/// Number of sets in the report.
+const MAX_SETS: usize = 5;
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
 pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
 fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
     base.ball_on_beam()?;
+    report::print_study_warnings(&base);
     let plan = CalibrationPlan {
         base,
         seed: args.seed,
@@ -57,32 +58,31 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
         ],
     )?;
     let Some(out) = out else {
-        unreachable!("it was asked for");
+        unreachable!("--out has a default");
     };
     let known = known(&out, args.resume, &plan.identity())?;
-    interrupt::work_begins();
-    let mut notes = Notes {
+    interrupt::start_work();
+    let mut recorder = Recorder {
         log: Log::new(&out, &plan.identity(), &known)?,
-        progress: Progress::of_estimate(),
+        progress: Progress::with_estimate(),
         all: plan.len(),
         stop,
     };
-    resources::start_pool()?;
+    resources::start_thread_pool()?;
     let threads = threads(args.threads);
-    let (trials, done) = calibrate(&plan, &known, threads, &mut notes)?;
-    // The bar goes before anything else is printed.
-    drop(notes);
-    // Trials come in any order. In the end they stand by their numbers, so that neither threads nor a stop in
-    // between change the log.
-    Log::new(&out, &plan.identity(), &by_number(&trials, &known))?;
+    let (trials, done) = calibrate(&plan, &known, threads, &mut recorder)?;
+    // Clears the bar before the report is printed.
+    drop(recorder);
+    // Threads complete trials in any order. Sorting makes the log independent of threads and interrupts.
+    Log::new(&out, &plan.identity(), &sorted(&trials, &known))?;
     let mut written = vec![WrittenFile::of(&out)?];
     if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
         let text = best.candidate.scene(&plan.base)?.text;
         file.write(|out| out.write_all(text.as_bytes()))?;
         written.push(WrittenFile::of(file)?);
     }
-    let found = Found::new(&plan, &trials, !done);
-    Document::new(&found, &written).deliver(&text(&found), json.as_ref())?;
+    let result = CalibrationResult::new(&plan, &trials, !done);
+    Document::new(&result, &written).deliver(&text(&result), json.as_ref())?;
     if done {
         Ok(())
     } else {
@@ -90,30 +90,31 @@ fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     }
 }
 
-/// The longest line of a log that is read, bytes: the first has a scene's text, the others a few
+/// Length limit of a line of the log, bytes. The first line has the text of a scene, the others a few
 /// numbers.
 const MAX_LINE: u64 = 16 << 20;
 
-/// The first line of the log.
+/// The first line of the log: the identity of the search.
 #[derive(Serialize, Deserialize)]
-struct Head {
+struct Header {
+    /// Identity of this calibration with squeakscope: the scene, the seed and the sizes of the search.
     squeakscope_calibration: String,
 }
 
-/// The trials on disk: a line each, JSON.
+/// The trials on disk: one line of JSON per trial.
 struct Log {
     path: PathBuf,
     file: File,
 }
 
 impl Log {
-    /// Starts a log in place of the file of that name, with what is known already.
+    /// Writes a log with the known trials, which replaces an existing file.
     fn new(out: &OutputFile, identity: &str, known: &[Trial]) -> Result<Self, CliError> {
         out.write(|out| {
-            let head = Head {
+            let header = Header {
                 squeakscope_calibration: identity.to_owned(),
             };
-            writeln!(out, "{}", serde_json::to_string(&head)?)?;
+            writeln!(out, "{}", serde_json::to_string(&header)?)?;
             for trial in known {
                 writeln!(out, "{}", serde_json::to_string(trial)?)?;
             }
@@ -131,11 +132,11 @@ impl Log {
     }
 
     fn add(&mut self, trial: &Trial) -> Result<(), CliError> {
-        // One write a line: what breaks off is at most the last one.
+        // One write per line: an interruption truncates at most the last line.
         let written = serde_json::to_string(trial)
             .map_err(io::Error::from)
             .and_then(|line| self.file.write_all(format!("{line}\n").as_bytes()))
-            // A file whose name is gone takes everything and keeps nothing.
+            // Writes to a deleted file succeed, but are lost.
             .and_then(|()| self.path.symlink_metadata().map(drop));
         written.map_err(|source| {
             CliError::Output(OutputError::Failed {
@@ -146,109 +147,113 @@ impl Log {
     }
 }
 
-/// Trials by their numbers: those of this search, and the known ones beyond its last generation.
-fn by_number(trials: &[Trial], known: &[Trial]) -> Vec<Trial> {
-    let beyond = known.iter().filter(|trial| trial.number >= trials.len());
-    let mut all: Vec<Trial> = trials.iter().chain(beyond).cloned().collect();
+/// The trials of this search and the known trials of later generations, by number.
+fn sorted(trials: &[Trial], known: &[Trial]) -> Vec<Trial> {
+    let later = known.iter().filter(|trial| trial.number >= trials.len());
+    let mut all: Vec<Trial> = trials.iter().chain(later).cloned().collect();
     all.sort_by_key(|trial| trial.number);
     all.dedup_by_key(|trial| trial.number);
     all
 }
 
-/// The trials that are known already. A file that is there is only touched by `--resume`.
+/// Reads the trials of an existing log. Without `--resume`, an existing log is an error.
 fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, CliError> {
     let path = out.path();
     if !path.exists() {
         return Ok(Vec::new());
     }
     if !resume {
-        return Err(CliError::WouldReplace {
+        return Err(CliError::OutputExists {
             path: path.to_owned(),
         });
     }
-    let foreign = |reason: &str| CliError::ForeignLog {
+    let refused = |reason: &str| CliError::CannotResume {
         path: path.to_owned(),
         reason: reason.to_owned(),
     };
-    let (file, _) = open_file(path).map_err(|error| foreign(&error.to_string()))?;
-    // A line that is too long or no text ends what is known, as one that broke off does.
+    let (file, _) = open_file(path).map_err(|error| refused(&error.to_string()))?;
+    // A line that is truncated, too long or not UTF-8 ends the known trials.
     let mut file = BufReader::new(file);
     let mut lines = std::iter::from_fn(|| {
         let mut line = String::new();
         let read = (&mut file).take(MAX_LINE).read_line(&mut line);
         read.is_ok_and(|count| count > 0).then_some(line)
     });
-    let head: Option<Head> = lines
+    let header: Option<Header> = lines
         .next()
         .and_then(|line| serde_json::from_str(&line).ok());
-    match head {
-        None => Err(foreign("it is no log of a calibration")),
-        Some(head) if head.squeakscope_calibration != identity => Err(foreign(
-            "it is of another scene, seed, population or version",
-        )),
-        // The last line may have broken off.
+    match header {
+        None => Err(refused("it is not the log of a calibration")),
+        Some(header) if header.squeakscope_calibration != identity => {
+            Err(refused("its scene, seed, population or version differs"))
+        }
         Some(_) => Ok(lines
             .map_while(|line| serde_json::from_str(&line).ok())
             .collect()),
     }
 }
 
-struct Notes<'a> {
+/// Logs each trial and shows the progress.
+struct Recorder<'a> {
     log: Log,
     progress: Progress,
     all: usize,
     stop: &'a AtomicBool,
 }
 
-impl Witness for Notes<'_> {
+impl CalibrationObserver for Recorder<'_> {
     type Error = CliError;
 
-    fn trial(&mut self, trial: &Trial) -> Result<(), CliError> {
+    fn on_trial(&mut self, trial: &Trial) -> Result<(), CliError> {
         self.log.add(trial)
     }
 
-    fn progress(&mut self, done: usize, best: Option<&Trial>) -> bool {
-        let words = best.map(|best| format!(", the best holds {:.0} %", 100.0 * best.score));
-        let share = done as f64 / self.all.max(1) as f64;
-        self.progress.tell(
-            share,
-            format!("{done} of {} sets{}", self.all, words.unwrap_or_default()),
+    fn on_progress(&mut self, done: usize, best: Option<&Trial>) -> bool {
+        let score = best.map(|best| format!(", best score {:.0} %", 100.0 * best.score));
+        let fraction = done as f64 / self.all.max(1) as f64;
+        self.progress.update(
+            fraction,
+            format!("{done} of {} sets{}", self.all, score.unwrap_or_default()),
         );
         !self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// What was found, as JSON has it.
+/// The result of a calibration.
 #[derive(Serialize)]
-struct Found<'a> {
-    /// Sets tried, and sets in all.
+struct CalibrationResult<'a> {
+    /// Number of evaluated sets.
     tried: usize,
+    /// Number of sets in all generations together.
     in_all: usize,
+    /// Whether the search was interrupted.
     interrupted: bool,
-    /// The best sets, the best first.
+    /// The sets with the highest scores, in descending order.
     best: Vec<BestSet<'a>>,
-    /// Claims with a weight that no set tried meets, by their names.
+    /// Names of the weighted claims that no evaluated set meets.
     never_met: Vec<String>,
 }
 
-/// A set with its numbers and choices by their paths, in the units of a scene file.
+/// A set of parameters.
 #[derive(Serialize)]
 struct BestSet<'a> {
     #[serde(flatten)]
     trial: &'a Trial,
+    /// Numbers: paths and values of numeric keys, in the units of the scene file.
     numbers: Vec<(&'static str, f64)>,
+    /// Words: paths and values of the keys that are not numbers.
     words: Vec<(&'static str, &'static str)>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> CalibrationResult<'a> {
     fn new(plan: &CalibrationPlan, trials: &'a [Trial], interrupted: bool) -> Self {
-        let best = ranked(trials).into_iter().take(SHOWN);
+        let best = ranked(trials).into_iter().take(MAX_SETS);
         let best = best.map(|trial| BestSet {
             trial,
             numbers: trial.candidate.numbers(),
             words: trial.candidate.words(),
         });
-        let held = trials.iter().flat_map(|trial| &trial.held);
+        let held = trials.iter().flat_map(|trial| &trial.claims_held);
         let met: HashSet<&str> = held.map(|(id, _)| &**id).collect();
         let weighty = claims().into_iter().filter(|claim| claim.weight > 0.0);
         let never_met = weighty.map(|claim| claim.id);
@@ -262,19 +267,19 @@ impl<'a> Found<'a> {
     }
 }
 
-/// The text for the terminal.
-fn text(found: &Found<'_>) -> String {
-    let mut text = format!("{} of {} sets tried\n", found.tried, found.in_all);
-    for set in &found.best {
+/// The report for the terminal.
+fn text(result: &CalibrationResult<'_>) -> String {
+    let mut text = format!("{} of {} sets evaluated\n", result.tried, result.in_all);
+    for set in &result.best {
         let trial = set.trial;
         let _ = writeln!(
             text,
-            "\n  set {}: {:.0} % of the claims hold, by their weights{}",
+            "\n  set {}: meets {:.0} % of the claims by weight, {}",
             trial.number,
             100.0 * trial.score,
             match trial.candidate.continued {
-                true => ", continued up",
-                false => ", each tilt started cold",
+                true => "tilts by upward continuation",
+                false => "each tilt from a fresh start",
             }
         );
         for (path, value) in &set.numbers {
@@ -283,18 +288,21 @@ fn text(found: &Found<'_>) -> String {
         for (path, word) in &set.words {
             let _ = writeln!(text, "    {path} = \"{word}\"");
         }
-        // From the log, which may be anybody's.
-        let held = trial.held.iter().map(|(id, share)| match escape::line(id) {
-            id if *share >= 1.0 => id.into_owned(),
-            id => format!("{id} ({:.0} %)", 100.0 * share),
-        });
-        let _ = writeln!(text, "    holds: {}", held.collect::<Vec<_>>().join(", "));
+        // The log may come from another source.
+        let held = trial
+            .claims_held
+            .iter()
+            .map(|(id, share)| match escape::line(id) {
+                id if *share >= 1.0 => id.into_owned(),
+                id => format!("{id} ({:.0} %)", 100.0 * share),
+            });
+        let _ = writeln!(text, "    meets: {}", held.collect::<Vec<_>>().join(", "));
     }
-    if !found.never_met.is_empty() {
+    if !result.never_met.is_empty() {
         let _ = writeln!(
             text,
-            "\n  no set tried meets {}",
-            found.never_met.join(", ")
+            "\n  no parameter set satisfies {}",
+            result.never_met.join(", ")
         );
     }
     text
@@ -308,7 +316,7 @@ mod tests {
     use crate::scene::Parameter;
 
     #[test]
-    fn a_search_is_kept_gone_on_with_and_reported() {
+    fn a_search_is_logged_resumed_and_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let values = [
@@ -346,7 +354,7 @@ mod tests {
                 .iter()
                 .any(|n| n[0] == "contact.stiffness_factor" && n[1] == factor)
         );
-        // A line that broke off is done again; a log of another search is refused.
+        // A truncated line is computed again; the log of another search is refused.
         let log = std::fs::read_to_string(path("log.jsonl")).unwrap();
         assert_eq!(log.lines().count(), 3);
         std::fs::write(path("log.jsonl"), &log[..log.len() - 20]).unwrap();

@@ -1,4 +1,4 @@
-//! Arguments that several commands have.
+//! Arguments that several commands share.
 
 use std::ffi::OsStr;
 
@@ -20,7 +20,7 @@ impl SceneArgs {
         Scene::load(self.scene.as_deref().unwrap_or(DEFAULT_SCENE))
     }
 
-    /// What is read, if anything is, which no output may replace.
+    /// The scene as given. If it is a file, no output may replace it.
     pub fn input(&self) -> Option<&OsStr> {
         self.scene.as_deref().map(OsStr::new)
     }
@@ -29,13 +29,15 @@ impl SceneArgs {
 /// The accuracy of a command.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct AccuracyArgs {
-    /// Take the cheapest integrator for this error of the state, such as 1e-4, as `cost` advises it.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true)]
+    /// Use the cheapest integrator for this error of the state, such as 1e-4, as the scene or `cost`
+    /// recommends.
+    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true,
+        help_heading = "Simulation")]
     pub accuracy: Option<f64>,
 }
 
 impl AccuracyArgs {
-    /// The scene with this accuracy.
+    /// Returns the scene with this accuracy.
     pub fn apply(self, scene: Scene) -> Result<Scene, SceneError> {
         changed(scene, self.accuracy, |scene, error| {
             scene.with_accuracy(error)
@@ -43,7 +45,7 @@ impl AccuracyArgs {
     }
 }
 
-/// A scene with what the command line changes of it, if it does.
+/// Applies the value of an option to a scene, if it is given.
 pub fn changed<T>(
     scene: Scene,
     value: Option<T>,
@@ -55,27 +57,27 @@ pub fn changed<T>(
     }
 }
 
-/// Where a viewer listens unless told otherwise.
+/// Default URL of a running Rerun viewer.
 pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
 
-/// Takes the URL of a viewer; its form is checked here so that a slip is found before any work.
+/// Parses the URL of a viewer and checks its scheme.
 pub fn viewer_url(text: &str) -> Result<String, String> {
     let known = ["rerun+http://", "rerun+https://", "rerun://"];
     if known.iter().any(|scheme| text.starts_with(scheme)) {
         Ok(text.to_owned())
     } else {
-        Err(format!("a viewer's URL looks like {DEFAULT_URL}"))
+        Err(format!("give the URL of a viewer, such as {DEFAULT_URL}"))
     }
 }
 
-/// Takes a number above zero.
+/// Parses a finite number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok();
     let number = number.filter(|number: &f64| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| "write a number above 0".to_owned())
+    number.ok_or_else(|| "give a number above 0".to_owned())
 }
 
-/// Takes tilts: one, or A:B:STEP, within the range of a tilt.
+/// Parses one tilt or A:B:STEP, -90 to 90 degrees.
 pub fn tilts(text: &str) -> Result<Steps, StepsError> {
     let steps: Steps = text.parse()?;
     match steps.values().find(|tilt| tilt.abs() > 90.0) {

@@ -1,18 +1,17 @@
-//! `squeakscope cost`: what does accuracy cost in this scene, and which setting is the cheapest?
+//! `squeakscope cost`: accuracy against CPU time in a scene, and the cheapest integrator.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use anstyle::Style;
-
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_beside, check_directory};
+use super::output::{OutputFile, check_all, check_directory, check_distinct};
 use super::progress::Progress;
+use super::report::{self, HEADING};
 use super::resources;
 use super::run::command_line;
 use super::study_args::CostArgs;
@@ -20,21 +19,20 @@ use crate::escape;
 use crate::number::short;
 use crate::plot::cost_figures;
 use crate::record::cost::save_cost;
-use crate::study::cost::{CostPlan, CostSet, CostStudy, Knob, cost};
+use crate::study::cost::{CostPlan, CostSetting, CostStudy, WorkPrecisionSet, cost};
 use crate::text::cost as words;
 
-const NAME: Style = Style::new().bold();
-
-/// The table and the recording in the directory asked for.
+/// Name of the table in the output directory.
 const TABLE: &str = "cost.csv";
+/// Name of the recording in the output directory.
 const RECORDING: &str = "cost.rrd";
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C.
+/// Bad input before any work; failure while running or writing; an interrupt.
 pub(super) fn run(args: &CostArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
@@ -42,78 +40,90 @@ fn execute(args: &CostArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     let files = Files::check(args)?;
     resources::check_memory()?;
-    resources::start_pool()?;
-    let progress = Progress::of_estimate();
-    let found = cost(&plan, &mut |(knob, share)| {
-        progress.tell(share, knob.name().to_owned());
-        interrupt::goes_on(stop)
+    resources::start_thread_pool()?;
+    let progress = Progress::with_estimate();
+    let study = cost(&plan, &mut |(setting, share)| {
+        progress.update(share, setting.name().to_owned());
+        interrupt::should_continue(stop)
     });
     drop(progress);
-    match found.map_err(|source| failed("cost study", source))? {
-        None => Err(CliError::NothingYet),
+    match study.map_err(|source| failed("cost study", source))? {
+        None => Err(CliError::NoResult),
         Some(study) => deliver(args, &plan, &study, &files),
     }
 }
 
-fn failed(doing: &'static str, source: impl Into<super::error::Cause>) -> CliError {
+fn failed(task: &'static str, source: impl Into<super::error::Cause>) -> CliError {
     let source = source.into();
-    CliError::Run { doing, source }
+    CliError::Run { task, source }
 }
 
-/// What is asked for.
+/// The study that the arguments request.
 fn plan(args: &CostArgs) -> Result<CostPlan, CliError> {
     let scene = args.scene.load()?;
+    report::print_study_warnings(&scene);
     let mut plan = CostPlan::new(scene.clone());
-    if !args.only.is_empty() {
-        if args.only.iter().any(|knob| !plan.knobs.contains(knob)) {
-            // A scene without ball and beam has no such knob: the same words as everywhere.
+    if !args.setting.is_empty() {
+        if args
+            .setting
+            .iter()
+            .any(|setting| !plan.settings.contains(setting))
+        {
+            // A scene without ball and beam lacks the setting; this call returns the usual error.
             scene.ball_on_beam()?;
         }
-        plan.knobs.retain(|knob| args.only.contains(knob));
+        plan.settings
+            .retain(|setting| args.setting.contains(setting));
     }
     plan.repeats = args.repeats.into();
     if let Some(horizon) = args.horizon {
         plan.horizon = 1e-3 * horizon;
     }
-    match args.write.is_some() && !plan.knobs.contains(&Knob::Integrator) {
+    match args.write.is_some() && !plan.settings.contains(&CostSetting::Integrator) {
         true => Err(CliError::NoAdvice),
         false => Ok(plan),
     }
 }
 
-/// The files asked for, checked before any work.
+/// The output files.
 struct Files {
-    page: Option<OutputFile>,
+    markdown: Option<OutputFile>,
     write: Option<OutputFile>,
     json: Option<OutputFile>,
 }
 
 impl Files {
     fn check(args: &CostArgs) -> Result<Self, CliError> {
-        let own = args.scene.input();
-        let [page, write, json] = check_all(
-            own,
+        let input = args.scene.input();
+        let [markdown, write, json] = check_all(
+            input,
             [
-                ("--page", args.page.as_deref()),
+                ("--markdown", args.markdown.as_deref()),
                 ("--write", args.write.as_deref()),
                 ("--json", args.json.as_deref()),
             ],
         )?;
-        let figures = Knob::ALL.iter().map(|knob| format!("cost-{}", knob.name()));
+        let figures = CostSetting::ALL
+            .iter()
+            .map(|setting| format!("cost-{}", setting.name()));
         let mut names = args.drawn.names(figures, &STUDY);
         names.extend([TABLE, RECORDING].map(str::to_owned));
         check_directory(&args.out, "--out", &names)?;
         let others = [
-            ("--page", page.as_ref()),
+            ("--markdown", markdown.as_ref()),
             ("--write", write.as_ref()),
             ("--json", json.as_ref()),
         ];
-        check_beside(&args.out, "--out", &names, &others)?;
-        Ok(Self { page, write, json })
+        check_distinct(&args.out, "--out", &names, &others)?;
+        Ok(Self {
+            markdown,
+            write,
+            json,
+        })
     }
 }
 
-/// Writes all files, and shows what is found.
+/// Writes all files and prints the report.
 fn deliver(
     args: &CostArgs,
     plan: &CostPlan,
@@ -121,7 +131,7 @@ fn deliver(
     files: &Files,
 ) -> Result<(), CliError> {
     let mut written = Vec::new();
-    // What is found is shown even where a file cannot be written.
+    // The report is printed even if a file cannot be written.
     let all = write_all(args, plan, study, files, &mut written);
     Document::new(study, &written).deliver(&text(study), files.json.as_ref())?;
     all?;
@@ -160,33 +170,39 @@ fn write_all(
         let advice: Vec<_> = advice.map(|a| (a.target, &*a.method, a.value)).collect();
         written.push(write(file, &plan.scene.with_advice(&advice)?.text)?);
     }
-    if let Some(file) = &files.page {
+    if let Some(file) = &files.markdown {
         written.push(write(file, &words::chapter(study))?);
     }
     Ok(())
 }
 
-/// The text for the terminal.
+/// The report for the terminal.
 fn text(study: &CostStudy) -> String {
     let mut text = format!(
-        "{NAME}{}{NAME:#}: trajectories over {} ms",
+        "{HEADING}{}{HEADING:#}: trajectories compared over {} ms",
         escape::line(&study.scene),
         short(1e3 * study.horizon)
     );
     if let Some(exponent) = study.exponent {
-        let _ = write!(text, ", largest exponent {:.1} 1/s", exponent.value);
-    }
-    if let Some(held) = study.held.words() {
         let _ = write!(
             text,
-            "\nheld at its first values, {held}: give the scene others for another cost"
+            ", largest Lyapunov exponent {:.1} 1/s",
+            exponent.value
         );
+    }
+    if let Some(held) = study.fixed_at.description() {
+        let _ = write!(text, "\nthe scene is held at its initial values: {held}");
     }
     text.push('\n');
     for set in &study.sets {
-        let _ = write!(text, "{NAME}{}{NAME:#}: {}", set.knob.name(), set.family);
+        let _ = write!(
+            text,
+            "{HEADING}{}{HEADING:#}: {}",
+            set.setting.name(),
+            set.family
+        );
         if let Some(floor) = set.floor {
-            let _ = write!(text, " (the reference's own error {floor:.1e})");
+            let _ = write!(text, " (error of the reference {floor:.1e})");
         }
         let settings = words::settings(set, |reason| escape::line(reason).into_owned());
         let _ = write!(text, "\n{}", settings.text());
@@ -194,23 +210,23 @@ fn text(study: &CostStudy) -> String {
     if !study.advice.is_empty() {
         let _ = write!(
             text,
-            "{NAME}the cheapest setting of the integrator{NAME:#}, for an error of its own: that of nodes, modes \
-             and elements comes on top\n{}",
+            "{HEADING}cheapest integrators{HEADING:#} by time-integration error; the errors of nodes, \
+             modes and elements add to it\n{}",
             words::advice(study).text()
         );
     }
     text
 }
 
-/// One of the files in the directory asked for.
+/// A file in the output directory.
 fn inside(directory: &Path, name: &str) -> Result<OutputFile, CliError> {
     Ok(OutputFile::check(&directory.join(name), "--out")?)
 }
 
-/// All points, a line each (CSV).
-fn table(sets: &[CostSet]) -> String {
+/// All points as CSV.
+fn table(sets: &[WorkPrecisionSet]) -> String {
     let mut text =
-        "knob,family,turned,value,cpu_ms,calls,error,error_is,reference_error,detail,failed\n"
+        "setting,family,varied,value,cpu_ms,rhs_evals,error,error_meaning,reference_error,detail,failure\n"
             .to_owned();
     for set in sets {
         for point in &set.points {
@@ -225,13 +241,13 @@ fn table(sets: &[CostSet]) -> String {
             let _ = writeln!(
                 text,
                 "{},{},\"{}\",{:e},{:.6},{},{error},\"{}\",{floor},\"{}\",\"{failed}\"",
-                set.knob.name(),
+                set.setting.name(),
                 set.family,
-                set.turned,
+                set.parameter,
                 point.value,
                 1e3 * point.seconds,
-                point.calls,
-                set.knob.error(),
+                point.rhs_evals,
+                set.setting.error(),
                 point.detail,
             );
         }
@@ -244,24 +260,24 @@ mod tests {
     use super::*;
     use crate::cli::common_args::SceneArgs;
     use crate::scene::Scene;
-    use crate::study::cost::{CostPoint, advice};
+    use crate::study::cost::{WorkPrecisionPoint, advice};
 
-    fn point(seconds: f64, error: Result<f64, String>) -> CostPoint {
-        CostPoint {
+    fn point(seconds: f64, error: Result<f64, String>) -> WorkPrecisionPoint {
+        WorkPrecisionPoint {
             value: 1e-4,
             seconds,
-            calls: (1e6 * seconds).round() as u64,
+            rhs_evals: (1e6 * seconds).round() as u64,
             error,
             detail: String::new(),
         }
     }
 
-    /// Two methods: one dear and exact, one cheap and coarse, and one that fails.
-    fn turned(plan: &CostPlan) -> CostStudy {
-        let set = |family: &str, points| CostSet {
-            knob: Knob::Integrator,
+    /// A method with an accurate and a cheap point, and a method that fails.
+    fn example_study(plan: &CostPlan) -> CostStudy {
+        let set = |family: &str, points| WorkPrecisionSet {
+            setting: CostSetting::Integrator,
             family: family.to_owned(),
-            turned: "tolerance",
+            parameter: "tolerance",
             floor: Some(1e-10),
             points,
         };
@@ -277,7 +293,7 @@ mod tests {
         ];
         CostStudy {
             scene: plan.scene.name.clone(),
-            held: Default::default(),
+            fixed_at: Default::default(),
             horizon: plan.horizon,
             exponent: None,
             stopped: false,
@@ -291,23 +307,23 @@ mod tests {
             scene: SceneArgs {
                 scene: Some("torus-3deg".to_owned()),
             },
-            only: Vec::new(),
+            setting: Vec::new(),
             repeats: 1,
             horizon: Some(2.0),
             out: folder.join("cost"),
             drawn: Default::default(),
-            page: Some(folder.join("page.md")),
+            markdown: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),
             json: Some(folder.join("cost.json")),
         }
     }
 
     #[test]
-    fn the_cheapest_setting_is_advised_and_the_scene_takes_it() {
+    fn the_cheapest_integrator_is_recommended_and_the_scene_takes_it() {
         let folder = tempfile::tempdir().unwrap();
         let args = args(folder.path());
         let (plan, files) = (plan(&args).unwrap(), Files::check(&args).unwrap());
-        deliver(&args, &plan, &turned(&plan), &files).unwrap();
+        deliver(&args, &plan, &example_study(&plan), &files).unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&read("cost.json")).unwrap();
         let advice = json["advice"].as_array().unwrap();
@@ -321,8 +337,11 @@ mod tests {
             (&1e-3.into(), &2e-3.into())
         );
         assert_eq!(json["horizon_s"], 2e-3);
-        assert_eq!(json["sets"][0]["knob"], "integrator");
-        assert_eq!(json["sets"][0]["error_is"], "largest error of the state");
+        assert_eq!(json["sets"][0]["setting"], "integrator");
+        assert_eq!(
+            json["sets"][0]["error_measure"],
+            "largest error of the state"
+        );
         let failed = &json["sets"][1]["points"][0];
         assert_eq!(failed["error"], serde_json::Value::Null);
         assert_eq!(failed["failed"], "it \"blew\" up");
@@ -360,25 +379,25 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_does_not_have_is_refused_and_a_stop_is_heeded() {
+    fn missing_settings_are_refused_and_interrupts_stop_the_study() {
         let folder = tempfile::tempdir().unwrap();
-        let go = AtomicBool::new(false);
+        let run = AtomicBool::new(false);
         let small = CostArgs {
             scene: SceneArgs {
                 scene: Some("impact-oscillator".to_owned()),
             },
-            only: vec![Knob::Nodes],
+            setting: vec![CostSetting::Nodes],
             ..args(folder.path())
         };
-        assert_eq!(execute(&small, &go).unwrap_err().exit_code(), 2);
-        // A recording that cannot be written is known before any work.
+        assert_eq!(execute(&small, &run).unwrap_err().exit_code(), 2);
+        // A recording that cannot be written is refused before any work.
         let taken = folder.path().join("taken");
         std::fs::create_dir_all(taken.join(RECORDING)).unwrap();
         let taken = CostArgs {
             out: taken,
             ..args(folder.path())
         };
-        assert_eq!(execute(&taken, &go).unwrap_err().exit_code(), 2);
+        assert_eq!(execute(&taken, &run).unwrap_err().exit_code(), 2);
         let stop = AtomicBool::new(true);
         let stopped = execute(&args(folder.path()), &stop).unwrap_err();
         assert_eq!(stopped.exit_code(), 130);

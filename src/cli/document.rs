@@ -1,7 +1,7 @@
-//! How a command hands on its result: as text for the terminal, and as JSON for programs.
+//! Output of a result: text for the terminal, JSON for programs.
 //!
-//! JSON is the result's own struct. A field may be added in a later version, none changes its meaning. Every number
-//! is in the unit at the end of its field's name. A number that is not finite is written as `null`.
+//! The JSON object has the fields of the result struct. Later versions may add fields, but do not change the
+//! meaning of a field. The unit of a number is the suffix of its field name. Non-finite numbers are `null`.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -13,34 +13,34 @@ use super::report::print;
 use crate::number::size;
 use crate::{VERSION, escape};
 
-/// A result as it is written: beside it the version of the program, the scene and the files.
+/// A result with the version of the program, the scene and the written files.
 #[derive(Debug, Serialize)]
 pub(super) struct Document<'a, R> {
-    /// Version of the program.
+    /// Version of squeakscope.
     version: &'static str,
-    /// Name of the scene; none of what is no scene's.
+    /// Name of the scene; absent in a result without a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     scene: Option<&'a str>,
     #[serde(flatten)]
     result: &'a R,
-    /// Files written.
+    /// Written files.
     files: &'a [WrittenFile],
 }
 
-/// A file that a command has written.
+/// A written file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WrittenFile {
-    /// Its path.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its size, bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
 }
 
 impl WrittenFile {
-    /// A file that has just been written.
+    /// Describes a file that has just been written.
     ///
     /// # Errors
-    /// When it is not there.
+    /// If the file does not exist.
     pub fn of(file: &OutputFile) -> Result<Self, OutputError> {
         Ok(Self {
             path: file.path().to_owned(),
@@ -50,7 +50,7 @@ impl WrittenFile {
 }
 
 impl<'a, R: Serialize> Document<'a, R> {
-    /// A result, and the files that hold it.
+    /// A result and its files.
     pub fn new(result: &'a R, files: &'a [WrittenFile]) -> Self {
         Self {
             version: VERSION,
@@ -60,26 +60,26 @@ impl<'a, R: Serialize> Document<'a, R> {
         }
     }
 
-    /// The same, of a scene.
-    pub fn of_scene(self, scene: &'a str) -> Self {
+    /// Adds the name of the scene.
+    pub fn with_scene(self, scene: &'a str) -> Self {
         let scene = Some(scene);
         Self { scene, ..self }
     }
 
-    /// Prints the result's text and the files, and writes JSON if asked for.
+    /// Prints `text` and the list of files, and writes the JSON file, if there is one.
     ///
     /// # Errors
-    /// When the JSON file cannot be written.
+    /// If the JSON file or the standard output cannot be written.
     pub fn deliver(&self, text: &str, json: Option<&OutputFile>) -> Result<(), OutputError> {
         let written = self.write(json);
         print(&format!("{text}{}", list(self.files)))?;
         written
     }
 
-    /// Writes JSON, where a file is given.
+    /// Writes the JSON file, if there is one.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If the file cannot be written.
     pub fn write(&self, json: Option<&OutputFile>) -> Result<(), OutputError> {
         let Some(file) = json else {
             return Ok(());
@@ -90,10 +90,10 @@ impl<'a, R: Serialize> Document<'a, R> {
         })
     }
 
-    /// Prints JSON in place of the text.
+    /// Prints JSON to the standard output.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If the standard output cannot be written.
     pub fn print(&self) -> Result<(), OutputError> {
         let json = serde_json::to_string_pretty(self)
             .map_err(|fault| OutputError::Terminal(fault.into()))?;
@@ -101,7 +101,7 @@ impl<'a, R: Serialize> Document<'a, R> {
     }
 }
 
-/// Files, a line each with its size.
+/// Lists files with their sizes, one per line.
 pub(super) fn list(files: &[WrittenFile]) -> String {
     let line = |file: &WrittenFile| {
         let path = escape::path(&file.path);
@@ -115,13 +115,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_document_is_its_result_with_version_scene_and_files() {
+    fn a_document_has_the_result_version_scene_and_files() {
         #[derive(Serialize)]
-        struct Found {
+        struct Example {
             value_m: f64,
             rate_per_s: f64,
         }
-        let found = Found {
+        let example = Example {
             value_m: 0.1 + 0.2,
             rate_per_s: f64::NAN,
         };
@@ -129,7 +129,8 @@ mod tests {
             path: "a.rrd".into(),
             bytes: 2_500_000,
         }];
-        let json = serde_json::to_value(Document::new(&found, &files).of_scene("made")).unwrap();
+        let json =
+            serde_json::to_value(Document::new(&example, &files).with_scene("made")).unwrap();
         let expected = serde_json::json!({
             "version": VERSION,
             "scene": "made",
@@ -139,7 +140,7 @@ mod tests {
         });
         assert_eq!(json, expected);
         assert_eq!(list(&files), "  a.rrd (2.5 MB)\n");
-        let bare = serde_json::to_value(Document::new(&found, &[])).unwrap();
+        let bare = serde_json::to_value(Document::new(&example, &[])).unwrap();
         assert!(bare.get("scene").is_none());
     }
 }

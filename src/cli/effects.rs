@@ -1,4 +1,4 @@
-//! `squeakscope scenes --effects NAME`: what a scene calls for, and what each of it costs.
+//! `squeakscope scenes NAME --effects`: measure the CPU time of each effect and analysis of a scene.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -11,54 +11,54 @@ use super::error::{Cause, CliError};
 use super::interrupt;
 use super::output::OutputFile;
 use super::progress::Progress;
+use super::report::HEADING;
 use crate::escape;
 use crate::pipeline::{Monitor, drive, source};
 use crate::record::{Output, RerunSink};
 use crate::scene::Scene;
 use crate::study;
-use crate::study::Watch;
+use crate::study::OnProgress;
 use crate::study::effects::{Effect, Effects};
 use crate::table::Table;
 
-const NAME: Style = Style::new().bold();
 const ON: Style = AnsiColor::Green.on_default();
 const OFF: Style = Style::new().dimmed();
 
-/// Measures, and tells.
+/// Measures the effects and prints the report.
 ///
 /// # Errors
-/// A fault while running or writing; Ctrl-C.
+/// Failure while running or writing; an interrupt.
 pub(super) fn effects(
     scene: &Scene,
     json: Option<&OutputFile>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), CliError> {
-    let progress = Progress::of_estimate();
-    let found = measure(scene, stop, &mut |share| {
-        progress.tell(share, "effects".to_owned());
-        interrupt::goes_on(stop)
+    let progress = Progress::with_estimate();
+    let effects = measure(scene, stop, &mut |share| {
+        progress.update(share, "effects");
+        interrupt::should_continue(stop)
     });
     drop(progress);
-    let found = found.map_err(|source| CliError::Run {
-        doing: "measurement of effects",
+    let effects = effects.map_err(|source| CliError::Run {
+        task: "measurement of effects",
         source,
     })?;
-    match found {
-        None => Err(CliError::NothingYet),
-        Some(found) => {
-            let document = Document::new(&found, &[]).of_scene(&scene.name);
-            Ok(document.deliver(&text(&scene.name, &found), json)?)
+    match effects {
+        None => Err(CliError::NoResult),
+        Some(effects) => {
+            let document = Document::new(&effects, &[]).with_scene(&scene.name);
+            Ok(document.deliver(&text(&scene.name, &effects), json)?)
         }
     }
 }
 
-/// Measures the effects of a scene.
+/// Measures the effects of a scene; `None` after an interrupt.
 fn measure(
     scene: &Scene,
     stop: &Arc<AtomicBool>,
-    watch: Watch<'_, f64>,
+    watch: OnProgress<'_, f64>,
 ) -> Result<Option<Effects>, Cause> {
-    // Made when measuring has begun: before that, a signal ends the program as it is.
+    // Created on first use: an interrupt before that ends the program without removing the directory.
     let mut folder = None;
     let record = &mut |scene: &Scene| {
         let folder: &tempfile::TempDir = match &folder {
@@ -81,26 +81,26 @@ fn measure(
     study::effects::effects(scene, record, stop, watch)
 }
 
-/// The text for the terminal.
-fn text(scene: &str, found: &Effects) -> String {
+/// The report for the terminal.
+fn text(scene: &str, effects: &Effects) -> String {
     let mut text = format!(
-        "{NAME}{}{NAME:#}: {:.0} us of CPU a simulated millisecond, without a recording, after a set-up of {:.0} ms",
+        "{HEADING}{}{HEADING:#}: {:.0} us of CPU time per simulated ms without a recording; set-up {:.0} ms",
         escape::line(scene),
-        1e3 * found.whole,
-        1e3 * found.setup
+        1e3 * effects.whole,
+        1e3 * effects.setup
     );
-    if found.call > 0.0 {
+    if effects.rhs_eval > 0.0 {
         let _ = write!(
             text,
-            "; {:.0} calls of the right-hand side, {:.3} us each",
-            1e-3 * found.calls,
-            1e6 * found.call
+            "; {:.0} right-hand-side evaluations per simulated ms, {:.3} us each",
+            1e-3 * effects.rhs_evals,
+            1e6 * effects.rhs_eval
         );
     }
     text.push('\n');
-    let mut table = Table::default().left("").right("us a ms").left("effect");
-    table = table.left("called for by").left("how");
-    for effect in &found.effects {
+    let mut table = Table::default().left("").right("us per ms").left("effect");
+    table = table.left("key").left("setting");
+    for effect in &effects.effects {
         let state = match effect.on {
             true => format!("{ON}on{ON:#}"),
             false => format!("{OFF}off{OFF:#}"),
@@ -110,26 +110,26 @@ fn text(scene: &str, found: &Effects) -> String {
             cost(effect),
             effect.name.into(),
             effect.key.into(),
-            how(effect),
+            setting(effect),
         ]);
     }
     text += &table.text();
     text.push_str(
-        "what is off costs nothing: its number is what it would cost with usual values; with +- half of the \
-         interval of 95 %, or < what it is below, where times scatter by more than it costs\n",
+        "An effect that is off is not computed; its row shows what it would cost with typical values. +- is the \
+         half-width of the 95 % interval; < is an upper bound where the scatter exceeds the cost.\n",
     );
     text
 }
 
-/// The cost of a simulated millisecond in us: `12 +- 5`, or `< 30` where times scatter by more.
+/// CPU time in us per simulated ms: `12 +- 5`, or the bound `< 30` if the scatter exceeds the mean.
 fn cost(effect: &Effect) -> String {
     let Ok(measured) = effect.cost else {
         return "-".to_owned();
     };
-    // Of a second in s, of a millisecond in us: a thousand times.
+    // s per s to us per ms.
     let [cost, scatter] = [measured.mean, measured.half_width].map(|seconds| 1e3 * seconds);
     if cost.abs() > scatter {
-        // A digit of the scatter is enough.
+        // One significant digit of the scatter.
         let digits = usize::from(scatter < 1.0);
         return format!("{cost:.digits$} +- {scatter:.digits$}");
     }
@@ -137,30 +137,33 @@ fn cost(effect: &Effect) -> String {
     format!("< {:.*}", usize::from(below < 10.0), below)
 }
 
-/// How it is called for, or why nothing can be told.
-fn how(effect: &Effect) -> String {
+/// The setting, the set-up time, and the reason for a missing cost.
+fn setting(effect: &Effect) -> String {
     let setting = Some(effect.setting.clone()).filter(|setting| !setting.is_empty());
     let setup = effect
         .setup
         .map(|setup| format!("{:.1} ms once", 1e3 * setup.mean));
-    let untold = effect.cost.err().map(|why| format!("-: {why}"));
-    let words: Vec<String> = [setting, setup, untold].into_iter().flatten().collect();
-    words.join("; ")
+    let unavailable = effect.cost.err().map(|why| format!("-: {why}"));
+    let parts: Vec<String> = [setting, setup, unavailable]
+        .into_iter()
+        .flatten()
+        .collect();
+    parts.join("; ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::effects::{Measured, Untold};
+    use crate::study::effects::{Measured, Unavailable};
 
     #[test]
-    fn a_cost_below_its_scatter_is_told_as_a_bound() {
-        let effect = |cost: Result<(f64, f64), Untold>| Effect {
+    fn a_cost_below_its_scatter_is_shown_as_a_bound() {
+        let effect = |cost: Result<(f64, f64), Unavailable>| Effect {
             name: "regime",
             key: "analysis.regime",
             on: true,
             setting: "on".to_owned(),
-            // Per second, from what is told of a millisecond.
+            // us per ms to s per s.
             cost: cost.map(|(mean, half_width)| Measured {
                 mean: 1e-3 * mean,
                 half_width: 1e-3 * half_width,
@@ -171,13 +174,13 @@ mod tests {
         assert_eq!(cost(&effect(Ok((-60.0, 0.25)))), "-60.0 +- 0.2");
         assert_eq!(cost(&effect(Ok((-29.0, 30.0)))), "< 30");
         assert_eq!(cost(&effect(Ok((1.0, 2.0)))), "< 3.0");
-        let short = effect(Err(Untold::ShorterThanWindow));
+        let short = effect(Err(Unavailable::ShorterThanWindow));
         assert_eq!(cost(&short), "-");
-        assert_eq!(how(&short), "on; -: the run is shorter than its window");
+        let reason = Unavailable::ShorterThanWindow;
+        assert_eq!(setting(&short), format!("on; -: {reason}"));
         let json = serde_json::to_value(effect(Ok((12.0, 4.0)))).unwrap();
         assert_eq!(json["cpu_s_per_s"]["mean"], 1e-3 * 12.0);
         let json = serde_json::to_value(short).unwrap();
-        assert_eq!(json["untold"], "the run is shorter than its window");
         assert!(json["cpu_s_per_s"].is_null());
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong on the command line, and the exit code it gives.
+//! Errors of the command line and their exit codes.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -15,254 +15,268 @@ use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
-use crate::study::NoThread;
+use crate::study::ThreadSpawnError;
 use crate::study::sweep::TableError;
 
-/// Any error of a layer below, kept as the source.
+/// An error of another module, as the source of a [`CliError`].
 pub(super) type Cause = Box<dyn Error + Send + Sync>;
 
-/// Why a command did not end well.
+/// An error of a command of the command-line interface (CLI).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CliError {
-    /// The scene cannot be run.
+    /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The file holds no signal.
+    /// The file does not hold a signal.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// The recording holds no such column.
+    /// The recording cannot be read, or does not have the column.
     #[error(transparent)]
     Recording(#[from] ReadError),
-    /// The signal is not one that can be analysed.
+    /// The signal cannot be analysed.
     #[error("{}: {reason}", path.display())]
     Signal {
-        /// The file.
+        /// Path of the signal.
         path: PathBuf,
-        /// Why not.
+        /// Error of the analysis.
         reason: AnalysisError,
     },
-    /// A result cannot be written where it should go.
+    /// An output cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A table of a sweep cannot be read or written, or is not of this sweep.
+    /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A table of that name is there already.
-    #[error("`{}` is there already (--out); go on with it by --resume, or give another path", path.display())]
-    WouldReplace {
-        /// The table.
+    /// The table or log of a study exists.
+    #[error("`{}` (--out) exists; continue it with --resume, or choose another --out", path.display())]
+    OutputExists {
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A log of a calibration is not of this one.
-    #[error("`{}` cannot be gone on with (--resume): {reason}; give another --out", path.display())]
-    ForeignLog {
-        /// The log.
+    /// The output of `merge` exists and does not belong to the sweep.
+    #[error("`{}` (--out) exists and is not a table of this sweep; choose another --out", path.display())]
+    ForeignOutput {
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+    },
+    /// The log of a calibration belongs to another calibration, or cannot be read.
+    #[error("cannot resume `{}`: {reason}; choose another --out", path.display())]
+    CannotResume {
+        /// Path of the log.
+        path: PathBuf,
+        /// Reason, as a clause.
         reason: String,
     },
-    /// More parameters are swept than a map has axes.
+    /// More than two parameters are swept.
     #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
     TooManyAxes {
-        /// How many.
+        /// Number of parameters.
         count: usize,
     },
     /// One parameter is swept twice.
-    #[error("`{path}` is swept twice; give it once, or another one")]
+    #[error("`{path}` is swept twice; give it once")]
     AxisTwice {
-        /// Its path.
+        /// Path of the key.
         path: &'static str,
     },
-    /// A recording is asked for of a sweep over two parameters.
+    /// A recording of a sweep over two parameters.
     #[error(
-        "--save is for a sweep over one parameter, which is then the timeline to scrub; sweep over `{first}` or `{second}` alone, or leave --save out"
+        "--save records a sweep over one parameter, which becomes the timeline; sweep over `{first}` or \
+         `{second}` alone, or omit --save"
     )]
     NoTimeline {
         /// Path of the first parameter.
         first: &'static str,
-        /// Path of the second.
+        /// Path of the second parameter.
         second: &'static str,
     },
-    /// A pace is out of range.
-    #[error("--pace must be from {low} to {high} simulated ms a second, not {asked}")]
-    Pace {
-        /// The pace asked for, ms a second.
-        asked: f64,
-        /// The slowest.
+    /// The playback speed is out of range.
+    #[error("--speed {requested} is out of range; give {low} to {high} simulated ms per second")]
+    Speed {
+        /// Requested speed, simulated ms per second.
+        requested: f64,
+        /// Lowest speed.
         low: f64,
-        /// The fastest.
+        /// Highest speed.
         high: f64,
     },
-    /// The page cannot be served there.
+    /// The address or port of the live page cannot be used.
     #[error(
-        "the page cannot be served at {host}, port {port}: {source}; give another --port (0 for any), or --host"
+        "cannot serve the page at {host}, port {port}: {source}; choose another --port (0 for any free \
+         port) or --host"
     )]
     Serve {
-        /// The address.
+        /// Requested address.
         host: std::net::IpAddr,
-        /// The port.
+        /// Requested port.
         port: u16,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The table of a sweep has no tilts.
-    #[error("`{}` (--sweep) is not of a sweep over the tilt alone; give the table of one", path.display())]
+    /// The table belongs to a sweep over other parameters than the tilt.
+    #[error("`{}` (--sweep) is not a sweep over the tilt alone; give the table of one", path.display())]
     NoBands {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
     },
-    /// There is nothing to write into the scene.
+    /// The study of costs has no recommendation for the scene.
     #[error(
-        "there is no advice to write (--write): no setting of the integrator was tried, or none reaches an error of 1e-2; turn that knob, too"
+        "no recommendation to write (--write): no integrator was measured, or none reaches an error of 1e-2; \
+         include --setting integrator"
     )]
     NoAdvice,
-    /// A scene without a load has no tilt to sweep.
+    /// A scene without a load has no tilt.
     #[error(
-        "the scene `{scene}` has no load, and so no tilt; say what to vary by --over KEY=A:B:STEP"
+        "the scene `{scene}` has no load, and therefore no tilt; choose a parameter with --param KEY=A:B:STEP"
     )]
     NoTilt {
         /// Name of the scene.
         scene: String,
     },
-    /// The shortest time for a transient is beyond the longest.
+    /// The shortest transient exceeds the longest.
     #[error(
-        "--least {least} ms is longer than --most {most} ms; give a shorter one, or a longer --most"
+        "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
     )]
-    Times {
-        /// The shortest, ms.
-        least: f64,
-        /// The longest, ms.
-        most: f64,
+    Transient {
+        /// Shortest transient, ms.
+        min: f64,
+        /// Longest transient, ms.
+        max: f64,
     },
-    /// A table has another format than the ending of its name promises.
-    #[error("`{}`: the table is an Arrow stream (--out); give it a name that ends in .arrow", path.display())]
+    /// The extension of the table does not match its format.
+    #[error(
+        "`{}` (--out) has the wrong extension: the table is an Arrow stream; give a name that ends in .arrow",
+        path.display()
+    )]
     NotArrow {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
     },
-    /// A fault while running.
-    #[error("the {doing} failed")]
+    /// A failure while computing, drawing or recording.
+    #[error("the {task} failed")]
     Run {
-        /// What was being done: run, stability analysis, model.
-        doing: &'static str,
-        /// Why.
+        /// Task that failed, such as `stability analysis`.
+        task: &'static str,
+        /// Cause of the failure.
         source: Cause,
     },
-    /// The energy audit does not hold.
+    /// The energy audit failed.
     #[error("{reason} (--strict)")]
     Audit {
-        /// What is wrong, and what to do.
+        /// Size of the residual, and the remedy.
         reason: String,
     },
-    /// There was no energy audit.
+    /// The scene has no energy audit.
     #[error(
-        "nothing was audited (--strict): only a joint has an energy audit, and only where record.energy_rate_khz \
-         is above 0; take such a scene, or leave --strict out"
+        "this scene has no energy audit (--strict): an audit needs a joint and record.energy_rate_khz above \
+         0; choose such a scene, or omit --strict"
     )]
     NotAudited,
-    /// A file that was asked for is not there at the end.
+    /// A recording does not exist at the end of a live run.
     #[error("`{}` was not saved", path.display())]
     NotSaved {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// Why not, and what there is instead.
+        /// Cause of the failure, and where the saved part is.
         source: Cause,
     },
-    /// More exponents than there are.
+    /// More exponents are requested than the system has.
     #[error(
-        "`--exponents` = {asked}: this motion has {dimension} exponents; give 1 to {dimension}, or `all`"
+        "--exponents {requested}: the system has {dimension} exponents; give 1 to {dimension}, or `all`"
     )]
     Exponents {
-        /// How many were asked for.
-        asked: usize,
-        /// How many there are.
+        /// Requested number of exponents.
+        requested: usize,
+        /// Dimension of the system.
         dimension: usize,
     },
-    /// The system gives no more threads.
+    /// The operating system refuses more threads.
     #[error(
-        "the threads for {purpose} cannot be started; raise the limit of processes (ulimit -u) or free some memory"
+        "cannot start the threads for {purpose}; raise the limit of processes (ulimit -u) or free some memory"
     )]
     Threads {
-        /// What they are for.
+        /// Purpose of the threads.
         purpose: &'static str,
-        /// What the system says.
+        /// Error of the operating system.
         source: Cause,
     },
-    /// The same for a study.
+    /// The operating system refuses a thread for a study.
     #[error(transparent)]
-    NoThread(#[from] NoThread),
-    /// A panic outside the threads of a run: a fault of this program.
-    #[error("the program panicked: {message}; please report this, with the command")]
+    ThreadSpawnError(#[from] ThreadSpawnError),
+    /// A panic outside the threads of a run: a bug.
+    #[error("squeakscope panicked: {message}; please report this bug with the command line")]
     Panic {
-        /// What it said.
+        /// Message of the panic.
         message: String,
     },
-    /// Ctrl-C, while files were read and the joint was made.
-    #[error("interrupted before anything was begun; nothing is left behind")]
+    /// Interrupted while files are read and the joint is assembled.
+    #[error("interrupted before the computation started; nothing is written")]
     BeforeWork,
-    /// Ctrl-C, before there was anything.
-    #[error("interrupted before anything was found")]
-    NothingYet,
-    /// Ctrl-C.
-    #[error("interrupted; what was reached until then is kept")]
+    /// Interrupted before the first result.
+    #[error("interrupted before the first result")]
+    NoResult,
+    /// Interrupted during the computation.
+    #[error("interrupted; the results so far are saved")]
     Interrupted,
 }
 
 impl CliError {
-    /// The exit code that it gives: 1 a fault while running, 2 bad input, 130 Ctrl-C.
+    /// The exit code: 1 failure, 2 invalid input, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::WouldReplace { .. }
+            Self::OutputExists { .. }
+            | Self::ForeignOutput { .. }
             | Self::NoAdvice
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
             | Self::NoTilt { .. }
-            | Self::Times { .. }
+            | Self::Transient { .. }
             | Self::NotArrow { .. }
-            | Self::ForeignLog { .. }
+            | Self::CannotResume { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }
-            | Self::Pace { .. }
+            | Self::Speed { .. }
             | Self::NotAudited
             | Self::NoBands { .. } => 2,
             Self::Table(
-                TableError::Write { .. } | TableError::Gone { .. } | TableError::Begin(_),
+                TableError::Write { .. } | TableError::Removed { .. } | TableError::Threads(_),
             )
             | Self::Threads { .. }
-            | Self::NoThread(_) => 1,
+            | Self::ThreadSpawnError(_) => 1,
             Self::Table(_) => 2,
             Self::Output(error) if error.is_bad_input() => 2,
-            Self::Run { source, .. } if is_impossible(source.as_ref()) => 2,
+            Self::Run { source, .. } if is_bad_input(source.as_ref()) => 2,
             Self::Output(_)
             | Self::Run { .. }
             | Self::Audit { .. }
             | Self::NotSaved { .. }
             | Self::Serve { .. }
             | Self::Panic { .. } => 1,
-            Self::Interrupted | Self::NothingYet | Self::BeforeWork => 130,
+            Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
         }
     }
 }
 
-/// Whether the cause of a fault is what was asked for: a scene whose numbers, each in its range, make
-/// no joint together, or more exponents than there are.
-fn is_impossible(cause: &(dyn Error + 'static)) -> bool {
+/// Whether the input caused a failure: a scene whose numbers are each in range but do not make a valid joint,
+/// too many exponents, or a probe on a system without a surface.
+fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
     let step = matches!(cause.downcast_ref(), Some(PipelineError::Step { .. }));
-    // More exponents than there are.
-    let width = matches!(cause.downcast_ref(), Some(DynamicsError::Width { .. }));
-    // Another machine may have the memory.
+    let exponents = matches!(
+        cause.downcast_ref(),
+        Some(DynamicsError::TangentCount { .. })
+    );
+    let no_surface = cause.is::<NoSurface>();
+    // Not bad input: another machine may have enough memory.
     let memory = matches!(
         cause.downcast_ref(),
         Some(AssemblyError::Body(FemError::Memory { .. }))
     );
-    // Nothing there to listen to.
-    let surface = cause.is::<NoSurface>();
-    step || width
-        || surface
+    step || exponents
+        || no_surface
         || cause.is::<AssemblyError>() && !memory
-        || cause.source().is_some_and(is_impossible)
+        || cause.source().is_some_and(is_bad_input)
 }
 
 #[cfg(test)]
@@ -270,12 +284,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_joint_that_cannot_be_is_bad_input() {
+    fn an_invalid_joint_is_bad_input() {
         let joint = AssemblyError::Unpublished {
             label: "5th bending".to_owned(),
         };
         let fault = |source: Cause| CliError::Run {
-            doing: "run",
+            task: "run",
             source,
         };
         assert_eq!(

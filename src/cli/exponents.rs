@@ -1,32 +1,31 @@
-//! What exponents come to, for people and for programs; and how two copies of a motion have parted.
+//! Lyapunov exponents and the divergence of the perturbed trajectory, for the terminal and JSON.
 
 use serde::Serialize;
 
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
-use crate::pipeline::message::{Exponents, Parting};
+use crate::pipeline::message::{Exponents, TrajectoryDivergence};
 
-/// More exponents than these are read in the recording or the JSON file.
-const EXPONENTS_SHOWN: usize = 4;
+/// Number of exponents in the terminal. The recording and JSON have all of them.
+const MAX_EXPONENTS: usize = 4;
 
-/// What JSON says of a spectrum beside its own numbers.
+/// Quantities derived from a Lyapunov spectrum.
 #[derive(Debug, Serialize)]
-pub(super) struct Reading {
-    /// What the motion comes to: `rest`, `in-step`, `cycle`, `torus`, `chaos`, `hyper-chaos`,
+pub(super) struct Classification {
+    /// Attractor: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`, `hyperchaos`,
     /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
     pub attractor: &'static str,
-    /// The same in words.
-    pub words: String,
-    /// What is known of the sign of each exponent.
+    /// The attractor in words.
+    pub description: String,
+    /// Sign of each exponent.
     pub signs: Vec<Sign>,
-    /// The exponents over the lowest natural frequency: for the time `tau = omega_1 t`.
+    /// Exponents divided by the lowest natural frequency, for the dimensionless time `tau = omega_1 t`.
     pub exponents_over_omega_1: Vec<Exponent>,
-    /// The Kaplan-Yorke dimension; `null` where it is not known, or where nothing moves: an equilibrium is a
-    /// point, whatever its neighbours do.
+    /// Kaplan-Yorke dimension; `null` if it is unknown, and for an equilibrium.
     pub kaplan_yorke: Option<Exponent>,
 }
 
-impl Reading {
-    /// Of a spectrum and what it comes to; `omega_1` in rad/s.
+impl Classification {
+    /// Classifies a spectrum; `omega_1` in rad/s.
     pub fn new(
         spectrum: &LyapunovSpectrum,
         motion: Motion,
@@ -41,7 +40,7 @@ impl Reading {
         let is_point = exponents.is_empty() || motion == Motion::Still;
         Self {
             attractor: attractor.name(),
-            words: attractor.to_string(),
+            description: attractor.to_string(),
             signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
             exponents_over_omega_1: scaled.collect(),
             kaplan_yorke: spectrum.kaplan_yorke().filter(|_| !is_point),
@@ -49,13 +48,13 @@ impl Reading {
     }
 }
 
-/// The exponents at the end of a run, as JSON has them.
+/// The Lyapunov exponents at the end of a run.
 #[derive(Debug, Serialize)]
 pub(super) struct RunExponents<'a> {
     #[serde(flatten)]
     exponents: &'a Exponents,
     #[serde(flatten)]
-    reading: Reading,
+    classification: Classification,
 }
 
 impl<'a> RunExponents<'a> {
@@ -66,57 +65,57 @@ impl<'a> RunExponents<'a> {
         let attractor = exponents.attractor();
         Self {
             exponents,
-            reading: Reading::new(spectrum, *motion, attractor, exponents.omega_1),
+            classification: Classification::new(spectrum, *motion, attractor, exponents.omega_1),
         }
     }
 
-    /// A line for the terminal.
+    /// One line for the terminal.
     pub fn text(&self) -> String {
         let spectrum = &self.exponents.spectrum;
-        let shown = spectrum.exponents.iter().take(EXPONENTS_SHOWN);
+        let shown = spectrum.exponents.iter().take(MAX_EXPONENTS);
         let shown: Vec<String> = shown
             .map(|exponent| match exponent.half_width {
                 half if half.is_finite() => format!("{:.1} +- {half:.1}", exponent.value),
                 _ => format!("{:.1}", exponent.value),
             })
             .collect();
-        let more = match spectrum.exponents.len() > EXPONENTS_SHOWN {
+        let more = match spectrum.exponents.len() > MAX_EXPONENTS {
             true => ", ...",
             false => "",
         };
-        let dimension = match &self.reading.kaplan_yorke {
-            Some(dimension) => format!(", dimension {:.2}", dimension.value),
+        let dimension = match &self.classification.kaplan_yorke {
+            Some(dimension) => format!(", Kaplan-Yorke dimension {:.2}", dimension.value),
             None => String::new(),
         };
         format!(
-            "  exponents {}{more} 1/s over {:.0} ms: {}{dimension}\n",
+            "  Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {}{dimension}\n",
             shown.join(", "),
             1e3 * spectrum.time,
-            self.reading.words
+            self.classification.description
         )
     }
 }
 
-/// How two copies have parted, in a line for the terminal.
-pub(super) fn parting(parting: &Parting) -> String {
-    let rate = parting.line.map(|line| {
+/// The divergence of the perturbed trajectory, one line for the terminal.
+pub(super) fn divergence_text(divergence: &TrajectoryDivergence) -> String {
+    let rate = divergence.line.map(|line| {
         let (rate, error) = (line.rate, line.half_width);
         if line.grows() {
-            format!(", growing by {rate:.1} +- {error:.1} 1/s")
+            format!(", growing at {rate:.1} +- {error:.1} 1/s")
         } else if line.shrinks() {
-            format!(", shrinking by {:.1} +- {error:.1} 1/s", -rate)
+            format!(", shrinking at {:.1} +- {error:.1} 1/s", -rate)
         } else {
-            format!(", neither growing nor shrinking ({rate:.1} +- {error:.1} 1/s)")
+            format!(", no significant growth ({rate:.1} +- {error:.1} 1/s)")
         }
     });
-    let end = match parting.saturated {
-        Some(time) => format!("until it saturated at {:.0} ms", 1e3 * time),
+    let saturation = match divergence.saturated {
+        Some(time) => format!("saturated at {:.0} ms", 1e3 * time),
         None => "not saturated".to_owned(),
     };
     format!(
-        "  two copies from {:.0} ms on: distance {:.1e} of the motion{}, {end}\n",
-        1e3 * parting.start,
-        parting.distance,
+        "  perturbed trajectory, started at {:.0} ms: relative distance {:.1e}{}, {saturation}\n",
+        1e3 * divergence.start,
+        divergence.distance,
         rate.unwrap_or_default()
     )
 }
@@ -124,10 +123,10 @@ pub(super) fn parting(parting: &Parting) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::message::PartingLine;
+    use crate::pipeline::message::DivergenceFit;
 
     #[test]
-    fn exponents_are_told_in_a_line_and_in_numbers() {
+    fn exponents_are_printed_in_a_line_and_written_as_json() {
         let exponent = |value, half_width| Exponent { value, half_width };
         let exponents = Exponents {
             time: 0.25,
@@ -141,13 +140,13 @@ mod tests {
             motion: Motion::Free,
             omega_1: 1e4,
         };
-        let found = RunExponents::new(&exponents);
+        let result = RunExponents::new(&exponents);
         assert!(
-            found
+            result
                 .text()
-                .starts_with("  exponents 71.2 +- 9.0, 0.5 1/s over 200 ms: ")
+                .starts_with("  Lyapunov exponents 71.2 +- 9.0, 0.5 1/s, averaged over 200 ms: ")
         );
-        let json = serde_json::to_value(&found).expect("JSON");
+        let json = serde_json::to_value(&result).expect("JSON");
         assert_eq!(json["exponents_over_omega_1"][0]["value"], 71.25e-4);
         assert_eq!(json["signs"][0], "positive");
         assert_eq!(json["attractor"], "chaos");
@@ -156,8 +155,8 @@ mod tests {
     }
 
     #[test]
-    fn copies_are_told_in_a_line() {
-        let mut copies = Parting {
+    fn divergence_is_printed_in_a_line() {
+        let mut divergence = TrajectoryDivergence {
             time: 0.2,
             start: 0.05,
             distance: 2e-3,
@@ -165,22 +164,24 @@ mod tests {
             saturated: None,
         };
         assert_eq!(
-            parting(&copies),
-            "  two copies from 50 ms on: distance 2.0e-3 of the motion, not saturated\n"
+            divergence_text(&divergence),
+            "  perturbed trajectory, started at 50 ms: relative distance 2.0e-3, not saturated\n"
         );
-        copies.line = Some(PartingLine {
+        divergence.line = Some(DivergenceFit {
             rate: 70.0,
             half_width: 5.0,
             since: 0.06,
             intercept: 0.0,
         });
-        copies.saturated = Some(0.18);
-        let text = parting(&copies);
-        assert!(text.ends_with("growing by 70.0 +- 5.0 1/s, until it saturated at 180 ms\n"));
-        copies.line = copies.line.map(|line| PartingLine { rate: 3.0, ..line });
-        let text = parting(&copies);
+        divergence.saturated = Some(0.18);
+        let text = divergence_text(&divergence);
+        assert!(text.ends_with("growing at 70.0 +- 5.0 1/s, saturated at 180 ms\n"));
+        divergence.line = divergence
+            .line
+            .map(|line| DivergenceFit { rate: 3.0, ..line });
+        let text = divergence_text(&divergence);
         assert!(
-            text.contains("neither growing nor shrinking (3.0 +- 5.0 1/s)"),
+            text.contains("no significant growth (3.0 +- 5.0 1/s)"),
             "{text}"
         );
     }

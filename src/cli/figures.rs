@@ -1,4 +1,4 @@
-//! Figures on disk: how they are drawn, and where they go.
+//! Options and output of figures.
 
 use std::fmt::Display;
 use std::io::Write as _;
@@ -9,25 +9,25 @@ use clap::Args as Arguments;
 use super::document::WrittenFile;
 use super::error::CliError;
 use super::output::OutputFile;
-use crate::plot::{Figure, Format, Look, Size, Style};
+use crate::plot::{Figure, FigureOptions, Format, Size, Style};
 
-/// How figures are drawn.
+/// Style, formats and size of figures.
 #[derive(Clone, Debug, Default, Arguments)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
-    /// Draw figures for this purpose.
+    /// Style of the figures.
     #[arg(long, value_enum, default_value_t = Style::Screen)]
     pub style: Style,
-    /// File formats, separated by commas [default: svg,png; analyse and lyapunov: png].
+    /// File formats, separated by commas [default: svg,png; for analyse and lyapunov: png].
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',')]
     pub format: Vec<Format>,
-    /// Width and height of each figure in mm, such as 180x120 [default: its own].
+    /// Width and height of each figure in mm, such as 180x120 [default: depends on the figure].
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
 }
 
 impl FigureArgs {
-    /// The formats, or what a command draws unless told otherwise.
+    /// The selected formats, or the defaults of the command.
     pub fn formats<'a>(&'a self, default: &'a [Format]) -> &'a [Format] {
         match &self.format[..] {
             [] => default,
@@ -35,8 +35,7 @@ impl FigureArgs {
         }
     }
 
-    /// Names of the files of figures, by their stems, of a command that draws some formats unless told
-    /// otherwise.
+    /// File names of figures with the given stems.
     pub fn names<S: Display>(
         &self,
         stems: impl IntoIterator<Item = S>,
@@ -51,21 +50,21 @@ impl FigureArgs {
         stems.into_iter().flat_map(names).collect()
     }
 
-    /// What figures look like.
-    pub fn look(&self) -> Look {
-        Look {
+    /// Style and size for the plot module.
+    pub fn look(&self) -> FigureOptions {
+        FigureOptions {
             style: self.style,
             size: self.size,
         }
     }
 }
 
-/// The formats of studies, unless told otherwise.
+/// Default formats of studies.
 pub const STUDY: [Format; 2] = [Format::Svg, Format::Png];
-/// The formats of what has only pixels, unless told otherwise.
+/// Default formats of figures that consist of pixels.
 pub const PIXELS: [Format; 1] = [Format::Png];
 
-/// Writes figures into a directory, which is made if it is not there; `option` is that which named it.
+/// Writes figures to a directory and creates it if needed. Messages name `option`.
 pub fn write_figures(
     directory: &Path,
     option: &'static str,
@@ -84,7 +83,7 @@ pub fn write_figures(
     Ok(written)
 }
 
-/// Writes one figure as one file.
+/// Writes a figure to a file.
 pub fn write_figure(
     file: &OutputFile,
     figure: &Figure,
@@ -97,10 +96,10 @@ pub fn write_figure(
     Ok(WrittenFile::of(file)?)
 }
 
-/// A fault while drawing.
+/// A failure while drawing.
 pub fn drawing(source: super::error::Cause) -> CliError {
     CliError::Run {
-        doing: "drawing",
+        task: "drawing",
         source,
     }
 }
@@ -110,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fault_while_drawing_is_no_bad_input() {
+    fn a_failure_while_drawing_has_exit_code_1() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let flat = [Figure::new("flat", "", 0.0, Vec::new())];
         let drawn = (&FigureArgs::default(), &PIXELS[..]);

@@ -1,4 +1,4 @@
-//! `squeakscope growth`: how do time and memory grow with the size of the problem?
+//! `squeakscope growth`: how time and memory scale with the size of the problem.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -11,14 +11,14 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_beside, check_directory};
+use super::output::{OutputFile, check_all, check_directory, check_distinct};
 use super::progress::Progress;
-use super::report::{self, NAME};
+use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::GrowthArgs;
 use crate::plot::growth_figure;
 use crate::scene::Scene;
-use crate::study::growth::{Growth, GrowthPlan, Taken, growth};
+use crate::study::growth::{Growth, GrowthPlan, RunCost, growth};
 use crate::study::{threads, wait_for};
 use crate::table::Table;
 use crate::{escape, number};
@@ -26,79 +26,81 @@ use crate::{escape, number};
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C.
+/// Bad input before any work; failure while running or writing; an interrupt.
 pub(super) fn run(args: &GrowthArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
 fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
+    report::print_study_warnings(&scene);
     if let Ok(joint) = scene.joint() {
-        report::print_held(joint.held_at_first());
+        report::print_held(joint.fixed_at_start());
     }
     let name = scene.name.clone();
     let plan = GrowthPlan {
         repeats: args.repeats.into(),
         ..GrowthPlan::new(scene, threads(args.threads))
     };
-    let own = args.scene.input();
+    let input = args.scene.input();
     let mut names = args.drawn.names(["growth"], &STUDY);
     names.push("growth.csv".to_owned());
     check_directory(&args.out, "--out", &names)?;
-    let [page, json] = check_all(
-        own,
+    let [markdown, json] = check_all(
+        input,
         [
-            ("--page", args.page.as_deref()),
+            ("--markdown", args.markdown.as_deref()),
             ("--json", args.json.as_deref()),
         ],
     )?;
-    let others = [("--page", page.as_ref()), ("--json", json.as_ref())];
-    check_beside(&args.out, "--out", &names, &others)?;
-    resources::start_pool()?;
-    let progress = Progress::of_estimate();
-    let found = growth(&plan, &mut run_apart, &mut |(size, share)| {
-        progress.tell(share, size.name().to_owned());
-        interrupt::goes_on(stop)
+    let others = [("--markdown", markdown.as_ref()), ("--json", json.as_ref())];
+    check_distinct(&args.out, "--out", &names, &others)?;
+    resources::start_thread_pool()?;
+    let progress = Progress::with_estimate();
+    let measured = growth(&plan, &mut run_in_process, &mut |(size, share)| {
+        progress.update(share, size.name().to_owned());
+        interrupt::should_continue(stop)
     });
     drop(progress);
-    let failed = |doing| move |source: Cause| CliError::Run { doing, source };
-    let (grown, whole) = found.map_err(|fault| failed("growth study")(fault.into()))?;
-    if grown.is_empty() {
-        return Err(CliError::NothingYet);
+    let failed = |task| move |source: Cause| CliError::Run { task, source };
+    let (growths, complete) = measured.map_err(|fault| failed("growth study")(fault.into()))?;
+    if growths.is_empty() {
+        return Err(CliError::NoResult);
     }
-    let figures = [growth_figure(&name, &grown)];
-    let found = Found { growth: &grown };
+    let figures = [growth_figure(&name, &growths)];
+    let result = GrowthResult { growth: &growths };
     let mut files = Vec::new();
-    // What is found is told even where a file cannot be written.
+    // The report is printed even if a file cannot be written.
     let mut write_all = || -> Result<(), CliError> {
         files = write_figures(&args.out, "--out", &figures, (&args.drawn, &STUDY))?;
         let csv = OutputFile::check(&args.out.join("growth.csv"), "--out")?;
-        csv.write(|out| out.write_all(csv_text(&grown).as_bytes()))?;
+        csv.write(|out| out.write_all(csv_text(&growths).as_bytes()))?;
         files.push(WrittenFile::of(&csv)?);
-        if let Some(file) = &page {
-            file.write(|out| out.write_all(chapter(&name, &grown).as_bytes()))?;
+        if let Some(file) = &markdown {
+            file.write(|out| out.write_all(chapter(&name, &growths).as_bytes()))?;
             files.push(WrittenFile::of(file)?);
         }
         Ok(())
     };
     let written = write_all();
-    Document::new(&found, &files)
-        .of_scene(&name)
-        .deliver(&text(&name, &grown), json.as_ref())?;
+    Document::new(&result, &files)
+        .with_scene(&name)
+        .deliver(&text(&name, &growths), json.as_ref())?;
     written?;
-    match whole {
+    match complete {
         true => Ok(()),
         false => Err(CliError::Interrupted),
     }
 }
 
-/// Runs a scene for so long (s) in a process of its own, and tells what its report says of time and memory.
-fn run_apart(
+/// Runs a scene for `duration` (s) in a separate process and returns its wall time and peak memory; `None`
+/// after an interrupt.
+fn run_in_process(
     scene: &Scene,
     duration: f64,
-    goes_on: &mut dyn FnMut() -> bool,
-) -> Result<Option<Taken>, Cause> {
+    should_continue: &mut dyn FnMut() -> bool,
+) -> Result<Option<RunCost>, Cause> {
     let folder = tempfile::tempdir()?;
     let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
     std::fs::write(&file, &scene.text)?;
@@ -114,34 +116,37 @@ fn run_apart(
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()?;
-    // SIGTERM comes to this process alone.
-    wait_for(&mut running, goes_on)?;
+    // Only this process receives SIGTERM; it must end the run.
+    wait_for(&mut running, should_continue)?;
     let done = running.wait_with_output()?;
-    // Ctrl-C comes to both: that the run was interrupted, too, is no fault.
-    if !goes_on() {
+    // Both processes receive Ctrl-C: an interrupted run is not a failure.
+    if !should_continue() {
         return Ok(None);
     }
     if !done.status.success() {
         return Err(String::from_utf8_lossy(&done.stderr).trim().into());
     }
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report)?)?;
-    let seconds = report["wall_s"].as_f64().ok_or("a run told no time")?;
-    Ok(Some(Taken {
+    let seconds = report["wall_s"]
+        .as_f64()
+        .ok_or("a run did not report its wall time")?;
+    Ok(Some(RunCost {
         seconds,
         memory: report["peak_memory_bytes"].as_u64(),
     }))
 }
 
-/// The growth with each size, as JSON has it.
+/// The result of the study.
 #[derive(Serialize)]
-struct Found<'a> {
+struct GrowthResult<'a> {
+    /// Time and memory over each size.
     growth: &'a [Growth],
 }
 
-/// All points, a line each (CSV).
-fn csv_text(grown: &[Growth]) -> String {
+/// All points as CSV.
+fn csv_text(growths: &[Growth]) -> String {
     let mut text = "size,value,work,seconds,peak_memory_mb\n".to_owned();
-    for growth in grown {
+    for growth in growths {
         for point in &growth.points {
             let memory = megabytes(point.memory).unwrap_or_default();
             let _ = writeln!(
@@ -157,33 +162,36 @@ fn csv_text(grown: &[Growth]) -> String {
     text
 }
 
-/// The growth as a chapter of a page: a table a size.
-fn chapter(scene: &str, grown: &[Growth]) -> String {
+/// The result as a Markdown chapter with one table per size.
+fn chapter(scene: &str, growths: &[Growth]) -> String {
     let mut text = format!("## {}\n\n", escape::markdown(scene));
-    for growth in grown {
+    for growth in growths {
         text += &table(growth, [growth.work.name(), "peak memory, MB"]).markdown();
         text.push('\n');
-        if let Some(words) = words(growth) {
-            let _ = writeln!(text, "{words}.\n");
+        if let Some(power_law) = power_law(growth) {
+            let _ = writeln!(text, "{power_law}.\n");
         }
     }
     text
 }
 
-/// The text for the terminal.
-fn text(scene: &str, grown: &[Growth]) -> String {
-    let mut text = format!("{NAME}{}{NAME:#}: how cost grows\n", escape::line(scene));
-    for growth in grown {
-        let _ = writeln!(text, "{NAME}{}{NAME:#}", growth.work.name());
+/// The report for the terminal.
+fn text(scene: &str, growths: &[Growth]) -> String {
+    let mut text = format!(
+        "{HEADING}{}{HEADING:#}: scaling of time and memory\n",
+        escape::line(scene)
+    );
+    for growth in growths {
+        let _ = writeln!(text, "{HEADING}{}{HEADING:#}", growth.work.name());
         text += &table(growth, ["time", "peak MB"]).text();
-        if let Some(words) = words(growth) {
-            let _ = writeln!(text, "  {words}");
+        if let Some(power_law) = power_law(growth) {
+            let _ = writeln!(text, "  {power_law}");
         }
     }
     text
 }
 
-/// Time and memory of each size.
+/// Time and memory at each size.
 fn table(growth: &Growth, [time, memory]: [&str; 2]) -> Table {
     let titles = [growth.size.name(), time, memory];
     let mut table = titles.into_iter().fold(Table::default(), Table::right);
@@ -195,11 +203,11 @@ fn table(growth: &Growth, [time, memory]: [&str; 2]) -> Table {
     table
 }
 
-/// How it grows at last.
-fn words(growth: &Growth) -> Option<String> {
+/// The exponent of the power law over the larger half of the sizes.
+fn power_law(growth: &Growth) -> Option<String> {
     let exponent = growth.exponent()?;
     Some(format!(
-        "over the larger half as the power {exponent:.2} of the {}",
+        "Larger half of the sizes: time grows as ({})^{exponent:.2}",
         growth.size.name()
     ))
 }
@@ -215,40 +223,43 @@ mod tests {
     use crate::study::growth::{GrowthPoint, Size, Work};
 
     #[test]
-    fn tables_tell_every_point_and_the_power() {
+    fn tables_have_every_point_and_the_exponent() {
         let points = [64.0, 1024.0, 10_000.0].map(|value| GrowthPoint {
             value,
             seconds: 1e-8 * value,
             memory: Some(50_000_000),
         });
-        let grown = [Growth {
+        let growths = [Growth {
             size: Size::Nodes,
-            work: Work::Call,
+            work: Work::RhsEvaluation,
             points: points.to_vec(),
         }];
-        let csv = csv_text(&grown);
+        let csv = csv_text(&growths);
         assert_eq!(csv.lines().count(), 4);
         assert!(
-            csv.contains("\"contact nodes\",10000,\"a call of the right-hand side\",1e-4,50.0"),
+            csv.contains(&format!(
+                "\"contact nodes\",10000,\"{}\",1e-4,50.0",
+                Work::RhsEvaluation.name()
+            )),
             "{csv}"
         );
-        let page = chapter("torus-3deg", &grown);
+        let page = chapter("torus-3deg", &growths);
         assert!(page.contains("| 64 | 0.640 us | 50.0 |"), "{page}");
         assert!(
-            page.contains("the power 1.00 of the contact nodes."),
+            page.contains("time grows as (contact nodes)^1.00."),
             "{page}"
         );
-        let text = text("torus-3deg", &grown);
+        let text = text("torus-3deg", &growths);
         assert!(
             text.contains("             64  0.640 us     50.0\n"),
             "{text}"
         );
-        let json = serde_json::to_value(Found { growth: &grown }).unwrap();
+        let json = serde_json::to_value(GrowthResult { growth: &growths }).unwrap();
         assert_eq!(json["growth"][0]["size"], "nodes");
     }
 
     #[test]
-    fn a_study_that_is_stopped_at_once_has_nothing() {
+    fn an_interrupted_study_writes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let args = GrowthArgs {
             scene: SceneArgs {
@@ -258,7 +269,7 @@ mod tests {
             threads: None,
             out: folder.path().join("growth"),
             drawn: Default::default(),
-            page: None,
+            markdown: None,
             json: None,
         };
         let stopped = execute(&args, &AtomicBool::new(true)).unwrap_err();

@@ -1,8 +1,8 @@
 //! Ctrl-C, SIGTERM and a closed terminal.
 //!
-//! As long as nothing has been begun that could be kept (files are read, the joint is made), the first one
-//! ends the program at once. From [`work_begins`] on it asks the work to end, and to keep what it has; asked
-//! again, it ends the program at once.
+//! Before [`start_work`] (scenes are read, the joint is assembled) an interrupt ends the program at once.
+//! After it, the first interrupt sets a flag: the computation stops and saves its results. A second interrupt
+//! ends the program at once.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,22 +11,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::error::CliError;
 use super::report;
 
-/// Whether there is work that ends by itself when asked to. Locked while the program is being ended, so that
-/// no work begins meanwhile.
-static AT_WORK: Mutex<bool> = Mutex::new(false);
+/// Whether a computation is running that checks the flag. The handler holds the lock while it ends the
+/// program, which prevents work from starting in the meantime.
+static WORKING: Mutex<bool> = Mutex::new(false);
 
-/// Catches Ctrl-C and its like from now on; the flag turns true when it comes while there is work.
+/// Installs the handler and returns the flag that an interrupt sets during work.
 ///
 /// # Errors
-/// When the operating system refuses a handler.
-pub(super) fn catch() -> Result<Arc<AtomicBool>, CliError> {
+/// If the operating system refuses a handler.
+pub(super) fn install_handler() -> Result<Arc<AtomicBool>, CliError> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     ctrlc::set_handler(move || {
-        let at_work = AT_WORK.lock().unwrap_or_else(PoisonError::into_inner);
-        if !*at_work {
+        let working = WORKING.lock().unwrap_or_else(PoisonError::into_inner);
+        if !*working {
             if std::io::stderr().is_terminal() {
-                // There may be a bar on this line.
+                // A progress bar may occupy this line.
                 eprintln!();
             }
             report::print_error(&CliError::BeforeWork);
@@ -43,14 +43,14 @@ pub(super) fn catch() -> Result<Arc<AtomicBool>, CliError> {
     Ok(flag)
 }
 
-/// From now on there may be something to keep, and whoever calls this looks at the flag. To be called before
-/// the first file is opened for writing.
-pub(super) fn work_begins() {
-    *AT_WORK.lock().unwrap_or_else(PoisonError::into_inner) = true;
+/// Makes interrupts set the flag from now on; the caller must check the flag. Call this before the first file
+/// is opened for writing.
+pub(super) fn start_work() {
+    *WORKING.lock().unwrap_or_else(PoisonError::into_inner) = true;
 }
 
-/// Whether work is to go on by a flag of [`catch`]; asked for the first time, it has begun.
-pub(super) fn goes_on(flag: &AtomicBool) -> bool {
-    work_begins();
+/// Starts work, and returns whether to continue: the flag of [`install_handler`] is not set.
+pub(super) fn should_continue(flag: &AtomicBool) -> bool {
+    start_work();
     !flag.load(Ordering::Relaxed)
 }

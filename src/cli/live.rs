@@ -1,4 +1,4 @@
-//! `squeakscope live`: a run that goes on until told to stop, and is steered meanwhile.
+//! `squeakscope live`: an interactive run, controlled from the terminal or the live page.
 
 use std::io::{IsTerminal, stderr, stdin, stdout};
 use std::path::Path;
@@ -16,25 +16,28 @@ use super::output::{OutputFile, check_all};
 use super::report;
 use super::resources;
 use super::run::command_line;
-use super::terminal::Terminal;
+use super::terminal::{KeyAction, Terminal};
 use crate::escape;
-use crate::live::{Bands, PACES, Page, Plan, Running, SavedFile, Session, Watcher, bind};
+use crate::live::{
+    Page, RegimeBands, SPEED_RANGE, SavedFile, Session, SessionOptions, SessionThread, ViewTarget,
+    bind,
+};
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
 use crate::record::{Output, RERUN_VERSION};
 use crate::scene::Scene;
 
-/// The table that `sweep` writes unless told otherwise.
-const LAST_SWEEP: &str = "sweep.arrow";
-/// How often it is looked whether the run is to end.
-const LOOK_EVERY: Duration = Duration::from_millis(25);
+/// Default table of `sweep`.
+const DEFAULT_SWEEP: &str = "sweep.arrow";
+/// Period of the checks for keys and for the end of the run.
+const POLL_PERIOD: Duration = Duration::from_millis(25);
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running; Ctrl-C, after the files are whole.
+/// Bad input before any work; failure while running; an interrupt, after the files are complete.
 pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
@@ -43,16 +46,16 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
     let swept = bands(args.sweep.as_deref())?;
     let plan = plan(args, scene)?;
     resources::check_memory()?;
-    resources::start_pool()?;
+    resources::start_thread_pool()?;
     let page = match plan.watcher {
-        Watcher::Page => Some(
+        ViewTarget::Page => Some(
             bind(args.host, args.port).map_err(|source| CliError::Serve {
                 host: args.host,
                 port: args.port,
                 source,
             })?,
         ),
-        Watcher::Viewer(_) => None,
+        ViewTarget::Viewer(_) => None,
     };
     let session = Arc::new(Session::new(plan));
     let page = match page {
@@ -64,46 +67,48 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
                 purpose: "the page",
                 source: source.into(),
             })?;
-            report::print(&format!("the page: {}\n", page.url()))?;
+            report::print(&format!("live page: {}\n", page.url()))?;
             if !address.ip().is_loopback() {
-                report::print_warning("whoever reaches this address can watch and steer (--host)");
+                report::print_warning(
+                    "any machine that reaches this address can watch and control the run (--host)",
+                );
             }
             Some(page)
         }
     };
     let keys = !args.no_keys && stdin().is_terminal() && stdout().is_terminal();
-    let ran = steer(&session, &stop, keys, page.as_ref())?;
+    let ended = control(&session, &stop, keys, page.as_ref())?;
     let closed = page.map_or(Ok(()), Page::close);
     let mut files = session.saved();
-    // That what was not begun is not there needs no words beside those of a run that failed.
-    files.retain(|file| file.begun || ran.is_ok());
+    // After a failed run, do not also report recordings that had not started.
+    files.retain(|file| file.begun || ended.is_ok());
     let delivered = deliver(files);
-    let summary = ran.map_err(|fault| {
-        // The cause comes last, as everywhere.
+    let summary = ended.map_err(|fault| {
+        // `main` prints the returned error, so the cause comes last.
         if let Err(missing) = &delivered {
             report::print_error(missing);
         }
-        faulty(fault.into())
+        failed(fault.into())
     })?;
     delivered?;
-    closed.map_err(|fault| faulty(fault.into()))?;
+    closed.map_err(|fault| failed(fault.into()))?;
     let interrupted = stop.load(Ordering::Relaxed);
     match summary {
         Some(summary) if interrupted => {
-            audit::judge(&summary, false).and(Err(CliError::Interrupted))
+            audit::check(&summary, false).and(Err(CliError::Interrupted))
         }
-        Some(summary) => audit::judge(&summary, args.strict),
+        Some(summary) => audit::check(&summary, args.strict),
         None => Ok(()),
     }
 }
 
-/// Prints the files that are there, and the error of each that is not; the last one is returned.
+/// Prints the saved files, and the error of each missing file; returns the last error.
 fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
     let mut delivered = Ok(());
     for SavedFile { path, outcome, .. } in files {
         let there = outcome.and_then(|()| match path.metadata() {
             Ok(_) => Ok(()),
-            Err(fault) => Err(format!("it was complete, but is there no longer: {fault}").into()),
+            Err(fault) => Err(format!("it was complete, but has been removed: {fault}").into()),
         });
         match there {
             Ok(()) => report::print(&format!("{}\n", escape::path(&path)))?,
@@ -118,41 +123,41 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
     delivered
 }
 
-fn faulty(source: super::error::Cause) -> CliError {
+fn failed(source: super::error::Cause) -> CliError {
     CliError::Run {
-        doing: "live run",
+        task: "live run",
         source,
     }
 }
 
-type Ran = Result<Option<Summary>, PipelineError>;
+type RunEnd = Result<Option<Summary>, PipelineError>;
 
-/// Lets a session go on until it is ended by keys, by a signal or by a fault.
-fn steer(
+/// Runs a session until a key, a signal, the page or a failure ends it.
+fn control(
     session: &Arc<Session>,
     stop: &AtomicBool,
     keys: bool,
     page: Option<&Page>,
-) -> Result<Ran, CliError> {
-    interrupt::work_begins();
+) -> Result<RunEnd, CliError> {
+    interrupt::start_work();
     let running = start(session, keys)?;
     let mut terminal = match keys {
-        true => Some(Terminal::open(page.map(Page::url)).map_err(|fault| faulty(fault.into()))?),
+        true => Some(Terminal::open(page.map(Page::url)).map_err(|fault| failed(fault.into()))?),
         false => {
             if stderr().is_terminal() {
-                report::print_warning("there are no keys here; Ctrl-C ends the run");
+                report::print_warning("keyboard control needs a terminal; Ctrl-C ends the run");
             }
             None
         }
     };
-    while !running.is_over() {
-        let mut ended = stop.load(Ordering::Relaxed) || page.is_some_and(Page::is_over);
+    while !running.is_finished() {
+        let mut ended = stop.load(Ordering::Relaxed) || page.is_some_and(Page::is_finished);
         if let Some(terminal) = &mut terminal {
-            let told = terminal.turn(session);
-            match told.map_err(|fault| faulty(fault.into()))? {
-                super::terminal::Told::Nothing => {}
-                super::terminal::Told::Quit => ended = true,
-                super::terminal::Told::Interrupt => {
+            let action = terminal.update(session);
+            match action.map_err(|fault| failed(fault.into()))? {
+                KeyAction::Continue => {}
+                KeyAction::Quit => ended = true,
+                KeyAction::Interrupt => {
                     stop.store(true, Ordering::Relaxed);
                     ended = true;
                 }
@@ -161,23 +166,23 @@ fn steer(
         if ended {
             session.end();
         }
-        running.wait(LOOK_EVERY);
+        running.wait(POLL_PERIOD);
     }
     drop(terminal);
     Ok(running.end())
 }
 
-/// Starts a session, which tells what happens beside it: in the terminal if that shows it, else as warnings.
-fn start(session: &Arc<Session>, keys: bool) -> Result<Running, CliError> {
-    let told = Arc::clone(session);
+/// Starts a session. Its notices appear in the terminal interface, or as warnings without one.
+fn start(session: &Arc<Session>, keys: bool) -> Result<SessionThread, CliError> {
+    let notified = Arc::clone(session);
     let notice: Arc<dyn Fn(&str) + Send + Sync> = match keys {
-        true => Arc::new(move |words| told.tell(words)),
+        true => Arc::new(move |message| notified.log(message)),
         false => Arc::new(report::print_warning),
     };
-    Running::start(session, notice).map_err(|fault| faulty(fault.into()))
+    SessionThread::start(session, notice).map_err(|fault| failed(fault.into()))
 }
 
-/// The scene asked for, with what the command line changes of it.
+/// The scene with the changes of the command line.
 fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.accuracy.apply(scene)?;
@@ -185,11 +190,11 @@ fn scene(args: &LiveArgs) -> Result<Scene, CliError> {
     Ok(scene)
 }
 
-fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
-    let [low, high] = PACES;
-    if !(low..=high).contains(&args.pace) {
-        return Err(CliError::Pace {
-            asked: args.pace,
+fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
+    let [low, high] = SPEED_RANGE;
+    if !(low..=high).contains(&args.speed) {
+        return Err(CliError::Speed {
+            requested: args.speed,
             low,
             high,
         });
@@ -198,27 +203,27 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<Plan, CliError> {
         args.scene.input(),
         [
             ("--save", args.save.as_deref()),
-            ("--wav", args.heard.wav.as_deref()),
+            ("--wav", args.audio.wav.as_deref()),
         ],
     )?;
-    // A name that nobody has: whether there can be recordings at all.
-    OutputFile::check(&args.folder.join("live-0.rrd"), "--folder")?;
-    Ok(Plan {
+    // live-0.rrd is never used: this checks the directory.
+    OutputFile::check(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
+    Ok(SessionOptions {
         scene,
         command: command_line(),
-        pace: 1e-3 * args.pace,
-        neighbours: !args.no_neighbours,
+        speed: 1e-3 * args.speed,
+        lyapunov: !args.no_lyapunov,
         watcher: watcher(args),
-        folder: args.folder.clone(),
+        folder: args.record_dir.clone(),
         save: save.map(|file| file.path().to_owned()),
         wav: wav.map(|file| file.path().to_owned()),
-        source: args.heard.source(),
+        source: args.audio.source(),
     })
 }
 
-fn watcher(args: &LiveArgs) -> Watcher {
+fn watcher(args: &LiveArgs) -> ViewTarget {
     let viewer = |connect, spawn| {
-        Watcher::Viewer(Output {
+        ViewTarget::Viewer(Output {
             save: None,
             connect,
             spawn,
@@ -227,31 +232,33 @@ fn watcher(args: &LiveArgs) -> Watcher {
     match &args.connect {
         Some(url) => viewer(Some(url.clone()), false),
         None if args.spawn => viewer(None, true),
-        None if args.serve || !viewer_is_installed() => Watcher::Page,
+        None if args.serve || !viewer_is_installed() => ViewTarget::Page,
         None => viewer(None, true),
     }
 }
 
-/// Whether there is a viewer on the `PATH` that opens what is recorded here.
+/// Whether the `PATH` has a Rerun viewer of the version that opens these recordings.
 fn viewer_is_installed() -> bool {
-    let asked = Command::new("rerun")
+    let output = Command::new("rerun")
         .arg("--version")
         .stdin(Stdio::null())
         .stderr(Stdio::null())
         .output();
-    asked.is_ok_and(|said| String::from_utf8_lossy(&said.stdout).contains(RERUN_VERSION))
+    output.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains(RERUN_VERSION))
 }
 
-/// The kinds of motion that a sweep has found: that which is asked for, else the last one if it is there.
-fn bands(asked: Option<&Path>) -> Result<Option<Bands>, CliError> {
-    match asked {
-        Some(path) => match Bands::of_sweep(path)? {
+/// The types of motion of a sweep: the requested table, or the default table if it exists.
+fn bands(requested: Option<&Path>) -> Result<Option<RegimeBands>, CliError> {
+    match requested {
+        Some(path) => match RegimeBands::from_sweep(path)? {
             Some(bands) => Ok(Some(bands)),
             None => Err(CliError::NoBands {
                 path: path.to_owned(),
             }),
         },
-        // Whatever else has that name is none of our business.
-        None => Ok(Bands::of_sweep(Path::new(LAST_SWEEP)).ok().flatten()),
+        // A file of that name that is not a sweep over the tilt is ignored.
+        None => Ok(RegimeBands::from_sweep(Path::new(DEFAULT_SWEEP))
+            .ok()
+            .flatten()),
     }
 }

@@ -13,49 +13,62 @@ use super::sound_args::SoundArgs;
 pub struct LiveArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Begin at this tilt of the load, -90 to 90 degrees, and stay there until told otherwise.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    /// Start at this tilt of the load, -90 to 90 degrees, and hold it until you change it.
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        help_heading = "Simulation"
+    )]
     pub tilt: Option<f64>,
-    /// Begin at this pace, 0.01 to 1000 simulated ms a second; 1000 is real time.
-    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive, allow_negative_numbers = true)]
-    pub pace: f64,
+    /// Playback speed at the start, 0.01 to 1000 simulated ms per second; 1000 is real time.
+    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive,
+        allow_negative_numbers = true, help_heading = "Simulation")]
+    pub speed: f64,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
-    /// Leave out exponents and second copy of the scene, which cost most: for real time.
-    #[arg(long)]
-    pub no_neighbours: bool,
-    /// Open a viewer on this machine, and steer from the terminal [default, where a viewer of the right version is installed].
-    #[arg(long, group = "watched")]
-    pub spawn: bool,
-    /// Watch in a viewer that is already open, and steer from the terminal.
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
-        value_parser = viewer_url, group = "watched")]
-    pub connect: Option<String>,
-    /// Serve a page with viewer, controls and sound [default, where no viewer is installed].
-    #[arg(long, group = "watched")]
-    pub serve: bool,
-    /// Where the page is served; anything but 127.0.0.1 lets others watch and steer.
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", conflicts_with_all = ["spawn", "connect"])]
-    pub host: IpAddr,
-    /// Port of the page; 0 takes one that is free.
-    #[arg(long, value_name = "PORT", default_value_t = 9180, conflicts_with_all = ["spawn", "connect"])]
-    pub port: u16,
-    /// Draw the kinds of motion in this table of `sweep` under the slider of the tilt [default: sweep.arrow, if it is there].
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["spawn", "connect"])]
-    pub sweep: Option<PathBuf>,
-    /// Record from the start into this file.
-    #[arg(long, value_name = "FILE")]
-    pub save: Option<PathBuf>,
-    /// Where recordings go that are asked for on the way, as live-1.rrd, live-2.rrd, ...
-    #[arg(long, value_name = "DIR", default_value = ".")]
-    pub folder: PathBuf,
-    /// What is heard.
-    #[command(flatten)]
-    pub heard: SoundArgs,
-    /// End with exit code 1 if energy and work of the last run do not agree to 5 %; refuse a scene whose energy is not audited.
-    #[arg(long)]
+    /// Skip Lyapunov exponents and the perturbed trajectory (the most expensive analyses) to keep up with
+    /// real time.
+    #[arg(long, help_heading = "Simulation")]
+    pub no_lyapunov: bool,
+    /// Fail with exit code 1 if the residual of the last energy audit exceeds 5 %; refuse a scene without an
+    /// audit.
+    #[arg(long, help_heading = "Simulation")]
     pub strict: bool,
-    /// Take no keys and draw nothing in the terminal.
-    #[arg(long)]
+    /// Open a Rerun viewer on this machine; control the run from the terminal [default, if a viewer of the
+    /// right version is installed].
+    #[arg(long, group = "watched", help_heading = "Viewer")]
+    pub spawn: bool,
+    /// Send the recording to a running Rerun viewer; control the run from the terminal.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
+        value_parser = viewer_url, group = "watched", help_heading = "Viewer")]
+    pub connect: Option<String>,
+    /// Serve a web page with viewer, controls and sound [default, if no viewer is installed].
+    #[arg(long, group = "watched", help_heading = "Viewer")]
+    pub serve: bool,
+    /// Address of the page; with any address other than 127.0.0.1, other machines can watch and control the
+    /// run.
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1",
+        conflicts_with_all = ["spawn", "connect"], help_heading = "Viewer")]
+    pub host: IpAddr,
+    /// Port of the page; 0 takes a free port.
+    #[arg(long, value_name = "PORT", default_value_t = 9180,
+        conflicts_with_all = ["spawn", "connect"], help_heading = "Viewer")]
+    pub port: u16,
+    /// Show the types of motion of this `sweep` table under the tilt slider [default: sweep.arrow, if it
+    /// exists].
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["spawn", "connect"],
+        help_heading = "Viewer")]
+    pub sweep: Option<PathBuf>,
+    /// Ignore the keyboard and draw nothing in the terminal.
+    #[arg(long, help_heading = "Viewer")]
     pub no_keys: bool,
+    /// Save a recording from the start to this file.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub save: Option<PathBuf>,
+    /// Directory for the recordings that you start during the run: live-1.rrd, live-2.rrd, ...
+    #[arg(long, value_name = "DIR", default_value = ".", help_heading = "Output")]
+    pub record_dir: PathBuf,
+    #[command(flatten)]
+    pub audio: SoundArgs,
 }

@@ -1,4 +1,4 @@
-//! `squeakscope lyapunov`: does the motion repeat, drift on a torus, or forget itself, and how fast?
+//! `squeakscope lyapunov`: Lyapunov exponents with their 95 % intervals, and the attractor.
 
 use std::error::Error;
 use std::io::Write;
@@ -11,9 +11,9 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{FigureArgs, PIXELS, write_figure, write_figures};
 use super::interrupt;
-use super::lyapunov_text::{Found, csv, text, title};
+use super::lyapunov_text::{LyapunovResult, csv, text, title};
 use super::output::{
-    OutputError, OutputFile, check_all, check_apart, check_beside, check_directory,
+    OutputError, OutputFile, check_all, check_apart, check_directory, check_distinct, is_stdout,
 };
 use super::progress::Progress;
 use super::report;
@@ -22,16 +22,17 @@ use crate::number::uncertain;
 use crate::plot::{Format, lyapunov_figure};
 use crate::scene::Scene;
 use crate::study::lyapunov::{
-    Count, Ending, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov, scene_lyapunov,
+    Ending, ExponentCount, Goal, LyapunovProgress, LyapunovRequest, Phase, SceneLyapunov,
+    scene_lyapunov,
 };
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or drawing; Ctrl-C, after the results are
+/// Bad input before any work; failure while running or drawing; an interrupt, after the results are
 /// written.
 pub(super) fn lyapunov(args: &LyapunovArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
@@ -40,21 +41,22 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliError> {
     report::print_warnings(&scene.warnings());
     let outputs = Outputs::check(args)?;
     let request = request(args);
-    let progress = Progress::of_estimate();
+    let progress = Progress::with_estimate();
     let found = scene_lyapunov(&scene, &request, &mut |at| {
-        progress.tell(at.share, progress_words(&at));
-        // Until the transient is over, nothing is known.
-        at.phase == Phase::Transient && !stop.load(Ordering::Relaxed) || interrupt::goes_on(stop)
+        progress.update(at.share, progress_message(&at));
+        // Nothing to save during the transient: an interrupt may end the program at once.
+        at.phase == Phase::Transient && !stop.load(Ordering::Relaxed)
+            || interrupt::should_continue(stop)
     });
-    // The bar goes before anything else is printed.
+    // Clears the bar before the report is printed.
     drop(progress);
     let found = found.map_err(|fault| failure(fault.into()))?;
 
     let mut files = Vec::new();
-    // What is found is told even where a file cannot be written.
+    // The report is printed even if a file cannot be written.
     let written = outputs.write(&scene.name, &found, &args.drawn, &mut files);
-    let result = Found::new(request.goal, &found);
-    let document = Document::new(&result, &files).of_scene(&scene.name);
+    let result = LyapunovResult::new(request.goal, &found);
+    let document = Document::new(&result, &files).with_scene(&scene.name);
     if is_printed(&args.json) {
         document.print()?;
     } else if is_printed(&args.csv) {
@@ -66,35 +68,35 @@ fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliError> {
     written?;
     match found.study.ending {
         Ending::Stopped => Err(CliError::Interrupted),
-        Ending::Reached | Ending::OutOfTime => Ok(()),
+        Ending::Reached | Ending::MaxTimeReached => Ok(()),
     }
 }
 
 fn request(args: &LyapunovArgs) -> LyapunovRequest {
     LyapunovRequest {
-        count: args.exponents.unwrap_or(Count::All),
+        count: args.exponents.unwrap_or(ExponentCount::All),
         settle: args.settle.map(|ms| 1e-3 * ms),
-        goal: match (args.until, args.error) {
+        goal: match (args.average_time, args.target_half_width) {
             (Some(time), _) => Goal::Time(time),
             (None, Some(half_width)) => Goal::HalfWidth(half_width),
-            (None, None) => Goal::Verdict,
+            (None, None) => Goal::Classification,
         },
         tolerance: args.tolerance,
     }
 }
 
-/// Whether a result is printed in place of the table.
+/// Whether a result is printed instead of the table.
 fn is_printed(path: &Option<PathBuf>) -> bool {
-    path.as_deref() == Some(Path::new("-"))
+    path.as_deref().is_some_and(is_stdout)
 }
 
-/// The files asked for, checked before any work.
+/// The output files.
 struct Outputs {
     json: Option<OutputFile>,
     csv: Option<OutputFile>,
-    /// A file for the figure, whose ending says the format.
+    /// The figure, if `--figures` is a file; its extension selects the format.
     picture: Option<(OutputFile, Format)>,
-    /// A directory for the figure.
+    /// The directory of the figure, if `--figures` is a directory.
     directory: Option<PathBuf>,
 }
 
@@ -109,7 +111,7 @@ impl Outputs {
             }));
         }
         let path = args.figures.as_deref();
-        // A file says its format; all else is a directory.
+        // A path without the extension of a format is a directory.
         let one = path.and_then(|path| Some((path, Format::of(path)?)));
         let one = one.filter(|(path, _)| !path.is_dir());
         let directory = path.filter(|_| one.is_none());
@@ -126,7 +128,7 @@ impl Outputs {
             let others = [("--json", json.as_ref()), ("--csv", csv.as_ref())];
             check_directory(directory, "--figures", &names)?;
             check_apart(directory, "--figures", &others)?;
-            check_beside(directory, "--figures", &names, &others)?;
+            check_distinct(directory, "--figures", &names, &others)?;
         }
         Ok(Self {
             json,
@@ -136,7 +138,7 @@ impl Outputs {
         })
     }
 
-    /// Writes running values and figure; `files` are those that there are then.
+    /// Writes the running averages and the figure, and adds them to `files`.
     fn write(
         &self,
         scene: &str,
@@ -160,25 +162,26 @@ impl Outputs {
     }
 }
 
-/// The error of a study: that more exponents were asked for than there are is bad input.
+/// The error of a study; too many exponents are bad input.
 fn failure(source: Cause) -> CliError {
     too_many(source.as_ref()).unwrap_or(CliError::Run {
-        doing: "averaging of exponents",
+        task: "averaging of exponents",
         source,
     })
 }
 
-/// Whether more exponents were asked for than there are, among the causes of a fault.
+/// Finds a request for too many exponents among the causes of a failure.
 fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
     match cause.downcast_ref() {
-        Some(&DynamicsError::Width { asked, dimension }) => {
-            Some(CliError::Exponents { asked, dimension })
-        }
+        Some(&DynamicsError::TangentCount { asked, dimension }) => Some(CliError::Exponents {
+            requested: asked,
+            dimension,
+        }),
         _ => cause.source().and_then(too_many),
     }
 }
 
-/// The scene asked for, with what the command line changes of it.
+/// The scene with the changes of the command line.
 fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.accuracy.apply(scene)?;
@@ -191,15 +194,15 @@ fn scene(args: &LyapunovArgs) -> Result<Scene, CliError> {
     Ok(scene.without_analyses())
 }
 
-/// What the progress bar says.
-fn progress_words(at: &LyapunovProgress) -> String {
+/// The message of the progress bar.
+fn progress_message(at: &LyapunovProgress) -> String {
     match (at.phase, at.largest) {
-        (Phase::Transient, _) => "the scene runs".to_owned(),
-        (Phase::Settling, _) => "the tangent vectors settle".to_owned(),
+        (Phase::Transient, _) => "running the scene".to_owned(),
+        (Phase::Settling, _) => "aligning the tangent vectors".to_owned(),
         (Phase::Averaging, None) => "averaging".to_owned(),
         (Phase::Averaging, Some(largest)) => {
             let largest = uncertain(largest.value, largest.half_width);
-            format!("averaging, the largest is {largest} 1/s")
+            format!("averaging, largest exponent {largest} 1/s")
         }
     }
 }

@@ -1,42 +1,43 @@
-//! What `squeakscope lyapunov` says: what the motion comes to, a table, and what to beware of.
+//! The report of `squeakscope lyapunov`: the attractor, a table of exponents, and warnings.
 
 use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::exponents::Reading;
-use super::report::{BAD, DOUBTFUL, NAME, degrees};
+use super::exponents::Classification;
+use super::report::{BAD, HEADING, WARNING, degrees};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
 use crate::escape;
 use crate::number::{uncertain, value_and_error};
-use crate::scene::Held;
+use crate::scene::FixedAt;
 use crate::study::lyapunov::{
-    Ending, Goal, LyapunovStudy, RESOLVING, RunningExponents, SceneLyapunov,
+    Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, RunningExponents, SceneLyapunov,
 };
 use crate::table::Table;
 
-/// What was found, and what it comes to.
+/// The exponents of a scene and their classification.
 #[derive(Debug, Serialize)]
-pub(super) struct Found<'a> {
-    /// What was asked for: `time`, `half_width` or `verdict`.
+pub(super) struct LyapunovResult<'a> {
+    /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
     goal: &'static str,
-    /// Whether that was reached.
+    /// Whether the criterion was met.
     goal_reached: bool,
-    /// Whether it was ended before its time.
+    /// Whether the study was interrupted.
     interrupted: bool,
     #[serde(flatten)]
-    pub reading: Reading,
-    /// Sum of all exponents; none where not all are followed.
+    pub classification: Classification,
+    /// Sum of all exponents, 1/s; `null` if not all are computed.
     pub sum_per_s: Option<f64>,
-    /// Numbers, from 1, of exponents well below the next one: the tangent vectors have not settled.
+    /// Numbers, from 1, of exponents that are significantly below the next one: their tangent vectors are not
+    /// aligned.
     pub unsettled: Vec<usize>,
-    /// Simulated seconds a second; none where nothing was followed.
+    /// Simulated time over wall time; `null` if nothing was averaged.
     pub real_time_factor: Option<f64>,
     #[serde(flatten)]
     pub found: &'a SceneLyapunov,
 }
 
-impl<'a> Found<'a> {
+impl<'a> LyapunovResult<'a> {
     pub fn new(goal: Goal, found: &'a SceneLyapunov) -> Self {
         let study = &found.study;
         let attractor = study.attractor();
@@ -44,23 +45,23 @@ impl<'a> Found<'a> {
             goal: match goal {
                 Goal::Time(_) => "time",
                 Goal::HalfWidth(_) => "half_width",
-                Goal::Verdict => "verdict",
+                Goal::Classification => "verdict",
             },
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
-            reading: Reading {
-                words: words(study),
-                ..Reading::new(&study.spectrum, study.motion, attractor, found.omega_1)
+            classification: Classification {
+                description: description(study),
+                ..Classification::new(&study.spectrum, study.motion, attractor, found.omega_1)
             },
             sum_per_s: study.sum(),
             unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
-            real_time_factor: (study.followed > 0.0).then(|| study.followed / study.busy_seconds),
+            real_time_factor: (study.simulated > 0.0).then(|| study.simulated / study.busy_seconds),
             found,
         }
     }
 }
 
-/// Which motion it is, for a heading.
+/// The scene and its tilt, for a heading.
 pub(super) fn title(scene: &str, tilt: Option<f64>) -> String {
     match tilt {
         Some(tilt) => format!("{scene} at {} deg", degrees(tilt)),
@@ -68,33 +69,33 @@ pub(super) fn title(scene: &str, tilt: Option<f64>) -> String {
     }
 }
 
-/// What the motion comes to, and why.
-pub(super) fn words(study: &LyapunovStudy) -> String {
+/// The attractor, and the reason for the classification.
+pub(super) fn description(study: &LyapunovStudy) -> String {
     let attractor = study.attractor();
     let spectrum = &study.spectrum;
     if spectrum.exponents.is_empty() {
-        return "undecided: no growth was averaged".to_owned();
+        return "undecided: the averaging has not started".to_owned();
     }
     let zeros = spectrum.count(Sign::Zero);
     let others = match spectrum.dimension > zeros {
         true => ", the others are negative",
         false => "",
     };
-    let because = match attractor {
+    let reason = match attractor {
         Attractor::Equilibrium(Stability::Stable) => {
-            "it does not move, and every exponent is negative".to_owned()
+            "the state is constant, and all exponents are negative".to_owned()
         }
         Attractor::Equilibrium(Stability::Unstable) => {
-            "it does not move, but the least push would grow".to_owned()
+            "the state is constant, but small perturbations grow".to_owned()
         }
         Attractor::Equilibrium(Stability::Undecided) => {
-            "it does not move, and no exponent is shown to be positive".to_owned()
+            "the state is constant, and no exponent is significantly positive".to_owned()
         }
-        Attractor::Rest | Attractor::InStep => "every exponent is negative".to_owned(),
+        Attractor::FixedPoint | Attractor::PhaseLocked => "all exponents are negative".to_owned(),
         Attractor::Cycle => format!("one exponent is zero{others}"),
         Attractor::Torus(_) => {
             let driven = match study.motion {
-                Motion::Driven => "one tone is the drive's; ",
+                Motion::Driven => "one frequency is that of the drive; ",
                 Motion::Free | Motion::Still => "",
             };
             match zeros {
@@ -103,50 +104,51 @@ pub(super) fn words(study: &LyapunovStudy) -> String {
             }
         }
         Attractor::Chaos => "one exponent is positive".to_owned(),
-        Attractor::HyperChaos(count) => format!("{count} exponents are positive"),
+        Attractor::Hyperchaos(count) => format!("{count} exponents are positive"),
         Attractor::Undecided => {
-            "an exponent that matters is doubtful, or too few are followed".to_owned()
+            "the sign of a decisive exponent is uncertain, or too few exponents are computed"
+                .to_owned()
         }
     };
-    format!("{attractor}: {because}")
+    format!("{attractor}: {reason}")
 }
 
-/// The sum of all exponents may be so far off the mean trace, over the sum of their sizes: the trace
-/// is a mean over samples.
-const OFF: f64 = 0.01;
-/// The last direction followed may shrink so much in a mean step, as a natural logarithm: at 1.3 the
-/// fastest contraction of a joint came out a fifth too slow, at 0.4 it was right to a per cent.
-const CONTRACTION: f64 = 0.7;
+/// Tolerated difference of the sum of all exponents and the mean trace, relative to the sum of the absolute
+/// values. The trace is only averaged over samples.
+const MAX_IMBALANCE: f64 = 0.01;
+/// Largest contraction of the last tangent vector in a mean step, as a natural logarithm. At 1.3 the exponent
+/// of the fastest contraction of a joint was a fifth too small, at 0.4 it was accurate to 1 %.
+const MAX_CONTRACTION: f64 = 0.7;
 
-/// A warning where the steps are too long for the contractions.
-fn coarseness(found: &SceneLyapunov) -> Option<String> {
+/// A warning if the steps are too long for the fastest contraction.
+fn step_warning(found: &SceneLyapunov) -> Option<String> {
     let study = &found.study;
     let advice = match found.tolerance {
         Some(tolerance) => {
-            let tighter = (0.01 * tolerance).clamp(1e-13, RESOLVING);
-            format!("give --tolerance {tighter:.0e}")
+            let tighter = (0.01 * tolerance).clamp(1e-13, FULL_SPECTRUM_TOLERANCE);
+            format!("set --tolerance {tighter:.0e}")
         }
-        None => "shorten time.max_step_us".to_owned(),
+        None => "reduce time.max_step_us".to_owned(),
     };
-    let off = study.imbalance().filter(|&off| off > OFF);
+    let off = study.imbalance().filter(|&off| off > MAX_IMBALANCE);
     if let Some(off) = off {
         return Some(format!(
-            "sum and mean trace should be equal and differ by {:.1} % of the exponents' sizes: the \
-             steps are too long for the fastest contractions; {advice}",
+            "the sum of the exponents differs from the mean trace by {:.1} % of the sum of their absolute \
+             values: the steps are too long for the fastest contraction; {advice}",
             100.0 * off
         ));
     }
-    let unseen = study.imbalance().is_none() && study.contraction_per_step() > CONTRACTION;
-    unseen.then(|| {
+    let is_coarse = study.imbalance().is_none() && study.contraction_per_step() > MAX_CONTRACTION;
+    is_coarse.then(|| {
         format!(
-            "the last exponent is hardly resolved: its direction shrinks by e^{:.1} in a mean step; \
-             {advice}",
+            "the last exponent is not resolved: its tangent vector shrinks by a factor of e^{:.1} per \
+             step on average; {advice}",
             study.contraction_per_step()
         )
     })
 }
 
-/// The running values as columns of text with a heading.
+/// The running averages as CSV.
 pub(super) fn csv(running: &[RunningExponents]) -> String {
     let count = running.first().map_or(0, |at| at.exponents.len());
     let mut text = "time_s".to_owned();
@@ -164,27 +166,27 @@ pub(super) fn csv(running: &[RunningExponents]) -> String {
     text
 }
 
-/// The text for the terminal.
-pub(super) fn text(scene: &str, result: &Found<'_>) -> String {
+/// The report for the terminal.
+pub(super) fn text(scene: &str, result: &LyapunovResult<'_>) -> String {
     let found = result.found;
     let study = &found.study;
-    let name = format!("{NAME}{}{NAME:#}", escape::line(scene));
-    // The tilt is in the title.
-    let held = Held {
+    let name = format!("{HEADING}{}{HEADING:#}", escape::line(scene));
+    // The title has the tilt.
+    let held = FixedAt {
         tilt: None,
-        ..found.held
+        ..found.fixed_at
     };
-    let held = held.words().map(|words| format!(", {words}"));
+    let held = held.description().map(|words| format!(", {words}"));
     let mut text = format!(
         "{}{}: {}\n",
         title(&name, found.tilt),
         held.unwrap_or_default(),
-        result.reading.words
+        result.classification.description
     );
     if !study.spectrum.exponents.is_empty() {
         text += &table(result);
     }
-    if let Some(dimension) = result.reading.kaplan_yorke {
+    if let Some(dimension) = result.classification.kaplan_yorke {
         let dimension = uncertain(dimension.value, dimension.half_width);
         let _ = writeln!(text, "  Kaplan-Yorke dimension {dimension}");
     }
@@ -194,25 +196,26 @@ pub(super) fn text(scene: &str, result: &Found<'_>) -> String {
         let _ = writeln!(text, "  sum {sum:.3} 1/s{}", trace.unwrap_or_default());
     }
     for warning in warnings(found) {
-        let _ = writeln!(text, "  {DOUBTFUL}beware:{DOUBTFUL:#} {warning}");
+        let _ = writeln!(text, "  {WARNING}warning:{WARNING:#} {warning}");
     }
     text + &work(result)
 }
 
-/// The exponents.
-fn table(result: &Found<'_>) -> String {
-    let titles = ["", "1/s", "+- 95 %", "over omega_1"];
+/// The table of exponents.
+fn table(result: &LyapunovResult<'_>) -> String {
+    let titles = ["", "exponent, 1/s", "95 % +-", "/ omega_1"];
     let table = titles.into_iter().fold(Table::default(), Table::right);
     let mut table = table.left("sign");
-    let reading = &result.reading;
+    let classification = &result.classification;
     let exponents = result.found.study.spectrum.exponents.iter();
-    let scaled = reading.exponents_over_omega_1.iter().zip(&reading.signs);
+    let scaled = classification.exponents_over_omega_1.iter();
+    let scaled = scaled.zip(&classification.signs);
     for (k, (exponent, (scaled, sign))) in exponents.zip(scaled).enumerate() {
         let [value, error] = value_and_error(exponent.value, exponent.half_width);
         let number = (k + 1).to_string();
         let sign = match sign {
             Sign::Positive => format!("{BAD}{sign}{BAD:#}"),
-            Sign::Doubtful => format!("{DOUBTFUL}{sign}{DOUBTFUL:#}"),
+            Sign::Undetermined => format!("{WARNING}{sign}{WARNING:#}"),
             Sign::Zero | Sign::Negative => sign.to_string(),
         };
         table.row([number, value, error, format!("{:.3e}", scaled.value), sign]);
@@ -220,59 +223,59 @@ fn table(result: &Found<'_>) -> String {
     table.text()
 }
 
-/// What to beware of.
+/// Reasons to distrust the result.
 fn warnings(found: &SceneLyapunov) -> Vec<String> {
     let study = &found.study;
-    let mut warnings = Vec::from_iter(coarseness(found));
+    let mut warnings = Vec::from_iter(step_warning(found));
     let unsettled = study.unsettled().into_iter();
     let unsettled: Vec<String> = unsettled.map(|k| (k + 1).to_string()).collect();
     if !unsettled.is_empty() {
         warnings.push(format!(
-            "the vectors have not settled (the order of exponents {}); give a longer time with --settle",
+            "the tangent vectors are not aligned (out-of-order exponents: {}); raise --settle",
             unsettled.join(", ")
         ));
     }
-    if study.tally.overrun > 0 {
+    if study.stats.steps_without_event_location > 0 {
         warnings.push(format!(
-            "{} of {} steps ran over events that came too often to stop at each",
-            study.tally.overrun, study.tally.steps
+            "{} of {} steps passed events without locating them, because the events were too frequent",
+            study.stats.steps_without_event_location, study.stats.steps
         ));
     }
-    if study.ending == Ending::OutOfTime {
+    if study.ending == Ending::MaxTimeReached {
         warnings.push(
-            "the longest time was over before that was reached; give a longer one with --until"
+            "the maximum averaging time was reached before the target; raise --average-time"
                 .to_owned(),
         );
     }
     warnings
 }
 
-/// Over which time was averaged, and what it took.
-fn work(result: &Found<'_>) -> String {
+/// The averaging time, the resolution and the statistics of the integrator.
+fn work(result: &LyapunovResult<'_>) -> String {
     let found = result.found;
     let study = &found.study;
     let mut text = format!(
-        "  {:.3} s averaged, after {:.3} s of the scene and {:.3} s of settling\n",
+        "  averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment\n",
         study.spectrum.time, found.transient, study.settled
     );
     if !study.spectrum.exponents.is_empty() {
         let _ = writeln!(
             text,
-            "  nearer to zero than {:.2} 1/s is not told from zero",
+            "  resolution: an exponent within +-{:.2} 1/s cannot be distinguished from zero",
             study.spectrum.resolution
         );
     }
     let tolerance = found.tolerance;
-    let tolerance = tolerance.map(|tolerance| format!(" at tolerance {tolerance:.0e}"));
+    let tolerance = tolerance.map(|tolerance| format!(" (tolerance {tolerance:.0e})"));
     let factor = result.real_time_factor;
     let factor = factor.map(|factor| format!(" ({factor:.2} x real time)"));
     let _ = writeln!(
         text,
-        "  {} steps{}, {} rejected, {} calls in {:.2} s{}",
-        study.tally.steps,
+        "  {} steps{}, {} rejected, {} right-hand-side evaluations in {:.2} s{}",
+        study.stats.steps,
         tolerance.unwrap_or_default(),
-        study.tally.rejections,
-        study.tally.calls,
+        study.stats.rejections,
+        study.stats.rhs_evals,
         study.busy_seconds,
         factor.unwrap_or_default()
     );

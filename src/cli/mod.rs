@@ -1,44 +1,48 @@
-//! The command line: arguments in, one command run, one exit code out.
+//! The command line: parse the arguments, run one command, return an exit code.
 //!
 //! | exit code | meaning |
 //! |---|---|
-//! | 0 | done |
-//! | 1 | a fault while running |
-//! | 2 | bad input: arguments, a scene, a signal, an output that cannot be written |
-//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; what was reached until then is kept |
+//! | 0 | success |
+//! | 1 | failure during the computation or while writing results |
+//! | 2 | invalid input: arguments, scene, signal, or an output that cannot be written |
+//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; the results so far are saved |
 //!
-//! Results go to the standard output, everything else (progress, warnings, errors) to the
-//! standard error. Each command that prints a result writes it with `--json FILE` too: the struct
-//! beside the computation, with version, scene and files.
+//! Results go to the standard output; progress, warnings and errors go to the standard error. Each command
+//! with a result also writes it as JSON with `--json FILE`: the result struct with the version of the
+//! program, the scene and the files written.
 
 mod analyse;
+mod analyse_args;
 mod args;
 mod audit;
 mod basins;
 mod calibrate;
 mod common_args;
 mod cost;
+mod deprecated;
 mod document;
 mod effects;
 mod error;
 mod exponents;
 mod figures;
 mod growth;
+mod help;
 mod interrupt;
 mod live;
 mod live_args;
 mod lyapunov;
 mod lyapunov_text;
+mod markdown;
 mod model;
 mod output;
 mod paper;
 mod paper_figures;
-mod plain;
 mod progress;
 mod report;
 mod resources;
 mod run;
 mod scenes;
+mod shell;
 mod signal_text;
 mod sound_args;
 mod stability;
@@ -47,10 +51,11 @@ mod study_args;
 mod sweep;
 mod terminal;
 
+use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::FromArgMatches;
 
 use crate::escape;
 use crate::pipeline::panic_message;
@@ -59,12 +64,19 @@ use args::{Args, Command, RunArgs};
 
 pub use error::CliError;
 
-/// Runs the program: arguments from the environment, messages to the standard error.
+/// Runs the program with the arguments of the process and returns its exit code.
+///
+/// Results go to the standard output, messages to the standard error. The module source documents the exit
+/// codes: 0 success, 1 failure, 2 invalid input, 130 interrupted.
 pub fn main() -> ExitCode {
-    let args = match Args::try_parse() {
+    let (words, warnings) = deprecated::replace(std::env::args_os().collect());
+    for warning in warnings {
+        report::print_warning(&warning);
+    }
+    let args = match parse(words.clone()) {
         Ok(args) => args,
-        // Help and version come this way too, with exit code 0.
-        Err(error) => safe(error).exit(),
+        // `--help` and `--version` also end here, with exit code 0.
+        Err(error) => escaped(words, error).exit(),
     };
     match caught(|| dispatch(args)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -75,16 +87,22 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// An error of arguments that can be printed: the same of arguments without hidden characters, which may come from
-/// the names of files (`analyse *`).
-fn safe(error: clap::Error) -> clap::Error {
-    let words = std::env::args_os().map(|word| escape::line(&word.to_string_lossy()).into_owned());
-    Args::try_parse_from(words).err().unwrap_or(error)
+fn parse(words: Vec<OsString>) -> Result<Args, clap::Error> {
+    let matches = help::command().try_get_matches_from(words)?;
+    Args::from_arg_matches(&matches)
 }
 
-/// Does some work; a panic is an error like any other, with its exit code.
+/// Returns the same error for arguments with escaped control characters. Names of files can contain such
+/// characters (`analyse *`), and clap repeats them in its message.
+fn escaped(words: Vec<OsString>, error: clap::Error) -> clap::Error {
+    let words = words.iter().map(|word| word.to_string_lossy());
+    let words = words.map(|word| escape::line(&word).into_owned().into());
+    parse(words.collect()).err().unwrap_or(error)
+}
+
+/// Runs `work` and turns a panic into an error with an exit code.
 fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
-    // The program ends after it: nothing is used again that it may have left half done.
+    // The program ends afterwards, so no state that the panic left inconsistent is used again.
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         Err(CliError::Panic {
             message: panic_message(&*panic),
@@ -109,6 +127,8 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Some(Command::Merge(args)) => sweep::merge(&args),
         Some(Command::Model(args)) => model::model(&args),
         Some(Command::Analyse(args)) => analyse::analyse(&args),
+        Some(Command::Completions(args)) => shell::completions(&args),
+        Some(Command::Man(args)) => shell::man(&args),
     }
 }
 
@@ -117,10 +137,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_an_error_with_its_exit_code() {
-        caught(|| Ok(())).expect("done");
-        let fault = caught(|| panic!("lost the ball")).expect_err("a panic");
+    fn a_panic_becomes_an_error_with_exit_code_1() {
+        caught(|| Ok(())).expect("success");
+        let fault = caught(|| panic!("index out of bounds")).expect_err("a panic");
         assert_eq!(fault.exit_code(), 1);
-        assert!(fault.to_string().contains("lost the ball"), "{fault}");
+        assert!(fault.to_string().contains("index out of bounds"), "{fault}");
     }
 }

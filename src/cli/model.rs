@@ -1,4 +1,4 @@
-//! `squeakscope model`: all that Eq. (8) needs, as NumPy arrays.
+//! `squeakscope model`: the arrays of Eq. (8) as a NumPy file.
 
 use std::io::{Cursor, Write};
 
@@ -8,14 +8,14 @@ use super::args::ModelArgs;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::output::check_all;
-use super::report::{self, NAME};
+use super::report::{self, HEADING};
 use crate::escape;
 use crate::export::{ModelArrays, encode_model};
 use crate::joint::BallJoint;
 use crate::pipeline::initial_state;
 use crate::scene::Scene;
 
-/// How large a model is: its contact nodes, and its modes.
+/// Size of a model.
 #[derive(Serialize)]
 struct Size {
     /// Number of contact nodes.
@@ -27,34 +27,34 @@ struct Size {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while building or writing.
+/// Bad input before any work; failure while assembling or writing.
 pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
     let scene = args.scene.load()?;
-    let held = scene.joint()?.held_at_first();
+    let held = scene.joint()?.fixed_at_start();
     report::print_warnings(&scene.warnings());
     report::print_held(held);
     let [out, json] = check_all(
         args.scene.input(),
         [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
     )?;
-    let out = out.expect("a path was given, and has been checked");
+    let out = out.expect("--out is required");
     let (size, npz) = build(&scene).map_err(|source| CliError::Run {
-        doing: "model",
+        task: "assembly of the model",
         source,
     })?;
     out.write(|file| file.write_all(&npz))?;
     let text = format!(
-        "{NAME}{}{NAME:#}: {} contact nodes, {} modes\n",
+        "{HEADING}{}{HEADING:#}: {} contact nodes, {} modes\n",
         escape::line(&scene.name),
         size.nodes,
         size.modes
     );
     let files = [WrittenFile::of(&out)?];
-    let document = Document::new(&size, &files).of_scene(&scene.name);
+    let document = Document::new(&size, &files).with_scene(&scene.name);
     Ok(document.deliver(&text, json.as_ref())?)
 }
 
-/// The model of a scene at its start, as a `.npz` file.
+/// Assembles the model at the start of a scene and encodes it as a `.npz` file.
 fn build(scene: &Scene) -> Result<(Size, Vec<u8>), Cause> {
     let joint = scene.joint()?;
     let model = BallJoint::new(&joint.spec)?.model(joint.tilt.at(0.0))?;
@@ -71,20 +71,20 @@ mod tests {
     use crate::scene::DEFAULT_SCENE;
 
     #[test]
-    fn a_model_is_written_with_its_size() {
+    fn the_file_and_the_size_of_a_model_are_written() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let args = ModelArgs {
             scene: Default::default(),
             out: folder.path().join("model.npz"),
             json: Some(folder.path().join("model.json")),
         };
-        model(&args).expect("done");
+        model(&args).expect("success");
         let bytes = std::fs::metadata(&args.out).expect("written").len();
         let text = std::fs::read(folder.path().join("model.json")).expect("written");
-        let found: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
-        assert_eq!(found["scene"], DEFAULT_SCENE);
-        assert_eq!(found["nodes"], 100);
-        assert_eq!(found["modes"], 11);
-        assert_eq!(found["files"][0]["bytes"], bytes);
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["scene"], DEFAULT_SCENE);
+        assert_eq!(json["nodes"], 100);
+        assert_eq!(json["modes"], 11);
+        assert_eq!(json["files"][0]["bytes"], bytes);
     }
 }

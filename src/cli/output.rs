@@ -1,4 +1,4 @@
-//! Files to be written: checked before any work, replaced only by a whole new one.
+//! Output files: checked before work starts, replaced only by a complete file.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -9,117 +9,119 @@ use thiserror::Error;
 
 use crate::export::{is_protected, replace_file, try_folder_of};
 
-/// The longest that a name gets while its file is being written: that of a recording beside which others are.
-const LONGEST_ENDING: &str = ".99.part";
+/// Longest suffix of a temporary name: a recording, if other recordings of that name are being written.
+const LONGEST_SUFFIX: &str = ".99.part";
 
-/// A file that can be written, as far as can be told beforehand.
+/// A path that has passed the checks of [`OutputFile::check`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputFile {
     path: PathBuf,
 }
 
-/// Why a file cannot be written.
+/// Reason why an output cannot be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The path is that of a directory, a device or the like.
-    #[error("cannot write `{path}` ({option}): it is not a regular file; give the path of a file")]
+    /// The path is a directory, a device or another special file.
+    #[error("cannot write `{path}` ({option}): it is not a regular file; choose another path")]
     NotAFile {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
     },
     /// Two outputs have the same path.
-    #[error("`{path}` is asked for twice ({option}, {other}); give each output a path of its own")]
+    #[error("`{path}` is used for two outputs ({option}, {other}); choose different paths")]
     Twice {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
-        /// The other option that asked for it.
+        /// Other option with the same path.
         other: &'static str,
     },
-    /// The output would replace what is read: the scene, or the signal's file.
-    #[error("`{path}` ({option}) is the input itself; give the output a path of its own")]
+    /// The output would replace the input: the scene or the signal.
+    #[error("`{path}` ({option}) is the input; choose another path for the output")]
     IsInput {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
     },
-    /// The path for a directory is that of something else, or it cannot be made there.
+    /// The path is not a directory, and a directory cannot be created there.
     #[error(
-        "cannot write into `{path}` ({option}): it is no directory and none can be made there; choose another path"
+        "cannot write to `{path}` ({option}): it is not a directory and cannot be created; choose \
+         another path"
     )]
     NotADirectory {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
     },
     /// The directory does not exist or cannot be written to.
     #[error(
-        "cannot write `{path}` ({option}): no file can be made in its directory; create the directory or choose another"
+        "cannot write `{path}` ({option}): no file can be created in its directory; create the directory or \
+         choose another path"
     )]
     NotWritable {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
-        /// Why not.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The file that is there may not be written to.
+    /// The existing file is write-protected.
     #[error(
         "cannot replace `{path}` ({option}): it is write-protected; make it writable or choose another path"
     )]
     Protected {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
     },
-    /// The name, or the path as a whole, is longer than the file system takes.
+    /// The name or the path is too long for the file system.
     #[error(
-        "cannot write `{path}` ({option}): with `{LONGEST_ENDING}`, as it may be called while it is written, its \
-         name is too long for the file system; choose a shorter one"
+        "cannot write `{path}` ({option}): its name, with `{LONGEST_SUFFIX}` while it is written, is too \
+         long for the file system; choose a shorter name"
     )]
     NameTooLong {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// The option that asked for it.
+        /// Option that names the output.
         option: &'static str,
     },
-    /// The standard output takes no more.
-    #[error("cannot write to the standard output; see where it leads to, and that there is space")]
+    /// The standard output cannot be written.
+    #[error("cannot write to the standard output; check its destination and the free space")]
     Terminal(#[source] io::Error),
-    /// Writing failed although it seemed possible.
-    #[error("writing `{path}` failed; what was there before is unchanged")]
+    /// Writing failed after the checks had passed.
+    #[error("cannot write `{path}`; a file that existed before is unchanged")]
     Failed {
-        /// The path asked for.
+        /// Path of the output.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
 
 impl OutputError {
-    /// Whether the user asked for something impossible, rather than something failing later.
+    /// Whether the path is invalid input (exit code 2), in contrast to a failure while writing (exit code 1).
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Failed { .. } | Self::Terminal(_))
     }
 }
 
 impl OutputFile {
-    /// Checks that a file can be made at a path, without touching what is there. `option` is
-    /// what asked for it, for messages.
+    /// Checks that a file can be created at `path`, without changing an existing file. Messages name
+    /// `option`.
     ///
     /// # Errors
-    /// When it is a directory, a device or write-protected, its name is too long, or no file can be made in its
-    /// directory.
+    /// If the path is a directory, a device or write-protected, its name is too long, or no file can be
+    /// created in its directory.
     pub fn check(path: &Path, option: &'static str) -> Result<Self, OutputError> {
-        // Through a link, what is replaced is the file it leads to.
+        // Writing through a link replaces its target and keeps the link.
         let target = resolved(path);
         let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
         if !is_file_name || fs::metadata(&target).is_ok_and(|there| !there.is_file()) {
@@ -142,15 +144,15 @@ impl OutputFile {
         Ok(file)
     }
 
-    /// The path, links resolved.
+    /// The path with resolved links.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The size of the file, once written, bytes.
+    /// Size of the written file, bytes.
     ///
     /// # Errors
-    /// When it is not there.
+    /// If the file does not exist.
     pub fn size(&self) -> Result<u64, OutputError> {
         let there = fs::metadata(&self.path).map_err(|source| OutputError::Failed {
             path: self.path.clone(),
@@ -159,10 +161,10 @@ impl OutputFile {
         Ok(there.len())
     }
 
-    /// Writes the file beside its path, then renames it: there is never half a file.
+    /// Writes a temporary file in the same directory, then renames it: the file is always complete.
     ///
     /// # Errors
-    /// When writing or renaming fails; what was there before is then unchanged.
+    /// If writing or renaming fails; an existing file is then unchanged.
     pub fn write(
         &self,
         content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -174,10 +176,15 @@ impl OutputFile {
     }
 }
 
-/// Checks that a file system takes a name.
+/// Whether a path stands for the standard output: `-`.
+pub fn is_stdout(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Checks that the file system accepts the temporary name of a file.
 fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
     let mut longest = path.as_os_str().to_owned();
-    longest.push(LONGEST_ENDING);
+    longest.push(LONGEST_SUFFIX);
     match fs::symlink_metadata(longest) {
         Err(fault) if fault.kind() == io::ErrorKind::InvalidFilename => {
             let path = path.to_owned();
@@ -187,10 +194,11 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
     }
 }
 
-/// Checks that files of some names can be made in a directory, which need not be there yet, without making it.
+/// Checks that the files `names` can be created in a directory. The directory need not exist and is not
+/// created.
 ///
 /// # Errors
-/// When its path is that of something else, nothing can be made there, or one of the files cannot.
+/// If the path is not a directory and cannot become one, or one of the files cannot be written.
 pub fn check_directory<N: AsRef<Path>>(
     path: &Path,
     option: &'static str,
@@ -200,7 +208,7 @@ pub fn check_directory<N: AsRef<Path>>(
         path: path.to_owned(),
         option,
     };
-    // The nearest directory that is there.
+    // The nearest existing ancestor.
     let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
     let there = there.unwrap_or(Path::new("."));
     if path.as_os_str().is_empty() || !there.is_dir() {
@@ -221,11 +229,10 @@ pub fn check_directory<N: AsRef<Path>>(
     Ok(())
 }
 
-/// Checks that a directory that is still to be made will not be in the way of an output, nor an output
-/// in its way.
+/// Checks that no output file has the path of a directory that will be created.
 ///
 /// # Errors
-/// When an output has the path of the directory, or of one above it.
+/// If an output file has the path of the directory or of one of its ancestors.
 pub fn check_apart(
     directory: &Path,
     option: &'static str,
@@ -244,11 +251,11 @@ pub fn check_apart(
     Ok(())
 }
 
-/// Checks that no output has the place of one of the files that a command writes into a directory.
+/// Checks that no other output has the path of one of the files `names` in a directory.
 ///
 /// # Errors
-/// When one has.
-pub fn check_beside(
+/// If two outputs have the same path.
+pub fn check_distinct(
     directory: &Path,
     option: &'static str,
     names: &[String],
@@ -270,7 +277,7 @@ pub fn check_beside(
     Ok(())
 }
 
-/// A path with its links resolved; of a file that is not there yet, those of its directory.
+/// Resolves the links of a path, or those of its directory if the file does not exist.
 fn resolved(path: &Path) -> PathBuf {
     let of_directory = || {
         let parent = path.parent().filter(|parent| *parent != Path::new(""));
@@ -283,18 +290,18 @@ fn resolved(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.to_owned())
 }
 
-/// Whether a path is written like a directory's.
+/// Whether a path ends in a separator, as the path of a directory.
 fn ends_in_separator(path: &Path) -> bool {
     path.as_os_str()
         .to_string_lossy()
         .ends_with(std::path::is_separator)
 }
 
-/// Checks all outputs of a command: each by itself, that no two are the same, and that none would
-/// replace the `input` (a scene's name or path, or the path of a signal), where that is a file.
+/// Checks each output of a command, that no two have the same path, and that none replaces the `input`: the
+/// name or path of a scene, or the path of a signal.
 ///
 /// # Errors
-/// The first that cannot be written, is asked for twice, or is the input.
+/// The first output that cannot be written, is used twice, or is the input.
 pub fn check_all<const N: usize>(
     input: Option<&OsStr>,
     wanted: [(&'static str, Option<&Path>); N],
@@ -334,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn checking_touches_nothing_and_writing_replaces_whole_files() {
+    fn checks_change_nothing_and_writing_replaces_complete_files() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("out.json");
         let file = OutputFile::check(&path, "--json").expect("writable");
@@ -352,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_file_is_refused() {
+    fn paths_that_cannot_be_files_are_refused() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let check = |path: &Path| OutputFile::check(path, "--save");
         assert!(matches!(
@@ -379,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn directories_may_be_there_or_not_but_nothing_else() {
+    fn directories_may_exist_but_files_of_that_name_are_refused() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let file = folder.path().join("file");
         fs::write(&file, "x").expect("written");
@@ -394,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn a_directory_to_be_made_and_a_file_cannot_share_a_path() {
+    fn a_new_directory_and_a_file_cannot_share_a_path() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
         let file = OutputFile::check(&new, "--csv").expect("writable");
@@ -408,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_protected_file_and_a_name_too_long_are_refused_in_a_directory_too() {
+    fn protected_files_and_long_names_are_refused_in_directories_too() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join("kept.png");
         fs::write(&path, "old").expect("written");
@@ -445,7 +452,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_and_its_file_is_replaced() {
+    fn a_link_stays_and_its_target_is_replaced() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, "old").expect("written");
@@ -479,7 +486,7 @@ mod tests {
         assert!(matches!(error, OutputError::IsInput { .. }));
         let message = twice.expect_err("refused").to_string();
         assert!(
-            message.contains("asked for twice (--json, --save)"),
+            message.contains("two outputs (--json, --save)"),
             "{message}"
         );
     }

@@ -1,4 +1,4 @@
-//! `squeakscope paper`: every figure and every claim of the paper, beside what is found here.
+//! `squeakscope paper`: reproduce the paper's figures and check its claims.
 
 use std::ffi::OsStr;
 use std::fmt::Write as _;
@@ -13,41 +13,43 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputFile, check_all, check_directory, is_stdout};
 use super::paper_figures::{self, FIGURES};
+use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{Files, show, work_through, write_recording, write_tables};
+use super::sweep::{Files, compute_points, print_result, write_recording, write_tables};
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
 use crate::scene::{Parameter, Scene};
-use crate::study::paper::{Finding, Holds, compare, paper_evidence, paper_plan, score};
+use crate::study::paper::{Agreement, Finding, compare, paper_evidence, paper_plan, score};
 use crate::study::sweep::{Start, SweepPlan};
 use crate::text::paper as words;
 
-/// The scene that meets most of the paper's claims.
+/// The calibrated scene, which meets most of the paper's claims.
 const SCENE: &str = "paper";
 
-/// The first figure that shows a motion; those before need no simulation.
-const FIRST_OF_MOTION: u8 = 4;
+/// The first figure that needs a simulation.
+const FIRST_SIMULATED: u8 = 4;
 
-/// The page, the table and the recording in the directory asked for.
+/// Name of the page in the output directory.
 const PAGE: &str = "README.md";
+/// Name of the table in the output directory.
 const TABLE: &str = "sweep.arrow";
+/// Name of the recording in the output directory.
 const RECORDING: &str = "paper.rrd";
 
 const MET: Style = AnsiColor::Green.on_default();
 const NOT_MET: Style = AnsiColor::Red.on_default();
-const NAME: Style = Style::new().bold();
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop, paper_plan)
 }
 
@@ -59,12 +61,13 @@ fn execute(
     let mut scene = Scene::load(args.scene.as_deref().unwrap_or(SCENE))?;
     scene = args.accuracy.apply(scene)?;
     scene.ball_on_beam()?;
+    report::print_study_warnings(&scene);
     if let Some(seed) = args.seed {
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }
     let plan = plan(scene, args.start);
     let (outputs, files) = prepare(args)?;
-    // What a run before has found need not be found again.
+    // Reuse the points of an earlier or interrupted run.
     let work = WorkArgs {
         resume: true,
         shard: None,
@@ -72,32 +75,32 @@ fn execute(
     };
     let mut points = Vec::new();
     let mut written = Vec::new();
-    if args.only.is_none_or(|only| only >= FIRST_OF_MOTION) {
+    if args.figure.is_none_or(|figure| figure >= FIRST_SIMULATED) {
         let done;
-        (points, done) = work_through(&plan, &work, &files, stop)?;
+        (points, done) = compute_points(&plan, &work, &files, stop)?;
         written = write_tables(&plan, &mut points, &files)?;
         if !done {
             return Err(CliError::Interrupted);
         }
     }
-    let failed = |doing, source: Cause| CliError::Run { doing, source };
+    let failed = |task, source: Cause| CliError::Run { task, source };
     let spec = &plan.scene.joint()?.spec;
     let evidence =
         paper_evidence(spec, &points).map_err(|fault| failed("comparison", fault.into()))?;
-    // Without a motion nothing can be compared.
+    // Without simulated points there is nothing to compare.
     let claims = match points.is_empty() {
         true => Vec::new(),
         false => compare(&evidence),
     };
-    let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.only)
+    let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.figure)
         .map_err(|fault| failed("drawing", fault))?;
     let drawn = (&args.drawn, &STUDY[..]);
     written.extend(write_figures(&args.out, "--out", &figures, drawn)?);
-    if args.only.is_none() {
+    if args.figure.is_none() {
         let ball = BallJoint::new(spec).map_err(|fault| failed("recording", fault.into()))?;
         written.extend(write_recording(&plan, &points, &files, Some(&ball))?);
     }
-    let captions = figures.iter().filter(|_| args.only.is_some());
+    let captions = figures.iter().filter(|_| args.figure.is_some());
     let result = PaperResult {
         start: args.start,
         score: score(&claims),
@@ -105,9 +108,9 @@ fn execute(
         captions: captions.map(|figure| figure.caption.clone()).collect(),
     };
     let scene = &plan.scene.name;
-    if args.only.is_none() {
+    if args.figure.is_none() {
         let shown = args.drawn.formats(&STUDY).iter();
-        // What a browser shows, if it was drawn; pixels first.
+        // Prefer a format that browsers show, and PNG to SVG.
         let shown = shown.rev().find(|format| **format != Format::Pdf);
         let ending = shown.unwrap_or(&Format::Pdf).ending();
         let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
@@ -115,90 +118,90 @@ fn execute(
         let page = words::page(start, &figures, ending, (result.score, &result.claims));
         written.push(write(&args.out.join(PAGE), &page)?);
     }
-    let document = Document::new(&result, &written).of_scene(scene);
-    show(&document, &text(scene, &result), &outputs, &files)
+    let document = Document::new(&result, &written).with_scene(scene);
+    print_result(&document, &text(scene, &result), &outputs, &files)
 }
 
-/// Checks all outputs before any work, and makes the directory.
+/// Checks all outputs and creates the directory.
 fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
     let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
     let mut names = args.drawn.names(figures, &STUDY);
     names.extend([PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned));
     check_directory(&args.out, "--out", &names)?;
     let scene_file = args.scene.as_deref().map(OsStr::new);
-    // One in the directory that is still to be made is checked there.
+    // A path inside the new directory is checked after the directory exists.
     let json = args.json.as_deref();
-    let json = json.filter(|path| *path != Path::new("-") && !path.starts_with(&args.out));
+    let json = json.filter(|path| !is_stdout(path) && !path.starts_with(&args.out));
     check_all(scene_file, [("--json", json)])?;
-    if args.only.is_none() {
+    if args.figure.is_none() {
         resources::check_memory()?;
     }
-    interrupt::work_begins();
+    interrupt::start_work();
     std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
-        doing: "making of the directory",
+        task: "creation of the directory",
         source: source.into(),
     })?;
     let outputs = SweepOutputs {
         out: args.out.join(TABLE),
         figures: None,
         drawn: args.drawn.clone(),
-        save: args.only.is_none().then(|| args.out.join(RECORDING)),
+        save: args.figure.is_none().then(|| args.out.join(RECORDING)),
         json: args.json.clone(),
     };
     let files = Files::check(scene_file, &outputs, &[])?;
     Ok((outputs, files))
 }
 
-/// Writes a text into the directory.
+/// Writes a text file.
 fn write(path: &Path, text: &str) -> Result<WrittenFile, CliError> {
     let file = OutputFile::check(path, "--out")?;
     file.write(|out| out.write_all(text.as_bytes()))?;
     Ok(WrittenFile::of(&file)?)
 }
 
-/// What is found of the paper.
+/// The comparison with the paper.
 #[derive(Debug, Serialize)]
 struct PaperResult {
-    /// How the tilts were started.
+    /// Initial states of the sweep over the tilt.
     start: Start,
-    /// How well the claims hold, by their weights, 0 to 1.
+    /// Score: weighted share of the claims that hold, 0 to 1.
     score: f64,
-    /// The claims, in the order of the paper.
+    /// Claims in the order of the paper.
     claims: Vec<Finding>,
-    /// The caption of the only figure asked for (Markdown).
+    /// Caption (Markdown) of the figure selected with `--figure`.
     captions: Vec<String>,
 }
 
-/// The text for the terminal.
-fn text(scene: &str, found: &PaperResult) -> String {
+/// The report for the terminal.
+fn text(scene: &str, result: &PaperResult) -> String {
     let mut text = String::new();
-    if !found.claims.is_empty() {
+    if !result.claims.is_empty() {
         let _ = writeln!(
             text,
-            "{NAME}{}{NAME:#}, started {}: {:.0} % of the paper's claims hold, by their weights",
+            "{HEADING}{}{HEADING:#} (start: {}): {:.0} % of the paper's claims hold, by weight",
             escape::line(scene),
-            found.start,
-            100.0 * found.score
+            result.start,
+            100.0 * result.score
         );
     }
-    for finding in &found.claims {
+    for finding in &result.claims {
         let style = match finding.holds {
-            Holds::Yes => MET,
-            Holds::No => NOT_MET,
+            Agreement::Yes => MET,
+            Agreement::No => NOT_MET,
             _ => Style::new(),
         };
         let _ = writeln!(
             text,
-            "  {:<13} {}\n  {:<13}   published {}, here {}: {style}{}{style:#}",
+            "  {:<13} {}\n  {:<13}   paper {}, simulation {}: {style}{}{style:#}",
             finding.claim.place,
-            finding.claim.says,
+            finding.claim.statement,
             "",
             finding.published,
-            finding.ours,
+            finding.simulated,
             words::verdict(finding)
         );
     }
-    text.extend(found.captions.iter().map(|caption| format!("{caption}\n")));
+    text.extend(result.captions.iter().map(|caption| format!("{caption}\n")));
     text
 }
 
@@ -208,52 +211,52 @@ mod tests {
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::Axis;
 
-    /// Two tilts, shortly.
-    fn short(scene: Scene, start: Start) -> SweepPlan {
+    /// A short sweep over two tilts.
+    fn short_plan(scene: Scene, start: Start) -> SweepPlan {
         SweepPlan {
             scene,
             axes: vec![Axis::new(Parameter::tilt(), [2.0, 5.0])],
             starts: vec![start],
             response: ResponsePlan {
-                least: 0.02,
-                most: 0.02,
-                measure: 0.01,
+                min_transient: 0.02,
+                max_transient: 0.02,
+                measurement_time: 0.01,
                 exponents: 1,
                 portrait: false,
-                most_calls: None,
+                max_rhs_evals: None,
             },
         }
     }
 
     #[test]
-    fn the_figures_come_with_captions_and_the_table_of_claims() {
+    fn figures_captions_and_claims_are_written() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("paper");
         let mut args = PaperArgs {
             scene: None,
-            only: None,
+            figure: None,
             out: out.clone(),
             drawn: Default::default(),
-            start: Start::Cold,
+            start: Start::Fresh,
             seed: Some(4),
             accuracy: Default::default(),
             threads: None,
             json: Some(folder.path().join("paper.json")),
         };
         let stop = AtomicBool::new(false);
-        execute(&args, &stop, short).unwrap();
+        execute(&args, &stop, short_plan).unwrap();
         let page = std::fs::read_to_string(out.join("README.md")).unwrap();
         assert!(
             page.contains("![figure-4](figure-4.png)\n\n**Fig. 4**, 2°. (a) Growth"),
             "{page}"
         );
         assert!(
-            page.contains("| Fig. 4a | four unstable modes at 2.0 deg | 4 | 4 | yes |"),
+            page.contains("| Fig. 4a | Four unstable modes at a tilt of 2.0 deg | 4 | 4 | yes |"),
             "{page}"
         );
-        assert!(
-            page.contains("| Fig. 6a | five unstable modes at 3.5 deg | 5 | not found | unknown |")
-        );
+        assert!(page.contains(
+            "| Fig. 6a | Five unstable modes at a tilt of 3.5 deg | 5 | not found | unknown |"
+        ));
         let json = std::fs::read(folder.path().join("paper.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
         assert_eq!(report["claims"].as_array().unwrap().len(), 34);
@@ -263,20 +266,27 @@ mod tests {
             report["score"]
         );
         let claim = &report["claims"][0];
-        for field in ["id", "place", "says", "published", "ours", "holds"] {
+        for field in [
+            "id",
+            "place",
+            "statement",
+            "published",
+            "simulated",
+            "holds",
+        ] {
             assert!(claim[field].is_string(), "{field} of {claim}");
         }
         assert!(claim["weight"].is_number() && claim["share"].is_number());
-        // A second run finds the sweep done, and draws only what is asked for.
-        args.only = Some(9);
+        // A second run reuses the sweep and draws only the selected figure.
+        args.figure = Some(9);
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();
-        execute(&args, &stop, short).unwrap();
+        execute(&args, &stop, short_plan).unwrap();
         assert_eq!(std::fs::read(out.join("sweep.arrow")).unwrap(), before);
         let drawn = std::fs::read_to_string(out.join("figure-9.svg")).unwrap();
         assert!(drawn.contains("</svg>"), "{drawn}");
-        // Another question does not go over it.
+        // A different sweep does not replace the table.
         args.seed = Some(5);
-        let refused = execute(&args, &stop, short).unwrap_err();
+        let refused = execute(&args, &stop, short_plan).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
     }
 }

@@ -1,4 +1,4 @@
-//! The counterparts of the paper's figures.
+//! The reproduced figures of the paper.
 
 use super::error::Cause;
 use crate::joint::{BallJoint, Friction};
@@ -8,14 +8,16 @@ use crate::plot::paper::{
     sections,
 };
 use crate::study;
-use crate::study::paper::{EMBEDDED_AT, Evidence, Finding, MOTIONS, SUCCESSION};
+use crate::study::paper::{
+    EMBEDDING_TILT_DEG, Evidence, FIGURE_TILTS_DEG, Finding, RECURRENCE_TILTS_DEG,
+};
 use crate::study::sweep::{SweepPlan, SweepPoint};
 use crate::text::paper::caption;
 
-/// How many figures there are.
+/// Number of figures in the paper.
 pub(super) const FIGURES: u8 = 11;
 
-/// All figures that can be drawn, or only one, each with its caption.
+/// Draws all available figures, or only one, with their captions.
 pub(super) fn figures(
     plan: &SweepPlan,
     points: &[SweepPoint],
@@ -28,15 +30,15 @@ pub(super) fn figures(
     for number in numbers {
         let tilt = number
             .checked_sub(4)
-            .and_then(|k| MOTIONS.get(usize::from(k)));
+            .and_then(|k| FIGURE_TILTS_DEG.get(usize::from(k)));
         let motion = tilt.and_then(|tilt| Some((*tilt, evidence.at(*tilt)?)));
         let figure = match (number, motion) {
             (4..=7, Some((tilt, response))) => {
                 let modes = study::growth_causes(&ball, &[tilt.to_radians()])?.concat();
                 Some(self::motion(number.into(), tilt, response, &modes))
             }
-            (1..=3, _) => of_the_joint(number, &ball)?,
-            _ => of_the_sweep(number, plan, points, evidence)?,
+            (1..=3, _) => joint_figure(number, &ball)?,
+            _ => sweep_figure(number, plan, points, evidence)?,
         };
         figures.extend(figure.map(|figure| Figure {
             caption: caption(number, motion, findings),
@@ -46,9 +48,9 @@ pub(super) fn figures(
     Ok(figures)
 }
 
-/// Fig. 1 to 3, which need no motion.
-fn of_the_joint(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
-    let tilt = MOTIONS[2].to_radians();
+/// Fig. 1 to 3, which need no simulation.
+fn joint_figure(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
+    let tilt = FIGURE_TILTS_DEG[2].to_radians();
     Ok(match (number, ball.spec().friction) {
         (1, _) => Some(configuration(ball, &ball.model(tilt)?, tilt)?),
         (2, _) => Some(mode_shapes(ball)?),
@@ -62,21 +64,23 @@ fn of_the_joint(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
 }
 
 /// Fig. 8 to 11.
-fn of_the_sweep(
+fn sweep_figure(
     number: u8,
     plan: &SweepPlan,
     points: &[SweepPoint],
     evidence: &Evidence,
 ) -> Result<Option<Figure>, Cause> {
-    let [first, last] = SUCCESSION;
-    // Every second tenth of a degree: without 3.5, which the sweep has besides.
+    let [first, last] = RECURRENCE_TILTS_DEG;
+    // Multiples of 0.2 degrees; the sweep also has 3.5 degrees.
     let mut succession = evidence.between(first, last);
     succession.retain(|(tilt, _)| (5.0 * tilt - (5.0 * tilt).round()).abs() < 1e-6);
     Ok(match number {
         8 => {
-            let chosen = evidence.at(EMBEDDED_AT).and_then(study::paper::embedding);
+            let chosen = evidence
+                .at(EMBEDDING_TILT_DEG)
+                .and_then(study::paper::embedding);
             let chosen = chosen.transpose()?;
-            chosen.map(|(choice, dt)| embedding(EMBEDDED_AT, &choice, dt))
+            chosen.map(|(choice, dt)| embedding(EMBEDDING_TILT_DEG, &choice, dt))
         }
         9 => Some(recurrence_plots(&succession)),
         10 => Some(sections(&succession)),

@@ -1,24 +1,37 @@
-//! A bar on the standard error while a run goes on; nothing where that is no terminal.
+//! A progress bar on the standard error, if that is a terminal.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::report::print_warning;
 
-/// Prints a line beside a bar, from any thread.
-pub(super) type Teller = Arc<dyn Fn(&str) + Send + Sync>;
+/// Prints a warning above the progress bar, from any thread.
+pub(super) type Notifier = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Progress in simulated time, or in shares of the work.
+/// Progress in simulated time, or as a fraction of the work.
 pub(super) struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    /// A bar for a run of the given simulated time (s).
-    pub fn new(duration: f64) -> Self {
-        let template = "{elapsed} [{bar:40}] {percent:>3} % of the simulated time, {eta} to go";
+    /// A bar for a simulated time in s.
+    pub fn of_simulation(duration: f64) -> Self {
+        let template = "{elapsed} [{bar:40}] {percent:>3} % of the simulated time, {eta} left";
         Self::with(template, duration)
+    }
+
+    /// A bar for named phases of work.
+    pub fn of_phases() -> Self {
+        let template = "{elapsed} [{bar:40}] {percent:>3} % {msg}";
+        Self::with(template, 1.0)
+    }
+
+    /// A bar with an estimate of the remaining time.
+    pub fn with_estimate() -> Self {
+        let template = "{elapsed} [{bar:30}] {percent:>3} %, about {eta} left: {msg}";
+        Self::with(template, 1.0)
     }
 
     fn with(template: &str, length: f64) -> Self {
@@ -26,43 +39,25 @@ impl Progress {
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
         Self {
-            bar: ProgressBar::new(microseconds(length)).with_style(style),
+            bar: ProgressBar::new(millionths(length)).with_style(style),
         }
     }
 
-    /// A bar for work in named steps.
-    pub fn of_steps() -> Self {
-        let template = "{elapsed} [{bar:40}] {percent:>3} % {msg}";
-        Self::with(template, 1.0)
+    /// Sets the completed fraction, 0 to 1, and the message.
+    pub fn update(&self, fraction: f64, message: impl Into<Cow<'static, str>>) {
+        self.bar.set_message(message);
+        self.set_position(fraction);
     }
 
-    /// A bar for work whose end is only estimated.
-    pub fn of_estimate() -> Self {
-        let template = "{elapsed} [{bar:30}] {percent:>3} %, about {eta} to go: {msg}";
-        Self::with(template, 1.0)
+    /// Sets the simulated time in s, or the completed fraction.
+    pub fn set_position(&self, position: f64) {
+        self.bar.set_position(millionths(position));
     }
 
-    /// The share done, 0 to 1, and what is known so far.
-    pub fn tell(&self, share: f64, words: String) {
-        self.bar.set_message(words);
-        self.reach(share);
-    }
-
-    /// The share done, 0 to 1, and the step that comes.
-    pub fn step(&self, share: f64, name: &'static str) {
-        self.bar.set_message(name);
-        self.reach(share);
-    }
-
-    /// Prints warnings above the bar.
-    pub fn teller(&self) -> Teller {
+    /// Returns a function that prints warnings above the bar.
+    pub fn notifier(&self) -> Notifier {
         let bar = self.bar.clone();
-        Arc::new(move |words| bar.suspend(|| print_warning(words)))
-    }
-
-    /// Simulated time reached, s.
-    pub fn reach(&self, time: f64) {
-        self.bar.set_position(microseconds(time));
+        Arc::new(move |message| bar.suspend(|| print_warning(message)))
     }
 }
 
@@ -72,7 +67,7 @@ impl Drop for Progress {
     }
 }
 
-/// The bar counts whole numbers: millionths.
-fn microseconds(time: f64) -> u64 {
-    (time * 1e6).round() as u64
+/// The bar counts in integers.
+fn millionths(position: f64) -> u64 {
+    (position * 1e6).round() as u64
 }

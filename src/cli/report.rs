@@ -1,4 +1,4 @@
-//! What the commands print: results, warnings and errors.
+//! Printing of results, warnings and errors.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -6,25 +6,25 @@ use std::io::{self, Write as _};
 use super::error::CliError;
 use super::output::OutputError;
 use crate::escape;
-use crate::scene::{Held, SceneWarning};
+use crate::scene::{FixedAt, Parameter, Scene, SceneError, SceneWarning};
 use anstyle::{AnsiColor, Style};
 
-/// The style of what is wrong, or grows.
+/// Errors, unstable modes, positive exponents.
 pub(super) const BAD: Style = AnsiColor::Red.on_default().bold();
-/// The style of what calls for care.
-pub(super) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
-/// The style of a name that stands at the head of a text.
-pub(super) const NAME: Style = Style::new().bold();
+/// Warnings, and results that need care.
+pub(super) const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+/// Headings.
+pub(super) const HEADING: Style = Style::new().bold();
 
-/// From radians back to the decimal of degrees that was written.
+/// Converts radians to the decimal number of degrees in the scene.
 pub(super) fn degrees(radians: f64) -> f64 {
     (radians.to_degrees() * 1e9).round() / 1e9
 }
 
-/// Prints to the standard output, in colour where that is a terminal.
+/// Prints to the standard output, in colour if that is a terminal.
 ///
 /// # Errors
-/// When it cannot be written. A reader that has seen enough (`| head`) is no error.
+/// If the standard output cannot be written. A closed pipe (`| head`) is not an error.
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut out = anstream::stdout().lock();
     match out
@@ -38,28 +38,42 @@ pub fn print(text: &str) -> Result<(), OutputError> {
     }
 }
 
-/// Prints warnings to the standard error.
+/// Prints the warnings of a scene to the standard error.
 pub fn print_warnings(warnings: &[SceneWarning]) {
     for warning in warnings {
         print_warning(&warning.to_string());
     }
 }
 
-/// Prints a warning to the standard error.
-pub fn print_warning(warning: &str) {
-    tell(&format!("{DOUBTFUL}warning:{DOUBTFUL:#}"), warning);
+/// Prints the warnings of the scene of a study, which does not run the analyses of the scene.
+pub fn print_study_warnings(scene: &Scene) {
+    print_warnings(&scene.clone().without_analyses().warnings());
 }
 
-/// Says on the standard error what is held where, though it varies in the scene.
-pub fn print_held(held: Held) {
-    if let Some(words) = held.words() {
+/// Prints a warning to the standard error.
+pub fn print_warning(warning: &str) {
+    print_message(&format!("{WARNING}warning:{WARNING:#}"), warning);
+}
+
+/// Looks up a parameter by its key, and warns if the name is deprecated.
+pub fn named_parameter(name: &str) -> Result<Parameter, SceneError> {
+    let parameter = Parameter::named(name)?;
+    if let Some(deprecated) = parameter.deprecation() {
+        print_warning(&deprecated.to_string());
+    }
+    Ok(parameter)
+}
+
+/// Warns about quantities that vary with time in the scene, but are constant in this command.
+pub fn print_held(held: FixedAt) {
+    if let Some(values) = held.description() {
         print_warning(&format!(
-            "the scene changes with time; here it is held at its first values: {words}"
+            "the scene changes with time; this command uses its initial values: {values}"
         ));
     }
 }
 
-/// Prints an error and what caused it to the standard error, on one line.
+/// Prints an error with its causes to the standard error, on one line.
 pub fn print_error(error: &CliError) {
     let mut message = error.to_string();
     let mut cause = std::error::Error::source(error);
@@ -67,11 +81,11 @@ pub fn print_error(error: &CliError) {
         let _ = write!(message, ": {error}");
         cause = error.source();
     }
-    tell(&format!("{BAD}error:{BAD:#}"), &message);
+    print_message(&format!("{BAD}error:{BAD:#}"), &message);
 }
 
-/// Prints a message to the standard error, on one line whatever is in it. That nobody reads it, as when it goes
-/// into a file on a full disk, changes nothing.
-fn tell(head: &str, message: &str) {
-    let _ = writeln!(anstream::stderr(), "{head} {}", escape::line(message));
+/// Prints a message to the standard error on one line. A failure to print it, such as on a full disk, is
+/// ignored.
+fn print_message(label: &str, message: &str) {
+    let _ = writeln!(anstream::stderr(), "{label} {}", escape::line(message));
 }

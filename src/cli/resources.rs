@@ -1,19 +1,20 @@
-//! What work needs of the system, asked for before it begins: threads and memory.
+//! Threads and memory, checked before work starts.
 
 use super::error::CliError;
 
-/// Address space of the threads of a run or a study, bytes: the allocator reserves 64 MB for each, and ends the
-/// program where it finds no more.
+/// Address space for the threads of a run or a study, bytes. The allocator reserves 64 MB per thread and
+/// aborts the program if it cannot.
 const THREADS_SPACE: usize = 300_000_000;
 
-/// Starts the threads that analyses share, unless they run: started by the first analysis, they would panic where the
-/// system gives none. Called after what needs much memory at once, since each thread reserves some.
-pub(super) fn start_pool() -> Result<(), CliError> {
-    if !crate::memory::is_granted(THREADS_SPACE) {
+/// Starts the shared thread pool of the analyses, unless it runs. An analysis that started the pool itself
+/// would panic if the system refused a thread. Call this after large allocations, because each thread
+/// reserves memory.
+pub(super) fn start_thread_pool() -> Result<(), CliError> {
+    if !crate::memory::can_reserve(THREADS_SPACE) {
         return Err(CliError::Threads {
             purpose: "the analyses",
             source: format!(
-                "they need {} MB of address space, which the system refuses; raise the limit (`ulimit -v`)",
+                "they need {} MB of address space, which the system does not grant; raise the limit (`ulimit -v`)",
                 THREADS_SPACE / 1_000_000
             )
             .into(),
@@ -21,20 +22,20 @@ pub(super) fn start_pool() -> Result<(), CliError> {
     }
     let pool = rayon::ThreadPoolBuilder::new().thread_name(|k| format!("analysis {k}"));
     match pool.build_global() {
-        // A second call has no cause.
+        // The error of a second call has no source.
         Err(fault) if std::error::Error::source(&fault).is_some() => Err(CliError::Threads {
             purpose: "the analyses",
-            // Its own source says the same again.
+            // The source of `fault` repeats its message.
             source: fault.to_string().into(),
         }),
         _ => Ok(()),
     }
 }
 
-/// Makes sure, before any work, that there is memory for a recording.
+/// Checks that there is enough memory for a recording.
 pub(super) fn check_memory() -> Result<(), CliError> {
     crate::record::check_memory().map_err(|source| CliError::Run {
-        doing: "recording",
+        task: "recording",
         source: source.into(),
     })
 }

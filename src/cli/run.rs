@@ -12,12 +12,12 @@ use super::audit::{self, Audit};
 use super::common_args::changed;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
-use super::exponents::{RunExponents, parting};
+use super::exponents::{RunExponents, divergence_text};
 use super::interrupt;
 use super::output::{OutputFile, check_all};
-use super::progress::{Progress, Teller};
-use super::report::{self, NAME};
-use super::resources::start_pool;
+use super::progress::{Notifier, Progress};
+use super::report::{self, HEADING, WARNING};
+use super::resources::start_thread_pool;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::pipeline::message::{SpectralLine, Summary};
@@ -28,30 +28,30 @@ use crate::sound::WavSink;
 use crate::study::growth::peak_memory;
 use crate::table::Table;
 
-/// Where the recording goes if no output is asked for.
+/// The recording, if no output is given.
 const DEFAULT_RECORDING: &str = "squeak.rrd";
 
-/// What JSON says of a run.
+/// The result of a run.
 #[derive(Serialize)]
-struct Found<'a> {
+struct RunResult<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
-    /// Lyapunov exponents, where the scene asks for them and the run has settled.
+    /// Lyapunov exponents; `null` if the scene does not compute them or the run has not settled.
     exponents: Option<RunExponents<'a>>,
-    /// The most memory that the program has held, bytes; `null` where the system does not tell.
+    /// Peak memory: largest resident memory of the program, bytes; `null` if the system does not report it.
     peak_memory_bytes: Option<u64>,
-    /// The integrator, as scenes name it.
+    /// Integrator, as in the scene file.
     method: &'static str,
-    /// Error allowed in a step, relative to the size of the state; `null` where the step is fixed.
+    /// Relative tolerance of a step; `null` for a fixed step.
     tolerance: Option<f64>,
-    /// The energy audit; `null` where nothing was audited.
+    /// Energy audit; `null` if there was none.
     audit: Option<Audit>,
-    /// What is heard in the sound file, in a few words; `null` without one.
-    heard: Option<String>,
+    /// Quantity, place and peak level of the sound file; `null` without a sound file.
+    audio: Option<String>,
 }
 
-impl<'a> Found<'a> {
-    fn new(scene: &Scene, summary: &'a Summary, heard: Option<String>) -> Self {
+impl<'a> RunResult<'a> {
+    fn new(scene: &Scene, summary: &'a Summary, audio: Option<String>) -> Self {
         let Integrator {
             method, tolerance, ..
         } = scene.integrator;
@@ -62,12 +62,12 @@ impl<'a> Found<'a> {
             method: method.name(),
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
-            heard,
+            audio,
         }
     }
 }
 
-/// The files asked for.
+/// The output files.
 struct Outputs {
     save: Option<OutputFile>,
     npz: Option<OutputFile>,
@@ -78,9 +78,9 @@ struct Outputs {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running; Ctrl-C, after the results are written.
+/// Bad input before any work; failure while running; an interrupt, after the results are written.
 pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
@@ -95,7 +95,7 @@ fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
         [
             ("--save", recording(args)),
             ("--npz", args.npz.as_deref()),
-            ("--wav", args.heard.wav.as_deref()),
+            ("--wav", args.audio.wav.as_deref()),
             ("--json", args.json.as_deref()),
         ],
     )?;
@@ -105,34 +105,32 @@ fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
         wav,
         json,
     };
-    let progress = Progress::new(scene.duration);
-    let ran = simulate(args, &scene, &outputs, stop, &progress);
-    // The bar goes before anything else is printed.
+    let progress = Progress::of_simulation(scene.duration);
+    let simulated = simulate(args, &scene, &outputs, stop, &progress);
+    // Clears the bar before the report is printed.
     drop(progress);
-    let (summary, heard) = ran.map_err(|source| CliError::Run {
-        doing: "run",
+    let (summary, audio) = simulated.map_err(|source| CliError::Run {
+        task: "run",
         source,
     })?;
     let files = [&outputs.save, &outputs.npz, &outputs.wav];
     let files = files.into_iter().flatten().map(WrittenFile::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    let found = Found::new(&scene, &summary, heard);
-    Document::new(&found, &files)
-        .of_scene(&scene.name)
-        .deliver(&text(&scene, &found), outputs.json.as_ref())?;
+    let result = RunResult::new(&scene, &summary, audio);
+    Document::new(&result, &files)
+        .with_scene(&scene.name)
+        .deliver(&text(&scene, &result), outputs.json.as_ref())?;
     if let Some(recording) = &outputs.save {
-        report::print(&format!(
-            "\nopen it with: rerun {}\n",
-            shown(recording.path())
-        ))?;
+        print_viewer_command(recording.path())?;
     }
     match summary.interrupted {
-        true => audit::judge(&summary, false).and(Err(CliError::Interrupted)),
-        false => audit::judge(&summary, args.strict),
+        true => audit::check(&summary, false).and(Err(CliError::Interrupted)),
+        false => audit::check(&summary, args.strict),
     }
 }
 
-/// Runs a scene down the road: simulation, analysis, recording. What it came to, and what is heard, in a few words.
+/// Runs the pipeline: simulation, analyses, recording. Returns the summary, and a description of the sound
+/// file.
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
@@ -141,50 +139,52 @@ fn simulate(
     progress: &Progress,
 ) -> Result<(Summary, Option<String>), Cause> {
     let command = command_line();
-    // Before anything is opened: what is wrong with the scene leaves nothing behind.
+    // An invalid scene fails here, before a file is opened.
     let simulation = source(scene)?;
-    start_pool()?;
+    start_thread_pool()?;
     let path = |file: &Option<OutputFile>| file.as_ref().map(|file| file.path().to_owned());
     let output = output(args, path(&outputs.save));
-    interrupt::work_begins();
+    interrupt::start_work();
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-    // The recording comes last: it takes its name only when the samples have theirs.
+    // The recording is the last sink, so it gets its final name only after the samples.
     if let Some(path) = path(&outputs.npz) {
         sinks.push(Box::new(SamplesSink::new(path)));
     }
-    let mut heard = None;
+    let mut audio = None;
     if let Some(path) = path(&outputs.wav) {
         let header = simulation.header(&command);
-        let sink = WavSink::new(path, args.heard.source(), &header, args.slower)?;
-        heard = Some((sink.words(), sink.loudest()));
+        let sink = WavSink::new(path, args.audio.source(), &header, args.time_stretch)?;
+        audio = Some((sink.words(), sink.loudest()));
         sinks.push(Box::new(sink));
     }
     let mut part = None;
-    let notice = progress.teller();
+    let notify = progress.notifier();
     if output != Output::default() {
-        let notice = Arc::clone(&notice);
+        let notify = Arc::clone(&notify);
         let recording = RerunSink::new(&output, scene.record)?;
         part = recording.part().map(Path::to_owned);
-        sinks.push(Box::new(recording.with_notice(move |words| notice(words))));
+        sinks.push(Box::new(
+            recording.with_notice(move |message| notify(message)),
+        ));
     }
     let monitor = Monitor {
         stop,
-        progress: &|time| progress.reach(time),
+        progress: &|time| progress.set_position(time),
     };
     let done = drive(simulation, &command, &mut Tee::new(sinks), monitor);
     let summary = done.inspect_err(|fault| {
         if let Some(part) = part {
-            tell_part(&part, fault, &notice);
+            report_partial_recording(&part, fault, &notify);
         }
     })?;
-    let heard = heard.and_then(|(what, loudest)| {
-        let loudest = loudest.get()?;
-        Some(format!("{what}; the loudest is {loudest}"))
+    let audio = audio.and_then(|(description, peak)| {
+        let peak = peak.get()?;
+        Some(format!("{description}; peak {peak}"))
     });
-    Ok((summary, heard))
+    Ok((summary, audio))
 }
 
-/// Where a run is recorded and shown.
+/// The recording and the viewer of a run.
 fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
     Output {
         save,
@@ -193,7 +193,7 @@ fn output(args: &RunArgs, save: Option<PathBuf>) -> Output {
     }
 }
 
-/// The scene asked for, with what the command line changes of it.
+/// The scene with the changes of the command line.
 fn scene(args: &RunArgs) -> Result<Scene, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.accuracy.apply(scene)?;
@@ -202,34 +202,32 @@ fn scene(args: &RunArgs) -> Result<Scene, CliError> {
     Ok(scene)
 }
 
-/// Where the recording goes: without any output asked for, to the default file.
+/// The file for the recording: the default file, if there is no other output.
 fn recording(args: &RunArgs) -> Option<&Path> {
     let watched = args.spawn || args.connect.is_some();
     match &args.save {
         Some(path) => Some(path),
-        None if watched || args.npz.is_some() || args.heard.wav.is_some() => None,
+        None if watched || args.npz.is_some() || args.audio.wav.is_some() => None,
         None => Some(Path::new(DEFAULT_RECORDING)),
     }
 }
 
-/// Tells where the beginning of a recording is, unless the fault is the recording's own and says so.
-fn tell_part(part: &Path, fault: &PipelineError, notice: &Teller) {
-    let is_there = std::fs::metadata(part).is_ok_and(|there| there.len() > 0);
-    let place = part.display().to_string();
+/// Reports the path of a partial recording, unless the error names it.
+fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifier) {
+    let has_data = std::fs::metadata(part).is_ok_and(|metadata| metadata.len() > 0);
+    let path = part.display().to_string();
     let causes = std::iter::successors(Some(fault as &dyn std::error::Error), |cause| {
         cause.source()
     });
-    let is_told = causes
+    let is_named = causes
         .map(ToString::to_string)
-        .any(|words| words.contains(&place));
-    if is_there && !is_told {
-        notice(&format!(
-            "what was recorded until then can be opened: {place}"
-        ));
+        .any(|message| message.contains(&path));
+    if has_data && !is_named {
+        notify(&format!("the recording up to the failure can be opened: {path}"));
     }
 }
 
-/// How the program was started.
+/// The command line that started the program.
 pub(super) fn command_line() -> String {
     let name = std::iter::once("squeakscope".to_owned());
     let words = std::env::args_os().skip(1);
@@ -237,8 +235,14 @@ pub(super) fn command_line() -> String {
     name.chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// A path as one word of a shell.
-pub(super) fn shown(path: &Path) -> String {
+/// Prints the command that opens a recording in the viewer.
+pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
+    let path = shell_word(recording);
+    Ok(report::print(&format!("\nopen with: rerun {path}\n"))?)
+}
+
+/// A path as one word of a shell command.
+fn shell_word(path: &Path) -> String {
     let path = escape::path(path);
     match path.contains(char::is_whitespace) {
         true => format!("\"{path}\""),
@@ -246,16 +250,16 @@ pub(super) fn shown(path: &Path) -> String {
     }
 }
 
-/// The text for the terminal.
-fn text(scene: &Scene, found: &Found<'_>) -> String {
-    let summary = found.summary;
+/// The report for the terminal.
+fn text(scene: &Scene, result: &RunResult<'_>) -> String {
+    let summary = result.summary;
     let is_joint = scene.joint().is_ok();
     let place = match is_joint {
         true => " at the central contact point",
         false => "",
     };
     let mut text = format!(
-        "{NAME}{}{NAME:#}: {:.1} ms simulated in {:.2} s (simulation alone {:.2} x real time)\n  \
+        "{HEADING}{}{HEADING:#}: {:.1} ms simulated in {:.2} s (simulation alone: {:.2} x real time)\n  \
          amplitude {:.4} um, peak velocity {:.3} mm/s{place}\n",
         escape::line(&scene.name),
         summary.simulated * 1e3,
@@ -265,34 +269,35 @@ fn text(scene: &Scene, found: &Found<'_>) -> String {
         summary.peak_velocity * 1e3
     );
     text += &lines(&summary.peaks);
-    text += &integration(is_joint, found);
-    if let Some(exponents) = &found.exponents {
+    text += &integration(is_joint, result);
+    if let Some(exponents) = &result.exponents {
         text += &exponents.text();
     }
-    if let Some(copies) = &summary.parting {
-        text += &parting(copies);
+    if let Some(divergence) = &summary.divergence {
+        text += &divergence_text(divergence);
     }
-    if summary.tally.overrun > 0 {
+    if summary.stats.steps_without_event_location > 0 {
         let _ = writeln!(
             text,
-            "  beware: contact nodes opened and closed too often to stop at each; {} steps ran over their events",
-            summary.tally.overrun
+            "  {WARNING}warning:{WARNING:#} {} steps passed contact events without locating them, because \
+             the events were too frequent",
+            summary.stats.steps_without_event_location
         );
     }
-    if let Some(heard) = &found.heard {
-        let _ = writeln!(text, "  heard: {heard}");
+    if let Some(audio) = &result.audio {
+        let _ = writeln!(text, "  sound: {audio}");
     }
     text
 }
 
-/// The strongest lines of the spectrum; more of them are read in the recording.
+/// The strongest lines of the spectrum. The recording has all of them.
 fn lines(lines: &[SpectralLine]) -> String {
-    const SHOWN: usize = 6;
+    const MAX_LINES: usize = 6;
     if lines.is_empty() {
-        return "  no line in the spectrum\n".to_owned();
+        return "  no lines in the spectrum\n".to_owned();
     }
     let mut table = Table::default().right("").right("").left("");
-    for line in lines.iter().take(SHOWN) {
+    for line in lines.iter().take(MAX_LINES) {
         table.row([
             format!("{:.1} Hz", line.frequency),
             format!("{:.4} mm/s", line.amplitude * 1e3),
@@ -302,28 +307,28 @@ fn lines(lines: &[SpectralLine]) -> String {
     table.text()
 }
 
-/// The integrator, its work and its errors.
-fn integration(is_joint: bool, found: &Found<'_>) -> String {
+/// The integrator, its statistics and the energy residual.
+fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
     let Summary {
-        tally, transitions, ..
-    } = found.summary;
-    let events = match (is_joint, found.summary.audit) {
+        stats, transitions, ..
+    } = result.summary;
+    let events = match (is_joint, result.summary.audit) {
         (false, _) => format!("{transitions} events"),
         (true, Some(residual)) => {
-            format!("{transitions} contact transitions; energy residual {residual:.1e}")
+            format!("{transitions} contact transitions; relative energy residual {residual:.1e}")
         }
-        (true, None) => format!("{transitions} contact transitions; energy not audited"),
+        (true, None) => format!("{transitions} contact transitions; no energy audit"),
     };
-    let tolerance = found
+    let tolerance = result
         .tolerance
-        .map(|tolerance| format!(" at {tolerance:e}"));
+        .map(|tolerance| format!(", tolerance {tolerance:e}"));
     format!(
-        "  {}{}: {} steps, {} rejected, {} calls; {events}\n",
-        found.method,
+        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n",
+        result.method,
         tolerance.unwrap_or_default(),
-        tally.steps,
-        tally.rejections,
-        tally.calls
+        stats.steps,
+        stats.rejections,
+        stats.rhs_evals
     )
 }
 
@@ -332,12 +337,12 @@ mod tests {
     use super::*;
     use crate::cli::common_args::SceneArgs;
 
-    struct Desk {
+    struct TestFolder {
         folder: tempfile::TempDir,
         stop: Arc<AtomicBool>,
     }
 
-    impl Desk {
+    impl TestFolder {
         fn new() -> Self {
             Self {
                 folder: tempfile::tempdir().expect("temporary folder"),
@@ -363,17 +368,17 @@ mod tests {
     }
 
     #[test]
-    fn a_run_reports_its_files() {
-        let desk = Desk::new();
+    fn a_run_lists_its_files() {
+        let test = TestFolder::new();
         let args = RunArgs {
             duration: Some(12.0),
-            ..desk.args()
+            ..test.args()
         };
-        execute(&args, &desk.stop).expect("done");
-        let report = desk.json();
+        execute(&args, &test.stop).expect("success");
+        let report = test.json();
         assert_eq!(report["simulated_s"], 0.012);
         assert_eq!(report["interrupted"], false);
-        let size = std::fs::metadata(desk.folder.path().join("out.rrd"))
+        let size = std::fs::metadata(test.folder.path().join("out.rrd"))
             .expect("saved")
             .len();
         assert_eq!(report["files"][0]["bytes"], size);
@@ -381,70 +386,70 @@ mod tests {
 
     #[test]
     fn an_interrupted_run_keeps_its_results() {
-        let desk = Desk::new();
-        desk.stop.store(true, std::sync::atomic::Ordering::Relaxed);
-        let error = execute(&desk.args(), &desk.stop).expect_err("interrupted");
+        let test = TestFolder::new();
+        test.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        let error = execute(&test.args(), &test.stop).expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
-        assert_eq!(desk.json()["interrupted"], true);
+        assert_eq!(test.json()["interrupted"], true);
     }
 
     #[test]
-    fn a_fault_while_running_is_no_bad_input() {
-        let desk = Desk::new();
-        // There is no viewer.
+    fn a_failure_while_running_has_exit_code_1() {
+        let test = TestFolder::new();
+        // The viewer does not exist.
         let args = RunArgs {
             connect: Some("rerun+nonsense://".to_owned()),
-            ..desk.args()
+            ..test.args()
         };
-        let error = execute(&args, &desk.stop).expect_err("failed");
+        let error = execute(&args, &test.stop).expect_err("failed");
         assert_eq!(error.exit_code(), 1);
-        assert!(!desk.folder.path().join("out.json").exists());
+        assert!(!test.folder.path().join("out.json").exists());
     }
 
     #[test]
     fn bad_input_is_found_before_any_work() {
-        let desk = Desk::new();
+        let test = TestFolder::new();
         let bad = [
             RunArgs {
                 tilt: Some(91.0),
-                ..desk.args()
+                ..test.args()
             },
             RunArgs {
                 tilt: Some(f64::NAN),
-                ..desk.args()
+                ..test.args()
             },
             RunArgs {
                 duration: Some(0.0),
-                ..desk.args()
+                ..test.args()
             },
             RunArgs {
                 scene: SceneArgs {
                     scene: Some("torus".to_owned()),
                 },
-                ..desk.args()
+                ..test.args()
             },
             RunArgs {
                 npz: Some(PathBuf::from("absent/folder/out.npz")),
-                ..desk.args()
+                ..test.args()
             },
             RunArgs {
-                save: Some(desk.folder.path().to_owned()),
-                ..desk.args()
+                save: Some(test.folder.path().to_owned()),
+                ..test.args()
             },
             RunArgs {
-                npz: desk.args().json,
-                ..desk.args()
+                npz: test.args().json,
+                ..test.args()
             },
         ];
         for args in bad {
-            let error = execute(&args, &desk.stop).expect_err("refused");
+            let error = execute(&args, &test.stop).expect_err("refused");
             assert_eq!(error.exit_code(), 2, "{error}");
-            assert!(!desk.folder.path().join("out.rrd").exists());
+            assert!(!test.folder.path().join("out.rrd").exists());
         }
     }
 
     #[test]
-    fn what_is_found_carries_the_summary() {
+    fn the_result_contains_the_summary() {
         let scene = Scene::load("periodic-2deg").expect("preset");
         let summary = Summary {
             simulated: 0.1,
@@ -457,20 +462,20 @@ mod tests {
             }],
             ..Summary::default()
         };
-        let found = Found::new(&scene, &summary, None);
-        let value = serde_json::to_value(&found).expect("JSON");
+        let result = RunResult::new(&scene, &summary, None);
+        let value = serde_json::to_value(&result).expect("JSON");
         assert_eq!(value["amplitude_m"], 0.69e-6);
         assert_eq!(value["lines"][0]["frequency_hz"], 4117.0);
         assert_eq!(value["lines"][0]["amplitude"], 0.016);
         assert_eq!(value["steps"], 0);
         assert_eq!(value["peak_velocity_m_per_s"], serde_json::Value::Null);
-        let text = text(&scene, &found);
+        let text = text(&scene, &result);
         assert!(text.contains("4117.0 Hz"), "{text}");
         assert!(text.contains("amplitude 0.6900 um"), "{text}");
     }
 
     #[test]
-    fn outputs_have_sensible_defaults() {
+    fn the_default_output_is_a_recording() {
         let none = RunArgs::default();
         assert_eq!(recording(&none), Some(Path::new("squeak.rrd")));
         let watched = RunArgs {
@@ -491,6 +496,6 @@ mod tests {
             spawn: false,
         };
         assert_eq!(output(&both, both.save.clone()), expected);
-        assert_eq!(shown(Path::new("a b.rrd")), "\"a b.rrd\"");
+        assert_eq!(shell_word(Path::new("a b.rrd")), "\"a b.rrd\"");
     }
 }

@@ -1,5 +1,4 @@
-//! `squeakscope scenes`: list the scenes, print one, tell what its effects cost, or print what a scene file
-//! can say.
+//! `squeakscope scenes`: list the scenes, print one, measure its effects, or print the keys of scene files.
 
 use serde::Serialize;
 
@@ -9,29 +8,30 @@ use super::effects;
 use super::error::CliError;
 use super::interrupt;
 use super::output;
-use super::report::{self, NAME};
+use super::report::{self, HEADING};
 use crate::escape;
 use crate::scene::{PRESETS, Scene, SceneError, key_reference};
 use crate::table::Table;
 
-/// All scenes that come with the program.
+/// The built-in scenes.
 #[derive(Serialize)]
 struct Scenes<'a> {
+    /// Scenes in the order of the list.
     scenes: Vec<Entry<'a>>,
 }
 
-/// What JSON says of a scene.
+/// A scene.
 #[derive(Serialize)]
 struct Entry<'a> {
     /// Name, as in `squeakscope run NAME`.
     name: &'a str,
-    /// One line that says what it shows.
+    /// Title, one line.
     title: &'a str,
-    /// What to look for (Markdown).
+    /// Description and what to look for (Markdown).
     about: &'a str,
-    /// Simulated time, s.
+    /// Duration: simulated time, s.
     duration_s: f64,
-    /// The text of the scene file.
+    /// Text of the scene file.
     toml: &'a str,
 }
 
@@ -50,13 +50,12 @@ impl<'a> From<&'a Scene> for Entry<'a> {
 /// Runs the command.
 ///
 /// # Errors
-/// When the scene asked for is unknown or faulty or cannot be run, or the JSON file cannot be written.
+/// If the scene is unknown or invalid, or the JSON file cannot be written.
 pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
-    // Before anything is read.
-    let stop = args.effects.then(interrupt::catch).transpose()?;
+    let stop = args.effects.then(interrupt::install_handler).transpose()?;
     let [json] = output::check_all(None, [("--json", args.json.as_deref())])?;
     match &args.name {
         None => {
@@ -72,19 +71,19 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
             if let Some(stop) = stop {
                 return effects::effects(&scene, json.as_ref(), &stop);
             }
-            // The scene file's text, so that it can be saved and run.
+            // The exact text of the scene file, which can be saved and run.
             Document::new(&Entry::from(&scene), &[]).deliver(&scene.text, json.as_ref())?;
         }
     }
     Ok(())
 }
 
-/// The scenes, a line each.
+/// The scenes, one per line.
 fn list(scenes: &[Scene]) -> String {
     let mut table = Table::default().left("").left("");
     for scene in scenes {
         let [name, title] = [&scene.name, &scene.title].map(|text| escape::line(text));
-        table.row([format!("{NAME}{name}{NAME:#}"), title.into_owned()]);
+        table.row([format!("{HEADING}{name}{HEADING:#}"), title.into_owned()]);
     }
-    table.text() + "\nsqueakscope scenes NAME prints one; squeakscope run NAME runs it\n"
+    table.text() + "\n`squeakscope scenes NAME` prints a scene, `squeakscope run NAME` runs it.\n"
 }

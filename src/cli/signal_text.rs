@@ -1,49 +1,50 @@
-//! The report on a signal as text for the terminal.
+//! The report of `squeakscope analyse` for the terminal.
 
 use std::path::Path;
 
 use anstyle::Style;
 
+use super::report::HEADING;
 use crate::analysis::{Divergence, LagReason, Measures, SectionShape, Threshold, Verdict};
 use crate::escape;
 use crate::number::{significant, time};
 use crate::study::signal::{
-    RecurrenceReport, Section, SignalFacts, SignalReport, StateSpace, Tones,
+    DelayEmbedding, PoincareSection, RecurrenceAnalysis, SignalAnalysis, SignalStatistics,
+    SpectralLines,
 };
 use crate::table::Table;
 
-const NAME: Style = Style::new().bold();
 const FAINT: Style = Style::new().dimmed();
 
-/// Significant digits of numbers.
+/// Number of significant digits.
 const DIGITS: usize = 4;
 
-/// The report on the signal of a file: paragraphs with an empty line between.
-pub(super) fn text(file: &Path, report: &SignalReport) -> String {
+/// The report on the signal of a file, one paragraph per analysis.
+pub(super) fn text(file: &Path, report: &SignalAnalysis) -> String {
     let unit = escape::line(&report.facts.unit);
     let amount = |value: f64| {
         let text = format!("{} {unit}", significant(value, DIGITS));
         text.trim_end().to_owned()
     };
     [
-        of_signal(file, &report.facts, &amount),
-        of_verdict(&report.verdict),
-        of_tones(&report.tones, &amount),
-        of_states(&report.embedding, report.nonlinear_samples),
-        of_recurrence(&report.recurrence, &amount),
-        of_section(&report.section, &amount),
-        of_chaos(report),
+        signal_text(file, &report.facts, &amount),
+        verdict_text(&report.verdict),
+        spectrum_text(&report.tones, &amount),
+        embedding_text(&report.embedding, report.nonlinear_samples),
+        recurrence_text(&report.recurrence, &amount),
+        section_text(&report.section, &amount),
+        chaos_text(report),
     ]
     .join("\n")
 }
 
-fn of_signal(file: &Path, facts: &SignalFacts, amount: &dyn Fn(f64) -> String) -> String {
+fn signal_text(file: &Path, facts: &SignalStatistics, amount: &dyn Fn(f64) -> String) -> String {
     let [smallest, largest, deviation, mean] =
         [facts.smallest, facts.largest, facts.deviation, facts.mean].map(amount);
     format!(
-        "{NAME}{}{NAME:#} {FAINT}{}{FAINT:#}\n  \
-         {} samples at {} Hz: {} from {:.6} s on\n  \
-         from {smallest} to {largest}, deviation {deviation} about {mean}\n",
+        "{HEADING}{}{HEADING:#} {FAINT}{}{FAINT:#}\n  \
+         {} samples at {} Hz: {}, starting at {:.6} s\n  \
+         range {smallest} to {largest}, mean {mean}, standard deviation {deviation}\n",
         escape::line(&facts.name),
         escape::path(file),
         facts.samples,
@@ -53,29 +54,32 @@ fn of_signal(file: &Path, facts: &SignalFacts, amount: &dyn Fn(f64) -> String) -
     )
 }
 
-fn of_verdict(verdict: &Verdict) -> String {
-    let sure = 100.0 * verdict.confidence;
+fn verdict_text(verdict: &Verdict) -> String {
+    let confidence = 100.0 * verdict.confidence;
     let evidence = verdict.evidence.iter().map(|evidence| {
         let bar = "#".repeat((5.0 * evidence.weight).round() as usize);
-        format!("  {bar:<5} {}\n", evidence.words)
+        format!("  {bar:<5} {}\n", evidence.description)
     });
-    format!("{NAME}{}{NAME:#}, {sure:.0} % sure\n", verdict.regime) + &evidence.collect::<String>()
+    format!(
+        "{HEADING}{}{HEADING:#}, confidence {confidence:.0} %\n",
+        verdict.regime
+    ) + &evidence.collect::<String>()
 }
 
-fn of_tones(tones: &Tones, amount: &dyn Fn(f64) -> String) -> String {
-    // A line is placed well below a bin, however slow the signal.
+fn spectrum_text(tones: &SpectralLines, amount: &dyn Fn(f64) -> String) -> String {
+    // Frequencies are accurate to a small fraction of a bin.
     let decimals = (3.0 - tones.bin_hz.log10().floor()).clamp(3.0, 15.0) as usize;
     let mut table = Table::default().right("").right("").left("").left("");
     for named in &tones.lines {
         let line = &named.line;
-        // A base fits itself.
-        let is_base = ["f1", "f2"].contains(&&*line.label);
-        let misfit = named.misfit_hz.filter(|_| !is_base);
+        // The misfit of a fundamental is zero by definition.
+        let is_fundamental = ["f1", "f2"].contains(&&*line.label);
+        let misfit = named.misfit_hz.filter(|_| !is_fundamental);
         table.row([
             format!("{:.decimals$} Hz", line.frequency),
             amount(line.amplitude),
             line.label.clone(),
-            misfit.map_or_else(String::new, |hz| format!("misses by {hz:+.decimals$} Hz")),
+            misfit.map_or_else(String::new, |hz| format!("misfit {hz:+.decimals$} Hz")),
         ]);
     }
     let lines = match tones.lines[..] {
@@ -83,38 +87,38 @@ fn of_tones(tones: &Tones, amount: &dyn Fn(f64) -> String) -> String {
         _ => table.text(),
     };
     format!(
-        "{NAME}lines{NAME:#} of the spectrum (bin {} Hz, {} of the power in the floor)\n{lines}",
+        "{HEADING}spectral lines{HEADING:#} (bin width {} Hz, broadband share {} of the power)\n{lines}",
         significant(tones.bin_hz, DIGITS),
-        percent(tones.floor_share)
+        percent(tones.broadband_share)
     )
 }
 
-fn of_states(states: &StateSpace, samples: usize) -> String {
+fn embedding_text(states: &DelayEmbedding, samples: usize) -> String {
     let choice = &states.choice;
     let reason = match choice.reason {
-        LagReason::FirstMinimum => "first minimum",
-        LagReason::FirstDecay => "first decay",
-        LagReason::Largest => "largest",
+        LagReason::FirstMinimum => "first minimum of the mutual information",
+        LagReason::FirstDecay => "the mutual information falls to 1/e",
+        LagReason::Largest => "largest delay tried, the mutual information has no minimum",
     };
     let false_share = choice.neighbours.share.get(choice.dimension - 1);
     format!(
-        "{NAME}state space{NAME:#} of the newest {samples} samples\n  \
-         tau = {} ({} {}): {reason} of the mutual information\n  \
-         m = {}: {} of the neighbours are false{}\n",
+        "{HEADING}delay embedding{HEADING:#} of the last {samples} samples\n  \
+         delay tau = {} ({} {}): {reason}\n  \
+         dimension m = {}: {} false nearest neighbours{}\n",
         duration(states.lag_s),
         choice.lag,
         if choice.lag == 1 { "sample" } else { "samples" },
         choice.dimension,
-        false_share.map_or("no known share".to_owned(), |share| percent(*share)),
+        false_share.map_or("unknown share of".to_owned(), |share| percent(*share)),
         if choice.unfolded {
             ""
         } else {
-            ", so it is not unfolded"
+            " (the attractor is not unfolded)"
         },
     )
 }
 
-fn of_recurrence(recurrence: &RecurrenceReport, amount: &dyn Fn(f64) -> String) -> String {
+fn recurrence_text(recurrence: &RecurrenceAnalysis, amount: &dyn Fn(f64) -> String) -> String {
     let (threshold, value) = match recurrence.rule.threshold {
         Threshold::Rate(rate) => ("rate", rate),
         Threshold::Distance(distance) => ("distance", distance),
@@ -126,19 +130,19 @@ fn of_recurrence(recurrence: &RecurrenceReport, amount: &dyn Fn(f64) -> String) 
         .map(|epsilon| format!(": epsilon = {}", amount(epsilon)));
     let period = recurrence.period_s.map(|period| {
         let frequency = significant(1.0 / period, DIGITS);
-        format!("  diagonals {} apart: {frequency} Hz\n", duration(period))
+        format!("  diagonal spacing {}: {frequency} Hz\n", duration(period))
     });
     format!(
-        "{NAME}recurrence{NAME:#} of {} states ({threshold} {}{})\n{}{}",
+        "{HEADING}recurrence{HEADING:#} of {} states ({threshold} {}{})\n{}{}",
         recurrence.states,
         significant(value, DIGITS),
         epsilon.unwrap_or_default(),
-        of_measures(&recurrence.measures),
+        measures_text(&recurrence.measures),
         period.unwrap_or_default()
     )
 }
 
-fn of_measures(measures: &Measures) -> String {
+fn measures_text(measures: &Measures) -> String {
     format!(
         "  RR {}   DET {}   LAM {}   ENTR {}   TREND {}\n  L {}   Lmax {}   TT {}   T1 {}   T2 {}\n",
         percent(measures.recurrence_rate),
@@ -154,26 +158,26 @@ fn of_measures(measures: &Measures) -> String {
     )
 }
 
-fn of_section(section: &Section, amount: &dyn Fn(f64) -> String) -> String {
+fn section_text(section: &PoincareSection, amount: &dyn Fn(f64) -> String) -> String {
     let shape = match section.shape {
-        SectionShape::TooFew => "too few to tell the shape",
+        SectionShape::TooFew => "too few to classify the shape",
         SectionShape::Points(1) => "one point",
         SectionShape::Points(count) => &format!("{count} points"),
         SectionShape::Loop => "a loop",
         SectionShape::Arc => "an arc",
         SectionShape::Cloud => "a cloud",
     };
-    let apart = section.mean_return_s;
-    let apart = apart.map(|seconds| format!(", {} apart on average", duration(seconds)));
+    let spacing = section.mean_return_s;
+    let spacing = spacing.map(|seconds| format!(", mean return time {}", duration(seconds)));
     format!(
-        "{NAME}section{NAME:#} y(t + tau) = {}, rising: {} passages, {shape}{}\n",
+        "{HEADING}Poincare section{HEADING:#} y(t + tau) = {}, rising: {} crossings, {shape}{}\n",
         amount(section.level),
         section.passages.len(),
-        apart.unwrap_or_default()
+        spacing.unwrap_or_default()
     )
 }
 
-fn of_chaos(report: &SignalReport) -> String {
+fn chaos_text(report: &SignalAnalysis) -> String {
     let method = |name: &str, divergence: &Divergence| match divergence.region {
         Some(region) => format!(
             "  {name:<10}  {} +- {} 1/s, from {} to {}\n",
@@ -182,16 +186,16 @@ fn of_chaos(report: &SignalReport) -> String {
             duration(region.from),
             duration(region.to)
         ),
-        None => format!("  {name:<10}  none: neighbours do not part exponentially\n"),
+        None => format!("  {name:<10}  none: nearby trajectories do not diverge exponentially\n"),
     };
     let test = &report.zero_one;
-    let taken = match test.stride {
+    let sampling = match test.stride {
         1 => "every sample".to_owned(),
         stride => format!("one sample in {stride}"),
     };
     format!(
-        "{NAME}largest exponent{NAME:#}\n{}{}\n\
-         {NAME}0-1 test{NAME:#} K = {:.3} (0 regular, 1 chaos or noise) from {taken}\n",
+        "{HEADING}largest Lyapunov exponent{HEADING:#}\n{}{}\n\
+         {HEADING}0-1 test{HEADING:#} K = {:.3} (0: regular, 1: chaos or noise), from {sampling}\n",
         method("Rosenstein", &report.rosenstein),
         method("Kantz", &report.kantz),
         test.k

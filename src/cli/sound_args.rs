@@ -1,4 +1,4 @@
-//! Arguments of the commands that can be heard.
+//! Arguments of the commands with sound.
 
 use std::path::PathBuf;
 
@@ -6,26 +6,29 @@ use clap::Args as Arguments;
 
 use crate::sound::{Place, Quantity, Source};
 
-/// What is heard of a run.
+/// The sound file, the quantity that it plays, and the point of the surface.
 #[derive(Debug, Default, Arguments)]
+#[command(next_help_heading = "Sound")]
 pub struct SoundArgs {
-    /// Write the sound, 48 kHz, the loudest at -1 dB; `live`: of the first run, in real time.
+    /// Write the sound as a WAV file: 48 kHz, peak at -1 dBFS. `live` writes the first run, at real-time
+    /// speed.
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
-    /// What is heard.
+    /// Quantity that the sound represents.
     #[arg(long, value_enum, default_value_t = Quantity::Velocity)]
     pub sound: Quantity,
-    /// Listen to the body's surface nearest to this point (mm from the ball's centre; the beam is along z), outwards [default: the contact's centre].
+    /// Play the normal motion of the surface point nearest to X,Y,Z: mm from the ball's centre, beam at negative z
+    /// [default: the contact's centre].
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub at: Option<Point>,
+    pub probe: Option<Point>,
 }
 
 impl SoundArgs {
-    /// What is heard.
+    /// The quantity and its place.
     pub fn source(&self) -> Source {
         Source {
             quantity: self.sound,
-            place: match self.at {
+            place: match self.probe {
                 None => Place::Probe,
                 Some(Point(mm)) => Place::Surface(mm.map(|x| 1e-3 * x)),
             },
@@ -33,7 +36,7 @@ impl SoundArgs {
     }
 }
 
-/// A point, mm from the ball's centre.
+/// A point, in mm from the ball's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point(pub [f64; 3]);
 
@@ -43,5 +46,5 @@ fn point(text: &str) -> Result<Point, String> {
     let finite = numbers.filter(|all| all.iter().all(|x| x.is_finite()));
     finite
         .map(Point)
-        .ok_or_else(|| "write three numbers, such as 8,0,60".to_owned())
+        .ok_or_else(|| "give three numbers, such as 8,0,60".to_owned())
 }

@@ -1,4 +1,4 @@
-//! `squeakscope stability`: which modes can squeak, by complex eigenvalues at steady sliding.
+//! `squeakscope stability`: complex eigenvalues at steady sliding.
 
 use std::fmt::Write as _;
 
@@ -8,26 +8,27 @@ use super::args::StabilityArgs;
 use super::document::Document;
 use super::error::{Cause, CliError};
 use super::output::check_all;
-use super::report::{self, BAD, NAME};
+use super::report::{self, BAD, HEADING};
 use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode};
 use crate::number::fixed;
-use crate::scene::{Held, Scene, SceneError, Schedule};
+use crate::scene::{FixedAt, Scene, SceneError, Schedule};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
 
-/// What was found, in the order asked for.
+/// The modes at each tilt.
 #[derive(Serialize)]
-struct Found {
-    tilts: Vec<FoundAt>,
+struct StabilityResult {
+    /// Tilts in the requested order.
+    tilts: Vec<ModesAt>,
 }
 
-/// The modes at a tilt, and where that was asked for why those that oscillate grow.
+/// The modes at a tilt, with the causes of growth if requested.
 #[derive(Serialize)]
-struct FoundAt {
+struct ModesAt {
     #[serde(flatten)]
     at: StabilityAt,
-    /// The oscillating modes with the causes of their growth, with `--causes`.
+    /// Oscillating modes, each explained by the causes of its growth; only with `--causes`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     explained: Vec<ExplainedMode>,
 }
@@ -35,51 +36,52 @@ struct FoundAt {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; a fault of the analysis.
+/// Bad input before any work; failure of the analysis.
 pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     report::print_warnings(&scene.warnings());
-    report::print_held(Held {
+    report::print_held(FixedAt {
         tilt: None,
-        ..scene.joint()?.held_at_first()
+        ..scene.joint()?.fixed_at_start()
     });
     let tilts_deg = match &args.tilt {
-        Some(sweep) => sweep.values().collect(),
+        Some(steps) => steps.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
     };
     let tilts = tilts_deg.iter().map(|&tilt_deg| {
-        let there = scene.clone().with_tilt(tilt_deg)?;
-        Ok(there.joint()?.tilt.at(0.0))
+        let tilted = scene.clone().with_tilt(tilt_deg)?;
+        Ok(tilted.joint()?.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
     let [json] = check_all(args.scene.input(), [("--json", args.json.as_deref())])?;
-    let found = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
-        doing: "stability analysis",
+    let result = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
+        task: "stability analysis",
         source,
     })?;
-    let texts = tilts_deg.iter().zip(&found.tilts);
+    let texts = tilts_deg.iter().zip(&result.tilts);
     let text: String = texts
-        .map(|(tilt_deg, found)| text(&scene.name, *tilt_deg, found))
+        .map(|(tilt_deg, modes)| text(&scene.name, *tilt_deg, modes))
         .collect();
-    let document = Document::new(&found, &[]).of_scene(&scene.name);
+    let document = Document::new(&result, &[]).with_scene(&scene.name);
     Ok(document.deliver(&text, json.as_ref())?)
 }
 
-/// The modes at steady sliding at each of the tilts (rad), by frequency, with their causes if asked for.
-fn analyse(scene: &Scene, tilts: &[f64], causes: bool) -> Result<Found, Cause> {
+/// Computes the modes at steady sliding at each tilt (rad), by frequency, and the causes of growth if
+/// requested.
+fn analyse(scene: &Scene, tilts: &[f64], causes: bool) -> Result<StabilityResult, Cause> {
     let ball = BallJoint::new(&scene.joint()?.spec)?;
     let explained = match causes {
         true => growth_causes(&ball, tilts)?,
         false => vec![Vec::new(); tilts.len()],
     };
     let tilts = modes(&ball, tilts)?.into_iter().zip(explained);
-    let tilts = tilts.map(|(at, explained)| FoundAt { at, explained });
-    Ok(Found {
+    let tilts = tilts.map(|(at, explained)| ModesAt { at, explained });
+    Ok(StabilityResult {
         tilts: tilts.collect(),
     })
 }
 
-/// The tilts that a schedule is made of in degrees, each once, in order.
+/// The distinct tilts of the knots of a schedule, degrees, in ascending order.
 fn tilts_of(tilt: &Schedule) -> Vec<f64> {
     let mut tilts: Vec<_> = tilt.values().into_iter().map(report::degrees).collect();
     tilts.sort_by(f64::total_cmp);
@@ -87,31 +89,34 @@ fn tilts_of(tilt: &Schedule) -> Vec<f64> {
     tilts
 }
 
-/// The modes at a tilt as a table.
-fn text(scene: &str, tilt_deg: f64, FoundAt { at, explained }: &FoundAt) -> String {
+/// The table of the modes at a tilt.
+fn text(scene: &str, tilt_deg: f64, ModesAt { at, explained }: &ModesAt) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{NAME}{}{NAME:#} at {tilt_deg} deg: {} of {} modes unstable",
+        "{HEADING}{}{HEADING:#} at {tilt_deg} deg: {} of {} modes unstable",
         escape::line(scene),
         at.unstable().count(),
         at.modes.len()
     );
     let causes = explained.first().map_or(&[][..], |mode| &mode.causes);
-    let mut table = Table::default().right("frequency Hz").right("growth 1/s");
+    let mut table = Table::default()
+        .right("frequency, Hz")
+        .right("growth rate, 1/s");
     for cause in causes {
         table = table.right(cause.cause.name());
     }
     table = table.left("mode").left("");
-    // Both lists are by frequency; what does not oscillate has no causes.
+    // Both lists are sorted by frequency; `explained` has only the oscillating modes.
     let mut explained = explained.iter();
     for mode in &at.modes {
-        let why = (mode.frequency_hz > 0.0)
+        let causes_of_mode = (mode.frequency_hz > 0.0)
             .then(|| explained.next())
             .flatten();
         let mut row = vec![fixed(mode.frequency_hz, 1), fixed(mode.growth, 2)];
         row.extend(
-            (0..causes.len()).map(|k| why.map_or_else(String::new, |why| share(&why.causes[k]))),
+            (0..causes.len())
+                .map(|k| causes_of_mode.map_or_else(String::new, |mode| share(&mode.causes[k]))),
         );
         row.push(mode.label.clone());
         row.push(match mode.unstable {
@@ -123,15 +128,14 @@ fn text(scene: &str, tilt_deg: f64, FoundAt { at, explained }: &FoundAt) -> Stri
     text += &table.text();
     if !causes.is_empty() {
         text.push_str(
-            "  each cause with its share of the growth rate, and in brackets what the rate would be \
-             without it\n",
+            "  share of each term in the growth rate, 1/s; in brackets the growth rate without the term\n",
         );
     }
     text.push('\n');
     text
 }
 
-/// The share of a cause, and the rate without it. Zero has no sign to a reader.
+/// The share of a cause, and the rate without it. Adding 0.0 turns -0.0 into 0.0.
 fn share(cause: &CauseOfGrowth) -> String {
     format!("{:.1} ({:.1})", cause.share + 0.0, cause.without + 0.0)
 }
@@ -143,32 +147,32 @@ mod tests {
     use crate::joint::NamedMode;
 
     #[test]
-    fn each_tilt_has_its_modes() {
+    fn modes_are_computed_at_each_tilt() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let json = folder.path().join("out.json");
+        let path = folder.path().join("out.json");
         let args = StabilityArgs {
             scene: SceneArgs {
                 scene: Some("periodic-2deg".to_owned()),
             },
             tilt: Some("0:7:3.5".parse().expect("a sweep")),
             causes: false,
-            json: Some(json.clone()),
+            json: Some(path.clone()),
         };
         stability(&args).expect("done");
-        let text = std::fs::read(json).expect("written");
-        let found: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
-        assert_eq!(found["scene"], "periodic-2deg");
-        let tilts = found["tilts"].as_array().expect("a list");
+        let text = std::fs::read(path).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["scene"], "periodic-2deg");
+        let tilts = json["tilts"].as_array().expect("a list");
         assert_eq!(tilts.len(), 3);
         assert_eq!(tilts[1]["tilt_rad"], 3.5_f64.to_radians());
         for tilt in tilts {
             let modes = tilt["modes"].as_array().expect("a list");
-            // Each of the eleven modes oscillates, or has two rates without oscillating.
+            // Each of the 11 modes has a pair of complex eigenvalues, or two real ones.
             let oscillate = modes.iter().filter(|mode| mode["frequency_hz"] != 0.0);
             assert_eq!(modes.len() + oscillate.count(), 22);
             assert!(tilt.get("explained").is_none());
         }
-        // The growth of a mode changes with the tilt.
+        // The growth rate depends on the tilt.
         let growth = |k: usize| tilts[k]["modes"][0]["growth_per_s"].as_f64();
         assert!(growth(0).is_some() && growth(0) != growth(2));
     }
@@ -181,7 +185,7 @@ mod tests {
             label: "1st bending x".to_owned(),
             unstable: growth > 0.0,
         };
-        let mut found = FoundAt {
+        let mut modes = ModesAt {
             at: StabilityAt {
                 tilt: 0.1,
                 modes: vec![mode(0.0, -9.0), mode(1780.1, 766.6)],
@@ -189,13 +193,19 @@ mod tests {
             explained: Vec::new(),
         };
         let plain =
-            |found: &FoundAt| anstream::adapter::strip_str(&text("s", 3.5, found)).to_string();
+            |modes: &ModesAt| anstream::adapter::strip_str(&text("s", 3.5, modes)).to_string();
         assert_eq!(
-            plain(&found),
-            "s at 3.5 deg: 1 of 2 modes unstable\n  frequency Hz  growth 1/s  mode\n           0.0       -9.00  1st \
-             bending x\n        1780.1      766.60  1st bending x  unstable\n\n"
+            plain(&modes),
+            [
+                "s at 3.5 deg: 1 of 2 modes unstable",
+                "  frequency, Hz  growth rate, 1/s  mode",
+                "            0.0             -9.00  1st bending x",
+                "         1780.1            766.60  1st bending x  unstable",
+                "\n",
+            ]
+            .join("\n")
         );
-        found.explained = vec![ExplainedMode {
+        modes.explained = vec![ExplainedMode {
             frequency_hz: 1780.1,
             growth: 766.6,
             causes: vec![CauseOfGrowth {
@@ -204,22 +214,24 @@ mod tests {
                 without: -0.0,
             }],
         }];
-        let text = plain(&found);
+        let text = plain(&modes);
+        // A mode without causes has an empty column.
+        let blank = " ".repeat(crate::joint::Cause::Slope.name().len() + 4);
+        assert!(text.contains("  700.0 (0.0)  1st bending x"), "{text}");
         assert!(
-            text.contains("766.60     700.0 (0.0)  1st bending x"),
+            text.contains(&format!("-9.00{blank}1st bending x\n")),
             "{text}"
         );
-        assert!(
-            text.contains("-9.00                  1st bending x\n"),
-            "{text}"
+        let json = serde_json::to_value(&modes).expect("JSON");
+        assert_eq!(
+            json["explained"][0]["causes"][0]["cause"],
+            crate::joint::Cause::Slope.name()
         );
-        let json = serde_json::to_value(&found).expect("JSON");
-        assert_eq!(json["explained"][0]["causes"][0]["cause"], "negative slope");
         assert_eq!(json["explained"][0]["causes"][0]["share_per_s"], 700.0);
     }
 
     #[test]
-    fn without_a_sweep_the_knots_are_taken() {
+    fn default_tilts_are_the_knots_of_the_scene() {
         let tilts = |name| {
             let scene = Scene::load(name).expect("preset");
             tilts_of(&scene.joint().expect("a joint").tilt)

@@ -1,10 +1,10 @@
-//! Evenly spaced numbers as written on the command line: `A:B:STEP`.
+//! Evenly spaced values on the command line: `A:B:STEP`.
 
 use std::str::FromStr;
 
 use thiserror::Error;
 
-/// Evenly spaced numbers, both ends included.
+/// Evenly spaced values from A to B, both included if B - A is a multiple of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
     from: f64,
@@ -13,14 +13,14 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// The most steps there may be.
-    const MOST: f64 = 10_000.0;
+    /// Limit on the number of values.
+    const MAX_STEPS: f64 = 10_000.0;
 
-    /// The numbers in order, each the nearest to a short decimal.
+    /// The values in order, rounded to 12 significant digits.
     pub fn values(self) -> impl Iterator<Item = f64> {
         let Self { from, step, steps } = self;
-        // A multiple of the step each, so that no rounding adds up; and 2.4 rather than
-        // 2.4000000000000004, since that is what was meant.
+        // Multiples of the step do not accumulate rounding errors. Rounding gives 2.4, not
+        // 2.4000000000000004.
         (0..=steps).map(move |k| {
             let value = from + f64::from(k) * step;
             format!("{value:.11e}").parse().unwrap_or(value)
@@ -28,38 +28,40 @@ impl Steps {
     }
 }
 
-/// Why a text is no [`Steps`].
+/// Reason why a text is not a valid [`Steps`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepsError {
     /// Neither one number nor three.
-    #[error("write one number, or A:B:STEP, such as 0:7:0.5")]
+    #[error("give one number, or A:B:STEP, such as 0:7:0.5")]
     Form,
     /// No `KEY=` before the numbers.
-    #[error("write KEY=A:B:STEP, such as contact.stiffness_factor=1:20:0.5")]
+    #[error("give KEY=A:B:STEP, such as contact.stiffness_factor=1:20:0.5")]
     NoKey,
     /// A part that is not a finite number.
-    #[error("`{0}` is not a number; write A:B:STEP, such as 0:7:0.5")]
+    #[error("`{0}` is not a number; give A:B:STEP, such as 0:7:0.5")]
     NotANumber(String),
-    /// A tilt past the horizontal.
-    #[error("a tilt of {0} is out of range; it must be from -90 to 90 degrees")]
+    /// A tilt beyond the horizontal.
+    #[error("a tilt of {0} degrees is out of range; give -90 to 90 degrees")]
     TiltOutOfRange(f64),
-    /// A step that does not lead from A to B.
-    #[error("a step of {step} does not lead from {from} to {to}; give it the other sign, not 0")]
+    /// A step of zero, or of the wrong sign.
+    #[error(
+        "a step of {step} does not lead from {from} to {to}; give a nonzero step in that direction"
+    )]
     Direction {
-        /// The first number.
+        /// First value.
         from: f64,
-        /// The last number.
+        /// Last value.
         to: f64,
-        /// The step.
+        /// Step between values.
         step: f64,
     },
-    /// More steps than anyone would read.
+    /// Too many values.
     #[error(
-        "a step of {step} makes more than {} numbers; make it larger",
-        Steps::MOST
+        "a step of {step} gives more than {} values; give a larger step",
+        Steps::MAX_STEPS
     )]
     TooMany {
-        /// The step.
+        /// Step between values.
         step: f64,
     },
 }
@@ -80,12 +82,12 @@ impl FromStr for Steps {
             [from, to, step] => (from, to, step),
             _ => return Err(StepsError::Form),
         };
-        // A hair more than the quotient, so that 0:0.3:0.1 ends at 0.3 in spite of rounding.
+        // The margin makes 0:0.3:0.1 end at 0.3 despite rounding.
         let steps = ((to - from) / step + 1e-9).floor();
         if step == 0.0 || steps < 0.0 {
             return Err(StepsError::Direction { from, to, step });
         }
-        if steps >= Self::MOST {
+        if steps >= Self::MAX_STEPS {
             return Err(StepsError::TooMany { step });
         }
         Ok(Self {
@@ -119,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_steps_say_why() {
+    fn bad_steps_are_refused_with_a_reason() {
         assert_eq!(values("0:7"), Err(StepsError::Form));
         assert_eq!(values("0:7:1:1"), Err(StepsError::Form));
         for text in ["", "a:7:1", "0:nan:1", "0:7:inf", "0::1"] {

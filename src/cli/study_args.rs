@@ -1,15 +1,16 @@
-//! Arguments of the studies: what is told of many runs.
+//! Arguments of the studies, which run many simulations.
 
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
-use crate::study::cost::Knob;
+use crate::study::cost::CostSetting;
 use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
@@ -17,53 +18,69 @@ use crate::study::sweep::{Shard, Start};
 pub struct SweepArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Tilts of the load in degrees, from A to B (inclusive) in steps of STEP [default: 1:8:0.5, where nothing else is swept].
-    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts)]
+    /// Tilts of the load in degrees, from A to B (inclusive) in steps of STEP [default: 1:8:0.5, if there is
+    /// no
+    /// --param].
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = tilts,
+        help_heading = "Parameters")]
     pub tilt: Option<Steps>,
-    /// Any number of the scene file, by its path; twice, or beside --tilt, for a map of both.
-    #[arg(long, value_name = "KEY=A:B:STEP")]
-    pub over: Vec<Over>,
-    /// How each point is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour; both is up and down.
-    #[arg(long, value_enum, default_value_t = SweepStart::Both)]
+    /// Vary this numeric key of the scene file from A to B in steps of STEP. Give two parameters, of which
+    /// --tilt may be one, for a map.
+    #[arg(long, value_name = "KEY=A:B:STEP", help_heading = "Parameters")]
+    pub param: Vec<ParameterRange>,
+    /// Initial state of each point.
+    #[arg(long, value_enum, default_value_t = SweepStart::Both, help_heading = "Parameters")]
     pub start: SweepStart,
-    /// Seed of the random kick, which decides between attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
+    /// Seed of the random kick, which can select one of several coexisting attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50),
+        help_heading = "Parameters")]
     pub seed: Option<u64>,
-    /// How responses are taken.
     #[command(flatten)]
     pub response: ResponseArgs,
-    /// How the work is done.
     #[command(flatten)]
     pub work: WorkArgs,
-    /// Where results go.
     #[command(flatten)]
     pub outputs: SweepOutputs,
 }
 
 /// Arguments of `squeakscope basins`.
 #[derive(Debug, Arguments)]
+#[command(
+    // Not the table of `sweep`, which would be another study.
+    mut_arg("out", |out| out.default_value("basins.arrow")),
+)]
 pub struct BasinsArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Keep the tilt of the load constant at this angle, -90 to 90 degrees [default: the scene's tilt at its start].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the tilt at the start of the
+    /// scene].
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        help_heading = "Parameters"
+    )]
     pub tilt: Option<f64>,
-    /// How many random kicks.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = value_parser!(u32).range(1..=100_000))]
+    /// Number of random kicks.
+    #[arg(long, value_name = "N", default_value_t = 20,
+        value_parser = value_parser!(u32).range(1..=100_000), help_heading = "Parameters")]
     pub kicks: u32,
     /// Standard deviation of the modal velocities of a kick, 0 to 1000 sqrt(kg) mm/s [default: the scene's].
-    #[arg(long, value_name = "MM_PER_S", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "MM_PER_S",
+        allow_negative_numbers = true,
+        help_heading = "Parameters"
+    )]
     pub kick: Option<f64>,
-    /// Seed of the first kick; the others have the next ones.
-    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = value_parser!(u64).range(..=1 << 50))]
+    /// Seed of the first kick; each further kick takes the next seed.
+    #[arg(long, value_name = "SEED", default_value_t = 1,
+        value_parser = value_parser!(u64).range(..=1 << 50), help_heading = "Parameters")]
     pub seed: u64,
-    /// How responses are taken.
     #[command(flatten)]
     pub response: ResponseArgs,
-    /// How the work is done.
     #[command(flatten)]
     pub work: WorkArgs,
-    /// Where results go.
     #[command(flatten)]
     pub outputs: SweepOutputs,
 }
@@ -73,59 +90,77 @@ pub struct BasinsArgs {
 pub struct PaperArgs {
     /// Name of a scene, or path of a scene file [default: paper].
     pub scene: Option<String>,
-    /// Only this figure, 1 to 11 [default: all, and the table of claims].
-    #[arg(long, value_name = "FIG", value_parser = value_parser!(u8).range(1..=11))]
-    pub only: Option<u8>,
-    /// The directory for figures, captions and tables.
-    #[arg(long, value_name = "DIR", default_value = "paper")]
-    pub out: PathBuf,
-    /// How figures are drawn.
-    #[command(flatten)]
-    pub drawn: FigureArgs,
-    /// How each tilt is started: from the scene's kick (cold), or from the settled state of its lower (up) or higher (down) neighbour.
-    #[arg(long, value_enum, default_value_t = Start::Cold)]
+    /// Draw only this figure, 1 to 11 [default: all figures, and the table of claims].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=11),
+        help_heading = "Simulation")]
+    pub figure: Option<u8>,
+    /// Initial state at each tilt.
+    #[arg(long, value_parser = starts(), default_value = FRESH, help_heading = "Simulation")]
     pub start: Start,
-    /// Seed of the random kick, which decides between attractors.
-    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50))]
+    /// Seed of the random kick, which can select one of several coexisting attractors.
+    #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=1 << 50),
+        help_heading = "Simulation")]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
-    /// Threads [default: as many as there are cores].
-    #[arg(long, value_name = "N")]
+    /// Number of threads [default: the number of cores].
+    #[arg(long, value_name = "N", help_heading = "Simulation")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the comparison as JSON, too; `-` prints it instead of the table.
-    #[arg(long, value_name = "FILE|-")]
+    /// Write figures, captions and tables to this directory.
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "paper",
+        help_heading = "Output"
+    )]
+    pub out: PathBuf,
+    /// Also write the comparison as JSON; `-` prints it instead of the table.
+    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
 }
 
 /// Arguments of `squeakscope calibrate`.
 #[derive(Debug, Arguments)]
 pub struct CalibrateArgs {
-    /// Name of a scene, or path of a scene file, with all that the paper does state [default: periodic-2deg].
+    /// Scene with the parameters that the paper states: a name or a file [default: periodic-2deg].
     pub scene: Option<String>,
-    /// Seed of all choices of the search.
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    /// Seed of the random search.
+    #[arg(
+        long,
+        value_name = "SEED",
+        default_value_t = 1,
+        help_heading = "Search"
+    )]
     pub seed: u64,
-    /// How many generations.
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = value_parser!(u32).range(1..=1000))]
+    /// Number of generations.
+    #[arg(long, value_name = "N", default_value_t = 12,
+        value_parser = value_parser!(u32).range(1..=1000), help_heading = "Search")]
     pub generations: u32,
-    /// Sets a generation.
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = value_parser!(u32).range(1..=10_000))]
+    /// Number of parameter sets per generation.
+    #[arg(long, value_name = "N", default_value_t = 40,
+        value_parser = value_parser!(u32).range(1..=10_000), help_heading = "Search")]
     pub population: u32,
-    /// Threads [default: as many as there are cores].
-    #[arg(long, value_name = "N")]
+    /// Number of threads [default: the number of cores].
+    #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Go on with the sets that are missing in the log.
-    #[arg(long)]
+    /// Continue the search that is logged in --out.
+    #[arg(long, help_heading = "Execution")]
     pub resume: bool,
-    /// The log of all sets tried, written one by one: JSON, a line each.
-    #[arg(long, value_name = "FILE", default_value = "calibrate.jsonl")]
+    /// Log each parameter set as it is evaluated, one line of JSON per set.
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "calibrate.jsonl",
+        help_heading = "Output"
+    )]
     pub out: PathBuf,
     /// Write the best set as a scene file.
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
     pub best: Option<PathBuf>,
-    /// Write the best sets and all they meet as JSON, too.
-    #[arg(long, value_name = "FILE")]
+    /// Also write the best sets and the claims that they meet as JSON.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
 }
 
@@ -134,30 +169,38 @@ pub struct CalibrateArgs {
 pub struct CostArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Turn only this knob; may be given several times [default: all that the scene has].
-    #[arg(long, value_name = "KNOB", value_enum)]
-    pub only: Vec<Knob>,
-    /// Runs of each setting, of which the median counts; long ones, of invariants and exponents, are run once.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
+    /// Vary only this setting; repeat the option for several [default: all settings of the scene].
+    #[arg(long, value_name = "SETTING", value_enum, help_heading = "Study")]
+    pub setting: Vec<CostSetting>,
+    /// Repeat each timed run this often and take the median; the long runs for invariants and exponents are
+    /// not repeated.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101),
+        help_heading = "Study")]
     pub repeats: u8,
-    /// The longest time over which trajectories are compared; chaos shortens it [default: 4, without a joint 50].
-    #[arg(long, value_name = "MS", value_parser = compared, allow_negative_numbers = true)]
+    /// Compare trajectories over at most this time; the study shortens it for chaotic motion [default: 4;
+    /// small systems: 50].
+    #[arg(long, value_name = "MS", value_parser = horizon, allow_negative_numbers = true,
+        help_heading = "Study")]
     pub horizon: Option<f64>,
-    /// The directory for figures, the table (cost.csv) and the recording (cost.rrd).
-    #[arg(long, value_name = "DIR", default_value = "cost")]
+    /// Write figures, table (cost.csv) and recording (cost.rrd) to this directory.
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "cost",
+        help_heading = "Output"
+    )]
     pub out: PathBuf,
-    /// How figures are drawn.
+    /// Also write the results as a Markdown chapter, as in the guide.
+    #[arg(long, value_name = "FILE.md", help_heading = "Output")]
+    pub markdown: Option<PathBuf>,
+    /// Write the scene with the recommended integrators to this file, for use with `--accuracy`.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
+    pub write: Option<PathBuf>,
+    /// Also write all points as JSON.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub json: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,
-    /// Write the sets as a chapter of a page (Markdown), such as those of the guide.
-    #[arg(long, value_name = "FILE.md")]
-    pub page: Option<PathBuf>,
-    /// Write the scene with the advice in it, for `--accuracy`.
-    #[arg(long, value_name = "FILE.toml")]
-    pub write: Option<PathBuf>,
-    /// Write all points as JSON, too.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
 }
 
 /// Arguments of `squeakscope growth`.
@@ -165,40 +208,47 @@ pub struct CostArgs {
 pub struct GrowthArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Runs of each size, of which the median counts.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101))]
+    /// Repeat each timed run this often and take the median.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101),
+        help_heading = "Study")]
     pub repeats: u8,
-    /// The most threads of a sweep [default: as many as there are cores].
-    #[arg(long, value_name = "N")]
+    /// Largest number of threads of a sweep [default: the number of cores].
+    #[arg(long, value_name = "N", help_heading = "Study")]
     pub threads: Option<NonZero<usize>>,
-    /// The directory for figure and table.
-    #[arg(long, value_name = "DIR", default_value = "growth")]
+    /// Write figure and table to this directory.
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "growth",
+        help_heading = "Output"
+    )]
     pub out: PathBuf,
-    /// How figures are drawn.
+    /// Also write the results as a Markdown chapter, as in the guide.
+    #[arg(long, value_name = "FILE.md", help_heading = "Output")]
+    pub markdown: Option<PathBuf>,
+    /// Also write all points as JSON.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub json: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,
-    /// Write the growth as a chapter of a page (Markdown), such as that of the guide.
-    #[arg(long, value_name = "FILE.md")]
-    pub page: Option<PathBuf>,
-    /// Write all points as JSON, too.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
 }
 
-/// How the responses of a sweep are taken.
+/// Transient, measurement and accuracy of the responses of a sweep.
 #[derive(Clone, Copy, Debug, Arguments)]
-#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance")))]
+#[command(next_help_heading = "Response")]
+#[command(mut_arg("accuracy", |accuracy| accuracy.conflicts_with("tolerance").help_heading("Response")))]
 pub struct ResponseArgs {
-    /// The least time before a transient counts as over.
+    /// Simulate at least this time before the motion can count as settled.
     #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
-    pub least: f64,
-    /// The longest time to wait for the transient to be over.
+    pub min_transient: f64,
+    /// Wait at most this time for the modal energies to become stationary.
     #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = positive)]
-    pub most: f64,
-    /// Time over which the settled motion is measured; a zero exponent is told after 1000 periods of the slowest mode.
-    #[arg(long, value_name = "MS", default_value_t = 600.0, value_parser = measured)]
+    pub max_transient: f64,
+    /// Measure the settled motion for this time. An exponent counts as zero only after 1,000 periods of the
+    /// slowest mode.
+    #[arg(long, value_name = "MS", default_value_t = 600.0, value_parser = measure)]
     pub measure: f64,
-    /// How many of the largest Lyapunov exponents to follow; 0 for none.
+    /// Number of largest Lyapunov exponents; 0 for none.
     #[arg(long, value_name = "K", default_value_t = 3)]
     pub exponents: usize,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's].
@@ -208,16 +258,18 @@ pub struct ResponseArgs {
     pub accuracy: AccuracyArgs,
 }
 
-/// How the points of a sweep are worked through.
+/// Arguments for the work of a sweep: threads, shards and resumption.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
+#[command(next_help_heading = "Execution")]
 pub struct WorkArgs {
-    /// Go on with the points that are missing in the table.
+    /// Compute the points that are missing in the table --out; without --resume, an existing table is an
+    /// error.
     #[arg(long)]
     pub resume: bool,
-    /// Do only this part of the points, such as 3/8, for one machine of many; `merge` joins the parts.
+    /// Compute only part I of N, such as 3/8, to share a sweep among machines; `merge` joins the parts.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Threads [default: as many as there are cores].
+    /// Number of threads [default: the number of cores].
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
 }
@@ -225,93 +277,120 @@ pub struct WorkArgs {
 /// Arguments of `squeakscope merge`.
 #[derive(Debug, Arguments)]
 pub struct MergeArgs {
-    /// Tables of parts of one sweep.
+    /// Tables of the shards of one sweep.
     #[arg(required = true)]
     pub tables: Vec<PathBuf>,
-    /// Where results go.
     #[command(flatten)]
     pub outputs: SweepOutputs,
 }
 
-/// Where the results of a sweep go.
+/// Output files of a sweep.
 #[derive(Debug, Arguments)]
+#[command(next_help_heading = "Output")]
 pub struct SweepOutputs {
-    /// The table of all results (Arrow), written point by point; a short one (CSV) goes beside it.
+    /// Write the results to this Arrow table, point by point; a short CSV table goes into the same directory.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,
-    /// Draw the figures into this directory.
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
-    /// How figures are drawn.
-    #[command(flatten)]
-    pub drawn: FigureArgs,
-    /// Save a recording for the Rerun viewer, with the parameter as the timeline to scrub; of a sweep over one parameter.
+    /// Save a recording for the Rerun viewer, with the parameter as its timeline; only for a sweep over one
+    /// parameter.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
-    /// Write every number as JSON, too; `-` prints it instead of the table.
+    /// Also write all results as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
+    /// Draw the figures to this directory.
+    #[arg(long, value_name = "DIR", help_heading = "Figures")]
+    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
 }
 
-/// How the points of a sweep are started: as a [`Start`], or as several.
+/// Initial states of the points of a sweep: one [`Start`], or several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SweepStart {
-    /// Each from the scene's kick.
-    Cold,
-    /// Each from its lower neighbour.
-    Up,
-    /// Each from its higher neighbour.
-    Down,
-    /// Up and down.
+    /// The initial state of the scene, with its random kick.
+    Fresh,
+    /// The settled state at the next lower value.
+    Upward,
+    /// The settled state at the next higher value.
+    Downward,
+    /// Upward and downward, which shows hysteresis.
     Both,
-    /// Cold, up and down.
+    /// Fresh, upward and downward.
     All,
 }
 
-/// A number of the scene and the values that it takes.
+impl SweepStart {
+    /// The starts that this choice stands for.
+    pub fn starts(self) -> Vec<Start> {
+        match self {
+            Self::Fresh => vec![Start::Fresh],
+            Self::Upward => vec![Start::Upward],
+            Self::Downward => vec![Start::Downward],
+            Self::Both => vec![Start::Upward, Start::Downward],
+            Self::All => Start::ALL.to_vec(),
+        }
+    }
+}
+
+/// The default of `paper --start`.
+const FRESH: &str = "fresh";
+
+/// Parses a single start: `paper` compares one response per tilt with the paper.
+fn starts() -> impl TypedValueParser<Value = Start> {
+    let single = SweepStart::value_variants().iter();
+    let single = single.filter(|choice| choice.starts().len() == 1);
+    let values: Vec<PossibleValue> = single.filter_map(ValueEnum::to_possible_value).collect();
+    PossibleValuesParser::new(values).try_map(|word| {
+        let choice = SweepStart::from_str(&word, false)?;
+        choice.starts().first().copied().ok_or(word)
+    })
+}
+
+/// A key of the scene file and the values that it takes in a sweep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Over {
-    /// Its path, or its name.
-    pub name: String,
-    /// Its values.
+pub struct ParameterRange {
+    /// Path or name of the key.
+    pub key: String,
+    /// Values in the unit of the key.
     pub values: Steps,
 }
 
-impl FromStr for Over {
+impl FromStr for ParameterRange {
     type Err = StepsError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (name, values) = text.split_once('=').ok_or(StepsError::NoKey)?;
+        let (key, values) = text.split_once('=').ok_or(StepsError::NoKey)?;
         Ok(Self {
-            name: name.trim().to_owned(),
+            key: key.trim().to_owned(),
             values: values.parse()?,
         })
     }
 }
 
-/// Takes the number of a part and how many there are.
+/// Parses the number of a shard and the number of shards.
 fn shard(text: &str) -> Result<Shard, String> {
     let parts = text.split_once('/');
     let parts = parts.and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
     match parts {
         Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
-        _ => Err("write I/N, such as 3/8, with I from 1 to N".to_owned()),
+        _ => Err("give I/N, such as 3/8, with I from 1 to N".to_owned()),
     }
 }
 
-/// Takes a time long enough to tell anything by.
-fn measured(text: &str) -> Result<f64, String> {
+/// Parses a measuring time in ms; a shorter one does not resolve the lowest frequency.
+fn measure(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(time) if time >= 5.0 => Ok(time),
-        _ => Err("write a number of milliseconds from 5".to_owned()),
+        _ => Err("give a time of at least 5 ms".to_owned()),
     }
 }
 
-/// A time over which trajectories can be compared, ms.
-fn compared(text: &str) -> Result<f64, String> {
+/// Parses the time over which trajectories are compared, ms.
+fn horizon(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(time) if (0.1..=1000.0).contains(&time) => Ok(time),
-        _ => Err("write a number of milliseconds from 0.1 to 1000".to_owned()),
+        _ => Err("give a time from 0.1 to 1000 ms".to_owned()),
     }
 }
 
@@ -320,11 +399,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sweep_says_what_it_is_over() {
-        let over: Over = "contact.stiffness_factor=1:3:0.5".parse().unwrap();
-        assert_eq!(over.name, "contact.stiffness_factor");
-        assert_eq!(over.values.values().count(), 5);
-        assert_eq!("1:3:0.5".parse::<Over>(), Err(StepsError::NoKey));
+    fn parameter_ranges_and_shards_are_parsed() {
+        let range: ParameterRange = "contact.stiffness_factor=1:3:0.5".parse().unwrap();
+        assert_eq!(range.key, "contact.stiffness_factor");
+        assert_eq!(range.values.values().count(), 5);
+        assert_eq!("1:3:0.5".parse::<ParameterRange>(), Err(StepsError::NoKey));
         assert_eq!(shard("3/8"), Ok(Shard { number: 3, of: 8 }));
         for text in ["0/8", "9/8", "3", "a/b", "1/0", "-1/2"] {
             assert!(shard(text).is_err(), "{text}");

@@ -1,4 +1,4 @@
-//! `squeakscope sweep` and `squeakscope merge`: what happens as a number of the scene changes?
+//! `squeakscope sweep` and `squeakscope merge`: the settled response over parameters of a scene.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -6,62 +6,58 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{OutputFile, check_all, check_directory, is_stdout};
 use super::progress::Progress;
-use super::report;
+use super::report::{self, HEADING, WARNING};
 use super::resources;
 use super::run::command_line;
 use super::study_args::{
-    MergeArgs, Over, ResponseArgs, SweepArgs, SweepOutputs, SweepStart, WorkArgs,
+    MergeArgs, ParameterRange, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs,
 };
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::number::{fixed, uncertain};
 use crate::plot::sweep_figures;
 use crate::record::sweep::{SweepStudy, save_sweep};
-use crate::scene::{Held, Parameter, TiltedJoint};
+use crate::scene::{FixedAt, LoadedJoint, Parameter};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Audience, Axis, CsvWriter, Shard, Start, SweepPlan, SweepPoint, SweepProgress, SweepResult,
+    Axis, CsvWriter, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
     SweepTable, TableError, TableWriter, read_table, sweep, write_csv, write_table,
 };
 use crate::study::threads;
 use crate::table::Table;
 
-/// The tilts that are swept if nothing is said, degrees: those of Fig. 11.
+/// Default tilts, degrees: first, last, step, as in Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
-const NAME: Style = Style::new().bold();
-const BEWARE: Style = AnsiColor::Yellow.on_default().bold();
-
-/// More rows than these are not printed.
-const MOST_ROWS: usize = 100;
+/// Largest number of points that are printed as a table.
+const MAX_ROWS: usize = 100;
 
 /// Runs `squeakscope sweep`.
 ///
 /// # Errors
-/// Bad input before any work; a fault while running or writing; Ctrl-C, after what is known has been
+/// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
 pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
-    let stop = interrupt::catch()?;
+    let stop = interrupt::install_handler()?;
     execute(args, &stop)
 }
 
 fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
-    report::print_warnings(&plan.scene.clone().without_analyses().warnings());
+    report::print_study_warnings(&plan.scene);
     report::print_held(held(&plan));
     let scene = args.scene.input();
     let files = Files::check(scene, &args.outputs, &names(&plan))?;
-    let (mut points, done) = work_through(&plan, &args.work, &files, stop)?;
+    let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     deliver(&plan, &mut points, (&args.outputs, &files), (shard, !done))?;
     if done {
@@ -71,35 +67,35 @@ fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     }
 }
 
-/// Takes the responses that are not in the table yet, and adds them to it. All points known, and
-/// whether they are all that there should be.
-pub(super) fn work_through(
+/// Computes the points that the table lacks and adds them to it. Returns all known points, and whether the
+/// shard is complete.
+pub(super) fn compute_points(
     plan: &SweepPlan,
     work: &WorkArgs,
     files: &Files,
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
-    let known = known(work.resume, plan, files.table.path())?;
-    resources::start_pool()?;
-    interrupt::work_begins();
-    let mut notes = Notes {
+    let known = known_points(work.resume, plan, files.table.path())?;
+    resources::start_thread_pool()?;
+    interrupt::start_work();
+    let mut recorder = Recorder {
         table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
         csv: CsvWriter::new(files.csv.path(), plan, &known)?,
         points: known.clone(),
-        progress: Progress::of_estimate(),
+        progress: Progress::with_estimate(),
         stop,
     };
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
-    let done = sweep(plan, shard, &known, threads, &mut notes)?;
-    Ok((notes.points, done))
+    let done = sweep(plan, shard, &known, threads, &mut recorder)?;
+    Ok((recorder.points, done))
 }
 
 /// Runs `squeakscope merge`.
 ///
 /// # Errors
-/// Bad input: a table that cannot be read, of another sweep, or that says otherwise of the same point;
-/// a fault while writing.
+/// Bad input: a table that cannot be read, belongs to another sweep, or has a different result at the same
+/// point; failure while writing.
 pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
     let mut tables = args
         .tables
@@ -109,38 +105,40 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
         Some(read) => read?,
         None => return Ok(()),
     };
-    let plan = SweepPlan::of_identity(&first.identity).map_err(|reason| {
-        CliError::Table(TableError::Foreign {
+    let plan = SweepPlan::from_identity(&first.identity).map_err(|reason| {
+        CliError::Table(TableError::Invalid {
             path: path.clone(),
             reason,
         })
     })?;
     check_timeline(&plan, &args.outputs)?;
     let identity = first.identity.clone();
-    // Points by their places in the plan.
+    // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
     for read in std::iter::once(Ok((path, first))).chain(tables) {
         let (path, table) = read?;
         table.check(&plan, path)?;
-        warn_of_tear(path, &table);
+        warn_if_truncated(path, &table);
         for point in table.points {
             let index = point.place.index;
-            let there = merged.entry(index).or_insert_with(|| point.clone());
-            if *there != point {
-                return Err(CliError::Table(TableError::Foreign {
+            let existing = merged.entry(index).or_insert_with(|| point.clone());
+            if *existing != point {
+                return Err(CliError::Table(TableError::Invalid {
                     path: path.clone(),
-                    reason: format!("its point {index} is not what another table says of it"),
+                    reason: format!(
+                        "its point {index} differs from the same point in another table"
+                    ),
                 }));
             }
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
     let files = Files::check(None, &args.outputs, &names(&plan))?;
-    // What an earlier merge has made may be made again; anything else is kept.
+    // A merge replaces the table of an earlier merge of the same sweep, and no other file.
     let out = files.table.path();
-    let own = read_table(out).is_ok_and(|table| table.identity == identity);
-    if out.exists() && !own {
-        return Err(CliError::WouldReplace {
+    let is_same_sweep = read_table(out).is_ok_and(|table| table.identity == identity);
+    if out.exists() && !is_same_sweep {
+        return Err(CliError::ForeignOutput {
             path: out.to_owned(),
         });
     }
@@ -152,13 +150,13 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
     )
 }
 
-/// Stems of the names of the figures, which do not depend on the points.
+/// Stems of the figures' file names, which do not depend on the points.
 fn names(plan: &SweepPlan) -> Vec<String> {
     let figures = sweep_figures(plan, &[]).into_iter();
     figures.map(|figure| figure.name).collect()
 }
 
-/// A recording has one timeline, and so a sweep that is recorded has one parameter.
+/// Refuses a recording of a sweep over two parameters: a recording has one timeline.
 fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliError> {
     match (&plan.axes[..], &outputs.save) {
         ([first, second, ..], Some(_)) => Err(CliError::NoTimeline {
@@ -169,7 +167,7 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
     }
 }
 
-/// The files asked for, checked before any work.
+/// The output files.
 pub(super) struct Files {
     table: OutputFile,
     csv: OutputFile,
@@ -178,7 +176,7 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Checks all of them; `figures` are the stems of the names of the figures.
+    /// Checks all outputs; `figures` are the stems of the figures' file names.
     pub fn check(
         input: Option<&OsStr>,
         outputs: &SweepOutputs,
@@ -195,10 +193,7 @@ impl Files {
                 path: outputs.out.clone(),
             });
         }
-        let json = outputs
-            .json
-            .as_deref()
-            .filter(|path| *path != Path::new("-"));
+        let json = outputs.json.as_deref().filter(|path| !is_stdout(path));
         if let Some(directory) = &outputs.figures {
             let names = outputs.drawn.names(figures, &STUDY);
             check_directory(directory, "--figures", &names)?;
@@ -222,13 +217,13 @@ impl Files {
                 json,
                 save,
             }),
-            _ => unreachable!("both were asked for"),
+            _ => unreachable!("both paths are given"),
         }
     }
 }
 
-/// What is done as points come.
-struct Notes<'a> {
+/// Writes each point to the tables and shows the progress.
+struct Recorder<'a> {
     table: TableWriter,
     csv: CsvWriter,
     points: Vec<SweepPoint>,
@@ -236,24 +231,25 @@ struct Notes<'a> {
     stop: &'a AtomicBool,
 }
 
-impl Audience for Notes<'_> {
+impl SweepObserver for Recorder<'_> {
     type Error = TableError;
 
-    fn point(&mut self, point: SweepPoint) -> Result<(), TableError> {
+    fn on_point(&mut self, point: SweepPoint) -> Result<(), TableError> {
         self.table.add(&point)?;
         self.csv.add(&point)?;
         self.points.push(point);
         Ok(())
     }
 
-    fn progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> bool {
         let SweepProgress { done, all, share } = progress;
-        self.progress.tell(share, format!("{done} of {all} points"));
+        self.progress
+            .update(share, format!("{done} of {all} points"));
         !self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// Writes the whole tables, draws, and shows what is found.
+/// Writes the complete tables, draws the figures, and prints the report.
 fn deliver(
     plan: &SweepPlan,
     points: &mut [SweepPoint],
@@ -267,26 +263,27 @@ fn deliver(
         written.extend(write_figures(directory, "--figures", &figures, drawn)?);
     }
     written.extend(write_recording(plan, points, files, None)?);
-    let found = SweepResult::new(plan, points, shard, interrupted);
-    let document = Document::new(&found, &written).of_scene(&plan.scene.name);
-    show(&document, &text(&plan.scene.name, &found), outputs, files)
+    let result = SweepResult::new(plan, points, shard, interrupted);
+    let document = Document::new(&result, &written).with_scene(&plan.scene.name);
+    let text = text(&plan.scene.name, &result);
+    print_result(&document, &text, outputs, files)
 }
 
-/// Shows a result, or prints it as JSON, as asked for.
-pub(super) fn show(
+/// Prints the report, or JSON with `--json -`.
+pub(super) fn print_result(
     document: &Document<'_, impl Serialize>,
     text: &str,
     outputs: &SweepOutputs,
     files: &Files,
 ) -> Result<(), CliError> {
-    match outputs.json.as_deref() == Some(Path::new("-")) {
+    match outputs.json.as_deref().is_some_and(is_stdout) {
         true => document.print()?,
         false => document.deliver(text, files.json.as_ref())?,
     }
     Ok(())
 }
 
-/// Writes the points in their order, and the short table beside them.
+/// Writes the sorted points to the Arrow table and to the short CSV table.
 pub(super) fn write_tables(
     plan: &SweepPlan,
     points: &mut [SweepPoint],
@@ -300,8 +297,8 @@ pub(super) fn write_tables(
     ])
 }
 
-/// Writes the recording, if one is asked for; of nothing there is none. With the modes of ball and beam, if they
-/// are to be shown.
+/// Writes the recording, if it is requested and there are points; with `ball`, it shows the modes of ball and
+/// beam.
 pub(super) fn write_recording(
     plan: &SweepPlan,
     points: &[SweepPoint],
@@ -318,55 +315,55 @@ pub(super) fn write_recording(
         ball,
     };
     save_sweep(file.path(), &sweep).map_err(|source| CliError::Run {
-        doing: "recording",
+        task: "recording",
         source: source.into(),
     })?;
     Ok(Some(WrittenFile::of(file)?))
 }
 
-/// The points that are known already. A file that is there is only touched by `--resume`.
-fn known(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+/// Reads the points of an existing table. Without `--resume`, an existing table is an error.
+fn known_points(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
     match (path.exists(), resume) {
         (false, _) => Ok(Vec::new()),
-        (true, false) => Err(CliError::WouldReplace {
+        (true, false) => Err(CliError::OutputExists {
             path: path.to_owned(),
         }),
         (true, true) => {
-            // Killed before its first point was there.
+            // An empty file: the sweep was killed before its first point.
             if path.metadata().is_ok_and(|meta| meta.len() == 0) {
                 return Ok(Vec::new());
             }
             let table = read_table(path)?;
             table.check(plan, path)?;
-            warn_of_tear(path, &table);
+            warn_if_truncated(path, &table);
             Ok(table.points)
         }
     }
 }
 
-/// Says so where a table breaks off.
-fn warn_of_tear(path: &Path, table: &SweepTable) {
-    if table.torn {
+/// Warns if a table is truncated.
+fn warn_if_truncated(path: &Path, table: &SweepTable) {
+    if table.truncated {
         report::print_warning(&format!(
-            "`{}` breaks off after {} whole points: what follows is lost",
+            "`{}` is truncated after {} points; any further points are lost",
             path.display(),
             table.points.len()
         ));
     }
 }
 
-/// Where the sweep holds what varies in its scene; a tilt that is swept is not held.
-fn held(plan: &SweepPlan) -> Held {
+/// The time-dependent quantities of the scene that the sweep holds constant; not a tilt that it varies.
+fn held(plan: &SweepPlan) -> FixedAt {
     let joint = plan.scene.joint();
-    let held = joint.map_or_else(|_| Held::default(), TiltedJoint::held_at_first);
+    let held = joint.map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
     let sweeps_tilt = plan.axes.iter().any(|a| a.parameter() == Parameter::tilt());
-    Held {
+    FixedAt {
         tilt: held.tilt.filter(|_| !sweeps_tilt),
         ..held
     }
 }
 
-/// What is asked for.
+/// The sweep that the arguments request.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let mut scene = args.scene.load()?;
     scene = args.response.accuracy.apply(scene)?;
@@ -376,15 +373,15 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         ("time.tolerance", args.response.tolerance),
     ] {
         if let Some(value) = value {
-            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
+            scene = scene.with_values(&[(report::named_parameter(name)?, value)])?;
         }
     }
     let mut axes = Vec::new();
     if let Some(tilts) = &args.tilt {
         axes.push(Axis::new(Parameter::tilt(), tilts.values()));
     }
-    for Over { name, values } in &args.over {
-        axes.push(Axis::new(Parameter::named(name)?, values.values()));
+    for ParameterRange { key, values } in &args.param {
+        axes.push(Axis::new(report::named_parameter(key)?, values.values()));
     }
     if scene.joint().is_err()
         && axes
@@ -413,15 +410,9 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         scene,
         response: response_plan(&args.response, axes.len() == 1),
         axes,
-        starts: match args.start {
-            SweepStart::Cold => vec![Start::Cold],
-            SweepStart::Up => vec![Start::Up],
-            SweepStart::Down => vec![Start::Down],
-            SweepStart::Both => vec![Start::Up, Start::Down],
-            SweepStart::All => Start::ALL.to_vec(),
-        },
+        starts: args.start.starts(),
     };
-    // What cannot be is told now, not at the end of the sweep.
+    // Refuse invalid values before the sweep starts.
     for axis in &plan.axes {
         for value in axis.values() {
             plan.scene.with_values(&[(axis.parameter(), *value)])?;
@@ -430,100 +421,114 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     for index in [0, plan.len() - 1] {
         plan.scene_at(&plan.place(index))?;
     }
-    check_times(&args.response)?;
+    check_transient(&args.response)?;
     Ok(plan)
 }
 
-/// Refuses a shortest time beyond the longest.
-pub(super) fn check_times(args: &ResponseArgs) -> Result<(), CliError> {
-    match args.least <= args.most {
+/// Refuses a shortest transient above the longest.
+pub(super) fn check_transient(args: &ResponseArgs) -> Result<(), CliError> {
+    match args.min_transient <= args.max_transient {
         true => Ok(()),
-        false => Err(CliError::Times {
-            least: args.least,
-            most: args.most,
+        false => Err(CliError::Transient {
+            min: args.min_transient,
+            max: args.max_transient,
         }),
     }
 }
 
-/// How responses are taken.
+/// The transient and the measurement of each response.
 pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan {
     ResponsePlan {
-        least: 1e-3 * args.least,
-        most: 1e-3 * args.most,
-        measure: 1e-3 * args.measure,
+        min_transient: 1e-3 * args.min_transient,
+        max_transient: 1e-3 * args.max_transient,
+        measurement_time: 1e-3 * args.measure,
         exponents: args.exponents,
         portrait,
-        most_calls: None,
+        max_rhs_evals: None,
     }
 }
 
-/// The text for the terminal.
-fn text(scene: &str, found: &SweepResult<'_>) -> String {
+/// The report for the terminal.
+fn text(scene: &str, result: &SweepResult<'_>) -> String {
     let scene = escape::line(scene);
-    let mut text = format!("{NAME}{scene}{NAME:#} over {}\n", found.axes.join(" and "));
-    let (known, part) = (found.points_known, found.points_of_part);
+    let mut text = format!(
+        "{HEADING}{scene}{HEADING:#} over {}\n",
+        result.axes.join(" and ")
+    );
+    let (known, part) = (result.points_computed, result.points_in_shard);
     if known < part {
         let _ = writeln!(
             text,
-            "  {BEWARE}{known} of {part} points{BEWARE:#} so far; --resume goes on with the rest"
+            "  {WARNING}{known} of {part} points{WARNING:#} computed; --resume computes the rest"
         );
-    } else if known < found.points_in_all {
+    } else if known < result.points_total {
         let _ = writeln!(
             text,
-            "  a part: {known} of {} points; `squeakscope merge` joins the parts",
-            found.points_in_all
+            "  a shard: {known} of {} points; `squeakscope merge` joins the shards",
+            result.points_total
         );
     }
-    for stretch in &found.stretches {
+    for stretch in &result.regime_intervals {
         let values = match stretch.from == stretch.to {
             true => stretch.from.to_string(),
             false => format!("{} to {}", stretch.from, stretch.to),
         };
         let _ = writeln!(text, "  {:>4}  {values}: {}", stretch.start, stretch.regime);
     }
-    if !found.hysteresis.is_empty() {
-        let values: Vec<String> = found.hysteresis.iter().map(f64::to_string).collect();
-        let _ = writeln!(text, "  up and down differ at {}", values.join(", "));
+    if !result.hysteresis.is_empty() {
+        let values: Vec<String> = result.hysteresis.iter().map(f64::to_string).collect();
+        let _ = writeln!(
+            text,
+            "  hysteresis: upward and downward differ at {}",
+            values.join(", ")
+        );
     }
-    if found.points.len() <= MOST_ROWS {
-        let _ = writeln!(text, "\n{}", table(found).text());
+    if result.points.len() <= MAX_ROWS {
+        let _ = writeln!(text, "\n{}", table(result).text());
     }
-    let count = |what: fn(&SweepPoint) -> bool| found.points.iter().filter(|p| what(p)).count();
+    let count = |is_counted: fn(&SweepPoint) -> bool| {
+        let counted = result.points.iter().filter(|point| is_counted(point));
+        counted.count()
+    };
     let failed = count(|point| point.outcome.is_err());
     if failed > 0 {
         let _ = writeln!(
             text,
-            "  {BEWARE}{failed} points{BEWARE:#} have no response: see `error` in the tables"
+            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the tables has the reasons"
         );
     }
     let unsettled = count(SweepPoint::is_unsettled);
     if unsettled > 0 {
         let _ = writeln!(
             text,
-            "  {BEWARE}{unsettled} points{BEWARE:#} (marked *) still changed when they were measured; give a longer --most"
+            "  {WARNING}{unsettled} points{WARNING:#} (marked *) had not settled before the measurement; \
+             raise --max-transient"
         );
     }
     text
 }
 
-/// The points, a row each.
-fn table(found: &SweepResult<'_>) -> Table {
-    let axes = found.axes.iter();
+/// The points, one per row.
+fn table(result: &SweepResult<'_>) -> Table {
+    let axes = result.axes.iter();
     let table = axes.fold(Table::default().right(""), |table, axis| table.right(axis));
-    let table = table.left("motion").right("um").right("line, Hz");
-    let mut table = table.right("exponent, 1/s").left("unstable");
-    for point in found.points {
+    let table = table
+        .left("type of motion")
+        .right("amplitude, um")
+        .right("line, Hz");
+    let mut table = table.right("exponent, 1/s").right("unstable modes");
+    for point in result.points {
         let response = point.outcome.as_ref().ok();
         let mark = if point.is_unsettled() { "*" } else { "" };
-        let line = response.and_then(|found| found.lines.first());
-        let spectrum = response.and_then(|found| found.exponents.as_ref());
+        let line = response.and_then(|response| response.lines.first());
+        let spectrum = response.and_then(|response| response.exponents.as_ref());
         let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
-        let linear = response.and_then(|found| found.linear.as_ref());
+        let linear = response.and_then(|response| response.linear.as_ref());
         let mut row = vec![point.place.start.to_string()];
         row.extend(point.place.values.iter().map(f64::to_string));
         row.extend([
-            format!("{}{mark}", point.kind()),
-            fixed(response.map(|found| 1e6 * found.amplitude), 4),
+            format!("{}{mark}", point.regime_name()),
+            fixed(response.map(|response| 1e6 * response.amplitude), 4),
             fixed(line.map(|line| line.frequency), 1),
             largest.map_or_else(String::new, |e| uncertain(e.value, e.half_width)),
             linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),

@@ -1,4 +1,4 @@
-//! The controls of a live run in the terminal: keys, and the main numbers.
+//! The terminal interface of a live run: keyboard control and the main results.
 
 use std::io::{self, IsTerminal, stdout};
 use std::time::{Duration, Instant};
@@ -12,56 +12,57 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use ratatui::{DefaultTerminal, Frame, TerminalOptions, Viewport};
 
-use super::plain;
+use super::markdown;
 use crate::escape;
-use crate::live::{Command, HARD, PACES, Panel, Session};
+use crate::live::{Command, HARD_KICK, Panel, SPEED_RANGE, Session};
 
-/// How much a key tilts, degrees; with Shift, five times as much.
-const NUDGE: f64 = 0.1;
-/// How long a tilt that was asked for counts as the one that is there.
-const AIMED: Duration = Duration::from_millis(500);
-/// By how much a key changes the pace.
-const FASTER: f64 = 1.25;
-/// Lines that a key scrolls.
+/// Tilt step of a key, degrees; with Shift, five times as much.
+const TILT_STEP: f64 = 0.1;
+/// Time for which key steps start from the requested tilt, because the panel follows with a delay.
+const TARGET_VALID: Duration = Duration::from_millis(500);
+/// Factor of the playback speed per key.
+const SPEED_FACTOR: f64 = 1.25;
+/// Lines per scroll key.
 const PAGE: u16 = 5;
-/// Columns and rows that are drawn on, at most; the rest of a larger terminal stays empty. Each takes memory,
-/// and a terminal may claim 65535 of both.
-const LARGEST: [u16; 2] = [400, 200];
-/// Contact nodes that stick, slip, are open: as in the recording.
+/// Largest number of columns and rows that are drawn. Each cell takes memory, and a terminal may report 65535
+/// columns and rows.
+const MAX_SIZE: [u16; 2] = [400, 200];
+/// Colours and names of the contact states, as in the recording.
 const NODES: [(Color, &str); 3] = [
-    (Color::Rgb(255, 165, 58), "stick"),
-    (Color::Rgb(88, 169, 255), "slide"),
-    (Color::White, "open"),
+    (Color::Rgb(255, 165, 58), "sticking"),
+    (Color::Rgb(88, 169, 255), "slipping"),
+    (Color::White, "separated"),
 ];
 
-/// What a key says that is no command.
+/// Effect of the keyboard on the program, apart from commands to the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
-    /// Nothing.
-    Nothing,
-    /// To end.
+pub(super) enum KeyAction {
+    /// Continue the run.
+    Continue,
+    /// End the run.
     Quit,
-    /// To end as Ctrl-C does.
+    /// End the run as Ctrl-C does.
     Interrupt,
 }
 
-/// The terminal while it is taken; it is given back when this is dropped.
+/// The terminal in full-screen mode; dropping it restores the terminal.
 pub(super) struct Terminal {
     terminal: DefaultTerminal,
+    /// Error of the last command.
     refused: Option<String>,
-    /// The tilt that was asked for last, degrees, and when: the panel shows it a moment later.
-    aim: Option<(f64, Instant)>,
-    /// Where the page is, if there is one.
+    /// Last requested tilt, degrees, and the time of the request.
+    target: Option<(f64, Instant)>,
+    /// URL of the live page, if there is one.
     page: Option<String>,
-    /// Lines of the words above those that are seen, and the scene that they are of.
+    /// Number of scrolled lines of the explanation, and its scene.
     scrolled: (u16, String),
 }
 
 impl Terminal {
-    /// Takes the terminal.
+    /// Switches the terminal to full-screen mode.
     ///
     /// # Errors
-    /// When it is none, or cannot be drawn on.
+    /// If the standard output is not a terminal, or cannot be written.
     pub fn open(page: Option<String>) -> io::Result<Self> {
         let (columns, rows) = terminal::size()?;
         let viewport = Viewport::Fixed(drawn_area(Size::new(columns, rows)));
@@ -70,19 +71,19 @@ impl Terminal {
         Ok(Self {
             terminal: opened.inspect_err(|_| ratatui::restore())?,
             refused: None,
-            aim: None,
+            target: None,
             page,
             scrolled: Default::default(),
         })
     }
 
-    /// Draws, and takes a key if one has been pressed. A terminal that was closed ends the run as Ctrl-C does.
+    /// Draws the panel and handles a pressed key. A closed terminal ends the run as Ctrl-C does.
     ///
     /// # Errors
-    /// When the terminal cannot be drawn on or read.
-    pub fn turn(&mut self, session: &Session) -> io::Result<Told> {
+    /// If the terminal cannot be written or read.
+    pub fn update(&mut self, session: &Session) -> io::Result<KeyAction> {
         if !io::stdin().is_terminal() {
-            return Ok(Told::Interrupt);
+            return Ok(KeyAction::Interrupt);
         }
         let panel = session.panel();
         if self.scrolled.1 != panel.scene {
@@ -96,33 +97,33 @@ impl Terminal {
         }
         self.terminal
             .draw(|frame| draw(frame, &panel, page, refused, scrolled))?;
-        // Never waited for here: the library would not come back from a terminal that is closed meanwhile.
+        // Do not wait here: crossterm does not return if the terminal is closed while it waits.
         if !event::poll(Duration::ZERO)? {
-            return Ok(Told::Nothing);
+            return Ok(KeyAction::Continue);
         }
         let Event::Key(key) = event::read()? else {
-            return Ok(Told::Nothing);
+            return Ok(KeyAction::Continue);
         };
         let mut known = panel;
-        if let Some((deg, when)) = self.aim
-            && when.elapsed() < AIMED
+        if let Some((deg, when)) = self.target
+            && when.elapsed() < TARGET_VALID
         {
             known.tilt_deg = known.tilt_deg.map(|_| deg);
         }
-        match asked(key, &known, &session.scenes()) {
-            Asked::Nothing => {}
-            Asked::Told(told) => return Ok(told),
-            Asked::Scroll(lines) => {
+        match binding(key, &known, &session.scenes()) {
+            Binding::None => {}
+            Binding::Action(action) => return Ok(action),
+            Binding::Scroll(lines) => {
                 self.scrolled.0 = self.scrolled.0.saturating_add_signed(lines);
             }
-            Asked::Command(command) => {
+            Binding::Command(command) => {
                 if let Command::Tilt { deg } = command {
-                    self.aim = Some((deg, Instant::now()));
+                    self.target = Some((deg, Instant::now()));
                 }
-                self.refused = session.obey(&command).err().map(|why| why.to_string());
+                self.refused = session.apply(&command).err().map(|error| error.to_string());
             }
         }
-        Ok(Told::Nothing)
+        Ok(KeyAction::Continue)
     }
 }
 
@@ -132,90 +133,90 @@ impl Drop for Terminal {
     }
 }
 
-/// What is drawn on of a terminal.
+/// The part of the terminal that is drawn.
 fn drawn_area(size: Size) -> Rect {
-    let [columns, rows] = LARGEST;
+    let [columns, rows] = MAX_SIZE;
     Rect::new(0, 0, size.width.min(columns), size.height.min(rows))
 }
 
-/// What a key asks for.
+/// Meaning of a key.
 #[derive(Clone, Debug, PartialEq)]
-enum Asked {
-    Nothing,
-    Told(Told),
-    /// To see words that are so many lines further down.
+enum Binding {
+    None,
+    Action(KeyAction),
+    /// Scroll the explanation down by this number of lines.
     Scroll(i16),
     Command(Command),
 }
 
-fn asked(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Asked {
+fn binding(key: KeyEvent, panel: &Panel, scenes: &[[String; 2]]) -> Binding {
     if key.kind == KeyEventKind::Release {
-        return Asked::Nothing;
+        return Binding::None;
     }
     if key.modifiers.contains(KeyModifiers::CONTROL) {
         return match key.code {
-            KeyCode::Char('c') => Asked::Told(Told::Interrupt),
-            _ => Asked::Nothing,
+            KeyCode::Char('c') => Binding::Action(KeyAction::Interrupt),
+            _ => Binding::None,
         };
     }
     let shift = key.modifiers.contains(KeyModifiers::SHIFT);
-    let tilt = |sign: f64| match (panel.tilt_deg, panel.reach_deg) {
+    let tilt = |sign: f64| match (panel.tilt_deg, panel.tilt_range_deg) {
         (Some(deg), Some([low, high])) => {
-            let by = sign * NUDGE * if shift { 5.0 } else { 1.0 };
-            // To whole hundredths: steps of a tenth add up to what they say.
+            let by = sign * TILT_STEP * if shift { 5.0 } else { 1.0 };
+            // Rounding to 0.01 degrees keeps repeated steps exact.
             let deg = (1e2 * (deg + by)).round() / 1e2;
-            Asked::Command(Command::Tilt {
+            Binding::Command(Command::Tilt {
                 deg: deg.clamp(low, high),
             })
         }
-        _ => Asked::Nothing,
+        _ => Binding::None,
     };
-    let pace = |ms_per_s: f64| {
-        Asked::Command(Command::Pace {
-            ms_per_s: ms_per_s.clamp(PACES[0], PACES[1]),
+    let speed = |ms_per_s: f64| {
+        Binding::Command(Command::Speed {
+            ms_per_s: ms_per_s.clamp(SPEED_RANGE[0], SPEED_RANGE[1]),
         })
     };
     let scene = |by: usize| {
         let now = scenes.iter().position(|[name, _]| *name == panel.scene);
         let next = (now.unwrap_or(0) + by) % scenes.len().max(1);
-        scenes.get(next).map_or(Asked::Nothing, |[name, _]| {
-            Asked::Command(Command::Scene { name: name.clone() })
+        scenes.get(next).map_or(Binding::None, |[name, _]| {
+            Binding::Command(Command::Scene { name: name.clone() })
         })
     };
     match key.code {
         KeyCode::Left => tilt(-1.0),
         KeyCode::Right => tilt(1.0),
-        KeyCode::Up => pace(1e3 * panel.pace * FASTER),
-        KeyCode::Down => pace(1e3 * panel.pace / FASTER),
-        KeyCode::PageUp => Asked::Scroll(-(PAGE as i16)),
-        KeyCode::PageDown => Asked::Scroll(PAGE as i16),
+        KeyCode::Up => speed(1e3 * panel.speed * SPEED_FACTOR),
+        KeyCode::Down => speed(1e3 * panel.speed / SPEED_FACTOR),
+        KeyCode::PageUp => Binding::Scroll(-(PAGE as i16)),
+        KeyCode::PageDown => Binding::Scroll(PAGE as i16),
         KeyCode::Char(letter) => match letter.to_ascii_lowercase() {
-            'q' => Asked::Told(Told::Quit),
-            ' ' if panel.paused => Asked::Command(Command::Resume {}),
-            ' ' => Asked::Command(Command::Pause {}),
-            '.' => Asked::Command(Command::Step {}),
-            'k' => Asked::Command(Command::Kick {
-                mm_per_s: shift.then_some(HARD),
+            'q' => Binding::Action(KeyAction::Quit),
+            ' ' if panel.paused => Binding::Command(Command::Resume {}),
+            ' ' => Binding::Command(Command::Pause {}),
+            '.' => Binding::Command(Command::Step {}),
+            'k' => Binding::Command(Command::Kick {
+                mm_per_s: shift.then_some(HARD_KICK),
             }),
-            'r' => Asked::Command(Command::Reset {}),
-            'e' => Asked::Command(Command::Neighbours {
-                follow: panel.neighbours != Some(true),
+            'r' => Binding::Command(Command::Reset {}),
+            'e' => Binding::Command(Command::Lyapunov {
+                enabled: panel.lyapunov != Some(true),
             }),
-            'f' if panel.recording.is_some() => Asked::Command(Command::StopRecording {}),
-            'f' => Asked::Command(Command::Record {}),
+            'f' if panel.recording.is_some() => Binding::Command(Command::StopRecording {}),
+            'f' => Binding::Command(Command::Record {}),
             'n' => scene(1),
             'p' => scene(scenes.len().saturating_sub(1)),
-            '1' => pace(1.0),
-            '2' => pace(20.0),
-            '3' => pace(250.0),
-            '4' => pace(1000.0),
-            _ => Asked::Nothing,
+            '1' => speed(1.0),
+            '2' => speed(20.0),
+            '3' => speed(250.0),
+            '4' => speed(1000.0),
+            _ => Binding::None,
         },
-        _ => Asked::Nothing,
+        _ => Binding::None,
     }
 }
 
-/// Draws the panel, its words scrolled as far as there are any.
+/// Draws the panel; `scrolled` is limited to the length of the explanation.
 fn draw(
     frame: &mut Frame<'_>,
     panel: &Panel,
@@ -229,7 +230,7 @@ fn draw(
         Constraint::Min(4),
         Constraint::Length(3),
     ]);
-    let [head, numbers, words, keys] = rows.areas(frame.area());
+    let [head, numbers, explanation, keys] = rows.areas(frame.area());
     let title = Line::from(vec![
         Span::from(format!(" {} ", panel.scene)).bold(),
         Span::from(panel.title.clone()),
@@ -241,16 +242,16 @@ fn draw(
     let head_block = Block::bordered().title(head_title);
     frame.render_widget(Paragraph::new(title).block(head_block), head);
     draw_numbers(frame, numbers, panel);
-    let [words, events] =
-        Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]).areas(words);
-    draw_words(frame, words, panel, scrolled);
+    let halves = Layout::horizontal([Constraint::Percentage(60), Constraint::Percentage(40)]);
+    let [explanation, events] = halves.areas(explanation);
+    draw_explanation(frame, explanation, panel, scrolled);
     draw_events(frame, events, panel, refused);
-    let help = "←→ tilt (Shift: faster)  ↑↓ pace  1-4 slow motion..real time  space pause  . step  \
-                k kick (Shift: hard)  r reset  n/p scene  e neighbours  f record  \
-                PgUp PgDn words  q quit";
+    let help = "←→ tilt (Shift: larger steps)  ↑↓ playback speed  1-4 slow motion to real time  \
+                space pause  . step  k kick (Shift: strong)  r reset  n/p next/previous scene  \
+                e Lyapunov exponents  f record  PgUp/PgDn scroll  q quit";
     let help = Paragraph::new(help).wrap(Wrap { trim: true }).dark_gray();
     frame.render_widget(help, keys);
-    // The library leaves out control characters, but not those that turn a line round.
+    // Ratatui removes control characters, but not those that reverse the text direction.
     for cell in &mut frame.buffer_mut().content {
         if cell.symbol().contains(escape::is_hidden) {
             let seen = cell.symbol().replace(escape::is_hidden, "");
@@ -263,27 +264,27 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(50), Constraint::Percentage(50)]).areas(area);
     let name = |name: &'static str| Span::styled(format!("{name:<9}"), Style::new().dark_gray());
-    let tilt = match (panel.tilt_deg, panel.reach_deg) {
+    let tilt = match (panel.tilt_deg, panel.tilt_range_deg) {
         (Some(deg), Some([low, high])) => format!("{deg:.2}°  ({low} to {high})"),
-        _ => "nothing to tilt".to_owned(),
+        _ => "fixed".to_owned(),
     };
-    let reached = match panel.reached {
+    let measured_speed = match panel.measured_speed {
         _ if panel.paused => "  paused".to_owned(),
-        Some(reached) if reached < 0.9 * panel.pace => {
-            format!("  (reaches {:.3} ms/s)", 1e3 * reached)
+        Some(measured_speed) if measured_speed < 0.9 * panel.speed => {
+            format!("  (actual {:.3} ms/s)", 1e3 * measured_speed)
         }
         _ => String::new(),
     };
-    let pace = match 1e3 * panel.pace {
+    let speed = match 1e3 * panel.speed {
         999.5.. => "real time".to_owned(),
         ms => format!("{ms:.3} ms/s"),
     };
     let mut run = vec![
         Line::from(vec![name("tilt"), Span::from(tilt).bold()]),
         Line::from(vec![
-            name("pace"),
-            Span::from(pace).bold(),
-            Span::from(reached).yellow(),
+            name("speed"),
+            Span::from(speed).bold(),
+            Span::from(measured_speed).yellow(),
         ]),
         Line::from(vec![
             name("time"),
@@ -302,7 +303,7 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
     }
     if let Some(file) = &panel.recording {
         run.push(Line::from(vec![
-            name("into"),
+            name("file"),
             Span::from(file.clone()).red(),
         ]));
     }
@@ -310,51 +311,53 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
     frame.render_widget(Paragraph::new(run).block(block), left);
 
     let regime = match (&panel.regime, panel.confidence) {
-        (Some(regime), Some(sure)) => format!("{regime} ({:.0} % sure)", 1e2 * sure),
-        _ => "not yet told".to_owned(),
+        (Some(regime), Some(confidence)) => {
+            format!("{regime} (confidence {:.0} %)", 1e2 * confidence)
+        }
+        _ => "not yet classified".to_owned(),
     };
     let mut sound = vec![
         Line::from(vec![name("motion"), Span::from(regime).bold()]),
         Line::from(vec![
-            name("speed"),
-            format!("{:.3} mm/s", panel.speed_mm_s).into(),
+            name("velocity"),
+            format!("{:.3} mm/s", panel.peak_velocity_mm_per_s).into(),
         ]),
     ];
     for (k, line) in panel.lines.iter().take(4).enumerate() {
-        let words = format!(
+        let text = format!(
             "{:8.1} Hz  {:8.3} mm/s  {}",
             line.frequency,
             1e3 * line.amplitude,
             line.label
         );
         sound.push(Line::from(vec![
-            name(if k == 0 { "tones" } else { "" }),
-            words.into(),
+            name(if k == 0 { "lines" } else { "" }),
+            text.into(),
         ]));
     }
-    let block = Block::bordered().title(" sound ");
+    let block = Block::bordered().title(" vibration ");
     frame.render_widget(Paragraph::new(sound).block(block), right);
 }
 
-fn draw_words(frame: &mut Frame<'_>, area: Rect, panel: &Panel, scrolled: &mut u16) {
-    let words = match (panel.lesson.is_empty(), panel.words.is_empty()) {
-        (false, _) => format!("{}\n\n{}", panel.lesson, panel.words),
-        (true, false) => panel.words.clone(),
+fn draw_explanation(frame: &mut Frame<'_>, area: Rect, panel: &Panel, scrolled: &mut u16) {
+    let text = match (panel.lesson.is_empty(), panel.narration.is_empty()) {
+        (false, _) => format!("{}\n\n{}", panel.lesson, panel.narration),
+        (true, false) => panel.narration.clone(),
         (true, true) => panel.about.clone(),
     };
-    let lines = plain::lines(&words);
+    let lines = markdown::lines(&text);
     *scrolled = (*scrolled).min(lines.len().saturating_sub(1) as u16);
-    let seen = Paragraph::new(lines)
+    let explanation = Paragraph::new(lines)
         .wrap(Wrap { trim: true })
         .scroll((*scrolled, 0))
-        .block(Block::bordered().title(" what you see "));
-    frame.render_widget(seen, area);
+        .block(Block::bordered().title(" explanation "));
+    frame.render_widget(explanation, area);
 }
 
 fn draw_events(frame: &mut Frame<'_>, area: Rect, panel: &Panel, refused: Option<&str>) {
     let mut lines: Vec<Line<'_>> = Vec::new();
-    if let Some(why) = refused {
-        lines.push(Line::from(why.to_owned()).red());
+    if let Some(error) = refused {
+        lines.push(Line::from(error.to_owned()).red());
     }
     lines.extend(panel.events.iter().rev().map(|event| {
         let time = Span::styled(
@@ -379,11 +382,11 @@ mod tests {
         Panel {
             scene: "torus-3deg".to_owned(),
             title: "A torus".to_owned(),
-            pace: 0.02,
+            speed: 0.02,
             tilt_deg: Some(3.0),
-            reach_deg: Some([0.0, 10.0]),
+            tilt_range_deg: Some([0.0, 10.0]),
             nodes: Some([1, 97, 2]),
-            words: "## Looks like **two** tones\n\nand so on".to_owned(),
+            narration: "## Looks like **two** tones\n\nand so on".to_owned(),
             lines: vec![crate::analysis::SpectralLine {
                 frequency: 4112.8,
                 amplitude: 15.9e-3,
@@ -393,57 +396,60 @@ mod tests {
         }
     }
 
-    fn press(code: KeyCode, modifiers: KeyModifiers) -> Asked {
+    fn press(code: KeyCode, modifiers: KeyModifiers) -> Binding {
         let scenes =
             ["tilt-ramp", "torus-3deg", "paper"].map(|name| [name.to_owned(), String::new()]);
-        asked(KeyEvent::new(code, modifiers), &panel(), &scenes)
+        binding(KeyEvent::new(code, modifiers), &panel(), &scenes)
     }
 
     #[test]
-    fn keys_are_commands() {
+    fn keys_are_bound_to_commands() {
         let none = KeyModifiers::NONE;
-        let tilt = |deg| Asked::Command(Command::Tilt { deg });
+        let tilt = |deg| Binding::Command(Command::Tilt { deg });
         assert_eq!(press(KeyCode::Right, none), tilt(3.1));
         assert_eq!(press(KeyCode::Left, KeyModifiers::SHIFT), tilt(2.5));
-        let pace = |ms_per_s| Asked::Command(Command::Pace { ms_per_s });
-        assert_eq!(press(KeyCode::Up, none), pace(25.0));
-        assert_eq!(press(KeyCode::Char('4'), none), pace(1000.0));
+        let speed = |ms_per_s| Binding::Command(Command::Speed { ms_per_s });
+        assert_eq!(press(KeyCode::Up, none), speed(25.0));
+        assert_eq!(press(KeyCode::Char('4'), none), speed(1000.0));
         assert_eq!(
             press(KeyCode::Char(' '), none),
-            Asked::Command(Command::Pause {})
+            Binding::Command(Command::Pause {})
         );
         let scene = |name: &str| {
-            Asked::Command(Command::Scene {
+            Binding::Command(Command::Scene {
                 name: name.to_owned(),
             })
         };
         assert_eq!(press(KeyCode::Char('n'), none), scene("paper"));
         assert_eq!(press(KeyCode::Char('p'), none), scene("tilt-ramp"));
-        let follow = Command::Neighbours { follow: true };
-        assert_eq!(press(KeyCode::Char('e'), none), Asked::Command(follow));
-        assert_eq!(press(KeyCode::Char('q'), none), Asked::Told(Told::Quit));
+        let enable = Command::Lyapunov { enabled: true };
+        assert_eq!(press(KeyCode::Char('e'), none), Binding::Command(enable));
+        assert_eq!(
+            press(KeyCode::Char('q'), none),
+            Binding::Action(KeyAction::Quit)
+        );
         let interrupt = press(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(interrupt, Asked::Told(Told::Interrupt));
-        assert_eq!(press(KeyCode::Char('x'), none), Asked::Nothing);
-        assert_eq!(press(KeyCode::PageDown, none), Asked::Scroll(5));
+        assert_eq!(interrupt, Binding::Action(KeyAction::Interrupt));
+        assert_eq!(press(KeyCode::Char('x'), none), Binding::None);
+        assert_eq!(press(KeyCode::PageDown, none), Binding::Scroll(5));
     }
 
-    /// Whatever a scene's file says, nothing but what is seen goes to the terminal.
+    /// Control characters in a scene file do not reach the terminal.
     #[test]
-    fn foreign_text_is_not_obeyed() {
+    fn control_characters_are_removed() {
         let evil = || "a\u{1b}[2J\u{9b}1m\u{202e}b\u{2066}c\nd".to_owned();
         let panel = Panel {
             scene: evil(),
             title: evil(),
-            words: evil(),
+            narration: evil(),
             recording: Some(evil()),
             regime: Some(evil()),
             ..panel()
         };
         let mut terminal = ratatui::Terminal::new(TestBackend::new(100, 30)).unwrap();
-        let told = evil();
+        let text = evil();
         terminal
-            .draw(|frame| draw(frame, &panel, Some(&told), Some(&told), &mut 0))
+            .draw(|frame| draw(frame, &panel, Some(&text), Some(&text), &mut 0))
             .unwrap();
         let cells = &terminal.backend().buffer().content;
         let hidden = |c: char| c.is_control() || "\u{202e}\u{2066}".contains(c);
@@ -452,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn the_main_numbers_are_drawn() {
+    fn the_main_results_are_drawn() {
         for (size, scrolled) in [((100, 30), 0), ((60, 20), 2), ((20, 5), 99)] {
             let mut scrolled = scrolled;
             let mut terminal = ratatui::Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
@@ -468,14 +474,14 @@ mod tests {
                 })
                 .unwrap();
             let text = terminal.backend().to_string();
-            assert!(scrolled <= 2, "three lines");
+            assert!(scrolled <= 2, "the text has three lines");
             if size.0 < 100 {
                 continue;
             }
             for part in [
                 "3.00°",
                 "20.000 ms/s",
-                "97 slide",
+                "97 slipping",
                 "4112.8 Hz",
                 "Looks like two tones",
                 "the tilt must be less",
@@ -487,7 +493,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_may_be_of_any_size() {
+    fn any_terminal_size_can_be_drawn() {
         use ratatui::backend::CrosstermBackend;
 
         let size = |(columns, rows)| drawn_area(Size::new(columns, rows));
@@ -495,14 +501,14 @@ mod tests {
         let backend = CrosstermBackend::new(Vec::new());
         let options = TerminalOptions { viewport };
         let mut terminal = ratatui::Terminal::with_options(backend, options).unwrap();
-        let most = u16::MAX;
+        let max = u16::MAX;
         for claimed in [
             (0, 0),
             (1, 1),
-            (most, 0),
-            (most, 1),
-            (1, most),
-            (most, most),
+            (max, 0),
+            (max, 1),
+            (1, max),
+            (max, max),
             (80, 25),
         ] {
             terminal.resize(size(claimed)).unwrap();

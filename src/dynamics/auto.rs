@@ -1,165 +1,176 @@
-//! Switching between explicit and implicit steps as the motion becomes stiff and ceases to be.
+//! Automatic switching between explicit and implicit steps.
 //!
-//! Slip that comes to rest makes a joint stiff for a while: what it feels of friction changes from a
-//! force that hardly depends on the velocity to a strong damper. The exponential pair of order 5(4)
-//! then is held down by stability, and the method of Rosenbrock and Wanner takes over; it hands back
-//! when its own steps are so short that the explicit method could go as far at the same price.
+//! A joint is stiff while sliding friction changes to sticking: the friction force, which hardly depends
+//! on the sliding velocity at high speed, then acts as a strong damper. Stability limits the step of the
+//! explicit exponential pair of order 5(4), and the Rosenbrock method takes over. The explicit method
+//! resumes when the implicit steps are so short that it covers the same time at the same cost.
 //!
-//! What decides is `h rho`, with the length of the step `h` and the fastest rate of the force `rho`
-//! (1/s), against the stretch of the negative axis on which the explicit method is stable:
+//! The criterion compares `h rho` with the stability limit of the explicit method on the negative real
+//! axis. `h` is the step length and `rho` (1/s) the fastest rate of the force:
 //!
-//! * in explicit steps `rho` is the change of the force over that of the state between the last two
-//!   stages, which sit at the same time (E. Hairer, G. Wanner, Solving Ordinary Differential Equations
-//!   II, 2nd ed., Springer 1996, Section IV.2). Steps held down by stability come near the bound again
-//!   and again; [`PATIENCE`] of them, with few others between, are enough, and more each time after
-//!   the implicit steps were in vain;
-//! * in implicit steps it is the largest eigenvalue of the force's Jacobian, by the power method.
-//!   [`HASTE`] steps that lie within [`WORTH`] times the bound are enough, and more each time after
-//!   the explicit steps were in vain.
+//! * In explicit steps `rho` is the change of the force divided by the change of the state between the
+//!   last two stages, which belong to the same time (E. Hairer, G. Wanner, Solving Ordinary Differential
+//!   Equations II, 2nd ed., Springer 1996, Section IV.2). A step limited by stability comes close to the
+//!   limit. [`MIN_STIFF_STEPS`] such steps with few others between them trigger the switch. This number doubles
+//!   each time the implicit steps bring no gain.
+//! * In implicit steps `rho` is the largest eigenvalue of the Jacobian of the force, by power iteration.
+//!   [`MIN_NON_STIFF_STEPS`] steps within [`IMPLICIT_LIMIT_FACTOR`] times the limit trigger the switch. This number doubles each time
+//!   the explicit steps bring no gain.
 //!
-//! Both rates are those of a smooth law, and a law as sharp as dry friction can hide from them: explicit
-//! steps then hop from one side of rest to the other, far beyond the creep region in which the law is
-//! steep, and what they see of it is the jump of a force over a change of velocity that the step itself
-//! has made, `h rho` about 1, however short the step. What tells is how far the other method got. So
-//! the mean step of each is remembered while the other is at work, explicit steps [`PRICE`] times as
-//! short as implicit ones count as held down, and implicit steps are tried where explicit ones have
-//! become shorter than [`TINY`] for no reason that the rates know of.
+//! Both estimates assume a smooth law. A law as steep as dry friction can escape them: explicit steps
+//! then alternate between the two signs of the sliding velocity, far outside the narrow region where the
+//! law is steep. The estimate sees the jump of the force over a velocity change that the step itself
+//! produces, and `h rho` is about 1 for any step length. The progress of the two methods is therefore
+//! compared, too. The mean step of the inactive method is stored. Explicit steps that are more
+//! than [`IMPLICIT_COST`] times shorter than the implicit ones count as limited by stability. Implicit steps are also tried if
+//! explicit steps become shorter than [`MIN_EXPLICIT_PHASE`] without a high rate.
 //!
-//! A change costs one call. Both methods have dense output of order 4.
+//! A switch costs one evaluation of the right-hand side. Both methods have dense output of order 4.
 
-use super::control::{Rule, Size};
-use super::exponential::Interaction;
+use super::error_control::{MethodTraits, StateNorm};
+use super::integrating_factor::IntegratingFactor;
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
 use super::stepper::{Step, Stepper};
-use super::tangents::Bundle;
-use super::{System, Tally};
+use super::tangents::TangentBlock;
+use super::{SolverStats, System};
 
-/// The pair of Tsitouras is stable for real rates up to this over the step.
-const BOUND: f64 = 3.5;
+/// Stability limit `h rho` of the pair of Tsitouras on the negative real axis.
+const STABILITY_LIMIT: f64 = 3.5;
 
-/// Part of the bound above which an explicit step counts as held down by stability. The control of the
-/// error keeps a good distance from the bound.
-const NEAR: f64 = 0.5;
+/// Fraction of the stability limit above which an explicit step counts as limited by stability. Error
+/// control keeps the steps well below the limit.
+const STABILITY_FRACTION: f64 = 0.5;
 
-/// So many explicit steps held down by stability call for implicit ones, at first.
-const PATIENCE: u32 = 15;
+/// Initial number of stability-limited explicit steps that trigger implicit steps.
+const MIN_STIFF_STEPS: u32 = 15;
 
-/// And at most so many.
-const MOST_PATIENCE: u32 = 480;
+/// Maximum of that number.
+const MAX_STIFF_STEPS: u32 = 480;
 
-/// Fewer implicit steps than this were in vain.
-const BRIEF: u32 = 12;
+/// A shorter sequence of implicit steps counts as no gain.
+const MIN_USEFUL_STEPS: u32 = 12;
 
-/// So many explicit steps that are not, one after another, make up for those that were.
-const RELIEF: u32 = 6;
+/// Number of consecutive explicit steps below the limit that resets the count.
+const RESET_STEPS: u32 = 6;
 
-/// Bounds within which an implicit step is too short to be worth its price, that of about three explicit
-/// ones.
-const WORTH: f64 = 2.5;
+/// Multiple of the stability limit below which an implicit step is not worth its cost of about three
+/// explicit steps.
+const IMPLICIT_LIMIT_FACTOR: f64 = 2.5;
 
-/// So many implicit steps that are too short, one after another, call for explicit ones, at first.
-const HASTE: u32 = 3;
+/// Initial number of consecutive short implicit steps that trigger explicit steps.
+const MIN_NON_STIFF_STEPS: u32 = 3;
 
-/// And at most so many.
-const MOST_HASTE: u32 = 480;
+/// Maximum of that number.
+const MAX_NON_STIFF_STEPS: u32 = 480;
 
-/// Explicit steps for the price of an implicit one.
-const PRICE: f64 = 3.0;
+/// Cost of an implicit step in explicit steps.
+const IMPLICIT_COST: f64 = 3.0;
 
-/// Explicit steps shorter than this over the fastest natural frequency follow no vibration: something
-/// else holds them down.
-const TINY: f64 = 1e-3;
+/// Explicit steps shorter than this divided by the highest natural frequency (rad/s) are not limited by
+/// the vibration.
+const MIN_EXPLICIT_PHASE: f64 = 1e-3;
 
-/// Both methods, of which one is at work.
+/// Both methods, one of which is active.
 #[derive(Clone, Debug)]
 pub(super) struct Auto {
-    explicit: RungeKutta<Interaction, 7>,
+    explicit: RungeKutta<IntegratingFactor, 7>,
     implicit: Rosenbrock,
     is_implicit: bool,
-    watch: Watch,
-    /// Which one is to be at work, whatever the watch says.
-    led: Option<bool>,
-    /// A difference of two states, or of their slopes, without quadratures.
+    detector: StiffnessDetector,
+    /// The prescribed choice (`true` for implicit), which overrides the detector.
+    prescribed: Option<bool>,
+    /// Scratch: a difference of two states or slopes, without quadratures.
     difference: Vec<f64>,
 }
 
-/// Looks out for steps that the other method should take.
+/// Detects when the inactive method should take over.
 #[derive(Clone, Copy, Debug)]
-struct Watch {
-    /// `h rho` of the last step tried, until it has been counted.
+struct StiffnessDetector {
+    /// `h rho` of the last attempted step until it is counted.
     last: Option<f64>,
-    /// Steps that speak for the other method.
+    /// Steps in favour of the inactive method.
     hits: u32,
-    /// Steps since then that do not.
+    /// Consecutive steps since then that are not.
     misses: u32,
-    /// Steps of the method at work.
-    stay: u32,
-    /// The time that they have covered, s.
+    /// Steps of the active method since the last switch.
+    steps: u32,
+    /// Time covered by these steps, s.
     covered: f64,
-    /// Mean step of the other method when it was last at work, s; zero before.
-    other: f64,
-    /// Explicit steps that it takes to call for implicit ones: more after those have been in vain.
-    patience: u32,
-    /// Implicit steps that it takes to call for explicit ones: more after those have been in vain.
-    haste: u32,
+    /// Mean step of the inactive method when it was last active, s; zero initially.
+    inactive_mean_step: f64,
+    /// Explicit steps required for a switch; doubled if implicit steps brought no gain.
+    explicit_threshold: u32,
+    /// Implicit steps required for a switch; doubled if explicit steps brought no gain.
+    implicit_threshold: u32,
 }
 
-impl Watch {
+impl StiffnessDetector {
     fn new() -> Self {
         Self {
             last: None,
             hits: 0,
             misses: 0,
-            stay: 0,
+            steps: 0,
             covered: 0.0,
-            other: 0.0,
-            patience: PATIENCE,
-            haste: HASTE,
+            inactive_mean_step: 0.0,
+            explicit_threshold: MIN_STIFF_STEPS,
+            implicit_threshold: MIN_NON_STIFF_STEPS,
         }
     }
 
-    /// Starts afresh, the other method at work.
-    fn change(&mut self, was_implicit: bool) {
-        let mean = self.covered / f64::from(self.stay.max(1));
-        let (mut patience, mut haste) = (self.patience, self.haste);
+    /// Resets the counts after a switch.
+    fn reset(&mut self, was_implicit: bool) {
+        let mean = self.covered / f64::from(self.steps.max(1));
+        let (mut explicit_threshold, mut implicit_threshold) =
+            (self.explicit_threshold, self.implicit_threshold);
         if was_implicit {
-            // Implicit steps that got no further for their price were in vain, as far as that is known.
-            let further = self.other > 0.0 && mean > PRICE * self.other;
-            patience = if self.stay < BRIEF && !further {
-                MOST_PATIENCE.min(2 * patience)
+            // Implicit steps without a larger step per cost brought no gain.
+            let further =
+                self.inactive_mean_step > 0.0 && mean > IMPLICIT_COST * self.inactive_mean_step;
+            explicit_threshold = if self.steps < MIN_USEFUL_STEPS && !further {
+                MAX_STIFF_STEPS.min(2 * explicit_threshold)
             } else {
-                PATIENCE
+                MIN_STIFF_STEPS
             };
-        } else if self.other > 0.0 {
-            haste = if PRICE * mean < self.other {
-                MOST_HASTE.min(2 * haste)
+        } else if self.inactive_mean_step > 0.0 {
+            implicit_threshold = if IMPLICIT_COST * mean < self.inactive_mean_step {
+                MAX_NON_STIFF_STEPS.min(2 * implicit_threshold)
             } else {
-                HASTE
+                MIN_NON_STIFF_STEPS
             };
         }
         *self = Self {
-            other: mean,
-            patience,
-            haste,
+            inactive_mean_step: mean,
+            explicit_threshold,
+            implicit_threshold,
             ..Self::new()
         };
     }
 
-    /// Counts the last step, of length `h` (s), of a system whose fastest natural frequency is `omega`
-    /// (rad/s); whether the other method should take the next one.
-    fn is_due(&mut self, is_implicit: bool, h: f64, omega: f64) -> bool {
+    /// Counts the last step, of length `h` (s), of a system with the highest natural frequency `omega`
+    /// (rad/s). Returns whether the inactive method should take the next step.
+    fn should_switch(&mut self, is_implicit: bool, h: f64, omega: f64) -> bool {
         let Some(last) = self.last.take() else {
             return false;
         };
-        self.stay += 1;
+        self.steps += 1;
         self.covered += h;
         let (hit, enough, relief) = if is_implicit {
-            (last < WORTH * BOUND, self.haste, 1)
+            (
+                last < IMPLICIT_LIMIT_FACTOR * STABILITY_LIMIT,
+                self.implicit_threshold,
+                1,
+            )
         } else {
-            // After a change of the law the last step has no length.
-            let short = h > 0.0 && (PRICE * h < self.other || h * omega < TINY);
-            (last > NEAR * BOUND || short, self.patience, RELIEF)
+            // After a change of the law the last step has length zero.
+            let short = h > 0.0
+                && (IMPLICIT_COST * h < self.inactive_mean_step || h * omega < MIN_EXPLICIT_PHASE);
+            (
+                last > STABILITY_FRACTION * STABILITY_LIMIT || short,
+                self.explicit_threshold,
+                RESET_STEPS,
+            )
         };
         if hit {
             self.hits += 1;
@@ -174,8 +185,8 @@ impl Watch {
     }
 }
 
-/// Does the same with whichever method is at work.
-macro_rules! at_work {
+/// Evaluates the body with the active method.
+macro_rules! with_active {
     ($auto:expr, $stepper:ident => $body:expr) => {
         if $auto.is_implicit {
             let $stepper = &mut $auto.implicit;
@@ -188,29 +199,34 @@ macro_rules! at_work {
 }
 
 impl Auto {
-    pub fn new(explicit: RungeKutta<Interaction, 7>, implicit: Rosenbrock, n: usize) -> Self {
+    pub fn new(explicit: RungeKutta<IntegratingFactor, 7>, implicit: Rosenbrock, n: usize) -> Self {
         Self {
             explicit,
             implicit,
             is_implicit: false,
-            watch: Watch::new(),
-            led: None,
+            detector: StiffnessDetector::new(),
+            prescribed: None,
             difference: vec![0.0; n],
         }
     }
 
-    /// Whether the implicit method is at work.
+    /// Whether the implicit method is active.
     pub fn is_implicit(&self) -> bool {
         self.is_implicit
     }
 
-    /// Leaves the choice to someone else: from the next step on, this one.
-    pub fn lead(&mut self, is_implicit: bool) {
-        self.led = Some(is_implicit);
+    /// Prescribes the method from the next step on.
+    pub fn prescribe(&mut self, is_implicit: bool) {
+        self.prescribed = Some(is_implicit);
     }
 
-    /// Puts the other method to work.
-    fn switch<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
+    /// Activates the inactive method.
+    fn switch<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
         let (from, to) = (&mut self.explicit.step, &mut self.implicit.step);
         let (from, to) = if self.is_implicit {
             (to, from)
@@ -219,13 +235,13 @@ impl Auto {
         };
         to.end_time = from.end_time;
         to.end.copy_from_slice(&from.end);
-        self.watch.change(self.is_implicit);
+        self.detector.reset(self.is_implicit);
         self.is_implicit = !self.is_implicit;
-        tally.switches += 1;
-        at_work!(self, stepper => stepper.refresh(sys, status, tally));
+        stats.switches += 1;
+        with_active!(self, stepper => stepper.reinitialise(sys, status, stats));
     }
 
-    /// `h rho` of the explicit step just tried.
+    /// `h rho` of the last attempted explicit step.
     fn explicit_rate(&mut self, omega: &[f64]) -> f64 {
         let RungeKutta {
             tableau,
@@ -236,7 +252,7 @@ impl Auto {
         let (dim, h, end) = (step.dim(), step.length(), tableau.end);
         let out = &mut self.difference;
         let size = |z: &[f64]| {
-            let size = Size::of(z, omega);
+            let size = StateNorm::of(z, omega);
             size.vibration + size.first_order
         };
         let rows = slopes[(end - 1) * dim..(end + 1) * dim].split_at(dim);
@@ -250,7 +266,7 @@ impl Auto {
             *out = terms.map(|(j, (b, a))| (b - a) * slopes[j * dim + c]).sum();
         }
         let apart = size(out);
-        // Below this it is made of rounding errors.
+        // Below this the difference consists of rounding errors.
         if h * apart > 1e-13 * size(&step.end[..out.len()]) {
             change / apart
         } else {
@@ -269,42 +285,55 @@ impl Stepper for Auto {
     }
 
     fn step_mut(&mut self) -> &mut Step {
-        at_work!(self, stepper => stepper.step_mut())
+        with_active!(self, stepper => stepper.step_mut())
     }
 
-    fn rule(&self) -> &'static Rule {
+    fn traits(&self) -> &'static MethodTraits {
         if self.is_implicit {
-            self.implicit.rule()
+            self.implicit.traits()
         } else {
-            self.explicit.rule()
+            self.explicit.traits()
         }
     }
 
-    fn reread<Y: System + ?Sized>(&mut self, sys: &Y) {
-        self.explicit.reread(sys);
+    fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+        self.explicit.update_linear_part(sys);
     }
 
-    fn longest_step(&self) -> f64 {
-        self.explicit.longest_step()
+    fn max_step_of_linear_part(&self) -> f64 {
+        self.explicit.max_step_of_linear_part()
     }
 
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
-        at_work!(self, stepper => stepper.refresh(sys, status, tally));
+    fn reinitialise<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
+        with_active!(self, stepper => stepper.reinitialise(sys, status, stats));
     }
 
-    fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
+    fn begin_step<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
         let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
         let h = self.step().length();
-        let due = self.watch.is_due(self.is_implicit, h, fastest);
-        if self.led.map_or(due, |led| led != self.is_implicit) {
-            self.switch(sys, status, tally);
+        let due = self.detector.should_switch(self.is_implicit, h, fastest);
+        if self
+            .prescribed
+            .map_or(due, |prescribed| prescribed != self.is_implicit)
+        {
+            self.switch(sys, status, stats);
         }
-        at_work!(self, stepper => stepper.follow(sys, status, tally));
+        with_active!(self, stepper => stepper.begin_step(sys, status, stats));
     }
 
-    fn rewind(&mut self) {
-        self.watch.last = None;
-        at_work!(self, stepper => stepper.rewind());
+    fn reject_step(&mut self) {
+        self.detector.last = None;
+        with_active!(self, stepper => stepper.reject_step());
     }
 
     fn attempt<Y: System + ?Sized>(
@@ -312,17 +341,17 @@ impl Stepper for Auto {
         sys: &Y,
         status: Option<&[u8]>,
         end_time: f64,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
-        at_work!(self, stepper => stepper.attempt(sys, status, end_time, tally));
-        self.watch.last = Some(if self.is_implicit {
+        with_active!(self, stepper => stepper.attempt(sys, status, end_time, stats));
+        self.detector.last = Some(if self.is_implicit {
             self.implicit.step.length() * self.implicit.fastest_rate
         } else {
             self.explicit_rate(sys.omega())
         });
     }
 
-    fn error(&self, omega: &[f64]) -> Size {
+    fn error(&self, omega: &[f64]) -> StateNorm {
         if self.is_implicit {
             self.implicit.error(omega)
         } else {
@@ -330,29 +359,36 @@ impl Stepper for Auto {
         }
     }
 
-    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
-        at_work!(self, stepper => stepper.densify(sys, status, tally));
-    }
-
-    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
-        at_work!(self, stepper => stepper.interpolate(t, out));
-    }
-
-    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
-        self.explicit.record(sys).max(self.implicit.record(sys))
-    }
-
-    fn forget_records(&mut self) {
-        self.explicit.forget_records();
-    }
-
-    fn carry<Y: System + ?Sized>(
+    fn prepare_dense_output<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        bundle: &mut Bundle,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
-        at_work!(self, stepper => stepper.carry(sys, status, bundle, tally));
+        with_active!(self, stepper => stepper.prepare_dense_output(sys, status, stats));
+    }
+
+    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
+        with_active!(self, stepper => stepper.interpolate(t, out));
+    }
+
+    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
+        self.explicit
+            .enable_tangents(sys)
+            .max(self.implicit.enable_tangents(sys))
+    }
+
+    fn disable_tangents(&mut self) {
+        self.explicit.disable_tangents();
+    }
+
+    fn propagate_tangents<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        block: &mut TangentBlock,
+        stats: &mut SolverStats,
+    ) {
+        with_active!(self, stepper => stepper.propagate_tangents(sys, status, block, stats));
     }
 }

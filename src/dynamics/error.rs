@@ -1,181 +1,185 @@
-//! What can go wrong in an integration.
+//! Errors of an integration.
 
 use thiserror::Error;
 
-/// An integration that cannot be set up, or cannot go on.
+/// An integration that cannot be set up or continued.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DynamicsError {
-    /// The state, or the right-hand side at it, is infinite or not a number, however short the
-    /// step. The integrator still holds the last good state.
+    /// The state or the right-hand side is infinite or NaN, however short the step. The integrator keeps
+    /// the last finite state.
     #[error(
-        "{} is not finite at t = {time} s (the state was good up to t = {last_good_time} s): check the \
+        "{} is not finite at t = {time} s (last finite state at t = {last_good_time} s): check the \
          force and the initial state; with a fixed step, make it shorter",
-        place(*.component, *.modes, .part)
+        describe_component(*.component, *.modes, .part)
     )]
     NonFinite {
         /// End of the step that failed, s.
         time: f64,
-        /// Time of the last good state, s.
+        /// Time of the last finite state, s.
         last_good_time: f64,
-        /// Index of the first offending component of `[q | q' | w]`. A force on a mode spoils both
-        /// `q` and `q'` of it.
+        /// Index of the first non-finite component of `[q | q' | w]`. A non-finite force on a mode
+        /// affects both `q` and `q'` of that mode.
         component: usize,
-        /// The number of modes, which says what the component is.
+        /// Number of modes, which determines the meaning of `component`.
         modes: usize,
-        /// The part of the system whose force is not finite next to the last good state, where the
-        /// system knows of one ([`System::part_at_fault`](super::System::part_at_fault)).
+        /// The part of the system whose force is not finite near the last finite state, if the system
+        /// can name it ([`System::non_finite_part`](super::System::non_finite_part)).
         part: Option<String>,
-        /// The last good state, at `last_good_time`; empty where there never was one.
+        /// The last finite state, at `last_good_time`; empty if there was none.
         last_good_state: Vec<f64>,
     },
-    /// The error stays above the tolerance down to the shortest step worth taking.
-    /// The integrator still holds the last good state.
+    /// The error exceeds the tolerance even at the minimum step. The integrator keeps the last accepted
+    /// state.
     #[error(
-        "at t = {time} s the error is {error_ratio:.1e} times the tolerance even with a step of \
-         {step:e} s, about the shortest worth taking: either the force changes within that step ({}; a \
-         jump; a state so fast that it crosses the contact in it: start with less, or take a shorter longest \
-         step), or its rounding noise is above the tolerance (loosen that, or raise its floor)",
+        "at t = {time} s the estimated error is {error_ratio:.1e} times the tolerance even at the minimum step \
+         of about {step:e} s. Possible causes: {}; a jump of the force: integrate with event location; a step \
+         that crosses the whole contact: reduce the initial velocity or the maximum step; rounding errors above \
+         the tolerance: loosen it, or raise its floor",
         too_stiff(*.implicit)
     )]
     StepUnderflow {
-        /// Time of the last good state, s.
+        /// Time of the last accepted state, s.
         time: f64,
-        /// The last step tried, s.
+        /// The last attempted step, s.
         step: f64,
-        /// Estimated error of that step over what the tolerance allows.
+        /// Estimated error of that step, relative to the tolerance.
         error_ratio: f64,
         /// Whether the method takes implicit steps.
         implicit: bool,
     },
-    /// The steps have become so short, and stay so, that the end will not be seen.
-    /// The integrator still holds the last good state.
+    /// The steps stay so short that the integration does not reach its end in a reasonable time. The
+    /// integrator keeps the last accepted state.
     #[error(
-        "at t = {time} s the last {steps} steps have been {step:.1e} s long on the average, and the time \
-         hardly goes on: {}, loosen the tolerance, or choose a shorter longest step to go on all the same",
+        "at t = {time} s the last {steps} steps had a mean length of {step:.1e} s, and the integration has \
+         stalled: {}, loosen the tolerance, or reduce the maximum step to continue regardless",
         too_stiff(*.implicit)
     )]
     Stalled {
         /// Time reached, s.
         time: f64,
-        /// Their mean length, s.
+        /// Mean length of these steps, s.
         step: f64,
-        /// How many there were.
+        /// Number of these steps.
         steps: u64,
         /// Whether the method takes implicit steps.
         implicit: bool,
     },
-    /// It was told to stop ([`Integrator::heed`](super::Integrator::heed)). The integrator still holds
-    /// the last good state, and what is up to it can be sampled.
-    #[error("told to stop at t = {time} s")]
+    /// The stop flag was set ([`Integrator::set_stop_flag`](super::Integrator::set_stop_flag)). The integrator keeps the
+    /// last accepted state, and times up to it can still be sampled.
+    #[error("stopped on request at t = {time} s")]
     Stopped {
         /// Time reached, s.
         time: f64,
     },
     /// A parameter of the method is out of its range.
-    #[error("{name} of the integrator is {value:e}: choose it {allowed}")]
+    #[error("{name} of the integrator is {value:e}: it must be {allowed}")]
     Parameter {
-        /// What the parameter is called.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value given.
         value: f64,
-        /// The range it must lie in.
+        /// Permitted range.
         allowed: &'static str,
     },
-    /// A mode is not an oscillation.
+    /// A mode is not an oscillator.
     #[error(
         "mode {mode} has natural frequency {omega:e} rad/s and damping ratio {damping:e}: the \
          frequency must be finite and not negative, the ratio between -1 and 1 (write an \
          overdamped mode as first-order components)"
     )]
     Mode {
-        /// Index of the mode.
+        /// Index of the mode, from 0.
         mode: usize,
-        /// Its natural circular frequency, rad/s.
+        /// Natural circular frequency given, rad/s.
         omega: f64,
-        /// Its damping ratio.
+        /// Damping ratio given.
         damping: f64,
     },
-    /// A slice or a system has another size than the integrator was made for.
-    #[error("{what} has length {found} where {expected} is needed: make a new integrator")]
+    /// The length of a slice or the size of a system differs from that of the integrator.
+    #[error(
+        "{what} has length {found}, expected {expected}: create a new integrator for this system"
+    )]
     Size {
-        /// Which slice.
+        /// Name of the slice.
         what: &'static str,
-        /// The length needed.
+        /// Expected length.
         expected: usize,
-        /// The length found.
+        /// Actual length.
         found: usize,
     },
-    /// A time before the last step was asked for, or one that is not finite.
+    /// The requested time is before the last step or not finite.
     #[error(
-        "time {asked} s was asked for, but only finite times from {earliest} s on are within \
-         reach: ask in rising order, or start again"
+        "time {asked} s is not available: request finite times from {earliest} s on in ascending order, or \
+         start again"
     )]
     Time {
-        /// The time asked for, s.
+        /// Requested time, s.
         asked: f64,
         /// Start of the last step, s.
         earliest: f64,
     },
-    /// Guards are crossed without end and without time going on.
+    /// Guards are crossed repeatedly while time does not advance.
     #[error(
-        "at t = {time} s guard {guard} is crossed without end ({crossings} crossings within the \
-         longest step): give the system a status for what the chatter comes to (rest on the wall, \
-         sticking), or step through its kinks instead of stopping at each"
+        "at t = {time} s guard {guard} chatters ({crossings} crossings within the maximum step): give the \
+         system a status for the limit of the chattering (rest on the wall, sticking), or integrate through \
+         the kinks without event location"
     )]
     Chatter {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// The guard crossed last.
+        /// Index of the guard crossed last.
         guard: usize,
-        /// How many crossings there were.
+        /// Number of crossings within the maximum step.
         crossings: usize,
     },
-    /// The system lacks what is asked of it.
-    #[error("the system has no {what}: implement it, or do without {wish}")]
-    Lacks {
-        /// What it lacks.
+    /// The system lacks a required capability.
+    #[error(
+        "missing {what}, required for {purpose}: implement it for the system, or disable {purpose}"
+    )]
+    MissingCapability {
+        /// Missing capability.
         what: &'static str,
-        /// What that would be needed for.
-        wish: &'static str,
+        /// Feature that requires it.
+        purpose: &'static str,
     },
-    /// More tangent vectors were asked for than there are dimensions, or none.
-    #[error("{asked} exponents were asked for: the system has 1 to {dimension}")]
-    Width {
-        /// How many were asked for.
+    /// The requested number of tangent vectors is zero or exceeds the dimension.
+    #[error("{asked} exponents requested: the number must be from 1 to {dimension}")]
+    TangentCount {
+        /// Requested number.
         asked: usize,
         /// Dimension of the tangent space.
         dimension: usize,
     },
-    /// A tangent vector is infinite or not a number, though the state is finite.
+    /// A tangent vector is infinite or NaN although the state is finite.
     #[error(
         "tangent vector {vector} is not finite at t = {time} s: check the derivative of the force \
          and the gradients of the guards there"
     )]
     Tangent {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Which vector.
+        /// Index of the vector.
         vector: usize,
     },
 }
 
-/// A law that holds the steps down, and the remedy, which is never the method in use.
+/// Cause and remedy for short steps; the remedy is never the method in use.
 fn too_stiff(implicit: bool) -> &'static str {
     match implicit {
-        true => "a law too stiff for implicit steps, too: make it less steep",
-        false => "a law too stiff for an explicit method: take rodas5p or auto",
+        true => "a law too stiff even for implicit steps: make it less steep",
+        false => "a law too stiff for an explicit method: use rodas5p or auto",
     }
 }
 
-/// What is not finite, in words. Modes are counted from 1, as scenes do.
-fn place(component: usize, modes: usize, part: &Option<String>) -> String {
+/// Describes the non-finite component. Modes are counted from 1, as in scene files.
+fn describe_component(component: usize, modes: usize, part: &Option<String>) -> String {
     let of = match part {
-        Some(part) => format!(" by the force of {part}"),
+        Some(part) => format!(" (force of {part})"),
         None => String::new(),
     };
     match component {
         q if q < modes => format!("coordinate q{} of the state{of}", q + 1),
         v if v < 2 * modes => format!("velocity qdot{} of the state{of}", v - modes + 1),
-        w => format!("component {w} of the state, of first order,{of}"),
+        w => format!("first-order component {w} of the state{of}"),
     }
 }

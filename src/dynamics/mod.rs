@@ -1,49 +1,49 @@
-//! Numerical integration of oscillators with nonlinear, non-smooth forces. Knows no joint.
+//! Numerical integration of oscillators with nonlinear, non-smooth forces. Independent of the joint
+//! model.
 //!
-//! A [`System`] says what its natural frequencies are and what force acts on its modes; an
-//! [`Integrator`] turns that into states at any times asked for, whatever its own steps.
+//! A [`System`] supplies its natural frequencies and the nonlinear force on its modes. An [`Integrator`]
+//! computes the state at requested times and chooses its own time steps.
 //!
-//! Explicit Runge–Kutta methods are made of two independent choices:
+//! An explicit Runge–Kutta method combines two independent choices:
 //!
-//! * a *tableau*: the pair of Tsitouras, order 5(4), that of Dormand and Prince, order 8(5, 3), or the
-//!   classical method of order 4;
-//! * a *picture*: the coordinates to which the tableau is applied. In the direct picture it is the
-//!   state itself. In the interaction picture the known free vibration is taken out first, so that
-//!   the step is limited by how fast the *force* changes what the free vibration would have done.
+//! * a *tableau*: the 5(4) pair of Tsitouras, the 8(5, 3) method of Dormand and Prince, or the classical
+//!   method of order 4;
+//! * a *form*: the coordinates to which the tableau is applied. The plain form integrates the state. The
+//!   integrating-factor (Lawson) form integrates coordinates from which the linear free vibration has
+//!   been removed exactly. The force alone then limits its step, not the natural frequencies.
 //!
-//! Where the law makes the system stiff, as slip does that comes to rest, a linearly implicit method
-//! takes steps that the explicit ones cannot. It needs the derivative of the force
-//! ([`System::differentiable`]).
+//! A linearly implicit method is available for stiff phases, for example when sliding friction changes
+//! to sticking. It needs the derivative of the force ([`System::differentiable`]).
 //!
-//! | [`Method`] | made of | step | order | dense output |
+//! | [`Method`] | composition | step | order | order of dense output |
 //! |---|---|---|---|---|
-//! | [`Method::Lawson54`] (default) | Tsitouras 5(4), interaction | adaptive | 5 | 4 |
-//! | [`Method::Lawson853`] | Dormand and Prince 8(5, 3), interaction | adaptive | 8 | 7, by three more calls |
-//! | [`Method::Tsit54`] | Tsitouras 5(4), direct | adaptive | 5 | 4 |
-//! | [`Method::Dop853`] | Dormand and Prince 8(5, 3), direct | adaptive | 8 | 7, by three more calls |
-//! | [`Method::Rodas5p`] | linearly implicit, Steinebach | adaptive | 5 | 4 |
-//! | [`Method::Auto`] | the first, and the last while it is stiff | adaptive | 5 | 4 |
-//! | [`Method::Rk4`] | classical, direct | fixed | 4 | 4 in value (cubic Hermite) |
+//! | [`Method::Lawson54`] (default) | Tsitouras 5(4), integrating factor | adaptive | 5 | 4 |
+//! | [`Method::Lawson853`] | Dormand and Prince 8(5, 3), integrating factor | adaptive | 8 | 7, with three more evaluations |
+//! | [`Method::Tsit5`] | Tsitouras 5(4), plain | adaptive | 5 | 4 |
+//! | [`Method::Dop853`] | Dormand and Prince 8(5, 3), plain | adaptive | 8 | 7, with three more evaluations |
+//! | [`Method::Rodas5P`] | linearly implicit, Steinebach | adaptive | 5 | 4 |
+//! | [`Method::Auto`] | Lawson54, and Rodas5P while the system is stiff | adaptive | 5 | 4 |
+//! | [`Method::Rk4`] | classical, plain | fixed | 4 | 4 in value (cubic Hermite) |
 //!
-//! Time goes forward. All methods stop at events, take tangent vectors along and lead a neighbour; beside
-//! implicit steps the vectors follow the flow and not the steps, and strongly negative exponents come out
-//! nearer to zero than they are.
+//! Integration runs forward in time only. All methods support event location, tangent vectors and a
+//! perturbed trajectory. During implicit steps the tangent vectors follow the flow, not the numerical
+//! map. Strongly negative Lyapunov exponents are then underestimated in magnitude.
 //!
-//! Orders are those of the global error on a smooth problem. Contact forces have kinks, impacts and
-//! dry friction have jumps. There are two ways through them:
+//! The orders are those of the global error on a smooth problem. Contact forces have kinks; impacts and
+//! dry friction have jumps. Two treatments are available:
 //!
-//! * *Evaluate-through*, without further ado: the law is taken anew at each stage. The methods step
-//!   over the kinks, and the error estimate shortens the steps where a kink matters. The order is lost,
-//!   which costs little at relative errors above about 1e-6. The steps of order 8 are so long that they
-//!   may go over a contact shorter than the distance of their stages, unseen.
-//! * *Exact* ([`Integrator::with_events`], for a system with [`Switching`]): the law is held while a
-//!   step lasts, and the step ends where a guard falls through zero. Kinks and jumps then cost no
-//!   order. The fall is found on the dense output; an event costs one call of the force, and what
-//!   is thrown away of the step that it cuts.
+//! * *Integration through the kinks* (default): the law is evaluated at every stage. Steps cross the
+//!   kinks, and the error estimate shortens a step where a kink matters. The order drops at a kink, which
+//!   costs little at relative errors above about 1e-6. The steps of an 8th-order method are long enough to
+//!   miss a contact that is shorter than the distance between its stages.
+//! * *Event location* ([`Integrator::with_events`], for a system with [`Switching`]): the law is frozen
+//!   during a step, and the step ends where a guard falls through zero. Kinks and jumps then do not
+//!   reduce the order. The zero is located on the dense output. An event costs one force evaluation and the
+//!   discarded part of the step.
 //!
 //! # Example
 //!
-//! One oscillator with a hardening spring, `q'' + 4 q = -q^3`, sampled ten times a second:
+//! One oscillator with a hardening spring, `q'' + 4 q = -q^3`, sampled every 0.1 s:
 //!
 //! ```
 //! use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
@@ -72,32 +72,32 @@
 //! ```
 
 mod auto;
-mod control;
 mod error;
+mod error_control;
 mod events;
-mod explicit;
-mod exponential;
+mod integrating_factor;
 mod integrator;
 mod lyapunov;
-mod pace;
+mod plain;
 mod rosenbrock;
 mod runge_kutta;
+mod stats;
+mod step_controller;
 mod stepper;
 mod switching;
 mod system;
 mod tableau;
-mod tally;
 mod tangents;
 #[cfg(test)]
 mod tests;
 mod trigonometry;
 
-pub use control::{Accuracy, longest_rk4_step};
 pub use error::DynamicsError;
+pub use error_control::{Accuracy, max_rk4_step};
 pub use integrator::{Integrator, Method, MethodName};
 pub use lyapunov::{
-    Attractor, Exponent, LyapunovSpectrum, Motion, PERIODS_FOR_ZERO, Sign, Stability,
+    Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, Stability,
 };
+pub use stats::{ErrorEstimate, SolverStats};
 pub use switching::Switching;
 pub use system::{Differentiable, System};
-pub use tally::{ErrorEstimate, Tally};

@@ -1,110 +1,115 @@
-//! Explicit Runge–Kutta methods: the step and the states between its ends.
+//! Explicit Runge–Kutta methods: step and dense output.
 //!
-//! The step is written once, for any [`Tableau`] and any [`Picture`].
+//! One implementation of the step serves all [`Tableau`]s and both [`Form`]s.
 //!
-//! The stages of a step determine a polynomial in the picture's coordinates,
-//! `y(t_n + theta h) = y_n + h sum_i b_i(theta) k_i`. In the interaction picture the polynomial has
-//! only the effect of the force to follow; the free vibration at the sample's own time is then put
-//! back exactly. With some tableaus it needs stages of its own, which are evaluated where a state
-//! between the ends is asked for.
+//! The stages of a step define a polynomial in the coordinates of the form, `y(t_n + theta h) = y_n + h
+//! sum_i b_i(theta) k_i`. In the integrating-factor form the polynomial approximates only the effect of
+//! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
+//! additional stages for the dense output, which are evaluated on demand.
 
-use super::control::{Rule, Size};
+use super::error_control::{MethodTraits, StateNorm};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::tableau::Tableau;
-use super::tangents::Bundle;
-use super::{System, Tally};
+use super::tangents::TangentBlock;
+use super::{SolverStats, System};
 
-/// The coordinates `y` to which a Runge–Kutta method is applied, anchored at the step's start:
-/// there `y` and the state `z` are the same.
+/// The coordinates `y` in which a Runge–Kutta method is applied. `y` equals the state `z` at the start
+/// of the step.
 ///
-/// What applies to a state applies to tangent vectors, too, since a picture is linear: `width` of
-/// them side by side, component after component. A width of 1 is a state.
-pub(super) trait Picture {
-    /// Completes a slope `[. | f | g]` at `z` by the part that this picture leaves to the method;
-    /// components that it takes exactly become zero.
-    fn complete<Y: System + ?Sized>(&self, sys: &Y, z: &[f64], slope: &mut [f64], width: usize);
+/// The transformation is linear and also applies to tangent vectors, `width` of them stored component by
+/// component. A width of 1 is a state.
+pub(super) trait Form {
+    /// Adds the linear part that the method integrates to a slope `[. | f | g]` at `z`. Components that
+    /// the form integrates exactly become zero.
+    fn add_linear_part<Y: System + ?Sized>(
+        &self,
+        sys: &Y,
+        z: &[f64],
+        slope: &mut [f64],
+        width: usize,
+    );
 
-    /// Makes ready for a step of length `h` (s) with stages at the fractions `nodes` of it.
+    /// Prepares a step of length `h` (s) with stages at the fractions `nodes` of it.
     fn prepare(&mut self, nodes: &[f64], h: f64);
 
-    /// Turns a slope of `z` at a stage into the slope of `y`, in place.
-    fn pull(&self, stage: usize, slope: &mut [f64], width: usize);
+    /// Transforms a slope of `z` at a stage into the slope of `y`, in place.
+    fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize);
 
-    /// Turns `y` into the state `z` at a stage, in place.
-    fn push(&self, stage: usize, y: &mut [f64], width: usize);
+    /// Transforms `y` into the state `z` at a stage, in place.
+    fn push_forward(&self, stage: usize, y: &mut [f64], width: usize);
 
-    /// Turns `y` into the state `z` at `offset` (s) after the step's start, in place.
-    fn push_by(&mut self, offset: f64, y: &mut [f64], width: usize);
+    /// Transforms `y` into the state `z` at `offset` (s) after the start of the step, in place.
+    fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize);
 
-    /// Takes over the linear part of a changed system with as many modes.
-    fn reread<Y: System + ?Sized>(&mut self, _sys: &Y) {}
+    /// Updates the linear part for a changed system with the same number of modes.
+    fn update_linear_part<Y: System + ?Sized>(&mut self, _sys: &Y) {}
 
-    /// The longest step that the linear part allows, s.
-    fn longest_step(&self) -> f64 {
+    /// Maximum step that the linear part allows, s.
+    fn max_step_of_linear_part(&self) -> f64 {
         f64::INFINITY
     }
 }
 
-/// A tableau in a picture.
+/// A tableau in a form.
 #[derive(Clone, Debug)]
 pub(super) struct RungeKutta<P, const S: usize> {
     /// The method's coefficients.
     pub tableau: &'static Tableau<S>,
-    /// The method's coordinates.
-    pub picture: P,
+    /// Coordinates of the method.
+    pub form: P,
     pub step: Step,
     /// Slopes of `y` at the stages, `stages x dim`, row-major.
     pub slopes: Vec<f64>,
-    /// The state at a stage beside the step.
-    beside: Vec<f64>,
-    /// The second estimate of the error, where there is one.
+    /// State at a stage of the dense output.
+    scratch: Vec<f64>,
+    /// The second error estimate, if the tableau has one.
     coarse_error: Vec<f64>,
-    /// Whether the stages of the dense output are those of the last step.
+    /// Whether the dense-output stages belong to the last step.
     is_dense: bool,
-    /// A record a stage, where tangent vectors follow the steps; else none.
+    /// One record per stage if tangent vectors are propagated; otherwise empty.
     records: Vec<Vec<f64>>,
 }
 
-impl<P: Picture, const S: usize> RungeKutta<P, S> {
+impl<P: Form, const S: usize> RungeKutta<P, S> {
     /// A workspace for states of length `dim`.
-    pub fn new(tableau: &'static Tableau<S>, picture: P, dim: usize) -> Self {
+    pub fn new(tableau: &'static Tableau<S>, form: P, dim: usize) -> Self {
         Self {
             tableau,
-            picture,
+            form,
             step: Step::new(dim),
             slopes: vec![0.0; S * dim],
-            beside: vec![0.0; dim],
+            scratch: vec![0.0; dim],
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
         }
     }
 
-    /// Exchanges the records at the step's two ends.
-    fn hand_over_record(&mut self) {
+    /// Exchanges the records at the two ends of the step.
+    fn swap_end_records(&mut self) {
         if !self.records.is_empty() {
             self.records.swap(0, self.tableau.end);
         }
     }
 
-    /// Makes the slope at the step's end that at its start.
-    fn hand_over_slope(&mut self) {
+    /// Copies the slope at the end of the step to its start.
+    fn reuse_end_slope(&mut self) {
         let dim = self.step.dim();
         self.slopes[..dim].copy_from_slice(&self.step.end_slope);
     }
 
-    /// Writes the slope of the state `z` at `time` (s) as that of a stage, not yet pulled.
+    /// Writes the slope of the state `z` at `time` (s) for a stage, not yet transformed.
     fn slope<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
         stage: usize,
         time: f64,
-        place: Place,
+        storage: StageState,
     ) {
-        let z = match place {
-            Place::End => &self.step.end,
-            Place::Beside => &self.beside,
+        let z = match storage {
+            StageState::End => &self.step.end,
+            StageState::Scratch => &self.scratch,
         };
         let dim = z.len();
         let slope = &mut self.slopes[stage * dim..][..dim];
@@ -113,20 +118,20 @@ impl<P: Picture, const S: usize> RungeKutta<P, S> {
             None => force(sys, status, time, z, out),
             Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
         }
-        self.picture.complete(sys, z, slope, 1);
+        self.form.add_linear_part(sys, z, slope, 1);
     }
 }
 
-/// Where the state of a stage stands.
+/// Storage of the state at a stage.
 #[derive(Clone, Copy)]
-enum Place {
-    /// At the end of the step, which it may become.
+enum StageState {
+    /// The end of the step.
     End,
-    /// Beside the step.
-    Beside,
+    /// Scratch space for stages of the dense output.
+    Scratch,
 }
 
-impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
+impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
     fn step(&self) -> &Step {
         &self.step
     }
@@ -135,43 +140,53 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         &mut self.step
     }
 
-    fn rule(&self) -> &'static Rule {
-        &self.tableau.rule
+    fn traits(&self) -> &'static MethodTraits {
+        &self.tableau.traits
     }
 
-    fn reread<Y: System + ?Sized>(&mut self, sys: &Y) {
-        self.picture.reread(sys);
+    fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+        self.form.update_linear_part(sys);
     }
 
-    fn longest_step(&self) -> f64 {
-        self.picture.longest_step()
+    fn max_step_of_linear_part(&self) -> f64 {
+        self.form.max_step_of_linear_part()
     }
 
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
+    fn reinitialise<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
         let end = self.tableau.end;
-        tally.calls += 1;
-        self.slope(sys, status, end, self.step.end_time, Place::End);
+        stats.rhs_evals += 1;
+        self.slope(sys, status, end, self.step.end_time, StageState::End);
         let dim = self.step.dim();
         self.step
             .end_slope
             .copy_from_slice(&self.slopes[end * dim..][..dim]);
-        self.step.reach_time = self.step.end_time;
-        // The record stays at the end, where the next step takes it from.
-        self.step.anchor();
-        self.hand_over_slope();
+        self.step.full_end_time = self.step.end_time;
+        // The record stays at the end; the next step takes it from there.
+        self.step.start_at_end();
+        self.reuse_end_slope();
     }
 
-    fn follow<Y: System + ?Sized>(&mut self, _sys: &Y, _status: Option<&[u8]>, _tally: &mut Tally) {
-        self.step.anchor();
-        self.hand_over_slope();
-        self.hand_over_record();
+    fn begin_step<Y: System + ?Sized>(
+        &mut self,
+        _sys: &Y,
+        _status: Option<&[u8]>,
+        _tally: &mut SolverStats,
+    ) {
+        self.step.start_at_end();
+        self.reuse_end_slope();
+        self.swap_end_records();
     }
 
-    fn rewind(&mut self) {
+    fn reject_step(&mut self) {
         let dim = self.step.dim();
-        self.step.undo();
+        self.step.revert();
         self.step.end_slope.copy_from_slice(&self.slopes[..dim]);
-        self.hand_over_record();
+        self.swap_end_records();
     }
 
     fn attempt<Y: System + ?Sized>(
@@ -179,30 +194,30 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         sys: &Y,
         status: Option<&[u8]>,
         end_time: f64,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
         let dim = self.step.dim();
         self.step.end_time = end_time;
-        self.step.reach_time = end_time;
+        self.step.full_end_time = end_time;
         self.is_dense = false;
         let h = self.step.length();
         let tableau = self.tableau;
-        self.picture.prepare(&tableau.nodes, h);
+        self.form.prepare(&tableau.nodes, h);
         for stage in 1..=tableau.end {
             self.step.end.copy_from_slice(&self.step.start);
             let weights = &tableau.stages[stage][..stage];
             accumulate(&mut self.step.end, h, &self.slopes, weights);
-            self.picture.push(stage, &mut self.step.end, 1);
+            self.form.push_forward(stage, &mut self.step.end, 1);
             let time = self.step.start_time + tableau.nodes[stage] * h;
             if let (true, Some(status)) = (stage == tableau.end, status) {
                 switching(sys).settle(status, end_time, &mut self.step.end);
             }
-            self.slope(sys, status, stage, time, Place::End);
+            self.slope(sys, status, stage, time, StageState::End);
             let slope = &mut self.slopes[stage * dim..][..dim];
             if stage == tableau.end {
                 self.step.end_slope.copy_from_slice(slope);
             }
-            self.picture.pull(stage, slope, 1);
+            self.form.pull_back(stage, slope, 1);
         }
         let stages = tableau.end + 1;
         self.step.error.fill(0.0);
@@ -212,24 +227,30 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
             &self.slopes,
             &tableau.error[..stages],
         );
-        self.picture.push(tableau.end, &mut self.step.error, 1);
+        self.form.push_forward(tableau.end, &mut self.step.error, 1);
         if let Some(weights) = &tableau.coarse_error {
             self.coarse_error.fill(0.0);
             accumulate(&mut self.coarse_error, h, &self.slopes, &weights[..stages]);
-            self.picture.push(tableau.end, &mut self.coarse_error, 1);
+            self.form
+                .push_forward(tableau.end, &mut self.coarse_error, 1);
         }
-        tally.calls += tableau.end as u64;
+        stats.rhs_evals += tableau.end as u64;
     }
 
-    fn error(&self, omega: &[f64]) -> Size {
-        let error = Size::of(&self.step.error, omega);
+    fn error(&self, omega: &[f64]) -> StateNorm {
+        let error = StateNorm::of(&self.step.error, omega);
         match self.tableau.coarse_error {
             None => error,
-            Some(_) => error.sharpened(Size::of(&self.coarse_error, omega)),
+            Some(_) => error.sharpened(StateNorm::of(&self.coarse_error, omega)),
         }
     }
 
-    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
+    fn prepare_dense_output<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
         let tableau = self.tableau;
         if self.is_dense || self.step.length() == 0.0 {
             return;
@@ -237,16 +258,16 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         self.is_dense = true;
         let (dim, h) = (self.step.dim(), self.step.length());
         for stage in tableau.end + 1..S {
-            self.beside.copy_from_slice(&self.step.start);
+            self.scratch.copy_from_slice(&self.step.start);
             let weights = &tableau.stages[stage][..stage];
-            accumulate(&mut self.beside, h, &self.slopes, weights);
-            self.picture.push(stage, &mut self.beside, 1);
+            accumulate(&mut self.scratch, h, &self.slopes, weights);
+            self.form.push_forward(stage, &mut self.scratch, 1);
             let time = self.step.start_time + tableau.nodes[stage] * h;
-            self.slope(sys, status, stage, time, Place::Beside);
-            self.picture
-                .pull(stage, &mut self.slopes[stage * dim..][..dim], 1);
+            self.slope(sys, status, stage, time, StageState::Scratch);
+            self.form
+                .pull_back(stage, &mut self.slopes[stage * dim..][..dim], 1);
         }
-        tally.calls += (S - 1 - tableau.end) as u64;
+        stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
 
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
@@ -258,72 +279,72 @@ impl<P: Picture, const S: usize> Stepper for RungeKutta<P, S> {
         let h = self.step.length();
         let offset = t - self.step.start_time;
         accumulate(out, h, &self.slopes, &self.tableau.weights(offset / h));
-        self.picture.push_by(offset, out, 1);
+        self.form.push_forward_by(offset, out, 1);
     }
 
-    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
+    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
         self.records = vec![vec![0.0; differentiable(sys).record_len()]; S];
         S
     }
 
-    fn forget_records(&mut self) {
+    fn disable_tangents(&mut self) {
         self.records.clear();
     }
 
-    /// The vectors go through the very stages of the step that the state has taken, so that what they
-    /// give is the derivative of the numerical flow itself, whatever its tolerance.
-    fn carry<Y: System + ?Sized>(
+    /// The vectors pass through the same stages as the state. The result is the exact derivative of the
+    /// numerical map, whatever its tolerance.
+    fn propagate_tangents<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        bundle: &mut Bundle,
-        _tally: &mut Tally,
+        block: &mut TangentBlock,
+        _tally: &mut SolverStats,
     ) {
-        let width = bundle.width;
-        let numbers = bundle.end.len();
+        let width = block.width;
+        let numbers = block.end.len();
         let derivative = differentiable(sys);
         let tableau = self.tableau;
         let h = self.step.length();
-        let is_cut = self.step.is_cut();
-        // Only the dense output needs the slope at the end of the step, and those beyond.
-        let stages = if is_cut { S } else { tableau.end };
+        let is_shortened = self.step.is_shortened();
+        // The last stage of the step and later ones are needed only for dense output.
+        let stages = if is_shortened { S } else { tableau.end };
         for stage in 0..stages {
-            bundle.stage.copy_from_slice(&bundle.start);
+            block.stage.copy_from_slice(&block.start);
             if stage > 0 {
                 let weights = &tableau.stages[stage][..stage];
-                accumulate(&mut bundle.stage, h, &bundle.slopes, weights);
-                self.picture.push(stage, &mut bundle.stage, width);
+                accumulate(&mut block.stage, h, &block.slopes, weights);
+                self.form.push_forward(stage, &mut block.stage, width);
             }
-            let slope = &mut bundle.slopes[stage * numbers..][..numbers];
+            let slope = &mut block.slopes[stage * numbers..][..numbers];
             derivative.product(
                 status,
                 &mut self.records[stage],
-                &bundle.stage,
+                &block.stage,
                 width,
                 &mut slope[sys.modes() * width..],
             );
-            self.picture.complete(sys, &bundle.stage, slope, width);
+            self.form.add_linear_part(sys, &block.stage, slope, width);
             if stage > 0 {
-                self.picture.pull(stage, slope, width);
+                self.form.pull_back(stage, slope, width);
             }
         }
-        bundle.end.copy_from_slice(&bundle.start);
-        if is_cut {
+        block.end.copy_from_slice(&block.start);
+        if is_shortened {
             let offset = self.step.end_time - self.step.start_time;
             let weights = tableau.weights(offset / h);
-            accumulate(&mut bundle.end, h, &bundle.slopes, &weights);
-            self.picture.push_by(offset, &mut bundle.end, width);
+            accumulate(&mut block.end, h, &block.slopes, &weights);
+            self.form.push_forward_by(offset, &mut block.end, width);
         } else {
             let weights = &tableau.stages[tableau.end][..tableau.end];
-            accumulate(&mut bundle.end, h, &bundle.slopes, weights);
-            self.picture.push(tableau.end, &mut bundle.end, width);
+            accumulate(&mut block.end, h, &block.slopes, weights);
+            self.form.push_forward(tableau.end, &mut block.end, width);
         }
     }
 }
 
 /// Adds `h sum_j weights[j] slopes[j]` to `y`.
 pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    // The number of terms as a constant lets the compiler keep each component's sum in a register.
+    // A constant number of terms lets the compiler keep the sum of each component in a register.
     match weights.len() {
         1 => accumulate_terms::<1>(y, h, slopes, weights),
         2 => accumulate_terms::<2>(y, h, slopes, weights),

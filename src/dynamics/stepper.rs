@@ -1,10 +1,10 @@
-//! One step of any method, and what the others have to know of a method.
+//! The interface of a single step, common to all methods.
 
-use super::control::{Rule, Size};
-use super::tangents::Bundle;
-use super::{Differentiable, Switching, System, Tally};
+use super::error_control::{MethodTraits, StateNorm};
+use super::tangents::TangentBlock;
+use super::{Differentiable, SolverStats, Switching, System};
 
-/// The last step: its two ends.
+/// The last step: time and state at its two ends.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
     /// Start of the last step, s.
@@ -13,60 +13,60 @@ pub(super) struct Step {
     pub start: Vec<f64>,
     /// End of the last step, s.
     pub end_time: f64,
-    /// Where the last step ended before it was cut at an event, s.
-    pub reach_time: f64,
+    /// End time of the last step before it was shortened at an event, s.
+    pub full_end_time: f64,
     /// State at the end of the last step.
     pub end: Vec<f64>,
-    /// Slope of the state at the end of the last step, without what the method takes exactly.
+    /// Slope at the end of the last step, without the linear part that the method integrates exactly.
     pub end_slope: Vec<f64>,
-    /// Estimated error of `end`; zero without an embedded method.
+    /// Error estimate of `end`; zero for a method without embedded estimate.
     pub error: Vec<f64>,
 }
 
 impl Step {
-    /// Ends for states of length `dim`.
+    /// Storage for states of length `dim`.
     pub fn new(dim: usize) -> Self {
         let zeros = vec![0.0; dim];
         Self {
             start_time: 0.0,
             start: zeros.clone(),
             end_time: 0.0,
-            reach_time: 0.0,
+            full_end_time: 0.0,
             end: zeros.clone(),
             end_slope: zeros.clone(),
             error: zeros,
         }
     }
 
-    /// The length of the state.
+    /// Length of the state.
     pub fn dim(&self) -> usize {
         self.start.len()
     }
 
-    /// The length of the step before it was cut, s.
+    /// Length of the step before shortening, s.
     pub fn length(&self) -> f64 {
-        self.reach_time - self.start_time
+        self.full_end_time - self.start_time
     }
 
-    /// Whether the last step was cut at an event.
-    pub fn is_cut(&self) -> bool {
-        self.end_time < self.reach_time
+    /// Whether the last step was shortened at an event.
+    pub fn is_shortened(&self) -> bool {
+        self.end_time < self.full_end_time
     }
 
-    /// Puts the start of the step at its end.
-    pub fn anchor(&mut self) {
+    /// Moves the start of the step to its end.
+    pub fn start_at_end(&mut self) {
         self.start_time = self.end_time;
         self.start.copy_from_slice(&self.end);
     }
 
-    /// Puts the end of the step at its start.
-    pub fn undo(&mut self) {
+    /// Moves the end of the step back to its start.
+    pub fn revert(&mut self) {
         self.end_time = self.start_time;
-        self.reach_time = self.start_time;
+        self.full_end_time = self.start_time;
         self.end.copy_from_slice(&self.start);
     }
 
-    /// The state at time `t` (s) where it is that of an end.
+    /// The state at time `t` (s) if that is an end of the step.
     pub fn at_end(&self, t: f64) -> Option<&[f64]> {
         match t {
             _ if t == self.end_time => Some(&self.end),
@@ -76,58 +76,73 @@ impl Step {
     }
 }
 
-/// One method at work. Its workspace is made once; nothing is allocated by a step.
+/// A single-step method with its workspace. Steps do not allocate.
 ///
-/// Work that it does is counted in the tally given.
+/// The work is counted in the given counters.
 pub(super) trait Stepper {
     /// The last step.
     fn step(&self) -> &Step;
 
-    /// The last step, to be changed.
+    /// Mutable access to the last step.
     fn step_mut(&mut self) -> &mut Step;
 
-    /// What is to be known of the method.
-    fn rule(&self) -> &'static Rule;
+    /// Properties of the method.
+    fn traits(&self) -> &'static MethodTraits;
 
-    /// Takes over the linear part of a changed system with as many modes.
-    fn reread<Y: System + ?Sized>(&mut self, _sys: &Y) {}
+    /// Updates the linear part for a changed system with the same number of modes.
+    fn update_linear_part<Y: System + ?Sized>(&mut self, _sys: &Y) {}
 
-    /// The longest step that the linear part allows, s.
-    fn longest_step(&self) -> f64 {
+    /// Maximum step that the linear part allows, s.
+    fn max_step_of_linear_part(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Evaluates the system afresh at the present state, and forgets the step that led to it.
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+    /// Evaluates the right-hand side at the present state and discards the last step.
+    fn reinitialise<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    );
 
-    /// Lets the next step start where the last one ended.
-    fn follow<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+    /// Moves the start of the next step to the end of the last one.
+    fn begin_step<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    );
 
-    /// Takes the last step back.
-    fn rewind(&mut self);
+    /// Reverts the last step.
+    fn reject_step(&mut self);
 
-    /// Tries the step from its start to `end_time`. It overwrites any step tried from there before,
-    /// so that a rejected step needs no undoing.
+    /// Attempts a step from the present start to `end_time`. It overwrites an earlier attempt, so a
+    /// rejected step needs no cleanup.
     fn attempt<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
         end_time: f64,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     );
 
-    /// The size of the error of the step tried.
-    fn error(&self, omega: &[f64]) -> Size;
+    /// Error norm of the attempted step.
+    fn error(&self, omega: &[f64]) -> StateNorm;
 
-    /// Makes ready for states between the ends of the step.
-    fn densify<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally);
+    /// Evaluates the additional stages that the dense output needs.
+    fn prepare_dense_output<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    );
 
-    /// Writes the state at time `t` (s) within the last step, made ready for it.
+    /// Writes the state at time `t` (s) within the last step by dense output.
     fn interpolate(&mut self, t: f64, out: &mut [f64]);
 
-    /// Ends the last step at time `t` (s) within it, at the state of the dense output there.
-    fn cut(&mut self, t: f64) {
-        // An event at the very end cuts nothing.
+    /// Shortens the last step to end at time `t` (s), with the state from the dense output.
+    fn shorten(&mut self, t: f64) {
+        // An event at the end of the step needs no shortening.
         if t == self.step().end_time {
             return;
         }
@@ -137,24 +152,23 @@ pub(super) trait Stepper {
         self.step_mut().end_time = t;
     }
 
-    /// Makes ready for tangent vectors of the system to follow the steps; returns how many slopes each
-    /// of them needs.
-    fn record<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
+    /// Enables tangent vectors; returns the number of slopes that each of them needs.
+    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
 
-    /// Gives up following tangent vectors.
-    fn forget_records(&mut self);
+    /// Disables tangent vectors.
+    fn disable_tangents(&mut self);
 
-    /// Takes tangent vectors from the start of the step to where it ends or was cut.
-    fn carry<Y: System + ?Sized>(
+    /// Propagates tangent vectors from the start of the step to its end, shortened or not.
+    fn propagate_tangents<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        bundle: &mut Bundle,
-        tally: &mut Tally,
+        block: &mut TangentBlock,
+        stats: &mut SolverStats,
     );
 }
 
-/// Writes `[f | g]` of a system, under a status where one is held.
+/// Writes `[f | g]` of a system, for a frozen status if there is one.
 pub(super) fn force<Y: System + ?Sized>(
     sys: &Y,
     status: Option<&[u8]>,
@@ -168,13 +182,12 @@ pub(super) fn force<Y: System + ?Sized>(
     }
 }
 
-/// The switching of a system that is known to have it.
+/// The switching interface of a system that is known to have one.
 pub(super) fn switching<Y: System + ?Sized>(sys: &Y) -> &dyn Switching {
-    sys.switching().expect("checked when the system came in")
+    sys.switching().expect("checked at construction")
 }
 
-/// The derivative of a system that is known to have it.
+/// The derivative of a system that is known to have one.
 pub(super) fn differentiable<Y: System + ?Sized>(sys: &Y) -> &dyn Differentiable {
-    sys.differentiable()
-        .expect("checked when the system came in")
+    sys.differentiable().expect("checked at construction")
 }

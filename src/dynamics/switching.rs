@@ -1,57 +1,55 @@
-//! Systems whose law changes: guards, statuses and reset maps.
+//! Piecewise smooth systems: guards, statuses and reset maps.
 
-/// A system made of pieces that are smooth, each with a *status*: which nodes touch, whether a
-/// mass sticks. While a status lasts, its own smooth law holds; it ends where one of its *guards*
-/// falls through zero. There the status changes, and the state may jump.
+/// A piecewise smooth system. Its discrete *status* describes, for example, which nodes are in contact
+/// or whether a mass sticks. A smooth law holds for each status. A status ends where one of its *guards*
+/// falls through zero: the status changes, and the state may jump.
 ///
-/// The status is a few bytes whose meaning is the system's own. A guard belongs to the present
-/// status: it is positive (or zero) as long as the status may last, so that a guard usually changes
-/// its sign with the status. After [`Switching::cross`] the guard should be zero or positive again;
-/// while one is not, it is crossed anew (and a system that never gets clear of its guards is ended
-/// as chatter).
+/// The status is a few bytes that the system defines. The guards belong to the present status: they are
+/// positive or zero while the status is valid, so a guard usually changes its sign with the status.
+/// After [`Switching::cross`] the guard should be zero or positive again. A guard that is still negative
+/// is crossed again. A system whose guards stay negative ends with a chatter error.
 pub trait Switching {
-    /// Bytes of the status.
+    /// Length of the status, bytes.
     fn status_len(&self) -> usize;
 
-    /// Writes the status in which a state `z` at time `t` (s) starts.
+    /// Writes the initial status for a state `z` at time `t` (s).
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]);
 
-    /// Eq. (11): the smooth law that holds while a status lasts, `[f | g]` as in
-    /// [`System::force`](super::System::force), defined also a little beyond the guards.
+    /// Eq. (11): the smooth law of a status, `[f | g]` as in [`System::force`](super::System::force). It
+    /// must also be defined slightly beyond the guards.
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]);
 
-    /// The number of guards.
+    /// Number of guards.
     fn guards(&self) -> usize;
 
-    /// Eq. (12): the guards `h_k(t, z)`, of which one falls through zero where the status ends; all
-    /// of them into `values`, in any unit.
+    /// Eq. (12): writes all guards `h_k(t, z)` to `values`, in any unit. A status ends where one of them
+    /// falls through zero.
     fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]);
 
-    /// Eq. (13): `z+ = g(z-)`, what happens as a guard falls through zero: the new status, and the
-    /// jump of the state. `z` comes in just past the guard, by a rounding error of the time; a reset
-    /// map puts it back onto the guard where that matters (an impact sets the distance to zero).
+    /// Eq. (13): `z+ = g(z-)`, the reset at a guard that falls through zero: sets the new status and the
+    /// jump of the state. On input `z` is beyond the guard by a rounding error of the time. If this
+    /// matters, the reset map moves the state back onto the guard (an impact sets the distance to zero).
     ///
-    /// Eq. (14): from there on the law of the new status holds.
+    /// Eq. (14): the law of the new status holds from there on.
     fn cross(&self, guard: usize, t: f64, z: &mut [f64], status: &mut [u8]);
 
-    /// Puts a state back onto what its status holds fixed (the velocity of a mass that sticks),
-    /// against the drift by the errors of the steps. Nothing to do where a status holds nothing.
+    /// Projects a state onto the constraint of its status (the velocity of a sticking mass) to prevent
+    /// drift by integration errors. The default does nothing.
     fn settle(&self, _status: &[u8], _t: f64, _z: &mut [f64]) {}
 
-    /// The derivative of [`Switching::settle`], applied in place to `width` tangent vectors (see
-    /// [`Differentiable::product`](super::Differentiable::product) for their order): what a status
-    /// holds fixed, it holds fixed for neighbours, too. Nothing to do where a status holds nothing.
+    /// The derivative of [`Switching::settle`], applied in place to `width` tangent vectors (order as in
+    /// [`Differentiable::product`](super::Differentiable::product)). The default does nothing.
     fn settle_tangents(&self, _status: &[u8], _vectors: &mut [f64], _width: usize) {}
 
-    /// Whether nothing jumps at any guard: the state goes on, and the laws before and after agree on
-    /// the guard. Then the tangent flow passes unchanged (the correction of Eq. (16) vanishes), and
-    /// a step may run over the guards. `false` where not proven.
+    /// Whether the state and the law are continuous at all guards. Tangent vectors then pass an event
+    /// unchanged (the correction of Eq. (16) vanishes), and a step may cross guards without locating
+    /// them. `false` unless proven.
     fn is_continuous(&self) -> bool {
         false
     }
 
-    /// Eq. (19): the gradient `dh/dz` of one guard into `gradient` (as long as the state); returns
-    /// `dh/dt`, the change of the guard by itself.
+    /// Eq. (19): writes the gradient `dh/dz` of one guard to `gradient` (length of the state) and
+    /// returns the partial time derivative `dh/dt`.
     fn guard_gradient(
         &self,
         status: &[u8],
@@ -61,9 +59,9 @@ pub trait Switching {
         gradient: &mut [f64],
     ) -> f64;
 
-    /// `dg/dz` of the reset map at a guard, applied in place to tangent vectors and their number (see
-    /// [`Differentiable::product`](super::Differentiable::product) for their order). `status` and
-    /// `z` are those before the reset. Nothing to do where the state goes on.
+    /// `dg/dz` of the reset map at a guard, applied in place to tangent vectors, given with their number
+    /// (order as in [`Differentiable::product`](super::Differentiable::product)). `status` and `z` are
+    /// those before the reset. The default, for a continuous state, does nothing.
     fn reset_tangents(
         &self,
         _status: &[u8],
@@ -74,8 +72,8 @@ pub trait Switching {
     ) {
     }
 
-    /// Adds `dg/dt` of the reset map (as long as the state): how the jump changes by itself, where a
-    /// wall moves, say.
+    /// Adds `dg/dt` of the reset map (length of the state), the explicit time dependence of the jump,
+    /// for example of a moving wall.
     fn add_reset_rate(
         &self,
         _status: &[u8],

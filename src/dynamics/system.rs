@@ -1,37 +1,37 @@
-//! What an integrator needs to know of a system, and of one whose tangent flow can be followed.
+//! The interface between an integrator and the system that it integrates.
 
 use super::Switching;
 
-/// Oscillators with a nonlinear force, and first-order components beside them:
+/// Oscillators with a nonlinear force, and additional first-order components:
 ///
 /// ```text
 /// q_i'' + 2 zeta_i omega_i q_i' + omega_i^2 q_i = f_i(t, z)      i = 1 .. modes
 /// w_j'                                          = g_j(t, z)      j = 1 .. first_order
 /// ```
 ///
-/// Eq. (10): the state is `z = [q | q' | w]`, of length [`System::dim`]. The linear modal part is known
-/// apart, so that an exponential method can take it exactly. A plain system of first-order
-/// equations (Lorenz, say) has no modes; a quadrature (work, say) is a first-order component.
+/// Eq. (10): the state is `z = [q | q' | w]`, of length [`System::dim`]. The linear modal part is given
+/// separately, which lets an exponential method integrate it exactly. A system of first-order equations
+/// (for example Lorenz) has no modes. A quadrature (for example work) is a first-order component.
 ///
-/// What else an integrator can make use of is told by [`System::switching`] and
-/// [`System::differentiable`]: a system that has it returns itself there.
+/// A system advertises optional capabilities by returning itself from [`System::switching`] and
+/// [`System::differentiable`].
 pub trait System {
-    /// Natural circular frequencies `omega_i`, rad/s; their number is the number of modes.
+    /// Natural circular frequencies `omega_i`, rad/s, one per mode.
     fn omega(&self) -> &[f64];
 
-    /// Damping ratios `zeta_i` of the linear part; empty means undamped.
+    /// Damping ratios `zeta_i` of the linear part; an empty slice means undamped.
     fn damping(&self) -> &[f64] {
         &[]
     }
 
-    /// The number of first-order components `w`.
+    /// Number of first-order components `w`.
     fn first_order(&self) -> usize {
         0
     }
 
-    /// How many of the first-order components, the last ones, are quadratures: nothing depends on
-    /// them. Tangent vectors leave them out, since each would add an exponent of zero that says
-    /// nothing of the motion.
+    /// Number of quadratures, which are the last first-order components: no other equation depends on
+    /// them. Tangent vectors omit them, because each would add a zero exponent without dynamical
+    /// meaning.
     fn quadratures(&self) -> usize {
         0
     }
@@ -39,65 +39,64 @@ pub trait System {
     /// Writes `[f | g]` (length `modes + first_order`) at time `t` (s) and state `z`.
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]);
 
-    /// Where its law changes, for a system that is not smooth and that can hold one law while a
-    /// step lasts.
+    /// The guards and statuses of a non-smooth system; `None` for a smooth one.
     fn switching(&self) -> Option<&dyn Switching> {
         None
     }
 
-    /// How its force changes with the state, for a system whose tangent flow can be followed.
+    /// The derivative of the force; `None` if tangent vectors and implicit methods are not supported.
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         None
     }
 
-    /// The part of the system, such as `contact node 17`, whose force on the modes is not finite at a
-    /// state, for the message of a run that ends there; `None` where there is none, or it is not known.
-    fn part_at_fault(&self, _t: f64, _z: &[f64]) -> Option<String> {
+    /// Name of the part of the system, such as `contact node 17`, whose force is not finite at a state.
+    /// It is used in the error message. `None` if no such part exists or is known.
+    fn non_finite_part(&self, _t: f64, _z: &[f64]) -> Option<String> {
         None
     }
 
-    /// Whether the law itself does not change with time. The phase of a drive has no exponent, so
-    /// that what exponents of zero mean depends on this ([`Motion`](super::Motion)).
+    /// Whether the law is independent of time. The drive phase of a driven system has no exponent, so
+    /// the meaning of zero exponents depends on this ([`Motion`](super::Motion)).
     fn is_autonomous(&self) -> bool {
         true
     }
 
-    /// The number of modes `m`.
+    /// Number of modes `m`.
     fn modes(&self) -> usize {
         self.omega().len()
     }
 
-    /// The length of the state, `2 m + first_order`.
+    /// Length of the state, `2 m + first_order`.
     fn dim(&self) -> usize {
         2 * self.modes() + self.first_order()
     }
 
-    /// The length of a tangent vector: that of the state without its quadratures.
+    /// Length of a tangent vector: the state without its quadratures.
     fn tangent_dim(&self) -> usize {
         self.dim() - self.quadratures()
     }
 
-    /// Eq. (9): `dz/dt = F(t, z)`, the whole right-hand side (length [`System::dim`]).
+    /// Eq. (9): `dz/dt = F(t, z)`, the full right-hand side (length [`System::dim`]).
     fn rhs(&self, t: f64, z: &[f64], dz: &mut [f64]) {
         self.force(t, z, &mut dz[self.modes()..]);
         add_linear(self.omega(), self.damping(), z, dz, 1);
     }
 }
 
-/// A system that knows the derivative of its force.
+/// A system with a known derivative of the force.
 ///
-/// The integrator evaluates the force at each stage of a step through
-/// [`Differentiable::force_recorded`], which leaves a *record* of what the derivative there needs.
-/// Only when the step has been accepted are the tangent vectors taken through the same stages, by
-/// [`Differentiable::product`]: a rejected step costs them nothing.
+/// At each stage of a step the integrator calls [`Differentiable::force_recorded`], which stores a
+/// *record* of the data that the derivative needs. After the step is accepted,
+/// [`Differentiable::product`] propagates the tangent vectors through the same stages. A rejected step
+/// therefore costs no tangent evaluations.
 pub trait Differentiable: System {
-    /// Numbers in a record. By default the time and the state.
+    /// Length of a record. The default record holds the time and the state.
     fn record_len(&self) -> usize {
         1 + self.dim()
     }
 
-    /// As [`System::force`] (or, given a status, [`Switching::force_in`]), and fills the record. By
-    /// default the record is `[t | z]`.
+    /// Evaluates the force as [`System::force`] does (or [`Switching::force_in`] for a given status) and
+    /// fills the record. The default record is `[t | z]`.
     fn force_recorded(
         &self,
         status: Option<&[u8]>,
@@ -114,13 +113,13 @@ pub trait Differentiable: System {
         }
     }
 
-    /// Eq. (20): the nonlinear part of `d(delta z)/dt = dF/dz . delta z`, for `width` tangent
-    /// vectors at once.
+    /// Eq. (20): the nonlinear part of `d(delta z)/dt = dF/dz . delta z`, for `width` tangent vectors at
+    /// once.
     ///
-    /// `vectors` holds `tangent_dim x width` numbers, component after component, the vectors of one
-    /// component side by side: component `c` of vector `l` is `vectors[c * width + l]`. `out` gets
-    /// the derivatives of `[f | g]` in the same order, `(tangent_dim - modes) x width` numbers. The
-    /// record may be used as scratch, as long as another product can be formed with it.
+    /// `vectors` holds `tangent_dim x width` numbers, stored component by component: component `c` of
+    /// vector `l` is `vectors[c * width + l]`. `out` receives the derivatives of `[f | g]` in the same
+    /// order, `(tangent_dim - modes) x width` numbers. The record may be used as scratch space if it
+    /// stays valid for further products.
     fn product(
         &self,
         status: Option<&[u8]>,
@@ -130,17 +129,17 @@ pub trait Differentiable: System {
         out: &mut [f64],
     );
 
-    /// How `[f | g]` changes by itself at a fixed state, `d[f | g]/dt` (length
-    /// `tangent_dim - modes`), under a status where one is given. Implicit methods need it. Zero by
-    /// default: a system whose law changes with time ([`System::is_autonomous`]) has to give it,
-    /// else those methods lose their order.
+    /// The partial time derivative `d[f | g]/dt` at a fixed state (length `tangent_dim - modes`), for a
+    /// given status if there is one. Implicit methods need it. The default is zero. A non-autonomous
+    /// system ([`System::is_autonomous`]) must implement it; otherwise implicit methods lose their
+    /// order.
     fn time_derivative(&self, _status: Option<&[u8]>, _t: f64, _z: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
 }
 
-/// Completes `dz = [. | f | g]` by the linear part: `dz/dt` of the state `z`, or of `width` tangent
-/// vectors side by side (component after component, the vectors of one component together).
+/// Adds the linear part to `dz = [. | f | g]`. `z` is one state, or `width` tangent vectors stored
+/// component by component.
 pub(super) fn add_linear(omega: &[f64], damping: &[f64], z: &[f64], dz: &mut [f64], width: usize) {
     let half = omega.len() * width;
     let (q, v) = z[..2 * half].split_at(half);

@@ -1,28 +1,28 @@
 //! Sine and cosine of many angles at once.
 //!
-//! An exponential method turns every mode by its own angle at every sample and whenever the step
-//! changes. The standard library takes the angles one at a time; the branch-free form below lets
-//! the compiler take several, at the same accuracy: the angle is brought into
-//! `[-pi/4, pi/4]` with a two-part value of pi/2 (W. J. Cody and W. Waite, Software Manual for the
-//! Elementary Functions, 1980), where the Taylor series are short.
+//! An exponential method evaluates sine and cosine of one angle per mode at every sample and at every
+//! change of the step. The standard library processes one angle at a time. The branch-free form below
+//! can be vectorised at the same accuracy: the angle is reduced to `[-pi/4, pi/4]` with a two-part value
+//! of pi/2 (W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980), where the
+//! Taylor series are short.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 /// The leading 33 bits of pi/2: a product with an integer below 2^20 is exact.
 const HALF_PI_HIGH: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
-/// The rest of pi/2: what the 33 bits leave of the rounded value, and what rounding left.
+/// The low-order part of pi/2: the remaining bits of the rounded value and its rounding error.
 const HALF_PI_LOW: f64 = (FRAC_PI_2 - HALF_PI_HIGH) + 6.123_233_995_736_766e-17;
-/// Adding this to a small number rounds it to an integer, held in the lowest bits.
-const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
-/// Angles up to here are reduced exactly (fewer than 2^20 quarter turns).
-const LARGEST: f64 = 1e6;
+/// Adding this to a small number rounds it to an integer in the lowest bits.
+const ROUNDING_OFFSET: f64 = 1.5 * (1_u64 << 52) as f64;
+/// Angles below this are reduced exactly (fewer than 2^20 multiples of pi/2), rad.
+const MAX_REDUCED_ANGLE: f64 = 1e6;
 
 /// Writes the sine and the cosine of each angle (rad).
 pub(super) fn sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
     let all = angles.iter().zip(sin).zip(cos);
     if angles
         .iter()
-        .fold(true, |small, x| small & (x.abs() < LARGEST))
+        .fold(true, |small, x| small & (x.abs() < MAX_REDUCED_ANGLE))
     {
         all.for_each(|((&x, sin), cos)| (*sin, *cos) = reduced(x));
     } else {
@@ -30,17 +30,17 @@ pub(super) fn sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
     }
 }
 
-/// Sine and cosine of one angle below [`LARGEST`].
+/// Sine and cosine of one angle below [`MAX_REDUCED_ANGLE`].
 #[inline(always)]
 fn reduced(x: f64) -> (f64, f64) {
-    let rounded = x * FRAC_2_PI + ROUNDER;
-    let turns = rounded - ROUNDER;
+    let rounded = x * FRAC_2_PI + ROUNDING_OFFSET;
+    let turns = rounded - ROUNDING_OFFSET;
     let quadrant = rounded.to_bits();
     let r = (x - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW;
     let r2 = r * r;
     let s = r + r * r2 * series(r2, &SINE);
     let c = 1.0 + r2 * series(r2, &COSINE);
-    // Quarter turns: sin -> cos -> -sin -> -cos. Bit 0 exchanges the two, bit 1 changes the sign.
+    // Multiples of pi/2: sin -> cos -> -sin -> -cos. Bit 0 exchanges the two, bit 1 changes the sign.
     let exchange = (quadrant & 1).wrapping_neg();
     let (s, c) = (s.to_bits(), c.to_bits());
     let sin = (s & !exchange) | (c & exchange);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn huge_angles_fall_back_to_the_standard_library() {
+    fn large_angles_use_the_standard_library() {
         let angles = [1e9, 0.5, f64::NAN];
         let (mut sin, mut cos) = ([0.0; 3], [0.0; 3]);
         sin_cos(&angles, &mut sin, &mut cos);

@@ -1,24 +1,25 @@
-//! Files that appear only when they are whole.
+//! Files that appear only when they are complete.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// A file could not be written.
+/// A file cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: check that its folder exists, is writable and has space", path.display())]
 pub struct OutputError {
     /// The file.
     pub path: PathBuf,
-    /// What the system said.
+    /// Error of the operating system.
     pub source: io::Error,
 }
 
-/// Writes a file beside its place and moves it there at the end, so that an old file of that name
-/// stays until the new one is whole.
+/// Writes a temporary file in the same folder and renames it at the end. An existing file of that name stays
+/// until the new one is complete.
 ///
 /// # Errors
-/// If the folder or the file cannot be written, or the old file is write-protected, which is then untouched.
+/// If the folder or the file cannot be written, or the existing file is write-protected; it is then
+/// unchanged.
 pub fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -30,7 +31,7 @@ pub fn replace_file(
         if is_protected(path) {
             return Err(io::ErrorKind::PermissionDenied.into());
         }
-        let file = temporary_beside(path)?;
+        let file = temporary_file_near(path)?;
         let mut writer = BufWriter::new(file.as_file());
         write(&mut writer)?;
         writer.flush()?;
@@ -38,11 +39,11 @@ pub fn replace_file(
         file.persist(path).map_err(|fault| fault.error)?;
         Ok(())
     };
-    attempt().map_err(|source| failed(path, source))
+    attempt().map_err(|source| output_error(path, source))
 }
 
-/// Whether a file is there that may not be written to. A folder that may be written to would let it be replaced all
-/// the same, and root may write to anything: so its mode counts, too.
+/// Whether a write-protected file exists. A writable folder would permit replacing it, and root may write to
+/// any file: the file mode therefore counts, too.
 pub fn is_protected(path: &Path) -> bool {
     let refused = |fault: io::Error| fault.kind() == io::ErrorKind::PermissionDenied;
     path.metadata().is_ok_and(|there| {
@@ -51,15 +52,15 @@ pub fn is_protected(path: &Path) -> bool {
     })
 }
 
-/// What it is that a file could not be written.
-pub(super) fn failed(path: &Path, source: io::Error) -> OutputError {
+/// Converts an error of the operating system.
+pub(super) fn output_error(path: &Path, source: io::Error) -> OutputError {
     OutputError {
         path: path.to_owned(),
         source,
     }
 }
 
-/// The folder that a file is in.
+/// The folder of a file.
 fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -67,35 +68,35 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A new file without a name, where `path` will be: gone when closed, however the program ends.
+/// Creates an unnamed file in the folder of `path`. It is deleted when closed, however the program ends.
 ///
 /// # Errors
-/// If no file can be made there.
-pub(super) fn nameless_beside(path: &Path) -> io::Result<File> {
+/// If no file can be created in the folder.
+pub(super) fn unnamed_file_near(path: &Path) -> io::Result<File> {
     let made = tempfile::tempfile_in(folder(path));
-    // As below.
+    // See `temporary_file_near`.
     made.map_err(|fault| fault.kind().into())
 }
 
-/// A new file in the folder of `path`, gone when dropped; as readable as any other file.
+/// Creates a temporary file in the folder of `path`, with the usual permissions. It is deleted when dropped.
 ///
 /// # Errors
-/// If no file can be made there.
-fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
+/// If no file can be created in the folder.
+fn temporary_file_near(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    // Temporary files are private by default; here the user's umask decides.
+    // Temporary files are private by default; here the user's umask applies.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // The library's message has the name of the temporary file, which nobody asked for.
+    // The message of the library contains the name of the temporary file, which the user does not know.
     let made = builder.prefix(".squeakscope-").tempfile_in(folder(path));
     made.map_err(|fault| fault.kind().into())
 }
 
-/// Whether a file can be made in the folder of `path`. It is tried with one that has no name, so that nothing is
-/// left behind even if the program ends right then.
+/// Checks that a file can be created in the folder of `path`. The test file has no name: nothing remains even
+/// if the program is killed.
 ///
 /// # Errors
-/// If no file can be made there.
+/// If no file can be created in the folder.
 pub fn try_folder_of(path: &Path) -> io::Result<()> {
     let made = tempfile::tempfile_in(folder(path));
     made.map(drop).map_err(|fault| fault.kind().into())
@@ -106,10 +107,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_folder_is_told_without_the_name_of_a_temporary_file() {
+    fn a_missing_folder_is_reported_without_the_name_of_a_temporary_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("absent/out");
-        let made = temporary_beside(&path).map(drop);
+        let made = temporary_file_near(&path).map(drop);
         for fault in [made, try_folder_of(&path)].map(Result::unwrap_err) {
             assert_eq!(fault.kind(), io::ErrorKind::NotFound);
             assert!(!fault.to_string().contains("squeakscope-"), "{fault}");
@@ -130,7 +131,7 @@ mod tests {
         assert_eq!(
             std::fs::read_dir(folder.path()).unwrap().count(),
             1,
-            "nothing left beside"
+            "the temporary file is deleted"
         );
         replace_file(&path, |f| f.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_not_a_file() {
+    fn a_folder_cannot_be_written_as_a_file() {
         let folder = tempfile::tempdir().unwrap();
         assert!(replace_file(folder.path(), |_| Ok(())).is_err());
         assert!(replace_file(&folder.path().join("no/such"), |_| Ok(())).is_err());

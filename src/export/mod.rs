@@ -1,7 +1,7 @@
 //! Plain NumPy arrays on disk: the model of Eq. (8), and the samples of a run.
 //!
-//! Both are `.npz` files, stored without compression: `numpy.load(path)` reads them. Arrays as such
-//! are the matter of [`crate::numpy`].
+//! Both are `.npz` files without compression: `numpy.load(path)` reads them. [`crate::numpy`] reads and
+//! writes single arrays.
 
 mod file;
 mod model;

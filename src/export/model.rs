@@ -1,4 +1,4 @@
-//! The contact model as arrays, for any other program.
+//! The contact model as arrays, for use in other programs.
 
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -8,13 +8,13 @@ use super::{OutputError, replace_file};
 use crate::joint::{Constant, ContactDamping, Friction, Joint, Model, Stribeck};
 use crate::numpy::{Array, NpzError, encode_npz, read_npz};
 
-/// Version of the layout; it rises when an array changes its meaning.
+/// Version of the layout. It increases when an array changes its meaning.
 pub const MODEL_VERSION: f64 = 1.0;
 
-/// What a model file holds: the model of Eq. (8), its equilibrium and a state to start from.
+/// Arrays of a model file: the model of Eq. (8), its equilibrium and an initial state.
 ///
-/// With `n` contact nodes and `m` modes, SI units, Cartesian vectors from the ball's centre (the
-/// beam's axis is z, the beam on its negative side), doubles in row-major order:
+/// With `n` contact nodes and `m` modes, in SI units; Cartesian vectors relative to the ball's centre (the
+/// beam's axis is z, with the beam on its negative side); doubles in row-major order:
 ///
 /// | array | shape | meaning |
 /// |---|---|---|
@@ -37,15 +37,15 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// | `probe` | (m) | row that gives Eq. (24) from `q`, 1/sqrt(kg) |
 /// | `z0` | (2m) | initial `[q, dq/dt]` in the perturbation from the equilibrium |
 ///
-/// In these arrays, with `Q = q_eq + q`, node by node (`Phi` the node's `3 x m` block):
+/// Equations in these arrays, with `Q = q_eq + q`, for each node (`Phi` is the node's `3 x m` block):
 ///
 /// ```text
 /// N = max(0, p_n + k_c e_r . Phi q)      V = Omega x x + Phi dq/dt [+ Omega x Phi q]
 /// d2Q/dt2 + omega^2 Q = sum over nodes of Phi^T (-mu(|V|) N V/|V| - N e_r) Delta A
 /// ```
 ///
-/// Damping of the contact adds to `N` of a closed node `k_c tau e_r . Phi dq/dt`, or makes it
-/// `1 + chi e_r . Phi dq/dt` times as large.
+/// Contact damping adds `k_c tau e_r . Phi dq/dt` to `N` of a closed node, or multiplies `N` by
+/// `1 + chi e_r . Phi dq/dt`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelArrays {
     /// The model.
@@ -57,7 +57,7 @@ pub struct ModelArrays {
 }
 
 impl ModelArrays {
-    /// The arrays of a model with the state to start from.
+    /// The arrays of a model and its initial state.
     pub fn new(model: Model, z0: Vec<f64>) -> Self {
         let q_eq = Joint::new(&model).equilibrium().q.clone();
         Self { model, q_eq, z0 }
@@ -71,7 +71,7 @@ fn flat(vectors: &[[f64; 3]]) -> Array {
 /// Writes a model file.
 ///
 /// # Errors
-/// If the file cannot be written; an older one of that name is then untouched.
+/// If the file cannot be written; an existing file is then unchanged.
 pub fn write_model(path: &Path, arrays: &ModelArrays) -> Result<(), OutputError> {
     replace_file(path, |file| encode_model(file, arrays))
 }
@@ -137,10 +137,10 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
     encode_npz(out, &all)
 }
 
-/// Reads a model file back.
+/// Reads a model file.
 ///
 /// # Errors
-/// If the file cannot be read, an array is missing or its shape does not fit the others.
+/// If the file cannot be read, an array is missing, or a shape does not match.
 pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     let arrays = read_npz(path).map_err(|fault| match fault {
         NpzError::Unreadable(fault) => fault,
@@ -152,7 +152,7 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     let version = reader.take("version", &[])?[0];
     if version != MODEL_VERSION {
         return Err(invalid(format!(
-            "version {version}, but this program reads {MODEL_VERSION}"
+            "file version {version}; this program reads version {MODEL_VERSION}"
         )));
     }
     let rows = reader.take("shapes", &[n, 3, m])?;
@@ -185,7 +185,7 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
         Some(&[0.0, dissipation]) => ContactDamping::HuntCrossley { dissipation },
         _ => {
             return Err(invalid(
-                "`contact_damping` holds two laws at once".to_owned(),
+                "`contact_damping` contains two damping laws; set one of them to 0".to_owned(),
             ));
         }
     };
@@ -239,13 +239,13 @@ impl ModelReader {
         if array.shape != shape {
             let got = array.shape;
             return Err(invalid(format!(
-                "`{name}` has the shape {got:?}, not {shape:?}"
+                "`{name}` has the shape {got:?} instead of {shape:?}"
             )));
         }
         Ok(array.values)
     }
 
-    /// An array that need not be there.
+    /// An optional array.
     fn find(&mut self, name: &str, shape: &[usize]) -> io::Result<Option<Vec<f64>>> {
         match self.arrays.contains_key(name) {
             true => self.take(name, shape).map(Some),

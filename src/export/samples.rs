@@ -4,34 +4,34 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use super::file::{failed, nameless_beside};
+use super::file::{output_error, unnamed_file_near};
 use super::replace_file;
 use crate::numpy::NpzWriter;
 use crate::pipeline::message::{Frame, JointInfo, Record};
 use crate::pipeline::{Sink, SinkError};
 
-/// A sink that writes the samples at the end. Until then they wait in files without a name beside it,
-/// so that a run of any length needs the same memory.
+/// A sink that writes the samples of a run at its end. Until then they are stored in unnamed temporary files
+/// in the same folder: memory does not grow with the duration.
 ///
-/// Arrays, for `s` samples and `m` modes from t = 0: `t` (s), `q` (s, m) and `qdot` (s, m) in the
-/// perturbation from the equilibrium (the coordinates of `z0` in a model file), `u` and `v`
-/// (Eq. 24 and its rate), `tilt_deg`; `load_n` and `rotation_factor` of a joint where they vary.
+/// Arrays for `s` samples and `m` modes from t = 0: `t` (s), `q` (s, m) and `qdot` (s, m) relative to the
+/// equilibrium (the coordinates of `z0` in a model file), `u` and `v` (Eq. 24 and its derivative),
+/// `tilt_deg`; for a joint also `load_n` and `rotation_factor` if they vary.
 #[derive(Debug)]
 pub struct SamplesSink {
     path: PathBuf,
-    /// Names of the arrays besides [`NAMES`].
+    /// Names of arrays in addition to [`NAMES`].
     more: Vec<&'static str>,
-    /// From the first samples on.
-    waiting: Option<Waiting>,
+    /// Present after the first samples.
+    spooled: Option<SpooledSamples>,
 }
 
 impl SamplesSink {
-    /// A sink that will write to `path`.
+    /// Creates a sink for the file `path`.
     pub fn new(path: PathBuf) -> Self {
         Self {
             path,
             more: Vec::new(),
-            waiting: None,
+            spooled: None,
         }
     }
 }
@@ -49,12 +49,12 @@ impl Sink for SamplesSink {
                 self.more = varying.map(|(name, _)| name).collect();
             }
             Record::Samples(frame) => {
-                let kept = match &mut self.waiting {
-                    Some(waiting) => waiting.keep(&frame),
-                    None => Waiting::beside(&self.path, &self.more)
-                        .and_then(|waiting| self.waiting.insert(waiting).keep(&frame)),
+                let kept = match &mut self.spooled {
+                    Some(spooled) => spooled.keep(&frame),
+                    None => SpooledSamples::in_folder_of(&self.path, &self.more)
+                        .and_then(|spooled| self.spooled.insert(spooled).keep(&frame)),
                 };
-                kept.map_err(|fault| failed(&self.path, fault))?;
+                kept.map_err(|fault| output_error(&self.path, fault))?;
             }
             _ => {}
         }
@@ -62,36 +62,35 @@ impl Sink for SamplesSink {
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        let waiting = match self.waiting.take() {
-            Some(waiting) => waiting,
-            None => Waiting::beside(&self.path, &self.more)
-                .map_err(|fault| failed(&self.path, fault))?,
+        let spooled = match self.spooled.take() {
+            Some(spooled) => spooled,
+            None => SpooledSamples::in_folder_of(&self.path, &self.more)
+                .map_err(|fault| output_error(&self.path, fault))?,
         };
-        Ok(replace_file(&self.path, |file| waiting.write(file))?)
+        Ok(replace_file(&self.path, |file| spooled.write(file))?)
     }
 }
 
-/// Names of the arrays that every run has.
+/// Arrays of every run.
 const NAMES: [&str; 6] = ["t", "q", "qdot", "u", "v", "tilt_deg"];
-/// Names of those of what varies.
+/// Arrays of varying quantities.
 const LOAD: &str = "load_n";
 const ROTATION: &str = "rotation_factor";
 
-/// Samples that wait to be written: an array of a file must be in one piece, but its numbers come
-/// frame by frame.
+/// Samples to be written: an array in a file is contiguous, but its values arrive frame by frame.
 #[derive(Debug)]
-struct Waiting {
+struct SpooledSamples {
     samples: usize,
-    /// The arrays by name.
+    /// Arrays by name.
     spools: Vec<(&'static str, Spool)>,
 }
 
-impl Waiting {
-    /// In the folder of the file that they will be written to; with `more` arrays than every run has.
-    fn beside(path: &Path, more: &[&'static str]) -> io::Result<Self> {
+impl SpooledSamples {
+    /// Creates the temporary files in the folder of the output, including the arrays `more`.
+    fn in_folder_of(path: &Path, more: &[&'static str]) -> io::Result<Self> {
         let names = NAMES.iter().chain(more);
         let spools = names.map(|&name| {
-            let file = BufWriter::new(nameless_beside(path)?);
+            let file = BufWriter::new(unnamed_file_near(path)?);
             Ok((name, Spool { file, count: 0 }))
         });
         Ok(Self {
@@ -133,7 +132,7 @@ impl Waiting {
     }
 }
 
-/// Numbers that wait in a file without a name.
+/// Numbers in an unnamed temporary file.
 #[derive(Debug)]
 struct Spool {
     file: BufWriter<File>,

@@ -1,8 +1,8 @@
-//! Stiffness and mass of a section, assembled into sparse symmetric matrices.
+//! Stiffness and mass matrices of a section, assembled in sparse symmetric form.
 //!
-//! An element's stiffness is made as `S^T S`, where `S` holds the square root of the elasticity
-//! matrix times the strains at all quadrature points: symmetric and positive semidefinite by
-//! construction, and a single dense product. The mass is made in the same way.
+//! The stiffness of an element is computed as `S^T S`, where `S` contains the square root of the
+//! elasticity matrix times the strains at all quadrature points. This is symmetric and positive
+//! semidefinite by construction, and a single dense product. The mass is computed in the same way.
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, Par};
@@ -11,8 +11,8 @@ use super::element::{QuadraturePoint, quadrature};
 use super::harmonic::{DofMap, Harmonic, STRAINS, ShapeFunction, StiffnessRoot};
 use super::{Material, Section};
 
-/// Stiffness `K` (N/m) and consistent mass `M` (kg) of the whole three-dimensional body, angular
-/// integrals included: lower triangles, compressed by columns, both on the same pattern.
+/// Stiffness `K` (N/m) and consistent mass `M` (kg) of the full three-dimensional body, including the
+/// angular integrals: lower triangles in compressed column storage with a common sparsity pattern.
 #[derive(Clone, Debug)]
 pub(super) struct Pencil {
     pub(super) column_start: Vec<usize>,
@@ -22,7 +22,7 @@ pub(super) struct Pencil {
 }
 
 impl Pencil {
-    /// Assembles one family.
+    /// Assembles the matrices of one family.
     pub(super) fn assemble(
         section: &Section,
         material: &Material,
@@ -51,7 +51,7 @@ impl Pencil {
         pencil
     }
 
-    /// The pattern of nonzeros: two degrees of freedom meet if an element has both.
+    /// The sparsity pattern: two degrees of freedom are coupled if they share an element.
     fn pattern(elements: &[Vec<Option<usize>>], len: usize) -> Self {
         let mut touching = vec![Vec::new(); len];
         for (e, numbers) in elements.iter().enumerate() {
@@ -86,8 +86,8 @@ impl Pencil {
         }
     }
 
-    /// Adds the element that the kernel holds. Where two of its degrees of freedom share a number,
-    /// their rows and columns add up, which is the constraint that they move together.
+    /// Adds the element matrices of the kernel. If two degrees of freedom of the element share a number,
+    /// their rows and columns are summed, which enforces the constraint between them.
     fn add(&mut self, kernel: &Kernel, numbers: &[Option<usize>]) {
         let amplitudes = kernel.harmonic.amplitudes().len();
         for (b, column) in numbers.iter().enumerate() {
@@ -108,7 +108,7 @@ impl Pencil {
         }
     }
 
-    /// The number of degrees of freedom.
+    /// Number of degrees of freedom.
     pub(super) fn len(&self) -> usize {
         self.column_start.len() - 1
     }
@@ -118,11 +118,11 @@ impl Pencil {
         self.times(&self.mass, x)
     }
 
-    /// A matrix on this pattern, given by its lower triangle, times a vector.
+    /// The product of a matrix with this pattern, given by its lower triangle, and a vector.
     fn times(&self, lower: &[f64], x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; self.len()];
         for j in 0..self.len() {
-            // The diagonal comes first in its column.
+            // The diagonal is the first entry of its column.
             let diagonal = self.column_start[j];
             let below = diagonal + 1..self.column_start[j + 1];
             let mut sum = lower[diagonal] * x[j];
@@ -136,19 +136,19 @@ impl Pencil {
     }
 }
 
-/// Integrates one element after another, reusing its matrices.
+/// Element integration with reusable matrices.
 struct Kernel {
     harmonic: Harmonic,
     root: StiffnessRoot,
     density: f64,
     points: Vec<QuadraturePoint>,
-    /// `S`: a row a strain and quadrature point, a column a degree of freedom.
+    /// `S`: one row per strain and quadrature point, one column per degree of freedom.
     strain: Mat<f64>,
-    /// The same for the mass: a row a quadrature point, a column a node.
+    /// The same for the mass: one row per quadrature point, one column per node.
     inertia: Mat<f64>,
-    /// Lower triangle of the element's stiffness.
+    /// Lower triangle of the element stiffness.
     stiffness: Mat<f64>,
-    /// Lower triangle of the element's mass, the same for each amplitude.
+    /// Lower triangle of the element mass, identical for each amplitude.
     mass: Mat<f64>,
 }
 
@@ -172,17 +172,17 @@ impl Kernel {
     /// Integrates the element with nodes at the given `(r, z)`.
     fn integrate(&mut self, nodes: &[[f64; 2]]) {
         let amplitudes = self.harmonic.amplitudes();
-        let around = self.harmonic.angular_integral();
+        let angular_integral = self.harmonic.angular_integral();
         for (q, point) in self.points.iter().enumerate() {
-            let place = Place::of(point, nodes);
-            let volume = around * place.radius * place.determinant * point.weight;
+            let mapped = MappedPoint::of(point, nodes);
+            let volume = angular_integral * mapped.radius * mapped.determinant * point.weight;
             let root = volume.sqrt();
             let inertia = (self.density * volume).sqrt();
             for node in 0..nodes.len() {
-                let shape = place.shape_function(point, node);
+                let shape = mapped.shape_function(point, node);
                 self.inertia[(q, node)] = inertia * shape.value;
                 for (slot, &amplitude) in amplitudes.iter().enumerate() {
-                    let strain = self.harmonic.strain(amplitude, shape, place.radius);
+                    let strain = self.harmonic.strain(amplitude, shape, mapped.radius);
                     let column = self.strain.col_mut(node * amplitudes.len() + slot);
                     let rows = column.subrows_mut(q * STRAINS, STRAINS);
                     for (entry, value) in rows.iter_mut().zip(self.root.times(strain)) {
@@ -212,14 +212,14 @@ fn lower_gram(out: &mut Mat<f64>, factor: &Mat<f64>) {
 }
 
 /// The isoparametric map at one quadrature point.
-struct Place {
+struct MappedPoint {
     radius: f64,
-    /// Rows: derivatives of `(r, z)` along the first and the second local coordinate.
+    /// Rows: derivatives of `(r, z)` with respect to the first and the second local coordinate.
     jacobian: [[f64; 2]; 2],
     determinant: f64,
 }
 
-impl Place {
+impl MappedPoint {
     fn of(point: &QuadraturePoint, nodes: &[[f64; 2]]) -> Self {
         let mut radius = 0.0;
         let mut jacobian = [[0.0; 2]; 2];
@@ -305,16 +305,16 @@ mod tests {
     }
 
     #[test]
-    fn rigid_motions_have_the_inertia_of_the_body() {
+    fn rigid_motions_have_the_mass_properties_of_the_body() {
         let [diameter, length] = [0.02, 0.2];
         let mass = 7800.0 * PI * 1e-4 * length;
-        let spin = mass * 1e-4 / 2.0;
-        // About the rod's end, the origin: m (R^2 / 4 + L^2 / 3).
-        let tumble = mass * (1e-4 / 4.0 + length * length / 3.0);
+        let polar_inertia = mass * 1e-4 / 2.0;
+        // About the end of the rod, the origin: m (R^2 / 4 + L^2 / 3).
+        let transverse_inertia = mass * (1e-4 / 4.0 + length * length / 3.0);
         let inertia = [
-            (Harmonic::Torsion, vec![spin]),
+            (Harmonic::Torsion, vec![polar_inertia]),
             (Harmonic::Axial, vec![mass]),
-            (Harmonic::Bending, vec![mass, tumble]),
+            (Harmonic::Bending, vec![mass, transverse_inertia]),
         ];
         for order in Elements::ORDERS {
             let section = Section::rod(diameter, length, &elements(0.01, order)).unwrap();
@@ -333,21 +333,21 @@ mod tests {
     }
 
     #[test]
-    fn constant_strain_has_the_energy_of_hookes_law() {
-        // The patch test. Stretch: u_z = z, u_r = -nu r is uniaxial stress, energy E V / 2.
-        // Shear: u_x = z, energy G V / 2.
-        let stretch: fn([f64; 2]) -> [f64; 3] = |[r, z]| [-0.3 * r, 0.0, z];
+    fn constant_strain_satisfies_the_patch_test() {
+        // The patch test. Extension: u_z = z, u_r = -nu r is uniaxial stress, energy E V / 2. Shear: u_x
+        // = z, energy G V / 2.
+        let extension: fn([f64; 2]) -> [f64; 3] = |[r, z]| [-0.3 * r, 0.0, z];
         let shear: fn([f64; 2]) -> [f64; 3] = |[_, z]| [z, z, 0.0];
         for section in sections() {
             for (harmonic, field, modulus) in [
-                (Harmonic::Axial, stretch, STEEL.young),
+                (Harmonic::Axial, extension, STEEL.young),
                 (Harmonic::Bending, shear, STEEL.shear_modulus()),
             ] {
                 let (pencil, dofs) = pencil(&section, harmonic);
                 let field: Vec<[f64; 3]> = section.nodes().iter().copied().map(field).collect();
                 let x = dofs.gather(&field);
                 let twice = dot(&pencil.times(&pencil.stiffness, &x), &x);
-                // The mesh's own volume: coarse elements do not fill a sphere.
+                // The volume of the mesh: coarse elements do not fill a sphere.
                 let along = dofs.gather(&harmonic.rigid_motions(&section)[0]);
                 let volume = dot(&pencil.mass_times(&along), &along) / STEEL.density;
                 let error = (twice / (modulus * volume) - 1.0).abs();

@@ -1,36 +1,35 @@
-//! The bodies that can be meshed.
+//! Meshes of the available bodies.
 //!
 //! ```text
 //!        N ___                 N north pole
 //!        |    `--. D           C corner where beam and sphere meet: re-entrant, so stresses
 //!        |-----/  \              are singular there and the mesh is graded towards it
-//!        | core|   |           the ball is four patches: core, below it, beside it, above it
-//!      A |_____|__/ C          a sphere alone has an arc from its south pole in place of A-C
+//!        | core|   |           the ball has four patches: core, below, right of and above the core
+//!      A |_____|__/ C          a sphere has an arc from its south pole instead of A-C
 //!        |       |
 //!        | beam  |
 //!        |_______|
 //! ```
 
-use super::section::{Curve, Drawing, Grading, Partition, Section, Sides};
+use super::section::{Curve, Grading, Partition, Section, SectionBuilder, Sides};
 use super::{Elements, FemError, Geometry, LengthReading};
 
-/// The mesh of a ball on a beam, and which of its nodes lie on the free surface.
+/// The mesh of a ball on a beam, and its nodes on the free surface.
 #[derive(Clone, Debug)]
 pub(super) struct BallOnBeam {
     pub(super) section: Section,
-    /// Centre of the beam's free end.
+    /// Centre of the free end of the beam.
     pub(super) end: usize,
-    /// The beam's side, from the free end to the corner.
+    /// Lateral surface of the beam, from the free end to the corner.
     pub(super) side: Vec<usize>,
-    /// The ball's free surface, from the north pole to the corner.
+    /// Free surface of the ball, from the north pole to the corner.
     pub(super) ball: Vec<usize>,
 }
 
 impl Section {
     /// Meshes a ball on a beam.
     ///
-    /// Towards the corner where the beam meets the sphere the elements become smaller by
-    /// themselves.
+    /// The mesh is graded automatically towards the corner between beam and sphere.
     ///
     /// # Errors
     /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
@@ -38,31 +37,31 @@ impl Section {
         Ok(BallOnBeam::mesh(geometry, elements)?.section)
     }
 
-    /// Meshes a cylinder of the given diameter and length (m), its lower end at `z = 0`.
+    /// Meshes a cylinder of the given diameter and length (m) with its lower end at `z = 0`.
     ///
     /// # Errors
     /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
     pub fn rod(diameter: f64, length: f64, elements: &Elements) -> Result<Self, FemError> {
-        positive("rod diameter", diameter)?;
-        positive("rod length", length)?;
+        check_positive("rod diameter", diameter)?;
+        check_positive("rod length", length)?;
         let radius = 0.5 * diameter;
-        affordable(radius * length, elements)?;
-        let mut drawing = Drawing::new(elements.order);
+        check_elements(radius * length, elements)?;
+        let mut builder = SectionBuilder::new(elements.order);
         let across = Partition::new(radius, elements, Grading::Uniform);
         let along = Partition::new(length, elements, Grading::Uniform);
         let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
-        let [a, b, c, d] = corners.map(|p| drawing.vertex(p));
-        let bottom = drawing.line(a, b, &across);
-        let right = drawing.line(b, c, &along);
-        let top = drawing.line(d, c, &across);
-        let left = drawing.line(a, d, &along);
-        drawing.patch(&Sides {
+        let [a, b, c, d] = corners.map(|p| builder.vertex(p));
+        let bottom = builder.line(a, b, &across);
+        let right = builder.line(b, c, &along);
+        let top = builder.line(d, c, &across);
+        let left = builder.line(a, d, &along);
+        builder.patch(&Sides {
             bottom: &bottom,
             right: &right,
             top: &top,
             left: &left,
         });
-        Ok(drawing.finish())
+        Ok(builder.finish())
     }
 
     /// Meshes a sphere of the given diameter (m) about the origin.
@@ -70,17 +69,17 @@ impl Section {
     /// # Errors
     /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
     pub fn sphere(diameter: f64, elements: &Elements) -> Result<Self, FemError> {
-        positive("sphere diameter", diameter)?;
+        check_positive("sphere diameter", diameter)?;
         let radius = 0.5 * diameter;
-        affordable(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
-        let mut drawing = Drawing::new(elements.order);
+        check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
+        let mut builder = SectionBuilder::new(elements.order);
         let quarter = std::f64::consts::FRAC_PI_4;
         let radial = Partition::new(radius * quarter, elements, Grading::Uniform);
-        let south = drawing.vertex([0.0, -radius]);
-        let corner = drawing.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
-        let base = drawing.arc(south, corner, &radial);
+        let south = builder.vertex([0.0, -radius]);
+        let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
+        let base = builder.arc(south, corner, &radial);
         ball(
-            &mut drawing,
+            &mut builder,
             radius,
             &base,
             &radial,
@@ -89,7 +88,7 @@ impl Section {
                 grading: Grading::Uniform,
             },
         );
-        Ok(drawing.finish())
+        Ok(builder.finish())
     }
 }
 
@@ -99,36 +98,36 @@ impl BallOnBeam {
         let Heights { end, corner } = Heights::of(geometry)?;
         let radius = 0.5 * geometry.ball_diameter;
         let beam_radius = 0.5 * geometry.beam_diameter;
-        affordable(
+        check_elements(
             beam_radius * (corner - end) + std::f64::consts::FRAC_PI_2 * radius * radius,
             elements,
         )?;
 
-        let mut drawing = Drawing::new(elements.order);
-        let c = drawing.vertex([beam_radius, corner]);
+        let mut builder = SectionBuilder::new(elements.order);
+        let c = builder.vertex([beam_radius, corner]);
         let polar = beam_radius.atan2(corner);
-        // The same division serves the beam's radius and the arc above the ball's core.
+        // The beam radius and the arc above the core use the same division.
         let radial = Partition::new(
             beam_radius.max(radius * polar * SHOULDER),
             elements,
             Grading::End,
         );
         let along = Partition::new(corner - end, elements, Grading::End);
-        let centre = drawing.vertex([0.0, end]);
-        let rim = drawing.vertex([beam_radius, end]);
-        let a = drawing.vertex([0.0, corner]);
-        let base = drawing.line(a, c, &radial);
-        let side = drawing.line(rim, c, &along);
-        let cap = drawing.line(centre, rim, &radial);
-        let axis = drawing.line(centre, a, &along);
-        drawing.patch(&Sides {
+        let centre = builder.vertex([0.0, end]);
+        let rim = builder.vertex([beam_radius, end]);
+        let a = builder.vertex([0.0, corner]);
+        let base = builder.line(a, c, &radial);
+        let side = builder.line(rim, c, &along);
+        let cap = builder.line(centre, rim, &radial);
+        let axis = builder.line(centre, a, &along);
+        builder.patch(&Sides {
             bottom: &cap,
             right: &side,
             top: &base,
             left: &axis,
         });
         let ball = ball(
-            &mut drawing,
+            &mut builder,
             radius,
             &base,
             &radial,
@@ -138,7 +137,7 @@ impl BallOnBeam {
             },
         );
         Ok(Self {
-            section: drawing.finish(),
+            section: builder.finish(),
             end: centre,
             side: side.nodes,
             ball,
@@ -146,7 +145,8 @@ impl BallOnBeam {
     }
 }
 
-/// Where the beam ends and where it meets the sphere, as heights above the ball's centre (m).
+/// Heights of the free end and of the corner between beam and sphere, relative to the centre of the ball
+/// (m).
 struct Heights {
     end: f64,
     corner: f64,
@@ -160,9 +160,9 @@ impl Heights {
             beam_length,
             reading,
         } = *geometry;
-        positive("ball diameter", ball_diameter)?;
-        positive("beam diameter", beam_diameter)?;
-        positive("beam length", beam_length)?;
+        check_positive("ball diameter", ball_diameter)?;
+        check_positive("beam diameter", beam_diameter)?;
+        check_positive("beam length", beam_length)?;
         if beam_diameter >= ball_diameter {
             return Err(FemError::Dimension {
                 name: "beam diameter",
@@ -180,80 +180,80 @@ impl Heights {
             return Err(FemError::Dimension {
                 name: "beam length",
                 value: beam_length,
-                requirement: "must reach out of the ball when it is measured to the centre",
+                requirement: "must exceed the distance from the centre to the corner if it is measured to the centre",
             });
         }
         Ok(Self { end, corner })
     }
 }
 
-/// Polar angle of the point D in the sketch, as a fraction of the corner's.
+/// Polar angle of the point D in the sketch, as a fraction of that of the corner.
 const SHOULDER: f64 = 1.0 / 3.0;
 /// Size of the core as a fraction of the ball.
 const CORE: f64 = 0.5;
 
-/// How a ball is divided.
+/// Division of a ball into elements.
 struct BallMesh<'a> {
     elements: &'a Elements,
-    /// Towards the corner, both along the surface and into the depth.
+    /// Grading towards the corner, along the surface and in depth.
     grading: Grading,
 }
 
-/// Adds a ball about the origin on top of `base`, which runs from the axis to the corner and is
-/// divided as `radial`. Returns the nodes of its surface from the north pole to the corner.
+/// Adds a ball about the origin on top of `base`, which runs from the axis to the corner and is divided
+/// as `radial`. Returns the nodes of its surface from the north pole to the corner.
 fn ball(
-    drawing: &mut Drawing,
+    builder: &mut SectionBuilder,
     radius: f64,
     base: &Curve,
     radial: &Partition,
     mesh: &BallMesh<'_>,
 ) -> Vec<usize> {
     let [south, corner] = [base.first(), base.last()];
-    let [r, z] = drawing.position(corner);
+    let [r, z] = builder.position(corner);
     let polar = r.atan2(z);
-    let north = drawing.vertex([0.0, radius]);
+    let north = builder.vertex([0.0, radius]);
     let angle = polar * SHOULDER;
-    let shoulder = drawing.vertex([radius * angle.sin(), radius * angle.cos()]);
+    let shoulder = builder.vertex([radius * angle.sin(), radius * angle.cos()]);
 
-    // The core is the outer contour shrunk towards the middle of the axis.
-    let middle = 0.5 * (drawing.position(south)[1] + radius);
+    // The core is the outer contour scaled towards the middle of the axis.
+    let middle = 0.5 * (builder.position(south)[1] + radius);
     let outer = [south, corner, shoulder, north];
     let core = outer.map(|node| {
-        let [r, z] = drawing.position(node);
-        drawing.vertex([CORE * r, middle + CORE * (z - middle)])
+        let [r, z] = builder.position(node);
+        builder.vertex([CORE * r, middle + CORE * (z - middle)])
     });
     let depth = (1.0 - CORE) * r.hypot(z - middle);
     let layers = Partition::new(depth, mesh.elements, mesh.grading);
     let along = Partition::new(radius * (polar - angle), mesh.elements, mesh.grading);
     let [spoke_south, spoke_corner, spoke_shoulder, spoke_north] =
-        std::array::from_fn(|k| drawing.line(outer[k], core[k], &layers));
+        std::array::from_fn(|k| builder.line(outer[k], core[k], &layers));
 
-    let flank = drawing.arc(corner, shoulder, &along);
-    let crown = drawing.arc(north, shoulder, radial);
-    let core_bottom = drawing.line(core[0], core[1], radial);
-    let core_right = drawing.line(core[1], core[2], &along);
-    let core_top = drawing.line(core[3], core[2], radial);
-    let core_left = drawing.line(core[0], core[3], &along);
+    let flank = builder.arc(corner, shoulder, &along);
+    let crown = builder.arc(north, shoulder, radial);
+    let core_bottom = builder.line(core[0], core[1], radial);
+    let core_right = builder.line(core[1], core[2], &along);
+    let core_top = builder.line(core[3], core[2], radial);
+    let core_left = builder.line(core[0], core[3], &along);
 
-    drawing.patch(&Sides {
+    builder.patch(&Sides {
         bottom: &core_bottom,
         right: &core_right,
         top: &core_top,
         left: &core_left,
     });
-    drawing.patch(&Sides {
+    builder.patch(&Sides {
         bottom: base,
         right: &spoke_corner,
         top: &core_bottom,
         left: &spoke_south,
     });
-    drawing.patch(&Sides {
+    builder.patch(&Sides {
         bottom: &flank,
         right: &spoke_shoulder,
         top: &core_right,
         left: &spoke_corner,
     });
-    drawing.patch(&Sides {
+    builder.patch(&Sides {
         bottom: &core_top,
         right: &spoke_shoulder.reversed(),
         top: &crown,
@@ -265,8 +265,8 @@ fn ball(
     surface
 }
 
-/// Refuses a dimension that is not a positive number.
-fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
+/// Rejects a dimension that is not a positive number.
+fn check_positive(name: &'static str, value: f64) -> Result<(), FemError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
@@ -277,14 +277,14 @@ fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     })
 }
 
-/// Refuses elements of an order that there is not, of a size that is not a positive number, or too
-/// many of them.
-fn affordable(area: f64, elements: &Elements) -> Result<(), FemError> {
+/// Rejects an unavailable element order, an element size that is not a positive number, and too many
+/// elements.
+fn check_elements(area: f64, elements: &Elements) -> Result<(), FemError> {
     let &Elements { size, order } = elements;
     if !Elements::ORDERS.contains(&order) {
         return Err(FemError::Order { order });
     }
-    positive("element size", size)?;
+    check_positive("element size", size)?;
     let count = area / (size * size);
     let limit = elements.limit();
     if count <= limit as f64 {
@@ -315,7 +315,7 @@ mod tests {
         }
     }
 
-    /// Volume of the body of revolution; fails on an element turned inside out.
+    /// Volume of the body of revolution; panics if an element is inverted.
     fn volume(section: &Section) -> f64 {
         let mut volume = 0.0;
         for element in section.elements() {
@@ -331,7 +331,7 @@ mod tests {
                     }
                 }
                 let det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
-                assert!(det > 0.0, "element turned inside out at r = {r}");
+                assert!(det > 0.0, "inverted element at r = {r}");
                 volume += 2.0 * PI * r * det * point.weight;
             }
         }
@@ -344,12 +344,12 @@ mod tests {
     }
 
     #[test]
-    fn volumes_are_those_of_the_bodies() {
+    fn mesh_volumes_agree_with_the_bodies() {
         for order in Elements::ORDERS {
             let rod = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap();
             assert_close(volume(&rod), PI * 1e-4 * 0.2, 1e-13);
             let sphere = Section::sphere(0.03, &elements(0.005, order)).unwrap();
-            // The gap between an arc and its interpolation.
+            // The volume error of the polynomial approximation of the arc.
             let gap = [6e-2, 2e-4, 3e-6, 1e-9].get(order - 1).unwrap_or(&1e-11);
             assert_close(volume(&sphere), PI / 6.0 * 0.03_f64.powi(3), *gap);
         }
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn slender_and_stout_beams_mesh_too() {
+    fn slender_and_thick_beams_can_be_meshed() {
         for beam_diameter in [1e-3, 31e-3] {
             let slim = Geometry {
                 beam_diameter,
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_dimensions_are_refused_by_name() {
+    fn invalid_dimensions_are_rejected_by_name() {
         let good = geometry(LengthReading::ToCentre);
         let bad = [
             (
@@ -451,14 +451,14 @@ mod tests {
     }
 
     #[test]
-    fn orders_that_there_are_not_are_refused_and_higher_ones_take_fewer_elements() {
+    fn unavailable_orders_are_rejected_and_the_limit_decreases_with_order() {
         for order in [0, 9] {
             let error = Section::rod(0.02, 0.2, &elements(0.01, order)).unwrap_err();
             assert_eq!(error, FemError::Order { order });
             assert!(error.to_string().contains("from 1 to 8"), "{error}");
         }
         for (order, limit) in [(1, 32_000), (2, 8_000), (4, 2_000), (8, 500)] {
-            // A rod of a little more elements than there may be.
+            // A rod with slightly more elements than the limit.
             let size = (0.01 * 0.2 / limit as f64).sqrt();
             let mesh = |size| Section::rod(0.02, 0.2, &elements(size, order));
             assert!(mesh(1.01 * size).is_ok());

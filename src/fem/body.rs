@@ -1,19 +1,18 @@
-//! The modes of the ball on its beam: the room's result.
+//! The modes of the ball on its beam.
 
 use super::bodies::BallOnBeam;
 use super::surface::{BallSurface, EdgePoint, ShapeTable, SideSurface};
 use super::{Elements, Families, FemError, Geometry, Harmonic, Material, MeridianMode, ModeKind};
 
-/// The elastic modes of a free ball on a beam, normalised to unit mass over the whole body
-/// (`Phi^T M Phi = I`), in ascending order of frequency, the x copy of a bending pair before its
-/// y copy.
+/// The elastic modes of a free ball on a beam, normalised to unit modal mass (`Phi^T M Phi = I`), in
+/// ascending order of frequency. The x mode of a bending pair precedes its y mode.
 ///
-/// Signs are fixed: at the ball's north pole a bending mode moves towards +x (or +y), an axial
-/// mode towards +z; a torsion mode turns the ball about +z.
+/// Signs: at the north pole of the ball a bending mode moves towards +x (or +y), an axial mode towards
+/// +z; a torsion mode rotates the ball about +z.
 #[derive(Clone, Debug)]
 pub struct BodyModes {
     modes: Vec<BodyMode>,
-    /// The meridian field behind each mode; the copies of a pair share one.
+    /// Index of the meridian field of each mode; the modes of a pair share one.
     pub(super) field_of: Vec<usize>,
     pub(super) fields: Vec<MeridianMode>,
     pub(super) mesh: BallOnBeam,
@@ -21,28 +20,28 @@ pub struct BodyModes {
     side: SideSurface,
 }
 
-/// Name and frequency of one mode.
+/// Label and frequency of one mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMode {
     /// Family and orientation.
     pub kind: ModeKind,
-    /// Place in its family, counted from 1.
+    /// Number within its family, from 1.
     pub order: usize,
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
 }
 
-/// A mode that stands for its family.
+/// The mode that represents its family.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FamilyMode {
-    /// Its place among the modes.
+    /// Index of the mode.
     pub mode: usize,
-    /// The family in words: `2nd bending pair`, `1st torsion`.
+    /// Name of the family: `2nd bending pair`, `1st torsion`.
     pub name: String,
 }
 
 impl BodyMode {
-    /// For people: "2nd bending x", "1st torsion", "1st axial".
+    /// Label for display: "2nd bending x", "1st torsion", "1st axial".
     pub fn label(&self) -> String {
         let plane = match self.kind {
             ModeKind::BendingX => " x",
@@ -52,7 +51,7 @@ impl BodyMode {
         self.family_label() + plane
     }
 
-    /// The label without the plane, the same for both members of a bending pair: "2nd bending".
+    /// The label without the plane, the same for both modes of a bending pair: "2nd bending".
     pub fn family_label(&self) -> String {
         let family = match self.kind {
             ModeKind::BendingX | ModeKind::BendingY => "bending",
@@ -70,21 +69,21 @@ impl BodyMode {
     }
 }
 
-/// A field found, before the fields of all families are put in order.
-struct Found {
+/// A computed field before sorting over all families.
+struct LabelledField {
     harmonic: Harmonic,
     order: usize,
     field: MeridianMode,
 }
 
 impl BodyModes {
-    /// Meshes the body and finds the lowest modes of each family.
+    /// Meshes the body and computes the lowest modes of each family.
     ///
-    /// [`Elements::default`] serves a body of the paper's size.
+    /// [`Elements::default`] is suitable for a body of the paper's size.
     ///
     /// # Errors
-    /// [`FemError`]: impossible dimensions or material, an order that there is not, a mesh too
-    /// fine, or a failure of the eigenvalue computation.
+    /// [`FemError`] for invalid dimensions or material constants, an unavailable order, a mesh that is
+    /// too fine, or a failed eigenvalue computation.
     pub fn solve(
         geometry: &Geometry,
         material: &Material,
@@ -99,7 +98,7 @@ impl BodyModes {
             (Harmonic::Axial, families.axial),
         ] {
             let fields = mesh.section.modes(material, harmonic, count)?;
-            found.extend((1..).zip(fields).map(|(order, field)| Found {
+            found.extend((1..).zip(fields).map(|(order, field)| LabelledField {
                 harmonic,
                 order,
                 field: oriented(field, harmonic, &mesh),
@@ -109,8 +108,8 @@ impl BodyModes {
         Ok(Self::arrange(mesh, found))
     }
 
-    /// Turns fields into modes and tabulates them on the surface.
-    fn arrange(mesh: BallOnBeam, found: Vec<Found>) -> Self {
+    /// Converts fields to modes and tabulates them on the surface.
+    fn arrange(mesh: BallOnBeam, found: Vec<LabelledField>) -> Self {
         let mut modes = Vec::new();
         let mut field_of = Vec::new();
         for (number, found) in found.iter().enumerate() {
@@ -146,7 +145,7 @@ impl BodyModes {
         &self.modes
     }
 
-    /// One mode of each family, in ascending order of frequency: of a bending pair the first.
+    /// One mode of each family, in ascending order of frequency; of a bending pair the first.
     pub fn families(&self) -> Vec<FamilyMode> {
         let mut families: Vec<FamilyMode> = Vec::new();
         for (mode, of) in self.modes.iter().enumerate() {
@@ -162,17 +161,17 @@ impl BodyModes {
         families
     }
 
-    /// Mode shapes at a point of the ball's surface: for each mode the displacement `[x, y, z]`,
-    /// in 1/sqrt(kg).
+    /// Mode shapes at a point of the ball's surface: the displacement `[x, y, z]` of each mode, in
+    /// 1/sqrt(kg).
     ///
-    /// `direction` points from the ball's centre to the point; its length does not matter. The
-    /// elements' own shape functions interpolate. `out` has one entry a mode.
+    /// `direction` points from the centre of the ball to the point; its length is irrelevant. The shape
+    /// functions of the elements interpolate. `out` has one entry per mode.
     ///
     /// # Errors
-    /// [`FemError::OutsideBall`] if the direction runs into the beam or is no direction.
+    /// [`FemError::OutsideBall`] if the direction points into the beam or is zero.
     ///
     /// # Panics
-    /// If `out` is not as long as [`BodyModes::modes`].
+    /// If the length of `out` differs from the number of [`BodyModes::modes`].
     pub fn shapes_at_ball(
         &self,
         direction: [f64; 3],
@@ -190,7 +189,7 @@ impl BodyModes {
             return Err(outside());
         }
         let point = self.ball.locate(polar).ok_or_else(outside)?;
-        // On the axis every azimuth gives the same displacement.
+        // On the axis the displacement does not depend on the azimuth.
         let [cos, sin] = if distance > 0.0 {
             [x / distance, y / distance]
         } else {
@@ -200,7 +199,7 @@ impl BodyModes {
         Ok(())
     }
 
-    /// All shapes at one point of a meridian, at the azimuth of the given cosine and sine.
+    /// All mode shapes at one point of a meridian, at the azimuth with the given cosine and sine.
     fn shapes(
         &self,
         table: &ShapeTable,
@@ -208,7 +207,7 @@ impl BodyModes {
         [cos, sin]: [f64; 2],
         out: &mut [[f64; 3]],
     ) {
-        assert_eq!(out.len(), self.modes.len(), "one shape vector a mode");
+        assert_eq!(out.len(), self.modes.len(), "one shape vector per mode");
         let mut current = usize::MAX;
         let mut amplitudes = [0.0; 3];
         for ((mode, &field), shape) in self.modes.iter().zip(&self.field_of).zip(out) {
@@ -220,12 +219,12 @@ impl BodyModes {
         }
     }
 
-    /// A triangle mesh of the whole surface for pictures, with the mode shapes at its vertices.
-    /// It is the surface of the elements: at order 1 the ball has the flats that they have.
+    /// A triangle mesh of the whole surface for display, with the mode shapes at its vertices. It is the
+    /// surface of the elements: at order 1 the ball is faceted.
     ///
-    /// `along` counts the segments from the free end to the north pole, two fifths of them on the
-    /// ball; `round` counts those round the axis. Less than 4 and 3 are taken as 4 and 3. There
-    /// are `along * round + 2` vertices; 40 and 18 look smooth.
+    /// `along` is the number of segments from the free end to the north pole, two fifths of them on the
+    /// ball; `round` is the number around the axis. The minimum is 4 and 3. The mesh has `along * round
+    /// + 2` vertices; 40 and 18 give a smooth picture.
     pub fn outline(&self, along: usize, round: usize) -> SurfaceMesh {
         let [along, round] = [along.max(4), round.max(3)];
         let on_ball = (2 * along).div_ceil(5);
@@ -274,7 +273,7 @@ impl BodyModes {
     }
 }
 
-/// A closed triangle mesh of the body's surface, at rest, with mode shapes.
+/// A closed triangle mesh of the undeformed surface of the body, with mode shapes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Positions, m: the centre of the free end, rings from there to the ball, the north pole.
@@ -283,7 +282,7 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Mode shapes, 1/sqrt(kg): vertex by vertex, all modes of one vertex together.
     pub shapes: Vec<[f64; 3]>,
-    /// The number of modes.
+    /// Number of modes.
     pub modes: usize,
 }
 
@@ -298,7 +297,7 @@ impl SurfaceMesh {
         self.shapes.extend_from_slice(shapes);
     }
 
-    /// Spans triangles between the rings and closes both ends.
+    /// Creates the triangles between the rings and at both ends.
     fn connect(&mut self, rings: usize, round: usize) {
         let vertex = |ring: usize, j: usize| (1 + ring * round + j % round) as u32;
         let pole = (1 + rings * round) as u32;
@@ -315,13 +314,13 @@ impl SurfaceMesh {
     }
 }
 
-/// Gives a field the sign that [`BodyModes`] promises.
+/// Applies the sign convention of [`BodyModes`].
 fn oriented(mut field: MeridianMode, harmonic: Harmonic, mesh: &BallOnBeam) -> MeridianMode {
     let pole = field.amplitudes[mesh.ball[0]];
     let indicator = match harmonic {
         Harmonic::Bending => pole[0],
         Harmonic::Axial => pole[2],
-        // Torsion leaves the axis at rest: take the rotation of the ball's surface as a whole.
+        // Torsion does not move the axis: use the mean rotation of the ball's surface.
         Harmonic::Torsion => mesh
             .ball
             .iter()

@@ -1,14 +1,14 @@
 //! The lowest elastic eigenpairs of `K x = lambda M x`.
 //!
-//! Shift and invert: with `sigma < 0` the matrix `K - sigma M` is positive definite even though a
-//! free body has rigid motions, so a sparse Cholesky factorisation exists, and
-//! `A = (K - sigma M)^-1 M`, self-adjoint in the inner product of `M`, has the wanted pairs as its
-//! largest: `theta = 1 / (lambda - sigma)`. The Lanczos process builds an `M`-orthonormal basis
-//! with full reorthogonalisation (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 13). The
-//! rigid motions are known, so they are the first vectors of that basis and take no part in the
-//! process: what comes out is elastic by construction, and no frequency has to be judged as
-//! "nearly zero". Within one family no elastic frequency is multiple (bending pairs are two copies
-//! of one solution), which is what the single-vector process needs.
+//! Shift and invert: with `sigma < 0` the matrix `K - sigma M` is positive definite even though a free
+//! body has rigid-body motions, so a sparse Cholesky factorisation exists. The operator `A = (K - sigma
+//! M)^-1 M` is self-adjoint in the inner product of `M`, and the wanted pairs have its largest
+//! eigenvalues `theta = 1 / (lambda - sigma)`. The Lanczos process builds an `M`-orthonormal basis with
+//! full reorthogonalisation (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 13). The known
+//! rigid-body motions are the first vectors of the basis and are excluded from the process. The results
+//! are therefore elastic modes, and no frequency needs to be classified as "nearly zero". Within one
+//! family all elastic frequencies are simple (bending pairs are two copies of one solution), as the
+//! single-vector process requires.
 
 use faer::prelude::Solve;
 use faer::sparse::linalg::solvers::Llt;
@@ -27,25 +27,25 @@ pub(super) struct Eigenpairs {
     pub(super) vectors: Vec<Vec<f64>>,
 }
 
-/// A Ritz pair has converged when its residual in the norm of `M`, relative to `theta`, is below
-/// this; the eigenvalue's relative error is then of the order of its square.
+/// Convergence criterion: the residual of a Ritz pair in the norm of `M`, relative to `theta`. The
+/// relative error of the eigenvalue is of the order of its square.
 const TOLERANCE: f64 = 1e-12;
-/// Lanczos steps between two looks at the Ritz values.
-const LOOK_EVERY: usize = 4;
+/// Lanczos steps between convergence checks.
+const CHECK_INTERVAL: usize = 4;
 
-/// What to look for.
+/// Parameters of the eigenvalue search.
 pub(super) struct Search<'a> {
-    /// The family, named in errors.
+    /// The family, used in error messages.
     pub(super) harmonic: Harmonic,
-    /// Rigid motions, linearly independent.
+    /// Rigid-body motions, linearly independent.
     pub(super) rigid: &'a [Vec<f64>],
-    /// Number of elastic pairs wanted.
+    /// Number of elastic eigenpairs.
     pub(super) wanted: usize,
     /// The shift `sigma`, negative, rad^2/s^2.
     pub(super) shift: f64,
 }
 
-/// Finds the lowest elastic eigenpairs.
+/// Computes the lowest elastic eigenpairs.
 ///
 /// # Errors
 /// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`].
@@ -82,9 +82,9 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
         lanczos.coupling.push(step.remainder);
 
         let steps = lanczos.diagonal.len();
-        if steps == limit || (steps >= wanted && steps % LOOK_EVERY == 0) {
+        if steps == limit || (steps >= wanted && steps % CHECK_INTERVAL == 0) {
             let ritz = lanczos.ritz(wanted.min(steps));
-            // With the whole space spanned there is no remainder left, only its rounding.
+            // If the basis spans the whole space, the remainder consists of rounding errors.
             let done = |pair: &&RitzPair| steps == available || pair.residual <= TOLERANCE;
             converged = ritz.iter().take_while(done).count();
             if converged == wanted {
@@ -119,7 +119,7 @@ fn factorise(pencil: &Pencil, search: &Search<'_>) -> Result<Llt<usize, f64>, Fe
         })
 }
 
-/// A fixed vector without symmetry, so that no mode is missed and every run is the same: the
+/// A fixed starting vector without symmetry, so no mode is missed and every run is identical: the
 /// multiples of the golden ratio modulo one.
 fn start_vector(len: usize) -> Vec<f64> {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -147,11 +147,11 @@ struct MassBasis<'a> {
     mass_vectors: Vec<Vec<f64>>,
 }
 
-/// What was found while a vector was made orthogonal to a basis.
+/// Result of the orthogonalisation of a vector against a basis.
 struct Extension {
-    /// Its component along the basis vector that was last before.
+    /// Component along the previously last basis vector.
     along_last: f64,
-    /// Norm of what was left of it.
+    /// Norm of the orthogonal remainder.
     remainder: f64,
 }
 
@@ -168,10 +168,10 @@ impl<'a> MassBasis<'a> {
         &self.mass_vectors[self.mass_vectors.len() - 1]
     }
 
-    /// Makes `x` orthogonal to the basis, normalises it and adds it.
+    /// Orthogonalises `x` against the basis, normalises it and appends it.
     fn extend(&mut self, mut x: Vec<f64>) -> Extension {
         let mut along_last = 0.0;
-        // Once removes the components, twice removes what rounding left of them.
+        // The second pass removes the rounding errors of the first.
         for _ in 0..2 {
             let mut last = 0.0;
             for (vector, mass_vector) in self.vectors.iter().zip(&self.mass_vectors) {
@@ -195,12 +195,12 @@ impl<'a> MassBasis<'a> {
     }
 }
 
-/// The operator projected on the Lanczos basis.
+/// The operator projected onto the Lanczos basis.
 #[derive(Default)]
 struct Tridiagonal {
     diagonal: Vec<f64>,
-    /// Entry `k` couples the vectors `k` and `k + 1`; the last one couples to what is not yet in
-    /// the projection, and so measures its error.
+    /// Entry `k` couples the vectors `k` and `k + 1`. The last entry couples to the next vector, outside
+    /// the projection, and measures the error.
     coupling: Vec<f64>,
 }
 
@@ -214,8 +214,8 @@ struct RitzPair {
 }
 
 impl Tridiagonal {
-    /// The pairs with the largest `theta`, largest first; none if the small eigenproblem fails,
-    /// which the caller then sees as missing convergence.
+    /// The pairs with the largest `theta`, largest first; empty if the small eigenproblem fails, which
+    /// the caller reports as missing convergence.
     fn ritz(&self, count: usize) -> Vec<RitzPair> {
         let n = self.diagonal.len();
         let matrix = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
@@ -241,7 +241,7 @@ impl Tridiagonal {
     }
 }
 
-/// From Ritz pairs of the operator to eigenpairs of the pencil.
+/// Converts Ritz pairs of the operator to eigenpairs of the pencil.
 fn assemble_pairs(ritz: &[RitzPair], basis: &[Vec<f64>], shift: f64) -> Eigenpairs {
     let vectors = ritz.iter().map(|pair| {
         let mut vector = vec![0.0; basis[0].len()];
@@ -264,8 +264,8 @@ mod tests {
     use crate::fem::{Material, Section};
 
     #[test]
-    fn no_mode_is_missed_and_none_is_found_twice() {
-        // Against all eigenvalues of the same matrices, dense: M = L L^T, L^-1 K L^-T.
+    fn all_lowest_modes_agree_with_a_dense_eigenvalue_solver() {
+        // Reference: all eigenvalues of the same dense matrices, M = L L^T, L^-1 K L^-T.
         let material = Material {
             young: 207e9,
             poisson: 0.3,

@@ -1,22 +1,22 @@
 //! The reference element: a quadrilateral of polynomial order `p` on the square `[-1, 1]^2`.
 //!
-//! Nodes are the tensor product of the `p + 1` Gauss-Lobatto points, which keeps Lagrange
-//! interpolation well conditioned at every order; at orders 1 and 2 they are the corners, and the
-//! corners, edge middles and centre, of the classical bilinear and nine-node elements.
-//! Integration is by the Gauss rule of `p + 1` points a direction, exact to degree `2 p + 1`, so
-//! that the mass of an undistorted element is integrated exactly, the factor `r` included.
+//! The nodes are the tensor product of the `p + 1` Gauss-Lobatto points, which keeps Lagrange
+//! interpolation well conditioned at every order. At order 1 they are the corners (bilinear element), at
+//! order 2 the corners, edge midpoints and centre (nine-node element). Integration uses the Gauss rule
+//! with `p + 1` points per direction, exact to degree `2 p + 1`. The mass of an undistorted element,
+//! including the factor `r`, is integrated exactly.
 //!
-//! Points and weights: Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, tables
-//! 25.4 and 25.6; the tests check them by what defines them.
+//! Points and weights: Abramowitz and Stegun, Handbook of Mathematical Functions, 1964, tables 25.4 and
+//! 25.6; the tests verify them by their defining properties.
 
-/// Lagrange elements are made up to this order.
-pub const MOST_ORDER: usize = 8;
-/// Nodes along an edge of the highest order.
-const MOST_EDGE_NODES: usize = MOST_ORDER + 1;
+/// Maximum order of the Lagrange elements.
+pub const MAX_ORDER: usize = 8;
+/// Nodes along an edge at the maximum order.
+const MAX_EDGE_NODES: usize = MAX_ORDER + 1;
 
-/// Gauss-Lobatto points that are not negative, ascending: those of order `p` in row `p - 1`. They are
-/// the end and the roots of the derivative of Legendre's polynomial of degree `p`.
-const LOBATTO: [&[f64]; MOST_ORDER] = [
+/// Non-negative Gauss-Lobatto points in ascending order; row `p - 1` is for order `p`. They are the end
+/// point and the roots of the derivative of the Legendre polynomial of degree `p`.
+const LOBATTO: [&[f64]; MAX_ORDER] = [
     &[1.0],
     &[0.0, 1.0],
     &[0.447_213_595_499_957_9, 1.0],
@@ -38,7 +38,7 @@ const LOBATTO: [&[f64]; MOST_ORDER] = [
     ],
 ];
 
-/// A point and weight of a Gauss rule on `[-1, 1]`.
+/// A point and its weight in a Gauss rule on `[-1, 1]`.
 #[derive(Clone, Copy, Debug)]
 struct GaussPoint {
     at: f64,
@@ -49,8 +49,8 @@ const fn gauss(at: f64, weight: f64) -> GaussPoint {
     GaussPoint { at, weight }
 }
 
-/// Gauss points that are not negative, ascending: the rule of `p + 1` points in row `p - 1`.
-const GAUSS: [&[GaussPoint]; MOST_ORDER] = [
+/// Non-negative Gauss points in ascending order; row `p - 1` has the rule with `p + 1` points.
+const GAUSS: [&[GaussPoint]; MAX_ORDER] = [
     &[gauss(0.577_350_269_189_625_7, 1.0)],
     &[
         gauss(0.0, 0.888_888_888_888_888_8),
@@ -91,7 +91,7 @@ const GAUSS: [&[GaussPoint]; MOST_ORDER] = [
     ],
 ];
 
-/// The Gauss rule that goes with an order, points ascending.
+/// The Gauss rule of an order, with points in ascending order.
 fn gauss_rule(order: usize) -> Vec<GaussPoint> {
     let half = GAUSS[order - 1];
     let mirrored = half.iter().rev().filter(|point| point.at > 0.0);
@@ -101,24 +101,24 @@ fn gauss_rule(order: usize) -> Vec<GaussPoint> {
         .collect()
 }
 
-/// The nodes along an edge and the Lagrange polynomials on them.
+/// The nodes along an edge and their Lagrange polynomials.
 #[derive(Clone, Debug)]
 pub struct EdgeNodes {
     points: Vec<f64>,
 }
 
-/// The Lagrange polynomials of an edge and their derivatives, at one point. Entries beyond the
-/// nodes of the edge mean nothing: arrays of one size need no memory of their own.
+/// Values and derivatives of the Lagrange polynomials of an edge at one point. Entries beyond the nodes
+/// of the edge are unused; the fixed array size avoids an allocation.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeBasis {
     /// Values `N_i(xi)`.
-    pub value: [f64; MOST_EDGE_NODES],
+    pub value: [f64; MAX_EDGE_NODES],
     /// Derivatives `dN_i / dxi`.
-    pub slope: [f64; MOST_EDGE_NODES],
+    pub slope: [f64; MAX_EDGE_NODES],
 }
 
 impl EdgeNodes {
-    /// Those of an order from 1 to [`MOST_ORDER`].
+    /// Nodes of an order from 1 to [`MAX_ORDER`].
     pub fn of_order(order: usize) -> Self {
         let half = LOBATTO[order - 1];
         let mirrored = half.iter().rev().filter(|point| **point > 0.0);
@@ -127,12 +127,12 @@ impl EdgeNodes {
         }
     }
 
-    /// Places of the nodes in `[-1, 1]`, ascending.
+    /// Positions of the nodes in `[-1, 1]`, ascending.
     pub fn points(&self) -> &[f64] {
         &self.points
     }
 
-    /// The number of nodes.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.points.len()
     }
@@ -140,8 +140,8 @@ impl EdgeNodes {
     /// Evaluates the polynomials at `xi` in `[-1, 1]`.
     pub fn basis(&self, xi: f64) -> EdgeBasis {
         let mut basis = EdgeBasis {
-            value: [1.0; MOST_EDGE_NODES],
-            slope: [0.0; MOST_EDGE_NODES],
+            value: [1.0; MAX_EDGE_NODES],
+            slope: [0.0; MAX_EDGE_NODES],
         };
         for (i, &own) in self.points.iter().enumerate() {
             for (j, &other) in self.points.iter().enumerate() {
@@ -157,9 +157,8 @@ impl EdgeNodes {
     }
 }
 
-/// The shape functions at one quadrature point of the reference square. Node `(i, j)` of an
-/// element, counted along the first and the second local coordinate, has the index
-/// `j * (p + 1) + i`.
+/// The shape functions at one quadrature point of the reference square. Node `(i, j)` of an element,
+/// counted along the first and the second local coordinate, has the index `j * (p + 1) + i`.
 #[derive(Clone, Debug)]
 pub struct QuadraturePoint {
     /// Weight of the point; all weights sum to 4.
@@ -172,7 +171,7 @@ pub struct QuadraturePoint {
     pub d_eta: Vec<f64>,
 }
 
-/// The Gauss points of an element of the given order with the shape functions tabulated.
+/// The Gauss points of an element of the given order, with tabulated shape functions.
 pub fn quadrature(order: usize) -> Vec<QuadraturePoint> {
     let rule = gauss_rule(order);
     let edge = EdgeNodes::of_order(order);
@@ -202,8 +201,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gauss_rules_are_exact_to_their_degree_and_no_further() {
-        for order in 1..=MOST_ORDER {
+    fn gauss_rules_are_exact_to_exactly_their_degree() {
+        for order in 1..=MAX_ORDER {
             let exact_to = 2 * order as i32 + 1;
             for power in 0..=exact_to + 1 {
                 let rule = gauss_rule(order);
@@ -224,13 +223,13 @@ mod tests {
     }
 
     #[test]
-    fn the_inner_nodes_are_the_roots_of_the_derivative_of_legendres_polynomial() {
-        for order in 1..=MOST_ORDER {
+    fn inner_nodes_are_roots_of_the_derivative_of_the_legendre_polynomial() {
+        for order in 1..=MAX_ORDER {
             let edge = EdgeNodes::of_order(order);
             assert_eq!(edge.len(), order + 1);
             assert_eq!([edge.points()[0], edge.points()[order]], [-1.0, 1.0]);
             for &x in &edge.points()[1..order] {
-                // (1 - x^2) P_p' = p (P_(p-1) - x P_p), and P_n by Bonnet's recursion.
+                // (1 - x^2) P_p' = p (P_(p-1) - x P_p), with P_n from Bonnet's recursion.
                 let (mut before, mut legendre) = (1.0, x);
                 for n in 1..order {
                     let n = n as f64;
@@ -244,8 +243,8 @@ mod tests {
     }
 
     #[test]
-    fn the_basis_reproduces_polynomials_of_its_order_and_their_slopes() {
-        for order in 1..=MOST_ORDER {
+    fn the_basis_reproduces_polynomials_of_its_order_and_their_derivatives() {
+        for order in 1..=MAX_ORDER {
             let edge = EdgeNodes::of_order(order);
             let power = order as i32;
             let polynomial = |x: f64| 2.0 - x + 0.7 * x.powi(power);
@@ -263,8 +262,8 @@ mod tests {
     }
 
     #[test]
-    fn the_basis_is_one_at_its_own_node_and_zero_at_the_others() {
-        for order in 1..=MOST_ORDER {
+    fn basis_functions_are_one_at_their_node_and_zero_at_the_others() {
+        for order in 1..=MAX_ORDER {
             let edge = EdgeNodes::of_order(order);
             for (i, &at) in edge.points().iter().enumerate() {
                 let value = edge.basis(at).value;

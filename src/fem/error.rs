@@ -1,116 +1,116 @@
-//! What can go wrong between dimensions and mode shapes.
+//! Errors of the finite-element model.
 
 use super::{Elements, Harmonic};
 
 /// An error of the finite-element model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FemError {
-    /// A dimension that no body can have.
+    /// An invalid dimension.
     #[error("{name} = {value} m: {requirement}")]
     Dimension {
-        /// Which dimension.
+        /// Name of the dimension.
         name: &'static str,
-        /// Its value, m.
+        /// Value given, m.
         value: f64,
-        /// What is required of it.
+        /// Requirement.
         requirement: &'static str,
     },
-    /// A constant that no stable elastic material has.
+    /// An invalid material constant.
     #[error("material: {name} = {value}: {requirement}")]
     Material {
-        /// Which constant.
+        /// Name of the constant.
         name: &'static str,
-        /// Its value, in SI units.
+        /// Value given, in SI units.
         value: f64,
-        /// What is required of it.
+        /// Requirement.
         requirement: &'static str,
     },
-    /// An order that no elements are made of.
+    /// An element order that is not implemented.
     #[error(
         "element order = {order}: must be a whole number from {} to {}",
         Elements::ORDERS.start(),
         Elements::ORDERS.end()
     )]
     Order {
-        /// The order asked for.
+        /// Order given.
         order: usize,
     },
-    /// The mesh would not fit a reasonable computation.
+    /// The mesh would be too large for a reasonable computing time.
     #[error(
-        "element size {size} m asks for about {elements:.0} elements, the limit at order {order} \
+        "element size {size} m would give about {elements:.0} elements, the limit at order {order} \
          is {limit}: use a size above {smallest:.2e} m"
     )]
     TooFine {
-        /// The element size asked for, m.
+        /// Element size given, m.
         size: f64,
-        /// Their polynomial order.
+        /// Polynomial order of the elements.
         order: usize,
-        /// About how many elements it gives.
+        /// Approximate number of elements.
         elements: f64,
-        /// The largest number allowed at this order.
+        /// Maximum number of elements at this order.
         limit: usize,
-        /// The smallest size allowed at this order, m.
+        /// Minimum element size at this order, m.
         smallest: f64,
     },
-    /// The matrices would not fit into memory.
+    /// The matrices do not fit into memory.
     #[error(
-        "the finite elements take about {megabytes} MB, which the system refuses: use larger elements or fewer \
-         modes, or raise the limit of memory"
+        "the finite elements need about {megabytes} MB of memory, which is not available: use larger \
+         elements or fewer modes, or raise the memory limit"
     )]
     Memory {
-        /// What they take, MB.
+        /// Memory required, MB.
         megabytes: usize,
     },
-    /// More modes asked for than the mesh has degrees of freedom.
+    /// More modes requested than the mesh has degrees of freedom.
     #[error(
-        "{wanted} {harmonic} modes asked for, but the mesh resolves {available}: \
-         ask for fewer, or use smaller elements or a higher order"
+        "{wanted} {harmonic} modes requested, but the mesh resolves only {available}: \
+         request fewer, or use smaller elements or a higher order"
     )]
     TooManyModes {
-        /// The family.
+        /// Family of the modes.
         harmonic: Harmonic,
-        /// Number asked for.
+        /// Number requested.
         wanted: usize,
         /// Number of elastic modes of the mesh.
         available: usize,
     },
-    /// The shifted stiffness matrix was not positive definite, or too large.
+    /// The shifted stiffness matrix is not positive definite or too large.
     #[error(
         "{harmonic}: the factorisation of K - sigma M failed ({reason}): \
-         use a larger element size, or less extreme proportions of the body"
+         use a larger element size or less extreme proportions of the body"
     )]
     Factorisation {
-        /// The family.
+        /// Family of the modes.
         harmonic: Harmonic,
-        /// What the factorisation reported.
+        /// Message of the factorisation.
         reason: String,
     },
     /// The Lanczos iteration did not reach its tolerance.
     #[error(
         "{harmonic}: {converged} of {wanted} modes converged in {steps} Lanczos steps: \
-         ask for fewer modes, or use less extreme proportions of the body"
+         request fewer modes, or use less extreme proportions of the body"
     )]
     NoConvergence {
-        /// The family.
+        /// Family of the modes.
         harmonic: Harmonic,
-        /// Number asked for.
+        /// Number requested.
         wanted: usize,
         /// Number that reached the tolerance.
         converged: usize,
-        /// Lanczos steps taken.
+        /// Number of Lanczos steps.
         steps: usize,
     },
-    /// A direction that does not point at the free surface of the ball.
+    /// A direction that does not point to the free surface of the ball.
     #[error(
-        "direction {direction:?} (polar angle {polar_deg:.3} deg) does not meet the ball's free \
-         surface, which reaches from 0 to {limit_deg:.3} deg: choose a smaller tilt or patch"
+        "direction {direction:?} (polar angle {polar_deg:.3} deg) does not point to the ball's free \
+         surface, which extends from 0 to {limit_deg:.3} deg: choose a smaller tilt or patch"
     )]
     OutsideBall {
-        /// The direction given.
+        /// Direction given.
         direction: [f64; 3],
-        /// Its angle from the +z axis, degrees; NaN if it is no direction at all.
+        /// Its polar angle from the +z axis, degrees; NaN for an invalid direction.
         polar_deg: f64,
-        /// Where the beam begins, degrees.
+        /// Polar angle at which the beam begins, degrees.
         limit_deg: f64,
     },
 }

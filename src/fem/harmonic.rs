@@ -1,32 +1,31 @@
-//! Fourier harmonics round the axis: displacement, strain and the conditions on the axis.
+//! Fourier harmonics in the circumferential angle: displacement, strain and the conditions on the axis.
 //!
-//! A mode of a body of revolution has one circumferential order `n`. With the meridian
-//! amplitudes `U, V, W (r, z)` it reads
+//! A mode of a body of revolution has one circumferential order `n`. With the meridian amplitudes `U, V,
+//! W (r, z)` the displacement is
 //!
 //! ```text
 //! u_r = U cos(n theta)    u_theta = -V sin(n theta)    u_z = W cos(n theta)
 //! ```
 //!
-//! or the same turned about the axis. Orders 0 and 1 are needed here: order 0 splits into torsion
-//! (`u_theta = V` alone) and axial motion (`U`, `W`), order 1 is bending. The sign of `V` is
-//! chosen so that a translation along x is `U = V = 1`, and single-valued displacement on the axis
-//! means `U = V, W = 0` for order 1, and `U = V = 0` for order 0. These conditions are built into
-//! the numbering of the degrees of freedom: a vanishing amplitude gets no number, and `U` and `V`
-//! of a node on the axis share one.
+//! or the same rotated about the axis. Only orders 0 and 1 are needed here. Order 0 splits into torsion
+//! (`u_theta = V` alone) and axial motion (`U`, `W`); order 1 is bending. The sign of `V` is chosen to
+//! make a translation along x `U = V = 1`. The displacement on the axis is single-valued if `U = V, W =
+//! 0` for order 1, and `U = V = 0` for order 0. The numbering of the degrees of freedom enforces these
+//! conditions: a vanishing amplitude has no number, and `U` and `V` of a node on the axis share one.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 use super::{Material, ModeKind, Section};
 
-/// A family of modes that decouples from the others.
+/// A family of modes, decoupled from the other families.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Harmonic {
     /// Order 0, circumferential displacement.
     Torsion,
     /// Order 0, radial and axial displacement.
     Axial,
-    /// Order 1; every frequency belongs to a pair of modes at right angles.
+    /// Order 1; each frequency belongs to a pair of orthogonal modes.
     Bending,
 }
 
@@ -44,7 +43,7 @@ impl fmt::Display for Harmonic {
 pub(super) const STRAINS: usize = 6;
 
 impl Harmonic {
-    /// Which of the amplitudes `U, V, W` (0, 1, 2) take part.
+    /// Indices of the amplitudes `U, V, W` (0, 1, 2) that are non-zero.
     pub(super) fn amplitudes(self) -> &'static [usize] {
         match self {
             Self::Torsion => &[1],
@@ -61,7 +60,7 @@ impl Harmonic {
         }
     }
 
-    /// Integral over the angle of the squared cosine or sine that every term carries.
+    /// Integral over the angle of the squared cosine or sine factor.
     pub(super) fn angular_integral(self) -> f64 {
         match self {
             Self::Torsion | Self::Axial => TAU,
@@ -69,11 +68,11 @@ impl Harmonic {
         }
     }
 
-    /// Strains of a unit amplitude (0, 1, 2 for `U, V, W`) that varies as a shape function with
-    /// the given value (1) and derivatives (1/m) at radius `r` (m).
+    /// Strains due to a unit amplitude (0, 1, 2 for `U, V, W`) times a shape function with the given
+    /// value (1) and derivatives (1/m) at radius `r` (m).
     ///
-    /// The order is `rr, theta theta, zz, rz, r theta, theta z`, shear strains in the engineering
-    /// sense; their factors `cos(n theta)` and `sin(n theta)` are left out.
+    /// The order is `rr, theta theta, zz, rz, r theta, theta z`, with engineering shear strains. The
+    /// factors `cos(n theta)` and `sin(n theta)` are omitted.
     pub(super) fn strain(self, amplitude: usize, shape: ShapeFunction, r: f64) -> [f64; STRAINS] {
         let ShapeFunction { value, d_r, d_z } = shape;
         let hoop = value / r;
@@ -106,8 +105,8 @@ pub(super) struct ShapeFunction {
 }
 
 impl ModeKind {
-    /// Displacement `[x, y, z]` where the amplitudes are `[U, V, W]`, at the azimuth with the
-    /// given cosine and sine.
+    /// Displacement `[x, y, z]` from the amplitudes `[U, V, W]` at the azimuth with the given cosine and
+    /// sine.
     pub(super) fn displacement(self, [u, v, w]: [f64; 3], cos: f64, sin: f64) -> [f64; 3] {
         match self {
             Self::Torsion => [-v * sin, v * cos, 0.0],
@@ -119,8 +118,8 @@ impl ModeKind {
 }
 
 impl Material {
-    /// Upper triangular factor `C` of the elasticity matrix, `D = C^T C` (Pa^(1/2)), so that the
-    /// energy density is half the square of `C` times the strain.
+    /// Upper triangular factor `C` of the elasticity matrix, `D = C^T C` (Pa^(1/2)). The energy density
+    /// is half the squared norm of `C` times the strain.
     pub(super) fn stiffness_root(&self) -> StiffnessRoot {
         let shear = self.shear_modulus();
         let lame = 2.0 * shear * self.poisson / (1.0 - 2.0 * self.poisson);
@@ -157,7 +156,7 @@ pub(super) struct StiffnessRoot {
 }
 
 impl StiffnessRoot {
-    /// `C` times a strain.
+    /// `C` times a strain vector.
     pub(super) fn times(&self, strain: [f64; STRAINS]) -> [f64; STRAINS] {
         let [rr, tt, zz, rz, rt, tz] = strain;
         [
@@ -174,9 +173,9 @@ impl StiffnessRoot {
 /// Numbers the degrees of freedom of one family on one mesh.
 #[derive(Clone, Debug)]
 pub(super) struct DofMap {
-    /// For each node and each of `U, V, W`: the number, or `None` where the amplitude vanishes.
+    /// The number of each amplitude `U, V, W` at each node, or `None` if the amplitude vanishes.
     index: Vec<[Option<usize>; 3]>,
-    /// How many there are.
+    /// Number of degrees of freedom.
     pub(super) len: usize,
 }
 
@@ -205,12 +204,12 @@ impl DofMap {
         Self { index, len }
     }
 
-    /// The number of an amplitude (0, 1, 2 for `U, V, W`) at a node.
+    /// Number of an amplitude (0, 1, 2 for `U, V, W`) at a node.
     pub(super) fn of(&self, node: usize, amplitude: usize) -> Option<usize> {
         self.index[node][amplitude]
     }
 
-    /// From amplitudes at the nodes to degrees of freedom.
+    /// Converts amplitudes at the nodes to a vector of degrees of freedom.
     pub(super) fn gather(&self, field: &[[f64; 3]]) -> Vec<f64> {
         let mut vector = vec![0.0; self.len];
         for (numbers, amplitudes) in self.index.iter().zip(field) {
@@ -223,7 +222,7 @@ impl DofMap {
         vector
     }
 
-    /// From degrees of freedom to amplitudes at the nodes.
+    /// Converts a vector of degrees of freedom to amplitudes at the nodes.
     pub(super) fn scatter(&self, vector: &[f64]) -> Vec<[f64; 3]> {
         self.index
             .iter()
@@ -238,7 +237,7 @@ mod tests {
     use crate::fem::tests::elements;
 
     #[test]
-    fn the_stiffness_root_squares_to_hookes_law() {
+    fn the_stiffness_root_reproduces_hookes_law() {
         for poisson in [-0.3, 0.0, 0.3, 0.49] {
             let material = Material {
                 young: 207e9,
@@ -259,13 +258,13 @@ mod tests {
     }
 
     #[test]
-    fn the_sine_copy_is_the_cosine_copy_turned_by_a_right_angle() {
+    fn the_sine_mode_is_the_cosine_mode_rotated_by_90_degrees() {
         let amplitudes = [0.3, -1.1, 0.7];
         for azimuth in [0.0, 0.4, 2.0, -1.3_f64] {
             let [x, y, z] =
                 ModeKind::BendingX.displacement(amplitudes, azimuth.cos(), azimuth.sin());
-            let turned = azimuth + PI / 2.0;
-            let copy = ModeKind::BendingY.displacement(amplitudes, turned.cos(), turned.sin());
+            let rotated = azimuth + PI / 2.0;
+            let copy = ModeKind::BendingY.displacement(amplitudes, rotated.cos(), rotated.sin());
             for (a, b) in copy.into_iter().zip([-y, x, z]) {
                 assert!((a - b).abs() < 1e-15);
             }
@@ -273,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn scatter_undoes_gather_for_fields_that_obey_the_axis() {
+    fn scatter_inverts_gather_for_fields_that_satisfy_the_axis_conditions() {
         let section = Section::sphere(0.02, &elements(0.01, 2)).unwrap();
         for harmonic in [Harmonic::Torsion, Harmonic::Axial, Harmonic::Bending] {
             let map = DofMap::new(&section, harmonic);

@@ -1,4 +1,4 @@
-//! Natural modes of any section.
+//! Natural modes of an arbitrary section.
 
 use std::f64::consts::TAU;
 
@@ -8,20 +8,20 @@ use super::harmonic::DofMap;
 use super::{FemError, Harmonic, Material, Section};
 use crate::memory;
 
-/// A free elastic mode of a body of revolution, given on the nodes of its section.
+/// An elastic mode of a free body of revolution, given at the nodes of its section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeridianMode {
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Amplitudes `[U, V, W]` at the nodes, 1/sqrt(kg): `u_r = U cos(n theta)`,
-    /// `u_z = W cos(n theta)`, and `u_theta = V` for torsion or `-V sin(theta)` for bending. The
-    /// mode has unit mass over the whole body.
+    /// Amplitudes `[U, V, W]` at the nodes, 1/sqrt(kg): `u_r = U cos(n theta)`, `u_z = W cos(n theta)`,
+    /// and `u_theta = V` for torsion or `-V sin(theta)` for bending. The modal mass of the full body is
+    /// 1.
     pub amplitudes: Vec<[f64; 3]>,
 }
 
 impl Section {
-    /// The lowest elastic modes of one family of the free body, in ascending order; rigid motions
-    /// are not among them. A bending mode stands for a pair of equal frequency.
+    /// The lowest elastic modes of one family of the free body, in ascending order, without rigid-body
+    /// modes. A bending mode represents a pair of equal frequency.
     ///
     /// # Errors
     /// [`FemError::Material`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
@@ -32,7 +32,7 @@ impl Section {
         harmonic: Harmonic,
         count: usize,
     ) -> Result<Vec<MeridianMode>, FemError> {
-        check(material)?;
+        check_material(material)?;
         if count == 0 {
             return Ok(Vec::new());
         }
@@ -44,7 +44,8 @@ impl Section {
             .iter()
             .map(|motion| dofs.gather(motion))
             .collect();
-        // As far below zero as the lowest modes are above it: shear waves across the body.
+        // The shift is as far below zero as the lowest eigenvalues are above it: shear waves across the
+        // body.
         let shear_speed = (material.shear_modulus() / material.density).sqrt();
         let rate = shear_speed / self.diagonal();
         let pairs = eigen::lowest(
@@ -68,15 +69,14 @@ impl Section {
     }
 }
 
-/// Makes sure that there is memory for so many modes of so many degrees of freedom: later the allocator would end
-/// the program.
+/// Checks that enough memory is available. Otherwise the allocator would abort the program later.
 fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
-    /// What the matrices and their factor take a degree of freedom, bytes: measured at order 4.
+    /// Memory of the matrices and their factor per degree of freedom, bytes; measured at order 4.
     const MATRICES: usize = 4500;
-    // Vectors of the Lanczos process, each as it is and times the mass matrix.
+    // Vectors of the Lanczos process, each stored with its product with the mass matrix.
     let vectors = 2 * size_of::<f64>() * (30 + 2 * modes);
     let bytes = dofs.saturating_mul(MATRICES + vectors);
-    match memory::is_granted(bytes) {
+    match memory::can_reserve(bytes) {
         true => Ok(()),
         false => Err(FemError::Memory {
             megabytes: bytes / 1_000_000,
@@ -84,8 +84,8 @@ fn check_memory(dofs: usize, modes: usize) -> Result<(), FemError> {
     }
 }
 
-/// Refuses constants that no stable elastic material has.
-fn check(material: &Material) -> Result<(), FemError> {
+/// Rejects invalid material constants.
+fn check_material(material: &Material) -> Result<(), FemError> {
     let &Material {
         young,
         poisson,

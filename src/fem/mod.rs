@@ -1,29 +1,28 @@
-//! Finite elements of a solid of revolution. Knows no joint.
+//! Finite elements for a solid of revolution. Independent of the joint model.
 //!
-//! A body of revolution vibrates in circumferential harmonics: each mode is a field on the
-//! meridian half-plane `(r, z)` times a cosine or sine of `n theta`. So a two-dimensional mesh of
-//! the section is enough, exact in the angle and some hundred times smaller than a solid mesh of
-//! equal accuracy. A ball on a beam needs the harmonics 0 (torsion; axial motion) and 1 (bending,
-//! in pairs that differ by a quarter turn).
+//! A body of revolution vibrates in circumferential harmonics: each mode is a field on the meridian
+//! half-plane `(r, z)` times a cosine or sine of `n theta`. A two-dimensional mesh of the section is
+//! therefore sufficient. It is exact in the angle and about a hundred times smaller than a solid mesh of
+//! equal accuracy. A ball on a beam needs the harmonics 0 (torsion; axial motion) and 1 (bending, in
+//! pairs that differ by a rotation of 90 degrees).
 //!
 //! ```text
-//! Geometry -> Section (mesh) -> K, M (one pair a family) -> shift-invert Lanczos -> BodyModes
+//! Geometry -> Section (mesh) -> K, M (one pair per family) -> shift-invert Lanczos -> BodyModes
 //! ```
 //!
-//! * [`Section`]: quadrilaterals of any order from 1 to 8 ([`Elements`]), curved on the sphere,
-//!   graded towards the re-entrant corner where the beam meets it; also rods and spheres, whose
-//!   modes are known.
+//! * [`Section`]: quadrilaterals of order 1 to 8 ([`Elements`]), curved on the sphere and graded towards
+//!   the re-entrant corner between ball and beam; also rods and spheres, whose modes are known.
 //! * [`Harmonic`]: strains and axis conditions of a family.
-//! * [`BodyModes`]: frequencies, labels and mass-normalised shapes on the surface.
+//! * [`BodyModes`]: frequencies, labels and mass-normalised mode shapes on the surface.
 //!
-//! Limits: linear elasticity, small displacement, no damping, no gyroscopic terms. Rounding in
-//! the assembled stiffness costs a relative error in frequency of at most about
-//! `1e-16 (c / (h_min omega))^2`, with the wave speed `c` and the smallest node distance `h_min`:
-//! seen are 1e-8 for the paper's body on fine meshes, but 1e-3 for the first mode of a beam two
-//! hundred times as long as thick.
+//! Limits: linear elasticity, small displacements, no damping, no gyroscopic terms. Rounding in the
+//! assembled stiffness matrix causes a relative frequency error of at most about `1e-16 (c / (h_min
+//! omega))^2`, with the wave speed `c` and the smallest node distance `h_min`. Observed errors are 1e-8
+//! for the paper's body on fine meshes and 1e-3 for the first mode of a beam with a length of 200
+//! diameters.
 //!
-//! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series round the axis), with
-//! spectral elements.
+//! The method is that of Wilson, AIAA J. 3, 1965, 2269 (Fourier series in the angle), with spectral
+//! elements.
 //!
 //! ```
 //! use squeakscope::fem::{

@@ -1,13 +1,13 @@
 //! Normals of a triangle mesh.
 
-/// Unit normals of a triangle mesh at its vertices, outwards: the means of those of the triangles that meet
-/// there, by their areas; zero where none does.
+/// Outward unit normals at the vertices of a triangle mesh: area-weighted means of the normals of the
+/// adjacent triangles; zero for a vertex without triangles.
 pub fn vertex_normals(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f64; 3]> {
     let mut normals = vec![[0.0; 3]; vertices.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|v| vertices[v as usize]);
         let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|i| p[i] - a[i]));
-        // Twice the triangle's area long.
+        // Its length is twice the area of the triangle.
         let cross = [
             u[1] * v[2] - u[2] * v[1],
             u[2] * v[0] - u[0] * v[2],

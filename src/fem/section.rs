@@ -1,18 +1,18 @@
 //! The meridian section: nodes and quadrilaterals in the half-plane `(r, z)`, `r >= 0`.
 //!
-//! A section is drawn as a few four-sided patches. Each patch is bounded by four curves, each
-//! curve carries its nodes and is shared by the patches on its two sides, so neighbours conform by
-//! construction and nothing has to be welded. Nodes inside a patch follow from its boundary by
-//! transfinite interpolation (Gordon and Hall, Numer. Math. 21, 1973, 109); the elements are
-//! isoparametric, so at order `p` an arc is followed to the power `p + 1` of the element's angle.
+//! A section consists of a few four-sided patches. Each patch is bounded by four curves. A curve stores
+//! its nodes and is shared by the patches on its two sides, so the mesh conforms by construction. The
+//! nodes inside a patch follow from its boundary by transfinite interpolation (Gordon and Hall, Numer.
+//! Math. 21, 1973, 109). The elements are isoparametric: at order `p` the error of an arc is
+//! proportional to the power `p + 1` of the angle of an element.
 
 use std::slice::ChunksExact;
 
 use super::Elements;
 use super::element::EdgeNodes;
 
-/// A mesh of a meridian section. Bodies to mesh are in [`Section::ball_on_beam`],
-/// [`Section::rod`] and [`Section::sphere`].
+/// A mesh of a meridian section. Constructors: [`Section::ball_on_beam`], [`Section::rod`] and
+/// [`Section::sphere`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     pub(super) order: usize,
@@ -37,7 +37,7 @@ impl Section {
         self.elements.chunks_exact((self.order + 1).pow(2))
     }
 
-    /// Diagonal of the box round the section, m: the length scale of its lowest modes.
+    /// Diagonal of the bounding box of the section, m: the length scale of its lowest modes.
     pub(super) fn diagonal(&self) -> f64 {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
@@ -51,7 +51,7 @@ impl Section {
     }
 }
 
-/// Towards which end of a curve the elements become smaller.
+/// End of a curve at which the elements are smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grading {
     /// Equal elements.
@@ -62,60 +62,61 @@ pub(super) enum Grading {
     End,
 }
 
-/// Ratio of an element to its neighbour in a graded layer. Ratio and levels were found by trial on
-/// the paper's body: without grading the fourth bending mode is 5e-4 too high, with it 3e-6.
+/// Size ratio of adjacent elements in a graded layer. Ratio and number of levels were determined by
+/// trial on the paper's body: without grading the fourth bending frequency is 5e-4 too high, with it
+/// 3e-6.
 const GRADING_RATIO: f64 = 0.25;
-/// Number of times the element next to a corner is divided in that ratio.
+/// Number of divisions of the element next to a corner by that ratio.
 const GRADING_LEVELS: i32 = 3;
 
-/// How a curve is divided into elements: element borders and nodes as fractions of its length.
+/// Division of a curve into elements: element boundaries and nodes as fractions of its length.
 #[derive(Clone, Debug)]
 pub(super) struct Partition {
     params: Vec<f64>,
 }
 
 impl Partition {
-    /// Divides into equal elements no longer than their size (at least one), and then, if graded,
-    /// divides the last one before the corner geometrically.
+    /// Divides a curve into equal elements no longer than the element size (at least one). A graded
+    /// curve has its last element before the corner divided geometrically.
     pub(super) fn new(length: f64, elements: &Elements, grading: Grading) -> Self {
-        // The hair's breadth keeps 0.2 / 0.01 from becoming 21 elements.
+        // The tolerance keeps 0.2 / 0.01 from giving 21 elements.
         let count = (length / elements.size - 1e-9).ceil().max(1.0);
-        let mut borders: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
+        let mut boundaries: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
         if grading != Grading::Uniform {
             let graded = (1..=GRADING_LEVELS)
                 .rev()
                 .map(|level| GRADING_RATIO.powi(level) / count);
-            borders.splice(1..1, graded);
+            boundaries.splice(1..1, graded);
         }
         if grading == Grading::End {
-            borders.reverse();
-            borders.iter_mut().for_each(|b| *b = 1.0 - *b);
+            boundaries.reverse();
+            boundaries.iter_mut().for_each(|b| *b = 1.0 - *b);
         }
         let edge = EdgeNodes::of_order(elements.order);
         let mut params = vec![0.0];
-        for border in borders.windows(2) {
-            let width = border[1] - border[0];
+        for boundary in boundaries.windows(2) {
+            let width = boundary[1] - boundary[0];
             params.extend(
                 edge.points()[1..elements.order]
                     .iter()
-                    .map(|xi| border[0] + 0.5 * (1.0 + xi) * width),
+                    .map(|xi| boundary[0] + 0.5 * (1.0 + xi) * width),
             );
-            params.push(border[1]);
+            params.push(boundary[1]);
         }
         Self { params }
     }
 }
 
-/// Node numbers along a curve, and where they sit on it as fractions of its length.
+/// Node numbers along a curve and their positions as fractions of its length.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
-    /// Node numbers; of elements of order `p`, every `p`-th is an element border.
+    /// Node numbers; for elements of order `p`, every `p`-th is an element boundary.
     pub(super) nodes: Vec<usize>,
     params: Vec<f64>,
 }
 
 impl Curve {
-    /// The same curve run through the other way.
+    /// The same curve in the opposite direction.
     pub(super) fn reversed(&self) -> Self {
         Self {
             nodes: self.nodes.iter().rev().copied().collect(),
@@ -134,8 +135,8 @@ impl Curve {
     }
 }
 
-/// The four sides of a patch. Bottom and top run the same way, left and right run from bottom to
-/// top, and going along the bottom the patch lies on the left hand.
+/// The four sides of a patch. Bottom and top have the same direction, left and right run from bottom to
+/// top. The patch lies to the left of the bottom curve.
 pub(super) struct Sides<'a> {
     pub(super) bottom: &'a Curve,
     pub(super) right: &'a Curve,
@@ -143,16 +144,16 @@ pub(super) struct Sides<'a> {
     pub(super) left: &'a Curve,
 }
 
-/// Draws a section: vertices first, curves between them, patches between those.
+/// Builds a section: first vertices, then curves between them, then patches.
 #[derive(Debug)]
-pub(super) struct Drawing {
+pub(super) struct SectionBuilder {
     order: usize,
     nodes: Vec<[f64; 2]>,
     elements: Vec<usize>,
 }
 
-impl Drawing {
-    /// An empty one, for elements of the given order.
+impl SectionBuilder {
+    /// An empty builder for elements of the given order.
     pub(super) fn new(order: usize) -> Self {
         Self {
             order,
@@ -180,7 +181,7 @@ impl Drawing {
         })
     }
 
-    /// Adds an arc of a circle about the origin; equal fractions are equal angles.
+    /// Adds a circular arc about the origin; equal fractions are equal angles.
     pub(super) fn arc(&mut self, from: usize, to: usize, partition: &Partition) -> Curve {
         let [a, b] = [self.nodes[from], self.nodes[to]];
         let radius = a[0].hypot(a[1]);
@@ -246,8 +247,8 @@ impl Drawing {
         }
     }
 
-    /// The point `(i, j)` of a patch: the two linear blends of opposite sides added, the bilinear
-    /// blend of the corners, which both contain, taken away once.
+    /// The point `(i, j)` of a patch: the sum of the two linear blends of opposite sides minus the
+    /// bilinear blend of the corners, which both contain.
     fn transfinite(&self, sides: &Sides<'_>, i: usize, j: usize) -> [f64; 2] {
         let [s, t] = [sides.bottom.params[i], sides.left.params[j]];
         let at = |curve: &Curve, k: usize| self.nodes[curve.nodes[k]];
@@ -262,7 +263,7 @@ impl Drawing {
         })
     }
 
-    /// The finished mesh.
+    /// Returns the mesh.
     pub(super) fn finish(self) -> Section {
         Section {
             order: self.order,

@@ -1,33 +1,35 @@
-//! What to mesh, with which elements, and which modes to find: parameters only.
+//! Parameters: geometry, material, elements and numbers of modes.
 
 use std::ops::RangeInclusive;
 
-use super::element::MOST_ORDER;
+use super::element::MAX_ORDER;
 
-/// Linear elastic, isotropic material.
+/// Linear elastic isotropic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.
     pub young: f64,
-    /// Poisson's ratio, in (-1, 0.5).
+    /// Poisson's ratio, between -1 and 0.5.
     pub poisson: f64,
     /// Density, kg/m^3.
     pub density: f64,
 }
 
-/// Which reading of the beam's length is meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+/// Definition of the beam length.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
+)]
 pub enum LengthReading {
-    /// The length runs from the free end to the circle where beam and sphere meet.
+    /// From the free end to the circle where beam and sphere meet.
     #[strum(serialize = "sphere")]
     ToSphere,
-    /// The length runs from the free end to the ball's centre.
+    /// From the free end to the centre of the ball.
     #[strum(serialize = "centre")]
     ToCentre,
 }
 
-/// A solid ball on a solid round beam. The ball's centre is the origin; the beam's axis is the
-/// z axis, and the beam lies on its negative side.
+/// A solid ball on a solid round beam. The origin is the centre of the ball. The beam lies on the
+/// negative z axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Diameter of the ball, m.
@@ -36,42 +38,43 @@ pub struct Geometry {
     pub beam_diameter: f64,
     /// Length of the beam, m.
     pub beam_length: f64,
-    /// How the length is read.
+    /// Definition of the beam length.
     pub reading: LengthReading,
 }
 
-/// The finite elements: Lagrange quadrilaterals of the meridian section.
+/// The finite elements: Lagrange quadrilaterals on the meridian section.
 ///
-/// A frequency of a smooth mode is too high by a relative error that falls like `size^(2 order)`
-/// (Strang and Fix, An Analysis of the Finite Element Method, 1973, ch. 6). On the ball with its
-/// beam that holds down to about 1e-5; below, the corner where the two meet decides, at which
-/// stresses are singular: there the error falls about like the size, at any order.
+/// The frequency of a smooth mode is overestimated by a relative error proportional to `size^(2 order)`
+/// (Strang and Fix, An Analysis of the Finite Element Method, 1973, ch. 6). For the ball on its beam
+/// this holds down to about 1e-5. Below that the stress singularity at the re-entrant corner dominates,
+/// and the error is roughly proportional to the element size at any order.
 ///
-/// Integration is full, so linear elements lock in bending: the shear strain that they cannot avoid
-/// makes a beam too stiff until they are much smaller than it is thick. With elements as long as
-/// the beam is thick the first bending frequency is 27 % too high at order 1, and 0.06 % at order 2.
+/// Integration is full, so linear elements lock in bending: their parasitic shear strain makes a beam
+/// too stiff until they are much smaller than its thickness. With elements as long as the thickness, the
+/// first bending frequency is 27 % too high at order 1 and 0.06 % at order 2.
 ///
-/// The default is for a body of the paper's size: order 4, as large as the ball's radius. The
-/// eleven frequencies up to 13 kHz are then converged to 5e-6, in less than a tenth of a second.
+/// The default is for a body of the paper's size: order 4 and elements as large as the radius of the
+/// ball. The eleven frequencies up to 13 kHz are then converged to 5e-6 in less than 0.1 s of computing
+/// time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
-    /// Longest edge, m; positive, and not so small that there are more than [`Elements::limit`].
+    /// Longest edge, m; positive. The number of elements must not exceed [`Elements::limit`].
     pub size: f64,
     /// Polynomial order along an edge: 1 linear, 2 quadratic, 3 cubic, up to 8.
     pub order: usize,
 }
 
-/// The largest mesh that is made, in nodes before grading: some ten seconds, not hours.
+/// Maximum number of nodes before grading, about ten seconds of computing time.
 const NODE_LIMIT: usize = 32_000;
 
 impl Elements {
-    /// The orders there are.
-    pub const ORDERS: RangeInclusive<usize> = 1..=MOST_ORDER;
+    /// Available orders.
+    pub const ORDERS: RangeInclusive<usize> = 1..=MAX_ORDER;
 
-    /// How many elements of this order a mesh may have, before grading: as many as have 32,000
-    /// nodes, which is 32,000 linear, 8,000 quadratic or 2,000 of order 4.
+    /// Maximum number of elements of this order before grading: 32,000 nodes, which is 32,000 linear,
+    /// 8,000 quadratic or 2,000 elements of order 4.
     pub fn limit(&self) -> usize {
-        // An order of 0 is refused where a mesh is made.
+        // Order 0 is rejected when a mesh is created.
         NODE_LIMIT / self.order.pow(2).max(1)
     }
 }
@@ -85,10 +88,10 @@ impl Default for Elements {
     }
 }
 
-/// How many modes of each family, counted from the lowest elastic one.
+/// Number of modes of each family, from the lowest elastic one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Families {
-    /// Bending pairs (each gives two modes).
+    /// Bending pairs (two modes each).
     pub bending_pairs: usize,
     /// Torsion modes.
     pub torsion: usize,
@@ -97,7 +100,7 @@ pub struct Families {
 }
 
 impl Families {
-    /// The number of modes, pairs counted twice.
+    /// Total number of modes, pairs counted twice.
     pub fn count(&self) -> usize {
         2 * self.bending_pairs + self.torsion + self.axial
     }
@@ -106,9 +109,9 @@ impl Families {
 /// Family and orientation of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ModeKind {
-    /// Bending in the x-z plane (harmonic 1, cosine copy).
+    /// Bending in the x-z plane (harmonic 1, cosine).
     BendingX,
-    /// Bending in the y-z plane (harmonic 1, sine copy).
+    /// Bending in the y-z plane (harmonic 1, sine).
     BendingY,
     /// Torsion (harmonic 0, circumferential displacement).
     Torsion,

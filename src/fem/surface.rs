@@ -1,29 +1,28 @@
-//! Mode shapes along the free surface, by the elements' own interpolation.
+//! Mode shapes along the free surface, interpolated by the shape functions of the elements.
 //!
-//! The surface's meridian is a chain of element edges. A point on it is found in two steps: which
-//! edge, by bisection in a coordinate that grows along the chain (the polar angle on the ball, the
-//! height on the beam), and where on the edge, by inverting the isoparametric map. The surface is
-//! that of the elements: at order 1 a ball is a stack of cones, and a direction meets their chords.
+//! The meridian of the surface is a chain of element edges. A point on it is located in two steps: the
+//! edge by bisection in a monotonic coordinate (the polar angle on the ball, the height on the beam),
+//! and the position on the edge by inverting the isoparametric map. The surface is that of the elements:
+//! at order 1 the ball is a stack of cones, and a direction intersects their chords.
 
 use super::MeridianMode;
 use super::bodies::BallOnBeam;
 use super::element::{EdgeBasis, EdgeNodes};
 
-/// A point of a meridian: an edge and its shape functions there.
+/// A point of a meridian: an edge and its shape functions at the point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgePoint {
     edge: usize,
     basis: EdgeBasis,
 }
 
-/// Positions and amplitudes of all modes at the nodes of a chain of edges, stored in the order in
-/// which they are read.
+/// Positions and amplitudes of all modes at the nodes of a chain of edges, in the order of access.
 #[derive(Clone, Debug)]
 pub(super) struct ShapeTable {
     edge: EdgeNodes,
     /// `(r, z)` of the nodes: edge by edge.
     positions: Vec<[f64; 2]>,
-    /// `[U, V, W]` of the nodes: edge by edge, in it field by field.
+    /// `[U, V, W]` of the nodes: edge by edge, then field by field.
     amplitudes: Vec<[f64; 3]>,
     fields: usize,
 }
@@ -67,8 +66,8 @@ impl ShapeTable {
         &self.positions[edge * nodes..][..nodes]
     }
 
-    /// Borders of the edges in some coordinate of `(r, z)`.
-    fn borders(&self, coordinate: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
+    /// Boundaries of the edges in a coordinate of `(r, z)`.
+    fn boundaries(&self, coordinate: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
         let last = self.positions.last().copied();
         self.positions
             .iter()
@@ -80,7 +79,7 @@ impl ShapeTable {
     }
 }
 
-/// Sum of nodal values weighted by the shape functions, of which there may be more than nodes.
+/// Sum of the nodal values weighted by the shape functions; extra entries of `basis` are ignored.
 fn interpolate<const N: usize>(basis: &[f64], nodal: &[[f64; N]]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (weight, value) in basis.iter().zip(nodal) {
@@ -91,77 +90,78 @@ fn interpolate<const N: usize>(basis: &[f64], nodal: &[[f64; N]]) -> [f64; N] {
     sum
 }
 
-/// An edge, and the local coordinate in `[-1, 1]` of a point between its borders.
+/// An edge, and the local coordinate in `[-1, 1]` of a point on it.
 struct Located {
     edge: usize,
     xi: f64,
 }
 
-/// Finds a coordinate among ascending borders; it must lie between the first and the last.
-fn locate(borders: &[f64], coordinate: f64) -> Located {
-    let edge = borders[1..borders.len() - 1].partition_point(|&b| b <= coordinate);
-    let [low, high] = [borders[edge], borders[edge + 1]];
+/// Locates a coordinate among ascending boundaries; it must lie between the first and the last.
+fn locate(boundaries: &[f64], coordinate: f64) -> Located {
+    let edge = boundaries[1..boundaries.len() - 1].partition_point(|&b| b <= coordinate);
+    let [low, high] = [boundaries[edge], boundaries[edge + 1]];
     Located {
         edge,
         xi: 2.0 * (coordinate - low) / (high - low) - 1.0,
     }
 }
 
-/// The ball's free surface, by polar angle from the north pole.
+/// The free surface of the ball, parametrised by the polar angle from the north pole.
 #[derive(Clone, Debug)]
 pub(super) struct BallSurface {
     pub(super) table: ShapeTable,
-    /// Polar angles of the edges' borders, rad.
-    borders: Vec<f64>,
+    /// Polar angles of the boundaries of the edges, rad.
+    boundaries: Vec<f64>,
 }
 
-/// A correction of the local coordinate smaller than this is the last: the next would be about its
-/// square, and that is rounding.
-const LAST_CORRECTION: f64 = 1e-8;
-/// Bound on the corrections: four reach the above on the coarsest meshes.
-const MOST_CORRECTIONS: usize = 8;
+/// Newton's method ends after a correction smaller than this: the next one would be about its square,
+/// which is below rounding.
+const CORRECTION_TOLERANCE: f64 = 1e-8;
+/// Maximum number of corrections; four are sufficient on the coarsest meshes.
+const MAX_CORRECTIONS: usize = 8;
 
-/// Directions this far (rad) beyond the corner still count as the corner: rounding.
-const ANGLE_ROUNDING: f64 = 1e-12;
+/// Tolerance (rad) for directions beyond the corner, for rounding errors.
+const ANGLE_TOLERANCE: f64 = 1e-12;
 
 impl BallSurface {
     pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
         let table = ShapeTable::new(&mesh.ball, mesh, fields);
-        let borders = table.borders(|[r, z]| r.atan2(z));
-        Self { table, borders }
+        let boundaries = table.boundaries(|[r, z]| r.atan2(z));
+        Self { table, boundaries }
     }
 
-    /// Polar angle where the beam begins, rad.
+    /// Polar angle at which the beam begins, rad.
     pub(super) fn limit(&self) -> f64 {
-        self.borders[self.borders.len() - 1]
+        self.boundaries[self.boundaries.len() - 1]
     }
 
     /// The point at a polar angle (rad); `None` if the beam is there.
     pub(super) fn locate(&self, polar: f64) -> Option<EdgePoint> {
-        (0.0..=self.limit() + ANGLE_ROUNDING)
+        (0.0..=self.limit() + ANGLE_TOLERANCE)
             .contains(&polar)
             .then(|| self.point(polar))
     }
 
-    /// The point at a fraction of the way from the pole to the corner.
+    /// The point at a fraction of the distance from the pole to the corner.
     pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
         self.point(fraction * self.limit())
     }
 
     fn point(&self, polar: f64) -> EdgePoint {
-        let Located { edge, mut xi } = locate(&self.borders, polar);
+        let Located { edge, mut xi } = locate(&self.boundaries, polar);
         let nodes = self.table.nodes_of(edge);
         let (sin, cos) = polar.sin_cos();
         let mut basis = self.table.edge.basis(xi);
-        // Nodes sit at their fractions of the angle, so the guess is wrong only by how a polynomial
-        // misses the arc (at order 4, 1e-5 for a third of a radian); Newton's method squares that.
-        for _ in 0..MOST_CORRECTIONS {
+        // Nodes are placed at their fractions of the angle. The initial guess differs only by the error
+        // of the polynomial approximation of the arc (at order 4, 1e-5 for a third of a radian);
+        // Newton's method squares that.
+        for _ in 0..MAX_CORRECTIONS {
             let [r, z] = interpolate(&basis.value, nodes);
             let [r_xi, z_xi] = interpolate(&basis.slope, nodes);
             let correction = (r * cos - z * sin) / (r_xi * cos - z_xi * sin);
             xi -= correction;
             basis = self.table.edge.basis(xi);
-            if correction.abs() < LAST_CORRECTION {
+            if correction.abs() < CORRECTION_TOLERANCE {
                 break;
             }
         }
@@ -169,26 +169,29 @@ impl BallSurface {
     }
 }
 
-/// The beam's side, by height.
+/// The lateral surface of the beam, parametrised by height.
 #[derive(Clone, Debug)]
 pub(super) struct SideSurface {
     pub(super) table: ShapeTable,
-    /// Heights of the edges' borders, m.
-    borders: Vec<f64>,
+    /// Heights of the boundaries of the edges, m.
+    boundaries: Vec<f64>,
 }
 
 impl SideSurface {
     pub(super) fn new(mesh: &BallOnBeam, fields: &[MeridianMode]) -> Self {
         let table = ShapeTable::new(&mesh.side, mesh, fields);
-        let borders = table.borders(|[_, z]| z);
-        Self { table, borders }
+        let boundaries = table.boundaries(|[_, z]| z);
+        Self { table, boundaries }
     }
 
-    /// The point at a fraction of the way from the free end to the corner. Straight edges are
-    /// mapped linearly, so there is nothing to invert.
+    /// The point at a fraction of the distance from the free end to the corner. Straight edges are
+    /// mapped linearly, so no inversion is needed.
     pub(super) fn at_fraction(&self, fraction: f64) -> EdgePoint {
-        let [low, high] = [self.borders[0], self.borders[self.borders.len() - 1]];
-        let Located { edge, xi } = locate(&self.borders, low + fraction * (high - low));
+        let [low, high] = [
+            self.boundaries[0],
+            self.boundaries[self.boundaries.len() - 1],
+        ];
+        let Located { edge, xi } = locate(&self.boundaries, low + fraction * (high - low));
         EdgePoint {
             edge,
             basis: self.table.edge.basis(xi),

@@ -1,4 +1,4 @@
-//! Shapes of the modes on the surface.
+//! Mode shapes on the surface.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,7 +7,7 @@ use super::tests::*;
 use super::*;
 
 #[test]
-fn surface_shapes_are_the_nodal_values_at_the_nodes() {
+fn surface_shapes_equal_the_nodal_values_at_the_nodes() {
     for body in bodies() {
         for &node in &body.mesh.ball {
             let [r, z] = body.mesh.section.nodes()[node];
@@ -29,8 +29,8 @@ fn surface_shapes_are_the_nodal_values_at_the_nodes() {
 }
 
 #[test]
-fn the_point_in_a_direction_lies_in_that_direction() {
-    // However far elements stray from the arc: the largest here spans more than a radian.
+fn located_points_lie_in_the_requested_direction() {
+    // Even if the elements deviate strongly from the arc: the largest one here spans more than a radian.
     for body in Elements::ORDERS.map(|order| body(LengthReading::ToSphere, &elements(0.1, order))) {
         let mesh = BallSurface::new(&body.mesh, &body.fields);
         for k in 0..=500 {
@@ -50,8 +50,8 @@ fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
         let polar = r.atan2(z);
         let [before, after] =
             [polar - step, polar + step].map(|p| shapes(&body, direction(p, 0.3)));
-        // Shapes are of the order 1 and vary over the ball: slopes of the order 10 per radian,
-        // steeper towards the corner.
+        // Mode shapes are of order 1 and vary over the ball: slopes are of order 10 per radian, larger
+        // near the corner.
         assert!(distance(&before, &after) < 1e-6);
     }
     let pole = shapes(&body, [0.0, 0.0, 1.0]);
@@ -61,7 +61,7 @@ fn surface_shapes_are_continuous_along_the_meridian_and_at_the_pole() {
 }
 
 #[test]
-fn a_quarter_turn_maps_the_x_copy_to_the_y_copy() {
+fn a_rotation_by_90_degrees_maps_x_modes_to_y_modes() {
     let body = paper_body();
     for (polar, azimuth) in [(0.1, 0.0), (0.9, 1.1), (2.2, -2.5)] {
         let here = shapes(&body, direction(polar, azimuth));
@@ -80,12 +80,12 @@ fn a_quarter_turn_maps_the_x_copy_to_the_y_copy() {
 
 #[test]
 fn surface_shapes_converge_and_keep_their_sign() {
-    let fine = body(LengthReading::ToSphere, &divided(4.0));
+    let fine = body(LengthReading::ToSphere, &refined(4.0));
     for (elements, tolerance) in [
         (elements(1e-3, 1), 1e-2),
         (elements(4e-3, 2), 1e-3),
         (elements(8e-3, 3), 1e-4),
-        (divided(1.0), 1e-4),
+        (refined(1.0), 1e-4),
         (elements(40e-3, 8), 1e-4),
     ] {
         let coarse = body(LengthReading::ToSphere, &elements);
@@ -99,7 +99,7 @@ fn surface_shapes_converge_and_keep_their_sign() {
 }
 
 #[test]
-fn signs_are_as_promised() {
+fn signs_follow_the_convention() {
     let body = paper_body();
     let pole = shapes(&body, [0.0, 0.0, 1.0]);
     let side = shapes(&body, [1.0, 0.0, 0.0]);
@@ -123,7 +123,7 @@ fn the_length_of_a_direction_does_not_matter() {
 }
 
 #[test]
-fn directions_into_the_beam_or_nowhere_are_refused() {
+fn directions_into_the_beam_and_invalid_ones_are_rejected() {
     let body = paper_body();
     let mut out = vec![[0.0; 3]; body.modes().len()];
     let corner = PI - (10.0_f64 / 15.875).asin();

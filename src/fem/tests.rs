@@ -1,7 +1,7 @@
-//! What the room promises as a whole: frequencies, normalisation, shapes on the surface.
+//! Tests of the whole module: frequencies, normalisation, shapes on the surface.
 //!
-//! Reference numbers: "independent program" means quadratic triangles on the same section, up to
-//! 32,000 nodes, written apart from this crate and good to about five digits.
+//! Reference values: "independent program" is a separate code with quadratic triangles on the same
+//! section, up to 32,000 nodes, accurate to about five digits.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,7 +13,7 @@ pub(super) const STEEL: Material = Material {
     poisson: 0.30,
     density: 7800.0,
 };
-pub(super) const ELEVEN: Families = Families {
+pub(super) const ELEVEN_MODES: Families = Families {
     bending_pairs: 4,
     torsion: 2,
     axial: 1,
@@ -28,19 +28,19 @@ pub(super) fn geometry(reading: LengthReading) -> Geometry {
     }
 }
 
-/// Elements of a size (m) and an order.
+/// Elements with a size (m) and an order.
 pub(super) fn elements(size: f64, order: usize) -> Elements {
     Elements { size, order }
 }
 
-/// The default elements divided by a number.
-pub(super) fn divided(by: f64) -> Elements {
+/// The default elements, refined by a factor.
+pub(super) fn refined(by: f64) -> Elements {
     let whole = Elements::default();
     elements(whole.size / by, whole.order)
 }
 
 pub(super) fn body(reading: LengthReading, elements: &Elements) -> BodyModes {
-    BodyModes::solve(&geometry(reading), &STEEL, elements, &ELEVEN).unwrap()
+    BodyModes::solve(&geometry(reading), &STEEL, elements, &ELEVEN_MODES).unwrap()
 }
 
 pub(super) fn paper_body() -> BodyModes {
@@ -61,11 +61,11 @@ pub(super) fn assert_close(value: f64, reference: f64, tolerance: f64) {
     let error = (value / reference - 1.0).abs();
     assert!(
         error < tolerance,
-        "{value} against {reference}: relative error {error:.2e}, allowed {tolerance:.0e}"
+        "{value} against {reference}: relative error {error:.2e}, tolerance {tolerance:.0e}"
     );
 }
 
-/// A direction from the ball's centre by polar angle from +z and azimuth from +x.
+/// A direction from the centre of the ball by polar angle from +z and azimuth from +x.
 pub(super) fn direction(polar: f64, azimuth: f64) -> [f64; 3] {
     [
         polar.sin() * azimuth.cos(),
@@ -104,8 +104,8 @@ fn frequencies_of_both_length_readings_agree_with_an_independent_program() {
         (LengthReading::ToCentre, to_centre),
     ] {
         for (elements, tolerance) in [
-            (divided(1.0), 5e-4),
-            (divided(2.0), 2e-4),
+            (refined(1.0), 5e-4),
+            (refined(2.0), 2e-4),
             (elements(4e-3, 2), 2e-4),
             (elements(8e-3, 3), 2e-4),
             (elements(32e-3, 8), 2e-4),
@@ -122,17 +122,20 @@ fn frequencies_of_both_length_readings_agree_with_an_independent_program() {
 #[test]
 fn the_default_mesh_is_converged_to_five_parts_in_a_million() {
     for reading in [LengthReading::ToSphere, LengthReading::ToCentre] {
-        let coarse = frequencies(&body(reading, &divided(1.0)));
-        let fine = frequencies(&body(reading, &divided(4.0)));
+        let coarse = frequencies(&body(reading, &refined(1.0)));
+        let fine = frequencies(&body(reading, &refined(4.0)));
         for (value, reference) in coarse.into_iter().zip(fine) {
-            assert!(value > reference, "Rayleigh: refinement lowers a frequency");
+            assert!(
+                value > reference,
+                "refinement must lower the frequency (Rayleigh)"
+            );
             assert_close(value, reference, 5e-6);
         }
     }
 }
 
 #[test]
-fn modes_come_in_order_with_pairs_side_by_side_and_equal() {
+fn modes_are_sorted_with_adjacent_pairs_of_equal_frequency() {
     let body = paper_body();
     let labels: Vec<String> = body.modes().iter().map(BodyMode::label).collect();
     assert_eq!(
@@ -161,7 +164,7 @@ fn modes_come_in_order_with_pairs_side_by_side_and_equal() {
 }
 
 #[test]
-fn families_can_be_left_out() {
+fn families_can_be_omitted() {
     let families = Families {
         bending_pairs: 0,
         torsion: 2,
@@ -177,7 +180,7 @@ fn families_can_be_left_out() {
 // Bodies with known modes.
 
 #[test]
-fn rod_torsion_is_exact_and_its_axial_and_bending_modes_are_three_dimensional() {
+fn rod_frequencies_agree_with_exact_torsion_and_an_independent_program() {
     let steel = Material {
         young: 210e9,
         poisson: 0.3,
@@ -202,7 +205,7 @@ fn rod_torsion_is_exact_and_its_axial_and_bending_modes_are_three_dimensional() 
     }
 }
 
-/// Frequency of a sphere made dimensionless, `omega R / c_s`.
+/// Dimensionless frequencies of a sphere, `omega R / c_s`.
 fn sphere_roots(section: &Section, radius: f64, harmonic: Harmonic, count: usize) -> Vec<f64> {
     let shear_speed = (STEEL.young / (2.0 * 1.3 * STEEL.density)).sqrt();
     let modes = section.modes(&STEEL, harmonic, count).unwrap();
@@ -213,9 +216,9 @@ fn sphere_roots(section: &Section, radius: f64, harmonic: Harmonic, count: usize
 }
 
 #[test]
-fn a_free_sphere_has_the_roots_of_lamb() {
-    // Lamb, Proc. London Math. Soc. 13, 1882, 189: degree n has 2 n + 1 modes of orders 0 to n,
-    // so order 0 and order 1 see the same roots; toroidal ones of order 0 are torsion.
+fn free_sphere_frequencies_agree_with_lamb() {
+    // Lamb, Proc. London Math. Soc. 13, 1882, 189: degree n has 2 n + 1 modes of orders 0 to n, so
+    // orders 0 and 1 have the same roots; toroidal modes of order 0 are torsion.
     let [t1, t2] = [5.763459, 2.501133];
     let [s0, s1, s2] = [4.995514, 3.529987, 2.646217];
     let radius = 15e-3;
@@ -240,10 +243,10 @@ fn a_free_sphere_has_the_roots_of_lamb() {
     }
 }
 
-// Convergence: relative errors of frequencies fall like `h^(2 p)` (Strang and Fix, An Analysis of
+// Convergence: relative frequency errors are proportional to `h^(2 p)` (Strang and Fix, An Analysis of
 // the Finite Element Method, 1973, ch. 6).
 
-/// Asserts that halving the elements divides an error by nearly `2^(2 p)`.
+/// Asserts that halving the element size reduces the error by a factor of nearly `2^(2 p)`.
 #[track_caller]
 fn assert_rate(body: &str, order: usize, [coarse, fine]: [f64; 2], slack: f64) {
     let rate = (coarse / fine).log2();
@@ -255,10 +258,10 @@ fn assert_rate(body: &str, order: usize, [coarse, fine]: [f64; 2], slack: f64) {
 }
 
 #[test]
-fn a_rod_in_torsion_converges_with_twice_the_order() {
+fn torsion_frequencies_converge_with_twice_the_order() {
     let length = 0.2;
     let shear_speed = (STEEL.young / (2.0 * 1.3 * STEEL.density)).sqrt();
-    // The third mode, one wave and a half long.
+    // The third mode has one and a half wavelengths.
     let exact = 1.5 * shear_speed / length;
     for (order, count) in [(1, 16.0), (2, 8.0), (3, 8.0), (4, 4.0), (5, 4.0)] {
         let errors = [count, 2.0 * count].map(|count| {
@@ -271,8 +274,8 @@ fn a_rod_in_torsion_converges_with_twice_the_order() {
 }
 
 #[test]
-fn a_curved_boundary_does_not_spoil_the_rate() {
-    // Sphere, lowest toroidal mode, where each division of the arc halves all patches.
+fn curved_boundaries_keep_the_convergence_rate() {
+    // Sphere, lowest toroidal mode; each division of the arc halves all patches.
     let radius = 15e-3;
     let exact = toroidal_root_of_degree_two();
     for (order, divisions) in [(1, 8.0), (2, 8.0), (3, 4.0), (4, 2.0)] {
@@ -286,7 +289,7 @@ fn a_curved_boundary_does_not_spoil_the_rate() {
 }
 
 #[test]
-fn a_beam_in_bending_converges_too_but_linear_elements_lock_first() {
+fn bending_frequencies_converge_and_linear_elements_lock() {
     let first = |size: f64, order: usize| {
         let rod = Section::rod(0.02, 0.2, &elements(size, order)).unwrap();
         rod.modes(&STEEL, Harmonic::Bending, 1).unwrap()[0].frequency_hz
@@ -324,14 +327,14 @@ fn toroidal_root_of_degree_two() -> f64 {
 
 // Normalisation over the three-dimensional body.
 
-/// Everything needed to integrate over the body without the assembled matrices.
+/// Mass and shapes at one quadrature point, independent of the assembled matrices.
 struct VolumePoint {
     mass: f64,
     shapes: Vec<[f64; 3]>,
 }
 
-/// The modes and the six rigid motions at points of a quadrature over the whole body: Gauss in
-/// the section, equal angles round it (exact for the harmonics up to 2 that products have).
+/// The modes and the six rigid-body motions at the points of a quadrature over the whole body: Gauss
+/// points in the section, equal angles around it (exact for products of harmonics up to 2).
 fn volume_points(body: &BodyModes) -> Vec<VolumePoint> {
     let section = &body.mesh.section;
     let mut points = Vec::new();
@@ -414,7 +417,7 @@ fn assert_orthonormal(body: &BodyModes) {
     }
 }
 
-// Shapes on the ball.
+// Reproducibility.
 
 #[test]
 fn every_solve_gives_the_same_bits() {
@@ -422,15 +425,15 @@ fn every_solve_gives_the_same_bits() {
     assert_eq!(a.fields, b.fields);
 }
 
-// The surface for pictures.
+// The surface for display.
 
 #[test]
-fn the_outline_is_closed_and_faces_outward() {
+fn the_outline_is_closed_and_oriented_outward() {
     let body = paper_body();
     let [along, round] = [60, 48];
     let mesh = body.outline(along, round);
     assert_eq!(mesh.vertices.len(), along * round + 2);
-    // Each directed edge once, and its opposite once: closed and consistently turned.
+    // Each directed edge occurs once, and so does its reverse: closed and consistently oriented.
     let mut edges = std::collections::HashSet::new();
     let mut volume = 0.0;
     for &[a, b, c] in &mesh.triangles {
@@ -444,7 +447,7 @@ fn the_outline_is_closed_and_faces_outward() {
             / 6.0;
     }
     assert!(edges.iter().all(|&(a, b)| edges.contains(&(b, a))));
-    // Positive, so outward; less than the round body by what the facets cut off.
+    // Positive, hence outward; smaller than the round body because of the facets.
     let [ball, beam] = [15.875e-3_f64, 10e-3_f64];
     let height = (ball * ball - beam * beam).sqrt();
     let cap = ball - height;
@@ -469,16 +472,16 @@ fn the_outline_carries_the_shapes_of_the_surface() {
         }
     }
     assert_eq!(on_ball, 16 * 18 + 1);
-    // Both ends of a free beam move to the same side in its first bending mode.
+    // Both ends of a free beam move in the same direction in its first bending mode.
     let end = mesh.shapes_at(0)[0][0];
     assert!(end * shapes(&body, [0.0, 0.0, 1.0])[0][0] > 0.0);
     assert_eq!(mesh.shapes_at(0)[0][1], 0.0);
 }
 
-// What is refused.
+// Invalid input.
 
 #[test]
-fn impossible_materials_are_refused_by_name() {
+fn invalid_materials_are_rejected_by_name() {
     let rod = Section::rod(0.02, 0.2, &elements(0.05, 2)).unwrap();
     let bad = [
         (
@@ -510,8 +513,8 @@ fn impossible_materials_are_refused_by_name() {
 }
 
 #[test]
-fn a_mesh_gives_all_its_modes_and_no_more() {
-    // One element: all its nodes less those on the axis, less the rotation.
+fn more_modes_than_the_mesh_resolves_are_rejected() {
+    // One element: all its nodes except those on the axis, minus the rotation.
     for (order, available) in [(1, 1), (2, 5), (4, 19)] {
         let rod = Section::rod(0.02, 0.02, &elements(0.02, order)).unwrap();
         let all = rod.modes(&STEEL, Harmonic::Torsion, available).unwrap();

@@ -1,9 +1,9 @@
-//! Arrow's streaming format, with every length checked.
+//! Arrow's streaming format with checks of all lengths.
 //!
-//! A stream is a schema and then batches, each with a header (a flatbuffer) and a body. The
-//! library's own reader allocates the body that a header claims, which may be more than there is
-//! memory. Here both must lie within the stream and below [`MAX_MESSAGE`], and a header must not
-//! expand to more than [`MAX_HEADER`] when its shared parts are counted each time.
+//! A stream is a schema followed by batches, each with a header (a flatbuffer) and a body. The reader of the
+//! library allocates the body that a header claims, which may exceed the memory. This reader requires that
+//! both lie within the stream and are below [`MAX_MESSAGE`], and that a header does not expand beyond
+//! [`MAX_HEADER`] when its shared parts are counted each time.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -19,31 +19,31 @@ use flatbuffers::VerifierOptions;
 
 use super::{one_line, read_exactly};
 
-/// The largest body of a message, bytes.
+/// Maximum size of a message body, bytes.
 pub(crate) const MAX_MESSAGE: u64 = 256 << 20;
 
-/// The largest header of a message, bytes: a schema with its texts.
+/// Maximum size of a message header, bytes: a schema with its texts.
 const MAX_HEADER: u64 = 64 << 20;
 
-/// The most tables within a header: a schema has a few for each of its fields.
+/// Maximum number of tables within a header: a schema has a few per field.
 const MAX_TABLES: usize = 1 << 16;
 
-/// What a message begins with since version 0.15 of the format.
+/// Start of a message since version 0.15 of the format.
 const CONTINUATION: u32 = u32::MAX;
 
-/// Why there are no more batches.
+/// Reason why there are no more batches.
 #[derive(Debug)]
 pub(crate) enum ArrowFault {
-    /// The stream ends within a message, or a message claims to be longer than what is left.
-    BreaksOff,
-    /// What is there cannot be decoded.
+    /// The stream ends within a message, or a message claims more bytes than are left.
+    Truncated,
+    /// The data cannot be decoded.
     Damaged(String),
 }
 
 impl fmt::Display for ArrowFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::BreaksOff => f.write_str("it breaks off"),
+            Self::Truncated => f.write_str("the stream is truncated"),
             Self::Damaged(reason) => f.write_str(reason),
         }
     }
@@ -59,7 +59,7 @@ fn damaged(reason: impl fmt::Display) -> ArrowFault {
     ArrowFault::Damaged(one_line(reason))
 }
 
-/// The batches of a stream. It may still panic: use it within [`super::without_panic`].
+/// The batches of a stream. Decoding may panic: call it within [`super::without_panic`].
 pub(crate) struct ArrowStream<R> {
     reader: R,
     schema: SchemaRef,
@@ -69,11 +69,11 @@ pub(crate) struct ArrowStream<R> {
 impl<R: Read> ArrowStream<R> {
     /// Reads the schema.
     pub fn new(mut reader: R) -> Result<Self, ArrowFault> {
-        let header = read_header(&mut reader)?.ok_or(ArrowFault::BreaksOff)?;
+        let header = read_header(&mut reader)?.ok_or(ArrowFault::Truncated)?;
         let message = root_as_message_with_opts(&limits(), &header).map_err(damaged)?;
         let schema = message
             .header_as_schema()
-            .ok_or_else(|| damaged("it does not begin with a schema"))?;
+            .ok_or_else(|| damaged("the stream does not start with a schema"))?;
         let schema = Arc::new(fb_to_schema(schema));
         read_body(&mut reader, message.bodyLength())?;
         Ok(Self {
@@ -83,7 +83,7 @@ impl<R: Read> ArrowStream<R> {
         })
     }
 
-    /// What its batches are made of.
+    /// Schema of the batches.
     pub fn schema(&self) -> &Schema {
         &self.schema
     }
@@ -110,14 +110,14 @@ impl<R: Read> ArrowStream<R> {
                     read_dictionary(&body, batch, schema, known, &version).map_err(damaged)?;
                 }
                 MessageHeader::NONE => {}
-                _ => return Err(damaged("it has a message that no stream has")),
+                _ => return Err(damaged("unexpected message type in a stream")),
             }
         }
         Ok(None)
     }
 }
 
-/// What a header may expand to.
+/// Limits for the verification of a header.
 fn limits() -> VerifierOptions {
     VerifierOptions {
         max_tables: MAX_TABLES,
@@ -126,43 +126,43 @@ fn limits() -> VerifierOptions {
     }
 }
 
-/// The next header; `None` at the end of the stream, marked or not.
+/// The next header; `None` at the end of the stream, with or without an end mark.
 fn read_header(reader: &mut impl Read) -> Result<Option<Vec<u8>>, ArrowFault> {
     let mut number = read_number(reader)?;
     if number == Some(CONTINUATION) {
-        number = Some(read_number(reader)?.ok_or(ArrowFault::BreaksOff)?);
+        number = Some(read_number(reader)?.ok_or(ArrowFault::Truncated)?);
     }
     match number.map(u64::from) {
         None | Some(0) => Ok(None),
         Some(length) if length > MAX_HEADER => Err(damaged(format!(
-            "a header claims {length} bytes; at most {MAX_HEADER} are read"
+            "a header claims {length} bytes; the maximum is {MAX_HEADER}"
         ))),
         Some(length) => read_exactly(reader, length)?
             .map(Some)
-            .ok_or(ArrowFault::BreaksOff),
+            .ok_or(ArrowFault::Truncated),
     }
 }
 
-/// The number of four bytes that comes next; `None` at the end.
+/// The next four bytes as a number; `None` at the end.
 fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
     let mut bytes = Vec::with_capacity(4);
     reader.take(4).read_to_end(&mut bytes)?;
     match bytes.as_slice().try_into() {
         Ok(bytes) => Ok(Some(u32::from_le_bytes(bytes))),
         Err(_) if bytes.is_empty() => Ok(None),
-        Err(_) => Err(ArrowFault::BreaksOff),
+        Err(_) => Err(ArrowFault::Truncated),
     }
 }
 
-/// The body that belongs to a header.
+/// Reads the body of a message.
 fn read_body(reader: &mut impl Read, length: i64) -> Result<Vec<u8>, ArrowFault> {
     let length = u64::try_from(length).map_err(|_| damaged("a length is negative"))?;
     if length > MAX_MESSAGE {
         return Err(damaged(format!(
-            "a message claims {length} bytes; at most {MAX_MESSAGE} are read"
+            "a message claims {length} bytes; the maximum is {MAX_MESSAGE}"
         )));
     }
-    read_exactly(reader, length)?.ok_or(ArrowFault::BreaksOff)
+    read_exactly(reader, length)?.ok_or(ArrowFault::Truncated)
 }
 
 #[cfg(test)]
@@ -185,7 +185,7 @@ mod tests {
         bytes
     }
 
-    /// The batches that can be read, and whether that is all there is.
+    /// Number of readable batches, and whether the stream ends without an error.
     fn read(bytes: &[u8]) -> (usize, bool) {
         let read = without_panic(|| {
             let mut stream = ArrowStream::new(bytes)?;
@@ -209,12 +209,12 @@ mod tests {
     }
 
     #[test]
-    fn claims_beyond_the_stream_are_refused_before_anything_is_allocated() {
+    fn excessive_claims_are_rejected_before_allocation() {
         let header = |claim: u32| [&[0xff; 4][..], &claim.to_le_bytes(), &stream()[8..]].concat();
         for claim in [MAX_HEADER as u32 + 1, u32::MAX - 1] {
             let refused = ArrowStream::new(&header(claim)[..]).err();
             let Some(ArrowFault::Damaged(reason)) = refused else {
-                panic!("{claim} is taken: {refused:?}");
+                panic!("{claim} is accepted: {refused:?}");
             };
             assert!(reason.contains("claims"), "{reason}");
         }
@@ -223,6 +223,6 @@ mod tests {
             assert!(matches!(refused, Some(ArrowFault::Damaged(_))), "{length}");
         }
         let refused = read_body(&mut &stream()[..], MAX_MESSAGE as i64).err();
-        assert!(matches!(refused, Some(ArrowFault::BreaksOff)));
+        assert!(matches!(refused, Some(ArrowFault::Truncated)));
     }
 }

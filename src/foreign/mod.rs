@@ -1,8 +1,7 @@
 //! Reading files that may be damaged or hostile: no length in them is trusted.
 //!
-//! Libraries that decode such files allocate what a header claims, and panic on what they do not
-//! expect. Here lengths are compared with the file before anything is allocated, and a panic
-//! becomes an error.
+//! Libraries that decode such files allocate what a header claims and panic on unexpected data. The functions
+//! here compare lengths with the file size before anything is allocated, and convert a panic to an error.
 
 pub(crate) mod arrow;
 
@@ -14,25 +13,27 @@ use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Once;
 
-/// Opens a file and returns its length, bytes. Folders, pipes and devices are refused: they have no
-/// length to compare claims with, and some never end.
+/// Opens a file and returns its length, bytes. Folders, pipes and devices are rejected: they have no length
+/// to compare claims with, and some are infinite.
 ///
 /// # Errors
-/// If it is no regular file, or cannot be opened.
+/// If it is not a regular file or cannot be opened.
 pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
-    // Before it is opened: that alone waits on a pipe.
+    // Checked before opening, which blocks on a pipe.
     let about = path.metadata()?;
     if about.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
     if !about.is_file() {
-        return Err(io::Error::other("it is a pipe or a device, not a file"));
+        return Err(io::Error::other(
+            "this is a pipe or a device, not a regular file",
+        ));
     }
     Ok((File::open(path)?, about.len()))
 }
 
-/// Exactly `count` bytes, or `None` if fewer are left. Memory grows with what is read, not with
-/// what is claimed.
+/// Reads exactly `count` bytes, or returns `None` if fewer are left. Allocates according to the data read,
+/// not to `count`.
 ///
 /// # Errors
 /// If reading fails.
@@ -42,10 +43,10 @@ pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Opt
     Ok((bytes.len() as u64 == count).then_some(bytes))
 }
 
-/// Characters of a library's reason that are shown: some print what they could not read.
+/// Maximum length of a library message, characters: some contain the unreadable data.
 const SHOWN: usize = 120;
 
-/// What a library says of a fault, in one line.
+/// First line of a library message.
 pub(crate) fn one_line(reason: impl Display) -> String {
     let reason = reason.to_string();
     let line = reason.lines().next().unwrap_or_default();
@@ -56,8 +57,8 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does some work with a library that may panic on damaged data: `None` if it did. Nothing is
-/// printed then. Other threads are not affected.
+/// Calls a library that may panic on damaged data; `None` if it panics. The panic message is suppressed on
+/// this thread only.
 pub(crate) fn without_panic<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -69,7 +70,7 @@ pub(crate) fn without_panic<T>(work: impl FnOnce() -> T) -> Option<T> {
         }));
     });
     let before = IS_QUIET.replace(true);
-    // What a panic leaves half done is dropped by the caller.
+    // The caller drops the inconsistent state left by a panic.
     let done = catch_unwind(AssertUnwindSafe(work));
     IS_QUIET.set(before);
     done.ok()
@@ -80,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_regular_file_is_opened() {
+    fn only_regular_files_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         std::fs::write(&file, "five!").unwrap();
@@ -95,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_beyond_the_end_allocates_nothing() {
+    fn a_claimed_length_beyond_the_end_allocates_nothing() {
         let mut bytes = &b"abc"[..];
         assert_eq!(
             read_exactly(&mut bytes, 2).unwrap().as_deref(),
@@ -105,14 +106,14 @@ mod tests {
     }
 
     #[test]
-    fn a_reason_is_one_short_line() {
+    fn a_message_is_shortened_to_one_line() {
         assert_eq!(one_line("out of range\n\twhile verifying"), "out of range");
         assert_eq!(one_line("ä".repeat(SHOWN + 1)), "ä".repeat(SHOWN));
         assert_eq!(one_line(""), "");
     }
 
     #[test]
-    fn a_panic_is_none_and_those_outside_stay_as_they_are() {
+    fn a_panic_is_none_and_outer_calls_are_unaffected() {
         assert_eq!(without_panic(|| 1), Some(1));
         let inner = || without_panic(|| panic!("the inner one"));
         let outer: Option<()> = without_panic(|| {

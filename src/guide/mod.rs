@@ -1,48 +1,200 @@
-//! Longer pages: what the code means and how far to trust it. Their examples are tests.
+//! The guide: a book in four parts. Its code examples are run as tests.
 //!
-//! * [`equations`]: each equation of the paper and where it is; axes, signs, energy.
-//! * [`stability`]: what can go wrong with the numbers, what is caught, and how.
-//! * [`hard_cases`]: the hardest of them, one by one, with what was measured.
-//! * [`exponents`]: Lyapunov exponents, their intervals, and how to read a zero.
-//! * [`mechanisms`]: why things squeal, a scene each, with numbers measured in its run.
-//! * [`sweeps`]: what happens as a number of a scene changes; many machines; the paper.
-//! * [`cost`]: what accuracy costs, knob by knob, for four scenes; how cost grows.
-//! * [`json`]: the fields of results, as `--json` writes them.
-//! * [`live`]: a run that is steered while it goes on, its page, its sound.
-//! * [`off`]: what an effect costs that is left out.
-//! * [`peers`]: the laboratory beside other tools, measured.
-//! * [`scene`](crate::scene): all keys of a scene file.
+//! | part | read it to |
+//! |---|---|
+//! | [Tutorial](tutorial) | learn the program step by step |
+//! | [How-to](how_to) | complete one task; each page stands alone |
+//! | [Explanation](explanation) | understand the physics, the numerics, the analyses and the cost |
+//! | [Reference](mod@reference) | look up a scene key, a JSON field, a command, a term |
+//!
+//! # Tutorial
+//!
+//! 1. [First recording](tutorial::first_recording): simulate the default scene and read the recording.
+//! 2. [First live run](tutorial::first_live_run): change the tilt during the simulation.
+//! 3. [First signal](tutorial::first_signal): analyse a signal from a file.
+//! 4. [First scene](tutorial::first_scene): write a scene file and run it.
+//!
+//! # How-to
+//!
+//! Find the cause of a squeak:
+//!
+//! * [Find what sets off a squeak](how_to::find_what_squeaks): linear stability, then a sweep over the tilt.
+//! * [Compare attractors](how_to::compare_attractors): basins of attraction from random kicks.
+//! * [Compute Lyapunov exponents with errors](how_to::exponents).
+//! * [Analyse a measured recording](how_to::measured_recording): WAV, CSV, NumPy arrays, `.rrd`.
+//!
+//! Run and control simulations:
+//!
+//! * [Choose the accuracy](how_to::choose_accuracy): the cheapest integrator for a given error.
+//! * [Use only the effects that a scene needs](how_to::effects), and see the cost of each.
+//! * [Use modes from another finite-element program](how_to::own_modes).
+//! * [Run a sweep on many machines](how_to::many_machines), with a Slurm job array.
+//! * [Control a live run in a classroom](how_to::classroom).
+//!
+//! Use the results:
+//!
+//! * [Listen to a squeak](how_to::listen): WAV files and audio on the page.
+//! * [Make figures for a paper](how_to::figures).
+//! * [Read results in Python, R and other programs](how_to::read_results): JSON, Arrow, CSV, NumPy.
+//! * [Use the library](how_to::library).
+//!
+//! Compare with Kang (2022):
+//!
+//! * [Reproduce the paper](how_to::reproduce_paper): each figure and each claim.
+//! * [Calibrate the parameters that the paper does not state](how_to::calibrate).
+//!
+//! # Explanation
+//!
+//! Physics:
+//!
+//! * [Equations](explanation::equations): each equation of the paper and its code; axes, signs, energy.
+//! * [Mechanisms](explanation::mechanisms): ten mechanisms of friction-induced vibration, a scene for each.
+//!
+//! Numerics:
+//!
+//! * [Numerical stability](explanation::stability): stiffness, kinks, wrong solutions, and what detects them.
+//! * [Hard cases](explanation::hard_cases): the most difficult test cases with measured errors.
+//!
+//! Chaos:
+//!
+//! * [Lyapunov exponents](explanation::exponents): definition, computation, confidence intervals, zeros.
+//! * [Settled responses](explanation::responses): end of the transient, starts, coexisting attractors.
+//! * [Types of motion](explanation::regimes): the classifier and its evidence.
+//! * [Recurrence](explanation::recurrence): delay vectors, recurrence plots, recurrence quantification.
+//!
+//! Cost:
+//!
+//! * [Cost of accuracy](explanation::cost): error against CPU time for four scenes; growth with problem size.
+//! * [Cost of disabled effects](explanation::off): compiled kernels compared with hand-written loops.
+//! * [Comparison with other programs](explanation::peers): analyses, right-hand side and integrators.
+//!
+//! # Reference
+//!
+//! * [Scene files](crate::scene): format, schedules, rules, and every key with unit, range and default.
+//! * [Commands](mod@reference::commands): every command and option.
+//! * [Outputs and exit codes](mod@reference::outputs): files, warnings, the energy audit.
+//! * [JSON](mod@reference::json): every field that `--json` writes.
+//! * [Live runs](mod@reference::live): commands, server, limits, latency.
+//! * [Faults](mod@reference::faults): full disks, closed viewers, signals, damaged files.
+//! * [Glossary](mod@reference::glossary): the terms of the program, each with a reference.
 
-#[doc = include_str!("equations.md")]
-pub mod equations {}
+/// First recording, first live run, first signal, first scene.
+pub mod tutorial {
+    #[doc = include_str!("tutorial/first_recording.md")]
+    pub mod first_recording {}
 
-#[doc = include_str!("stability.md")]
-pub mod stability {}
+    #[doc = include_str!("tutorial/first_live_run.md")]
+    pub mod first_live_run {}
 
-#[doc = include_str!("hard_cases.md")]
-pub mod hard_cases {}
+    #[doc = include_str!("tutorial/first_signal.md")]
+    pub mod first_signal {}
 
-#[doc = include_str!("exponents.md")]
-pub mod exponents {}
+    #[doc = include_str!("tutorial/first_scene.md")]
+    pub mod first_scene {}
+}
 
-#[doc = include_str!("mechanisms.md")]
-pub mod mechanisms {}
+/// One page for each task.
+pub mod how_to {
+    #[doc = include_str!("how_to/find_what_squeaks.md")]
+    pub mod find_what_squeaks {}
 
-#[doc = include_str!("sweeps.md")]
-pub mod sweeps {}
+    #[doc = include_str!("how_to/compare_attractors.md")]
+    pub mod compare_attractors {}
 
-#[doc = include_str!("cost.md")]
-#[doc = include_str!("cost.html")]
-pub mod cost {}
+    #[doc = include_str!("how_to/exponents.md")]
+    pub mod exponents {}
 
-#[doc = include_str!("json.md")]
-pub mod json {}
+    #[doc = include_str!("how_to/measured_recording.md")]
+    pub mod measured_recording {}
 
-#[doc = include_str!("live.md")]
-pub mod live {}
+    #[doc = include_str!("how_to/choose_accuracy.md")]
+    pub mod choose_accuracy {}
 
-#[doc = include_str!("off.md")]
-pub mod off {}
+    #[doc = include_str!("how_to/effects.md")]
+    pub mod effects {}
 
-#[doc = include_str!("peers.md")]
-pub mod peers {}
+    #[doc = include_str!("how_to/own_modes.md")]
+    pub mod own_modes {}
+
+    #[doc = include_str!("how_to/many_machines.md")]
+    pub mod many_machines {}
+
+    #[doc = include_str!("how_to/classroom.md")]
+    pub mod classroom {}
+
+    #[doc = include_str!("how_to/listen.md")]
+    pub mod listen {}
+
+    #[doc = include_str!("how_to/figures.md")]
+    pub mod figures {}
+
+    #[doc = include_str!("how_to/read_results.md")]
+    pub mod read_results {}
+
+    #[doc = include_str!("how_to/library.md")]
+    pub mod library {}
+
+    #[doc = include_str!("how_to/reproduce_paper.md")]
+    pub mod reproduce_paper {}
+
+    #[doc = include_str!("how_to/calibrate.md")]
+    pub mod calibrate {}
+}
+
+/// Physics, numerics, chaos and cost.
+pub mod explanation {
+    #[doc = include_str!("explanation/equations.md")]
+    pub mod equations {}
+
+    #[doc = include_str!("explanation/mechanisms.md")]
+    pub mod mechanisms {}
+
+    #[doc = include_str!("explanation/stability.md")]
+    pub mod stability {}
+
+    #[doc = include_str!("explanation/hard_cases.md")]
+    pub mod hard_cases {}
+
+    #[doc = include_str!("explanation/exponents.md")]
+    pub mod exponents {}
+
+    #[doc = include_str!("explanation/responses.md")]
+    pub mod responses {}
+
+    #[doc = include_str!("explanation/regimes.md")]
+    pub mod regimes {}
+
+    #[doc = include_str!("explanation/recurrence.md")]
+    pub mod recurrence {}
+
+    #[doc = include_str!("explanation/cost.md")]
+    #[doc = include_str!("explanation/cost.html")]
+    pub mod cost {}
+
+    #[doc = include_str!("explanation/off.md")]
+    pub mod off {}
+
+    #[doc = include_str!("explanation/peers.md")]
+    pub mod peers {}
+}
+
+/// Scene keys ([`scene`](crate::scene)), commands, outputs, JSON, live runs, faults, glossary.
+pub mod reference {
+    #[doc = include_str!("reference/commands.md")]
+    pub mod commands {}
+
+    #[doc = include_str!("reference/outputs.md")]
+    pub mod outputs {}
+
+    #[doc = include_str!("reference/json.md")]
+    pub mod json {}
+
+    #[doc = include_str!("reference/live.md")]
+    pub mod live {}
+
+    #[doc = include_str!("reference/faults.md")]
+    pub mod faults {}
+
+    #[doc = include_str!("reference/glossary.md")]
+    pub mod glossary {}
+}

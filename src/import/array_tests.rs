@@ -1,10 +1,10 @@
-//! Arrays of NumPy as signals.
+//! Signals in NumPy arrays.
 
 use std::io::Write;
 
 use npyz::WriterBuilder;
 
-use super::tests::{Desk, selection, wave};
+use super::tests::{TestFolder, selection, wave};
 use super::*;
 use crate::export::write_npz;
 use crate::numpy::Array;
@@ -30,10 +30,10 @@ pub(super) fn npy<T: npyz::AutoSerialize + Copy>(
 #[test]
 fn arrays_of_every_type_are_read() {
     use npyz::Order::{C, Fortran};
-    let desk = Desk::new();
+    let folder = TestFolder::new();
     let read = |bytes: Vec<u8>, words: &[(&str, &str)]| {
         let words = [&[("rate", "10")][..], words].concat();
-        read_signal(&desk.put("array.npy", bytes), &selection(&words)).unwrap()
+        read_signal(&folder.put("array.npy", bytes), &selection(&words)).unwrap()
     };
     let expected = vec![1.0, 2.0, 100.0];
     let files = [
@@ -52,7 +52,7 @@ fn arrays_of_every_type_are_read() {
     for bytes in files {
         assert_eq!(read(bytes, &[]).samples, expected);
     }
-    // Big endian: the header says so, and the bytes follow.
+    // Big-endian: set in the header, with swapped bytes.
     let mut bytes = npy(
         &[3],
         C,
@@ -61,7 +61,7 @@ fn arrays_of_every_type_are_read() {
     let at = bytes.windows(3).position(|w| w == b"<u8").unwrap();
     bytes[at..at + 3].copy_from_slice(b">f8");
     assert_eq!(read(bytes, &[]).samples, expected);
-    // Two axes: the longer is the time, in either order in the file.
+    // Two axes: the longer one is the time, in either memory order.
     let values = [1.0, -1.0, 2.0, -2.0, 100.0, -100.0];
     for (shape, order, values) in [
         ([3, 2], C, values),
@@ -79,15 +79,15 @@ fn arrays_of_every_type_are_read() {
 }
 
 #[test]
-fn arrays_that_are_no_signal_are_refused() {
-    let desk = Desk::new();
+fn arrays_without_a_signal_are_rejected() {
+    let folder = TestFolder::new();
     let refused = |bytes: &[u8]| {
         let words = selection(&[("rate", "10")]);
-        let error = read_signal(&desk.put("array.npy", bytes), &words);
+        let error = read_signal(&folder.put("array.npy", bytes), &words);
         error.unwrap_err().to_string()
     };
     let whole = npy(&[30], npyz::Order::C, &[1.5; 30]);
-    assert!(refused(&whole[..whole.len() - 3]).contains("cut short: array `array` has 237 bytes"));
+    assert!(refused(&whole[..whole.len() - 3]).contains("truncated: array `array` has 237 of"));
     assert!(refused(&whole[..50]).contains("damaged"));
     let retyped = |to: &str| {
         let text = String::from_utf8_lossy(&whole[10..128]).replace("<f8", to);
@@ -106,9 +106,9 @@ fn arrays_that_are_no_signal_are_refused() {
 }
 
 #[test]
-fn archives_have_names_and_a_clock() {
-    let desk = Desk::new();
-    let path = desk.0.path().join("run.npz");
+fn archives_contain_names_and_a_clock() {
+    let folder = TestFolder::new();
+    let path = folder.0.path().join("run.npz");
     let t = (0..50).map(|k| 2.0 + f64::from(k) / 200_000.0).collect();
     let u: Vec<f64> = (0..50).map(wave).collect();
     let q = u.iter().flat_map(|x| [*x, 2.0 * x]).collect();
@@ -143,9 +143,9 @@ fn archives_have_names_and_a_clock() {
     write_npz(&path, &arrays).unwrap();
     assert_eq!(asked(&[]).unwrap().rate, 48_000.0);
     let whole = std::fs::read(&path).unwrap();
-    desk.put("run.npz", &whole[..whole.len() / 2]);
+    folder.put("run.npz", &whole[..whole.len() / 2]);
     assert!(asked(&[]).unwrap_err().to_string().contains("damaged"));
-    // As numpy.savez_compressed writes it.
+    // As written by numpy.savez_compressed.
     let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
     let deflated = zip::write::SimpleFileOptions::default()
         .compression_method(zip::CompressionMethod::Deflated);

@@ -1,48 +1,48 @@
-//! How many samples a second, and when the first one was taken.
+//! Sample rate and start time of a signal.
 
 use std::cmp::Ordering;
 
 use super::Problem;
 
-/// What a file says of the times of its samples.
+/// Time information of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Clock {
-    /// Nothing.
+    /// None.
     Unknown,
-    /// Samples a second, Hz; the first at 0 s.
+    /// Sample rate, Hz; the first sample is at 0 s.
     Rate(f64),
-    /// The time of each.
+    /// The time of each sample.
     Times {
         /// Times, s.
         times: Vec<f64>,
-        /// By how much a time may be off because of the digits it was written with, s.
+        /// Uncertainty of a time due to its number of digits, s.
         resolution: f64,
     },
 }
 
-/// What a source says of the times of its samples.
+/// Time information of a source.
 pub(super) enum Timing {
-    /// Nothing.
+    /// None.
     Unknown,
-    /// Samples a second, Hz; the first at 0 s.
+    /// Sample rate, Hz; the first sample is at 0 s.
     Rate(f64),
-    /// The time of each, which the source gives one by one.
+    /// The time of each sample, which the source returns one by one.
     Times {
-        /// How many.
+        /// Number of times.
         count: usize,
-        /// By how much a time may be off because of the digits it was written with, s.
+        /// Uncertainty of a time due to its number of digits, s.
         resolution: f64,
-        /// The same over the largest time.
+        /// Relative uncertainty, as a fraction of the largest time.
         relative: f64,
     },
-    /// Times that were gone through already.
+    /// Times that have been evaluated already.
     Uniform(Uniform),
 }
 
 /// Evenly spaced times.
 #[derive(Clone, Copy)]
 pub(super) struct Uniform {
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub rate: f64,
     /// Time of the first sample, s.
     pub start: f64,
@@ -50,33 +50,33 @@ pub(super) struct Uniform {
     pub uncertainty: f64,
 }
 
-/// Calls a function for each time, s, from the first; may be asked to do so again.
+/// Calls a function for each time, s, from the first one; can be called repeatedly.
 pub(super) type EachTime<'a> = dyn FnMut(&mut dyn FnMut(f64)) -> Result<(), Problem> + 'a;
 
-/// A sample may be this much of a spacing off its place, besides what the digits make.
-const TOLERANCE: f64 = 1e-3;
+/// Tolerated deviation of a sample from its nominal time, in sample spacings, in addition to the number of
+/// digits.
+const TIME_TOLERANCE: f64 = 1e-3;
 
-/// The digits excuse at most this much of a spacing: a sample that is missing shows as more.
-const COARSEST: f64 = 0.2;
+/// Maximum tolerance due to the number of digits, in sample spacings: a missing sample deviates more.
+const MAX_DIGIT_TOLERANCE: f64 = 0.2;
 
-/// A rate asked for is that of the file if it differs by no more than this share.
+/// Relative tolerance of a given rate from that of the file.
 const SAME_RATE: f64 = 1e-6;
 
 impl Timing {
-    /// Samples a second (Hz) and the time of the first sample (s); `asked` is the rate the user
-    /// gives.
+    /// Sample rate (Hz) and time of the first sample (s); `asked` is the rate given by the user.
     pub fn rate_and_start(
         self,
         asked: Option<f64>,
         times: &mut EachTime<'_>,
     ) -> Result<(f64, f64), Problem> {
         if let Some(rate) = asked {
-            possible(rate)?;
+            valid_rate(rate)?;
         }
         let own = match self {
             Self::Unknown => return Ok((asked.ok_or(Problem::NoRate)?, 0.0)),
             Self::Rate(rate) => Uniform {
-                rate: possible(rate)?,
+                rate: valid_rate(rate)?,
                 start: 0.0,
                 uncertainty: 0.0,
             },
@@ -89,7 +89,7 @@ impl Timing {
         };
         match asked {
             Some(asked) if (asked / own.rate - 1.0).abs() > SAME_RATE.max(own.uncertainty) => {
-                Err(Problem::OtherRate {
+                Err(Problem::RateMismatch {
                     asked,
                     own: own.rate,
                 })
@@ -99,21 +99,21 @@ impl Timing {
     }
 }
 
-/// Rates that can be, Hz: beyond any instrument, and yet times and frequencies can be drawn in
-/// single precision.
+/// Valid rates, Hz: they include all instruments, and times and frequencies can be drawn in single precision.
 const RATES: std::ops::RangeInclusive<f64> = 1e-12..=1e15;
 
-fn possible(rate: f64) -> Result<f64, Problem> {
+fn valid_rate(rate: f64) -> Result<f64, Problem> {
     if RATES.contains(&rate) {
         Ok(rate)
     } else {
-        Err(Problem::BadRate(rate))
+        Err(Problem::InvalidRate(rate))
     }
 }
 
-/// Whether times are evenly spaced, which takes two passes: the spacing is that of the first and the
-/// last; every other time must lie on the line between them. Where the digits leave room for it, the rate
-/// is a whole number of Hz: 44100, not 44099.9999. `resolution` and `relative` as in [`Timing::Times`].
+/// Checks in two passes that times are evenly spaced. The spacing follows from the first and the last time;
+/// every other time must lie on the line between them. If the digits permit it, the rate is rounded to a
+/// whole number of Hz:
+/// 44100, not 44099.9999. `resolution` and `relative` as in [`Timing::Times`].
 pub(super) fn uniform(
     times: &mut EachTime<'_>,
     resolution: f64,
@@ -125,7 +125,7 @@ pub(super) fn uniform(
         if count == 0 {
             first = time;
         } else if last.partial_cmp(&time) != Some(Ordering::Less) && stall.is_none() {
-            stall = Some(Problem::NotRising {
+            stall = Some(Problem::NotIncreasing {
                 index: count,
                 time,
                 before: last,
@@ -142,8 +142,10 @@ pub(super) fn uniform(
         return Err(stall);
     }
     let spacing = (last - first) / (count - 1) as f64;
-    let resolution = resolution.max(relative * largest).min(COARSEST * spacing);
-    let tolerance = TOLERANCE + resolution / spacing;
+    let resolution = resolution
+        .max(relative * largest)
+        .min(MAX_DIGIT_TOLERANCE * spacing);
+    let tolerance = TIME_TOLERANCE + resolution / spacing;
     let mut index = 0;
     let mut fault = None;
     times(&mut |time| {
@@ -160,9 +162,9 @@ pub(super) fn uniform(
     let uncertainty = (resolution + rounding) / (last - first);
     let rate = 1.0 / spacing;
     let whole = rate.round();
-    let is_whole = whole > 0.0 && (rate / whole - 1.0).abs() <= uncertainty;
+    let is_integer = whole > 0.0 && (rate / whole - 1.0).abs() <= uncertainty;
     Ok(Uniform {
-        rate: if is_whole { whole } else { rate },
+        rate: if is_integer { whole } else { rate },
         start: first,
         uncertainty,
     })

@@ -1,4 +1,4 @@
-//! What can be wrong with somebody else's file.
+//! Errors of signal files.
 
 use std::fmt::Write as _;
 use std::io;
@@ -6,245 +6,241 @@ use std::path::PathBuf;
 
 use crate::memory::MemoryShortage;
 
-/// The formats, for messages.
+/// Known formats, for messages.
 const KNOWN: &str = "WAV, CSV (or other columns of text), .npy, .npz, .rrd";
 
-/// Why a file gives no signal.
+/// A file does not contain a signal.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct ImportError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong, where, and what to do.
+    /// Problem, place and remedy.
     pub problem: Problem,
 }
 
-/// What is wrong with a file, or with what is asked of it.
+/// Problem of a file or of the selection.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// There is no such file.
-    #[error("there is no such file; check the path")]
+    /// The file does not exist.
+    #[error("the file does not exist; check the path")]
     Missing,
-    /// It is a directory.
-    #[error("this is a directory; give the path of a file in it")]
+    /// The path is a directory.
+    #[error("the path is a directory; give the path of a file in it")]
     Directory,
-    /// The path is that of a device, a pipe or a socket.
+    /// The path is a device, a pipe or a socket.
     #[error(
-        "this is a device or a pipe, which cannot be read twice and may never end; copy it into a file"
+        "the path is a device or a pipe, which cannot be read twice and may be infinite; copy the data to a file"
     )]
     Device,
-    /// The system does not let it be read.
-    #[error("the file cannot be read ({0}); check its permissions")]
+    /// The operating system does not permit reading.
+    #[error("cannot read the file ({0}); check its permissions")]
     Unreadable(#[from] io::Error),
-    /// No byte in it.
+    /// The file has no content.
     #[error("the file is empty; record or export it again")]
     Empty,
-    /// Its content fits no known format.
-    #[error("its format is unknown{}; convert it to one of: {KNOWN}", called.as_deref().map_or(String::new(), |e| format!(" (it is called .{e}, but its content is something else)")))]
+    /// The content has no known format.
+    #[error("unknown file format{}; convert the file to one of: {KNOWN}", called.as_deref().map_or(String::new(), |e| format!(" (the extension is .{e}, but the content is different)")))]
     UnknownFormat {
-        /// Its extension, if that is the one of a known format.
+        /// The extension, if it is that of a known format.
         called: Option<String>,
     },
-    /// It is a recording, which another room reads.
+    /// A recording, which needs another feature.
     #[error(
-        "this is a recording (.rrd), which this build cannot read; build with the feature `record`, or export the column as CSV"
+        "the file is a recording (.rrd), which this build cannot read; build with the feature `record`, or export the column as CSV"
     )]
     Recording,
-    /// It does not follow its format.
-    #[error("this {format} file is damaged: {what}; export it again")]
+    /// The content violates its format.
+    #[error("the {format} file is damaged: {what}; export it again")]
     Damaged {
         /// The format.
         format: &'static str,
-        /// What does not fit.
+        /// The violation.
         what: String,
     },
-    /// It ends before its time.
+    /// The file is truncated.
     #[error(
-        "this {format} file is cut short: {what} has {have} bytes where {need} are announced; copy or record it again"
+        "the {format} file is truncated: {what} has {have} of {need} bytes; copy or record it again"
     )]
-    CutShort {
+    Truncated {
         /// The format.
         format: &'static str,
-        /// Which part.
+        /// The truncated part.
         what: String,
-        /// Bytes there.
+        /// Bytes present.
         have: u64,
         /// Bytes announced.
         need: u64,
     },
-    /// Its samples are coded in a way that is not read.
-    #[error("{what} is not read here; {remedy}")]
+    /// The coding of the samples is not supported.
+    #[error("{what} is not supported; {remedy}")]
     Unsupported {
-        /// What it is.
+        /// The unsupported coding.
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// A row of other length than the first.
-    #[error(
-        "line {line} has {have} fields where the lines before it have {need}; complete or remove it"
-    )]
+    /// A row with another number of fields than the first one.
+    #[error("line {line} has {have} fields instead of {need}; complete or remove it")]
     Ragged {
         /// Line, from 1.
         line: u64,
-        /// Fields there.
+        /// Number of fields in this line.
         have: usize,
-        /// Fields of the first row.
+        /// Number of fields in the first row.
         need: usize,
     },
-    /// A line of text that is no row of samples.
+    /// A line of text that is too long for a row of samples.
     #[error(
-        "line {line} is longer than {most} bytes; check that this is text with one row of samples a line"
+        "line {line} is longer than {most} bytes; check that the file is text with one row of samples per line"
     )]
     LongLine {
         /// Line, from 1.
         line: u64,
-        /// The longest that is read, bytes.
+        /// Maximum length, bytes.
         most: usize,
     },
-    /// More columns than anything measures.
-    #[error("there are {have} columns, and {most} are read; save fewer")]
+    /// Too many columns.
+    #[error("the file has {have} columns; the maximum is {most}; save fewer")]
     TooManyColumns {
-        /// How many.
+        /// Number of columns.
         have: usize,
-        /// The most that are read.
+        /// Maximum number.
         most: usize,
     },
-    /// More samples than are to be read.
+    /// The selection has too many samples.
     #[error(
-        "{have} samples are selected, above the limit of {most}; select a stretch with --from and --to, or raise the limit with --max-samples"
+        "the selection has {have} samples, more than the limit of {most}; select a shorter part with --from and --to, or raise the limit with --max-samples"
     )]
     TooManySamples {
-        /// How many.
+        /// Number of samples.
         have: usize,
         /// The limit.
         most: usize,
     },
-    /// More samples than fit into the memory.
+    /// The selected samples do not fit into memory.
     #[error(
-        "the {samples} samples selected do not fit into memory: {shortage}; select a stretch with --from and --to"
+        "the {samples} selected samples do not fit into memory: {shortage}; select a shorter part with --from and --to"
     )]
     Memory {
-        /// How many.
+        /// Number of samples.
         samples: usize,
-        /// By how much.
+        /// Missing memory.
         shortage: MemoryShortage,
     },
-    /// It changed between two passes.
-    #[error("the file changed while it was read; wait until it is complete")]
+    /// The file changed between two passes.
+    #[error("the file changed while it was read; wait until it is complete, and try again")]
     Changed,
-    /// Text where a number ought to be.
+    /// Text instead of a number.
     #[error(
-        "line {line}, column `{column}`: `{text}` is not a number; correct the line, or put # before it if it is a remark"
+        "line {line}, column `{column}`: `{text}` is not a number; correct the line, or start it with # if it is a comment"
     )]
     NotANumber {
         /// Line, from 1.
         line: u64,
         /// Name of the column.
         column: String,
-        /// What is there.
+        /// Content of the field.
         text: String,
     },
-    /// Nothing in it is a row of samples.
-    #[error("there is no sample in it, only {0}; export it again")]
+    /// The file contains no sample.
+    #[error("the file contains no sample, only {0}; export it again")]
     NoSamples(&'static str),
-    /// Several columns, and none chosen.
+    /// Several columns without a selection.
     #[error(
-        "there are several columns; choose one with --column: {}",
+        "the file has several columns; choose one with --column: {}",
         listed(columns)
     )]
     ChooseColumn {
         /// Their names.
         columns: Vec<String>,
     },
-    /// A column that is not there.
-    #[error("there is no column `{asked}`; there is: {}", listed(columns))]
+    /// The selected column does not exist.
+    #[error("there is no column `{asked}`; choose one of: {}", listed(columns))]
     NoSuchColumn {
-        /// The name asked for.
+        /// Requested name.
         asked: String,
-        /// The names there are.
+        /// Existing names.
         columns: Vec<String>,
     },
-    /// Times that stand still or go back, or are no numbers.
+    /// Times that do not increase, or that are not numbers.
     #[error(
-        "time does not go on: sample {index} is at {time} s, the one before at {before} s; repair the times, or give the file without them and with --rate"
+        "the time does not increase: sample {index} is at {time} s, the previous one at {before} s; correct the times, or remove them and give --rate"
     )]
-    NotRising {
+    NotIncreasing {
         /// Index of the sample, from 0.
         index: usize,
         /// Its time, s.
         time: f64,
-        /// The time before, s.
+        /// Previous time, s.
         before: f64,
     },
     /// Times that are not evenly spaced.
     #[error(
-        "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} of a sample spacing off its place; resample the signal, or give the file without its times and with --rate"
+        "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} sample spacings from its nominal time; resample the signal, or remove the times and give --rate"
     )]
     NotUniform {
         /// Index of the sample, from 0.
         index: usize,
         /// Its time, s.
         time: f64,
-        /// How far off, in spacings.
+        /// Deviation, in sample spacings.
         off: f64,
     },
-    /// Times and samples differ in number.
-    #[error("there are {times} times for {samples} samples of `{column}`; export it again")]
-    UnevenTimes {
+    /// Different numbers of times and samples.
+    #[error("{times} times for {samples} samples of `{column}`; export the file again")]
+    CountMismatch {
         /// Name of the column.
         column: String,
-        /// How many times.
+        /// Number of times.
         times: usize,
-        /// How many samples.
+        /// Number of samples.
         samples: usize,
     },
-    /// No clock.
-    #[error("the file does not say how many samples there are a second; say so with --rate HZ")]
+    /// No sample rate.
+    #[error("the file does not contain the sample rate; give it with --rate HZ")]
     NoRate,
-    /// A rate that cannot be.
-    #[error(
-        "a rate of {0} Hz cannot be; give the number of samples a second, from 1e-12 to 1e15, with --rate HZ"
-    )]
-    BadRate(f64),
-    /// The file's own clock says something else.
-    #[error("the file's own clock gives {own} Hz, not {asked} Hz; leave --rate out")]
-    OtherRate {
-        /// The rate asked for, Hz.
+    /// An invalid rate.
+    #[error("the sample rate {0} Hz is invalid; give a rate from 1e-12 to 1e15 Hz with --rate HZ")]
+    InvalidRate(f64),
+    /// The given rate contradicts the file.
+    #[error("the file has a sample rate of {own} Hz, not {asked} Hz; omit --rate")]
+    RateMismatch {
+        /// Given rate, Hz.
         asked: f64,
-        /// The rate of the file, Hz.
+        /// Rate of the file, Hz.
         own: f64,
     },
-    /// A stretch that ends before it begins, or that is no number.
+    /// An empty time range.
     #[error(
-        "--from {from} s is not before --to {to} s; give a stretch of the file's time, from {first} to {last} s"
+        "--from {from} s is not before --to {to} s; give a range within the file, from {first} to {last} s"
     )]
-    Backwards {
-        /// Begin asked for, s.
+    EmptyRange {
+        /// Given start, s.
         from: f64,
-        /// End asked for, s.
+        /// Given end, s.
         to: f64,
-        /// Begin of the file, s.
+        /// Start of the file, s.
         first: f64,
         /// End of the file, s.
         last: f64,
     },
-    /// A stretch that the file does not have.
-    #[error("{option} {asked} s is outside the file, which lasts from {first} to {last} s")]
+    /// A time range outside the file.
+    #[error("{option} {asked} s is outside the file, which extends from {first} to {last} s")]
     Outside {
         /// `--from` or `--to`.
         option: &'static str,
-        /// Time asked for, s.
+        /// Given time, s.
         asked: f64,
-        /// Begin of the file, s.
+        /// Start of the file, s.
         first: f64,
         /// End of the file, s.
         last: f64,
     },
-    /// A sample that is no number.
+    /// A sample that is not finite.
     #[error(
-        "sample {index} (at {time} s) of `{column}` is {value}; cut it out with --from and --to, or repair it"
+        "sample {index} (at {time} s) of `{column}` is {value}; exclude it with --from and --to, or correct it"
     )]
     NotFinite {
         /// Index of the sample in the file, from 0.
@@ -256,9 +252,9 @@ pub enum Problem {
         /// `NaN`, `inf` or `-inf`.
         value: f64,
     },
-    /// A sample whose square is beyond all numbers.
+    /// A sample whose square overflows.
     #[error(
-        "sample {index} (at {time} s) of `{column}` is {value:e}, too large to be squared; give the signal in a larger unit, or cut it out with --from and --to"
+        "sample {index} (at {time} s) of `{column}` is {value:e}, and its square overflows; use a larger unit, or exclude it with --from and --to"
     )]
     TooLarge {
         /// Index of the sample in the file, from 0.
@@ -267,12 +263,12 @@ pub enum Problem {
         time: f64,
         /// Name of the column.
         column: String,
-        /// The sample.
+        /// Value.
         value: f64,
     },
 }
 
-/// Names in a row; of many, the first.
+/// Names separated by commas; a long list is shortened.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 16;
     let mut text = names

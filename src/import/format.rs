@@ -1,4 +1,4 @@
-//! Which format a file has: its content decides, its name may lie.
+//! Detection of the file format from its content.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Problem;
 
-/// Bytes that are read at once.
+/// Block size for reading, bytes.
 pub(super) const BLOCK: usize = 1 << 16;
 
 /// A format of files.
@@ -24,19 +24,19 @@ pub enum Format {
     Rrd,
 }
 
-/// How much of the beginning tells the format.
+/// Number of bytes from which the format is detected.
 const HEAD: usize = 8192;
 
 impl Format {
     /// The format of a file.
     ///
     /// # Errors
-    /// If it cannot be read, is empty or of no known format.
+    /// If the file cannot be read, is empty or has no known format.
     pub fn of(path: &Path) -> Result<Self, Problem> {
         Self::of_content(&mut open(path)?, path)
     }
 
-    /// The format of a content, from its first byte on, and back there; `path` is for the message.
+    /// The format of a content, which is then rewound; `path` is used for the message.
     pub(super) fn of_content(
         content: &mut (impl Read + Seek),
         path: &Path,
@@ -70,7 +70,7 @@ impl Format {
     }
 }
 
-/// Whether no byte is a control character other than those of text.
+/// Whether the bytes contain no control characters except those of text.
 fn is_text(bytes: &[u8]) -> bool {
     let control = |&byte: &u8| byte < 32 && !byte.is_ascii_whitespace();
     !bytes.iter().any(control)
@@ -82,7 +82,7 @@ pub(super) fn open(path: &Path) -> Result<File, Problem> {
         io::ErrorKind::NotFound => Problem::Missing,
         _ => Problem::Unreadable(error),
     };
-    // Before it is opened, which a pipe does not return from.
+    // Checked before opening, which blocks on a pipe.
     let about = path.metadata().map_err(failed)?;
     if about.is_dir() {
         return Err(Problem::Directory);
@@ -93,7 +93,7 @@ pub(super) fn open(path: &Path) -> Result<File, Problem> {
     File::open(path).map_err(failed)
 }
 
-/// A file that reports the share of it, 0 to 1, that lies before the place last read.
+/// A file that reports the fraction, 0 to 1, that has been read.
 pub(super) struct Reported<'a> {
     file: File,
     length: u64,

@@ -1,11 +1,11 @@
-//! What is held of a file, and what is refused before it is.
+//! Memory limits of reading.
 
 use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 
 use super::array_tests::npy;
-use super::table::MOST_COLUMNS;
+use super::table::MAX_COLUMNS;
 use super::tests::wav;
 use super::*;
 use crate::numpy::{Array, encode_npz};
@@ -18,7 +18,7 @@ fn refused(bytes: &[u8], selection: &Selection) -> String {
     read(bytes, selection).unwrap_err().to_string()
 }
 
-/// The samples of a column of every format, at 10 Hz.
+/// Files of every format with a column sampled at 10 Hz.
 fn files() -> Vec<(&'static str, Vec<u8>, Selection)> {
     let sample = |k: usize| (k as f64).sqrt().fract();
     let column = |name: &str, rate| Selection {
@@ -43,7 +43,7 @@ fn files() -> Vec<(&'static str, Vec<u8>, Selection)> {
     encode_npz(&mut npz, &arrays).unwrap();
     let rows = (0..200).map(|k| format!("{:.1};{:.6};{k}\n", 0.1 * k as f64, sample(k)));
     let rows: String = rows.collect();
-    // A WAV has no clock of 10 Hz but one of 8 kHz.
+    // The WAV file has a sample rate of 8 kHz instead of 10 Hz.
     let mut sound = wav(16, false, 2, 200);
     sound[24..28].copy_from_slice(&10_u32.to_le_bytes());
     vec![
@@ -65,7 +65,7 @@ fn files() -> Vec<(&'static str, Vec<u8>, Selection)> {
 }
 
 #[test]
-fn a_stretch_is_a_part_of_all_samples() {
+fn a_time_range_selects_a_part_of_the_samples() {
     for (name, bytes, selection) in files() {
         let all = read(&bytes, &selection).unwrap();
         assert_eq!((all.samples.len(), all.rate), (200, 10.0), "{name}");
@@ -88,7 +88,10 @@ fn a_stretch_is_a_part_of_all_samples() {
                     max_samples: Some(to - from - 1),
                     ..part
                 };
-                let said = format!("{} samples are selected, above the limit of", to - from);
+                let said = format!(
+                    "the selection has {} samples, more than the limit of",
+                    to - from
+                );
                 assert!(refused(&bytes, &fewer).contains(&said), "{name}");
             }
         }
@@ -96,7 +99,7 @@ fn a_stretch_is_a_part_of_all_samples() {
 }
 
 #[test]
-fn progress_runs_to_the_end_of_the_file() {
+fn progress_reaches_the_end_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes, selection) in files() {
         let path = folder.path().join("file");
@@ -111,9 +114,9 @@ fn progress_runs_to_the_end_of_the_file() {
     }
 }
 
-/// Bits that no sample of so many bytes has.
+/// Bit depths that do not fit into the number of bytes.
 #[test]
-fn a_depth_that_does_not_fit_its_bytes_is_damage() {
+fn an_invalid_bit_depth_is_reported_as_damage() {
     let with = |mut bytes: Vec<u8>, bits: u16| {
         let at = bytes.windows(4).position(|w| w == b"fmt ").unwrap() + 22;
         bytes[at..at + 2].copy_from_slice(&bits.to_le_bytes());
@@ -128,17 +131,14 @@ fn a_depth_that_does_not_fit_its_bytes_is_damage() {
         (32, true, 16),
     ] {
         let bytes = with(wav(depth, float, 1, 50), bits);
-        let said = format!(
-            "declares {bits} bits a sample, and {} bytes for each",
-            depth / 8
-        );
+        let said = format!("declares {bits} bits in {} bytes per sample", depth / 8);
         let message = refused(&bytes, &any);
         assert!(
             message.contains("damaged") && message.contains(&said),
             "{message}"
         );
     }
-    // Integers that leave their lowest bits empty.
+    // Integers that do not use their lowest bits.
     let bytes = with(wav(16, false, 1, 50), 12);
     assert_eq!(
         read(&bytes, &any).unwrap(),
@@ -147,13 +147,13 @@ fn a_depth_that_does_not_fit_its_bytes_is_damage() {
 }
 
 #[test]
-fn chunks_are_not_held() {
-    // A remark of 4 GB that is announced and not there, before the samples and after them.
+fn chunks_are_not_stored() {
+    // A chunk that claims 4 GB but is missing, before and after the samples.
     let mut bytes = wav(16, false, 1, 50);
     let remark = b"LIST\xfe\xff\xff\xff";
     bytes.splice(12..12, remark.iter().copied());
     let message = refused(&bytes, &Selection::default());
-    assert!(message.contains("its `LIST` has"), "{message}");
+    assert!(message.contains("the chunk `LIST` has"), "{message}");
     let mut bytes = wav(16, false, 1, 50);
     bytes.extend(remark);
     assert_eq!(
@@ -163,7 +163,7 @@ fn chunks_are_not_held() {
 }
 
 #[test]
-fn lines_and_columns_are_bounded() {
+fn lines_and_columns_are_limited() {
     let any = Selection::default();
     let long = |length: usize| format!("t,u\n0,1\n# {}\n1,2\n", "x".repeat(length - 2));
     assert_eq!(
@@ -177,20 +177,20 @@ fn lines_and_columns_are_bounded() {
     );
     let wide = |columns: usize| format!("{}1\n", "0;".repeat(columns - 1)).repeat(2);
     let last = Selection {
-        column: Some((MOST_COLUMNS - 1).to_string()),
+        column: Some((MAX_COLUMNS - 1).to_string()),
         rate: Some(1.0),
         ..Selection::default()
     };
-    let signal = read(wide(MOST_COLUMNS).as_bytes(), &last).unwrap();
+    let signal = read(wide(MAX_COLUMNS).as_bytes(), &last).unwrap();
     assert_eq!(signal.samples, [1.0, 1.0]);
-    let message = refused(wide(MOST_COLUMNS + 1).as_bytes(), &last);
+    let message = refused(wide(MAX_COLUMNS + 1).as_bytes(), &last);
     assert!(
-        message.contains("16385 columns, and 16384 are read"),
+        message.contains("16385 columns; the maximum is 16384"),
         "{message}"
     );
 }
 
-/// An archive with one array, compressed.
+/// A compressed archive with one array.
 fn archive(name: &str, bytes: &[u8]) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     let mut zip = zip::ZipWriter::new(&mut out);
@@ -201,7 +201,7 @@ fn archive(name: &str, bytes: &[u8]) -> Vec<u8> {
     out.into_inner()
 }
 
-/// An archive that says its array has so many bytes.
+/// An archive that claims another size of its array.
 fn lying(mut archive: Vec<u8>, length: u32) -> Vec<u8> {
     let directory = archive
         .windows(4)
@@ -212,7 +212,7 @@ fn lying(mut archive: Vec<u8>, length: u32) -> Vec<u8> {
 }
 
 #[test]
-fn an_array_is_as_large_as_its_header_says_or_refused() {
+fn an_array_with_another_size_than_its_header_is_rejected() {
     let rate = Selection {
         rate: Some(1.0),
         ..Selection::default()
@@ -223,16 +223,16 @@ fn an_array_is_as_large_as_its_header_says_or_refused() {
     grown[shape..shape + 4].copy_from_slice(b"9999");
     let message = refused(&archive("x.npy", &grown), &rate);
     assert!(
-        message.contains("`x` has 1000 bytes where 9999 are announced"),
+        message.contains("array `x` has 1000 of 9999 bytes"),
         "{message}"
     );
-    // The archive says that there are more bytes than come.
+    // The archive claims more bytes than it contains.
     let message = refused(&lying(archive("x.npy", &grown), 1 << 30), &rate);
     assert!(
-        message.contains("`x` has 1000 bytes where 9999 are announced"),
+        message.contains("array `x` has 1000 of 9999 bytes"),
         "{message}"
     );
-    // More columns than anything measures, by the header alone.
+    // Too many columns, according to the header alone.
     let mut wide = whole;
     let shape = wide.windows(5).position(|w| w == b"(1000").unwrap();
     wide.truncate(shape);
@@ -241,13 +241,13 @@ fn an_array_is_as_large_as_its_header_says_or_refused() {
     wide.push(b'\n');
     let message = refused(&lying(archive("x.npy", &wide), u32::MAX - 1), &rate);
     assert!(
-        message.contains("20000 columns, and 16384 are read"),
+        message.contains("20000 columns; the maximum is 16384"),
         "{message}"
     );
 }
 
 #[test]
-fn damage_outside_the_stretch_is_found_by_the_checksum() {
+fn damage_outside_the_selection_is_found_by_the_checksum() {
     let values: Vec<f64> = (0..1000).map(f64::from).collect();
     let mut bytes = Cursor::new(Vec::new());
     encode_npz(&mut bytes, &[("x", Array::vector(values))]).unwrap();
@@ -272,7 +272,7 @@ fn damage_outside_the_stretch_is_found_by_the_checksum() {
 
 #[cfg(unix)]
 #[test]
-fn a_pipe_is_refused_and_not_waited_for() {
+fn a_pipe_is_rejected_without_blocking() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("pipe");
     let made = std::process::Command::new("mkfifo")

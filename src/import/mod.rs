@@ -1,32 +1,32 @@
-//! Signals from files that somebody else made.
+//! Signals from files.
 //!
 //! | format | columns | clock |
 //! |---|---|---|
 //! | WAV: PCM of 8 to 32 bits, float of 32 or 64 bits, any number of channels | `left`, `right`; of more channels `0`, `1`, ...; full scale is 1 FS | the header |
-//! | CSV and its relatives: fields parted by `,` `;` tab or blanks; header or none; `#` comments; decimal commas unless commas part the fields | by header or by place, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first if it rises uniformly |
-//! | `.npy`: integers and floats of any size and byte order, one or two axes | by place along the shorter axis | none |
-//! | `.npz`: several of these, compressed or not | by name; of two axes `name[0]`, `name[1]`, ... | an array `t` or `time`, or a number `rate`, `fs` or `sample_rate` |
+//! | CSV and similar formats: fields separated by `,` `;` tab or blanks; with or without a header; `#` comments; decimal commas unless commas separate the fields | by header or by index, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first column if it increases uniformly |
+//! | `.npy`: integers and floats of any size and byte order, one or two axes | by index along the shorter axis | none |
+//! | `.npz`: several of these, compressed or not | by name; for two axes `name[0]`, `name[1]`, ... | an array `t` or `time`, or a number `rate`, `fs` or `sample_rate` |
 //!
-//! The format is told from the content, not from the file's name. Recordings (`.rrd`) are read by
-//! the room that knows them; [`Table`] takes what it finds.
+//! The format is detected from the content, not from the file name. Recordings (`.rrd`) are read by the
+//! module `record`, which passes their columns as a [`Table`].
 //!
-//! Everything is checked here, once: a [`Signal`] is finite and uniform in time.
+//! All checks are here: a [`Signal`] is finite and uniformly sampled.
 //!
 //! # Memory
 //!
-//! Files are read in blocks, and nothing is held but the samples selected: 8 bytes each, however few they
-//! have in the file or in its archive, and a few MB whatever the file. So a file may be far larger than the
-//! memory, and a small one may not claim it:
+//! Files are read in blocks. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
+//! A file may therefore be much larger than the memory, and a small file cannot claim more memory than it
+//! contains:
 //!
 //! | what | limit |
 //! |---|---|
-//! | samples selected | [`Selection::max_samples`], [`MAX_SAMPLES`] if not given, and what memory is available |
+//! | selected samples | [`Selection::max_samples`], default [`MAX_SAMPLES`], and the available memory |
 //! | a line of text | 1 MiB |
 //! | columns | 16,384; channels of a WAV 65,535 |
 //! | the header of an array | 65,535 bytes |
 //!
-//! What is above a limit is refused with both numbers before it is held. A file is gone through several
-//! times, so that pipes and devices are refused.
+//! A value above a limit is rejected with both numbers before memory is allocated. A file is read several
+//! times; therefore pipes and devices are rejected.
 
 mod clock;
 mod error;
@@ -50,14 +50,14 @@ pub use table::{Column, Table};
 /// Reads a signal from a file.
 ///
 /// # Errors
-/// If the file cannot be read, is of no known [`Format`], or does not hold what is asked for:
-/// [`Problem`] says place and remedy.
+/// If the file cannot be read, has no known [`Format`], or does not contain the selection: [`Problem`] gives
+/// the place and the remedy.
 pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportError> {
     read_signal_with(path, selection, &mut |_| ())
 }
 
-/// The same; `progress` gets the share of the file, 0 to 1, that this pass through it has read. A file is
-/// read up to six times: text with a clock most often.
+/// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that the
+/// present pass has read. A file is read up to six times, text with a clock most often.
 ///
 /// # Errors
 /// As [`read_signal`].
@@ -85,7 +85,7 @@ fn read(
     )
 }
 
-/// The signal in a content; `path` gives a lone column its name.
+/// Decodes a signal. The name of a single column is the stem of `path`.
 fn decode(
     mut content: impl BufRead + Seek,
     path: &Path,

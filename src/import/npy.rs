@@ -1,4 +1,4 @@
-//! NumPy arrays, one in a file or several.
+//! NumPy arrays, a single one or several in a file.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -7,18 +7,18 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::clock::Timing;
-use super::table::{Heading, MOST_COLUMNS, Source};
+use super::table::{ColumnHeader, MAX_COLUMNS, Source};
 use super::{Problem, units};
-use crate::numpy::{ArrayProblem, ArrayReader};
+use crate::numpy::{ArrayError, ArrayReader};
 
-/// Names of a number that is the sample rate.
+/// Names of a number with the sample rate.
 const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
 
-/// A lone array.
+/// A single array.
 pub(super) struct Npy<R> {
     content: R,
     layout: Layout,
-    /// Name of a lone column.
+    /// Name of a single column.
     stem: String,
 }
 
@@ -37,7 +37,7 @@ impl<R: Read + Seek> Npy<R> {
     }
 }
 
-/// The array of a file, from its begin on.
+/// Opens the array of a file at its start.
 fn open_file<'a, R: Read + Seek>(
     content: &'a mut R,
     name: &str,
@@ -48,7 +48,7 @@ fn open_file<'a, R: Read + Seek>(
 }
 
 impl<R: Read + Seek> Source for Npy<R> {
-    fn headings(&self) -> Vec<Heading> {
+    fn headings(&self) -> Vec<ColumnHeader> {
         match self.layout.is_lone {
             true => self.layout.headings(&self.stem),
             false => self.layout.headings(""),
@@ -62,12 +62,12 @@ impl<R: Read + Seek> Source for Npy<R> {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
         let array = open_file(&mut self.content, &self.stem)?;
-        let end = self.layout.place(column, stretch.end - 1) + 1;
-        let read = self.layout.visit(array.take(end), column, stretch, each);
+        let end = self.layout.index(column, range.end - 1) + 1;
+        let read = self.layout.visit(array.take(end), column, range, each);
         read.map_err(|p| problem(p, &self.stem))
     }
 }
@@ -75,7 +75,7 @@ impl<R: Read + Seek> Source for Npy<R> {
 /// Named arrays.
 pub(super) struct Npz<R> {
     zip: ZipArchive<R>,
-    /// Those with columns.
+    /// Arrays with columns.
     arrays: Vec<Entry>,
     clock: EntryClock,
 }
@@ -87,7 +87,7 @@ struct Entry {
     layout: Layout,
 }
 
-/// What an archive says of times.
+/// Time information of an archive.
 enum EntryClock {
     Unknown,
     Rate(f64),
@@ -95,7 +95,7 @@ enum EntryClock {
         entry: Entry,
         /// Unit, s.
         second: f64,
-        /// Relative rounding of their type.
+        /// Relative rounding error of the number type.
         rounding: f64,
     },
 }
@@ -137,7 +137,7 @@ impl<R: Read + Seek> Npz<R> {
                 }
                 _ => {
                     columns += entry.layout.columns;
-                    at_most(columns)?;
+                    check_column_count(columns)?;
                     arrays.push(entry);
                 }
             }
@@ -149,7 +149,7 @@ impl<R: Read + Seek> Npz<R> {
     }
 }
 
-/// The array at a place of an archive.
+/// Opens an array of an archive.
 fn open_entry<'a, R: Read + Seek>(
     zip: &'a mut ZipArchive<R>,
     index: usize,
@@ -161,7 +161,7 @@ fn open_entry<'a, R: Read + Seek>(
 }
 
 impl<R: Read + Seek> Source for Npz<R> {
-    fn headings(&self) -> Vec<Heading> {
+    fn headings(&self) -> Vec<ColumnHeader> {
         let headings = |entry: &Entry| entry.layout.headings(&entry.name);
         self.arrays.iter().flat_map(headings).collect()
     }
@@ -193,14 +193,14 @@ impl<R: Read + Seek> Source for Npz<R> {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
         let mut column = column;
         for entry in &self.arrays {
             if column < entry.layout.columns {
                 let array = open_entry(&mut self.zip, entry.index, &entry.name)?;
-                let read = entry.layout.visit(array, column, stretch, each);
+                let read = entry.layout.visit(array, column, range, each);
                 return read.map_err(|p| problem(p, &entry.name));
             }
             column -= entry.layout.columns;
@@ -209,14 +209,14 @@ impl<R: Read + Seek> Source for Npz<R> {
     }
 }
 
-/// Where the columns of an array are: one axis is a column; of two the longer is the time.
+/// Columns of an array: a single axis is one column; with two axes, the longer one is the time.
 struct Layout {
     is_lone: bool,
-    /// How many; none of a single number.
+    /// Number of columns; 0 for a single number.
     columns: usize,
-    /// Samples of each.
+    /// Number of samples per column.
     length: usize,
-    /// Whether samples of one instant lie together, rather than those of one column.
+    /// Whether the samples of one instant are adjacent, rather than those of one column.
     interleaved: bool,
 }
 
@@ -232,11 +232,11 @@ impl Layout {
             _ => {
                 return Err(Problem::Unsupported {
                     what: format!("an array of {} axes", array.shape().len()),
-                    remedy: "save a single column, or one column beside the other",
+                    remedy: "save a single column, or several columns in a two-dimensional array",
                 });
             }
         };
-        at_most(columns)?;
+        check_column_count(columns)?;
         Ok(Self {
             is_lone: array.shape().len() == 1,
             columns,
@@ -245,39 +245,39 @@ impl Layout {
         })
     }
 
-    /// The columns of an array of this name: `name`, or `name[0]`, `name[1]`, ...
-    fn headings(&self, name: &str) -> Vec<Heading> {
+    /// Headings of an array with this name: `name`, or `name[0]`, `name[1]`, ...
+    fn headings(&self, name: &str) -> Vec<ColumnHeader> {
         let label = |k: usize| match name {
             name if self.is_lone => name.to_owned(),
             "" => k.to_string(),
             name => format!("{name}[{k}]"),
         };
-        let heading = |k| Heading::new(label(k), self.length);
+        let heading = |k| ColumnHeader::new(label(k), self.length);
         (0..self.columns).map(heading).collect()
     }
 
-    /// Where a sample of a column is.
-    fn place(&self, column: usize, sample: usize) -> usize {
+    /// Index of a sample of a column in the file.
+    fn index(&self, column: usize, sample: usize) -> usize {
         match self.interleaved {
             true => sample * self.columns + column,
             false => column * self.length + sample,
         }
     }
 
-    /// Calls `each` for some samples of a column. All numbers given are read, to the end of an archived
-    /// array, where its checksum is compared.
+    /// Calls `each` for some samples of a column. Reads all given numbers: at the end of an archived array
+    /// its checksum is compared.
     fn visit(
         &self,
-        numbers: impl Iterator<Item = Result<f64, ArrayProblem>>,
+        numbers: impl Iterator<Item = Result<f64, ArrayError>>,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
-    ) -> Result<(), ArrayProblem> {
-        let mut samples = stretch;
+    ) -> Result<(), ArrayError> {
+        let mut samples = range;
         let mut next = samples.next();
         for (place, number) in numbers.enumerate() {
             let number = number?;
-            if next.is_some_and(|sample| place == self.place(column, sample)) {
+            if next.is_some_and(|sample| place == self.index(column, sample)) {
                 each(number);
                 next = samples.next();
             }
@@ -286,17 +286,17 @@ impl Layout {
     }
 }
 
-fn at_most(columns: usize) -> Result<(), Problem> {
-    match columns > MOST_COLUMNS {
+fn check_column_count(columns: usize) -> Result<(), Problem> {
+    match columns > MAX_COLUMNS {
         true => Err(Problem::TooManyColumns {
             have: columns,
-            most: MOST_COLUMNS,
+            most: MAX_COLUMNS,
         }),
         false => Ok(()),
     }
 }
 
-fn opened<T>(array: Result<T, ArrayProblem>, name: &str) -> Result<T, Problem> {
+fn opened<T>(array: Result<T, ArrayError>, name: &str) -> Result<T, Problem> {
     array.map_err(|p| problem(p, name))
 }
 
@@ -307,25 +307,25 @@ fn archive(error: impl std::fmt::Display) -> Problem {
     }
 }
 
-/// What is wrong with the array of a name.
-fn problem(problem: ArrayProblem, name: &str) -> Problem {
+/// Converts an error of a named array.
+fn problem(problem: ArrayError, name: &str) -> Problem {
     match problem {
-        ArrayProblem::Unsupported(kind) => Problem::Unsupported {
+        ArrayError::Unsupported(kind) => Problem::Unsupported {
             what: format!("the type {kind} of array `{name}`"),
             remedy: "save real numbers (a float or an integer type)",
         },
-        ArrayProblem::CutShort { have, need } => Problem::CutShort {
+        ArrayError::CutShort { have, need } => Problem::Truncated {
             format: "NumPy",
             what: format!("array `{name}`"),
             have,
             need,
         },
-        ArrayProblem::Damaged(what) => Problem::Damaged {
+        ArrayError::Damaged(what) => Problem::Damaged {
             format: "NumPy",
             what: format!("array `{name}`: {what}"),
         },
-        // Arrays are not held here.
-        other @ (ArrayProblem::TooLarge { .. } | ArrayProblem::Memory(_)) => Problem::Damaged {
+        // Cannot occur, since arrays are not stored here.
+        other @ (ArrayError::TooLarge { .. } | ArrayError::Memory(_)) => Problem::Damaged {
             format: "NumPy",
             what: format!("array `{name}`: {other}"),
         },

@@ -1,6 +1,6 @@
-//! A signal, and which part of a file it is.
+//! A signal, and the selection of a part of a file.
 
-/// The most samples that are read unless [`Selection::max_samples`] says otherwise: 34 minutes at 48 kHz.
+/// Default of [`Selection::max_samples`]: 34 minutes at 48 kHz.
 pub const MAX_SAMPLES: usize = 100_000_000;
 
 /// A signal: uniform samples with a name and a unit.
@@ -10,7 +10,7 @@ pub struct Signal {
     pub name: String,
     /// Unit, empty if unknown.
     pub unit: String,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub rate: f64,
     /// Time of the first sample, s.
     pub start: f64,
@@ -24,23 +24,23 @@ impl Signal {
         self.start + index as f64 / self.rate
     }
 
-    /// How long it lasts: samples over rate, s.
+    /// Duration: number of samples divided by the rate, s.
     pub fn duration(&self) -> f64 {
         self.samples.len() as f64 / self.rate
     }
 }
 
-/// Which part of a file to read.
+/// Selection of a part of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
-    /// Column or channel, by name or by place from 0; may be left out where there is only one.
+    /// Column or channel, by name or by index from 0; optional for a single column.
     pub column: Option<String>,
-    /// Samples a second, Hz, for a file without a clock.
+    /// Sample rate, Hz, for a file without a clock.
     pub rate: Option<f64>,
-    /// Samples before this time of the file (s) are left out.
+    /// Start time, s of the file's time.
     pub from: Option<f64>,
-    /// Samples at this time of the file (s) and after it are left out.
+    /// End time, s of the file's time; a sample at this time is excluded.
     pub to: Option<f64>,
-    /// The most samples that are read, [`MAX_SAMPLES`] if not given.
+    /// Maximum number of samples; the default is [`MAX_SAMPLES`].
     pub max_samples: Option<usize>,
 }

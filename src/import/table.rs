@@ -1,4 +1,4 @@
-//! Columns of samples with one clock, and the one that is asked for.
+//! Columns of samples with a common clock, and the selected one.
 
 use std::ops::Range;
 
@@ -6,27 +6,27 @@ use super::clock::Timing;
 use super::{Clock, MAX_SAMPLES, Problem, Selection, Signal, units};
 use crate::memory;
 
-/// The largest sample: a sum of the squares of all of them is still a number.
-const LARGEST: f64 = 1e150;
+/// Maximum magnitude of a sample: the sum of the squares of all samples does not overflow.
+const MAX_MAGNITUDE: f64 = 1e150;
 
-/// The most columns that are told apart, as many as a sheet of a spreadsheet has.
-pub(super) const MOST_COLUMNS: usize = 16_384;
+/// Maximum number of columns, as in a spreadsheet.
+pub(super) const MAX_COLUMNS: usize = 16_384;
 
-/// Samples under a name.
+/// Named samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its name as the file has it.
+    /// Name as in the file.
     pub header: String,
-    /// Its name without the unit.
+    /// Name without the unit.
     pub name: String,
-    /// Its unit, empty if unknown.
+    /// Unit, empty if unknown.
     pub unit: String,
     /// The samples.
     pub values: Vec<f64>,
 }
 
 impl Column {
-    /// A column whose name says nothing of its unit.
+    /// A column whose name does not contain its unit.
     pub fn new(name: impl Into<String>, unit: &str, values: Vec<f64>) -> Self {
         let name = name.into();
         Self {
@@ -38,34 +38,34 @@ impl Column {
     }
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The signals, the times not among them.
+    /// Signals, without the times.
     pub columns: Vec<Column>,
-    /// Their times.
+    /// Times of the samples.
     pub clock: Clock,
 }
 
 impl Table {
-    /// The signal that is asked for.
+    /// The selected signal.
     ///
     /// # Errors
-    /// If there are several columns and none is chosen, or the one chosen is not there, if the
-    /// clock is missing or not uniform, if the stretch is not in the file or too long, or if a sample in
-    /// it is not finite.
+    /// If there are several columns and none is selected, the selected one does not exist, the clock is
+    /// missing or not uniform, the time range is outside the file or too long, or a sample in it is not
+    /// finite.
     pub fn signal(mut self, selection: &Selection) -> Result<Signal, Problem> {
         let choice = Choice::new(&mut self, selection)?;
         let mut samples = self.columns.swap_remove(choice.column).values;
-        samples.truncate(choice.stretch.end);
-        samples.drain(..choice.stretch.start);
+        samples.truncate(choice.range.end);
+        samples.drain(..choice.range.start);
         choice.signal(samples)
     }
 }
 
 impl Source for Table {
-    fn headings(&self) -> Vec<Heading> {
-        let heading = |column: &Column| Heading {
+    fn headings(&self) -> Vec<ColumnHeader> {
+        let heading = |column: &Column| ColumnHeader {
             header: column.header.clone(),
             name: column.name.clone(),
             unit: column.unit.clone(),
@@ -96,30 +96,30 @@ impl Source for Table {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        self.columns[column].values[stretch]
+        self.columns[column].values[range]
             .iter()
             .for_each(|x| each(*x));
         Ok(())
     }
 }
 
-/// What is known of a column before its samples are read.
-pub(super) struct Heading {
-    /// Its name as the file has it.
+/// Properties of a column that are known before its samples are read.
+pub(super) struct ColumnHeader {
+    /// Name as in the file.
     pub header: String,
-    /// Its name without the unit.
+    /// Name without the unit.
     pub name: String,
-    /// Its unit, empty if unknown.
+    /// Unit, empty if unknown.
     pub unit: String,
-    /// How many samples it has.
+    /// Number of samples.
     pub count: usize,
 }
 
-impl Heading {
-    /// That of a column whose name may have the unit in it.
+impl ColumnHeader {
+    /// ColumnHeader of a column whose name may contain the unit.
     pub fn new(header: String, count: usize) -> Self {
         let (name, unit) = units::split(&header);
         Self {
@@ -131,15 +131,15 @@ impl Heading {
     }
 }
 
-/// Columns whose samples and times are read when they are asked for, and only then held.
+/// Columns whose samples and times are read only on request.
 pub(super) trait Source {
-    /// The columns, the times not among them.
-    fn headings(&self) -> Vec<Heading>;
+    /// Headings of the columns, without the times.
+    fn headings(&self) -> Vec<ColumnHeader>;
 
-    /// What is said of the times.
+    /// Time information.
     fn timing(&self) -> Timing;
 
-    /// Calls `each` for the time of each sample (s), where the file states them; by default it does not.
+    /// Calls `each` for the time of each sample (s), if the file contains times; by default it does nothing.
     fn times(&mut self, _each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
         Ok(())
     }
@@ -148,43 +148,43 @@ pub(super) trait Source {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem>;
 }
 
-/// Reads the signal that is asked for; nothing but its samples is held.
+/// Reads the selected signal; only its samples are stored.
 pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Signal, Problem> {
     let choice = Choice::new(source, selection)?;
-    let stretch = choice.stretch.clone();
-    let samples = memory::room(stretch.len());
+    let range = choice.range.clone();
+    let samples = memory::allocate(range.len());
     let mut samples = samples.map_err(|shortage| Problem::Memory {
-        samples: stretch.len(),
+        samples: range.len(),
         shortage,
     })?;
-    source.samples(choice.column, stretch, &mut |x| samples.push(x))?;
+    source.samples(choice.column, range, &mut |x| samples.push(x))?;
     choice.signal(samples)
 }
 
-/// What of a source is the signal.
+/// The selected part of a source.
 struct Choice {
-    heading: Heading,
+    heading: ColumnHeader,
     column: usize,
     rate: f64,
     start: f64,
-    stretch: Range<usize>,
+    range: Range<usize>,
 }
 
 impl Choice {
     fn new(source: &mut dyn Source, selection: &Selection) -> Result<Self, Problem> {
         let mut headings = source.headings();
-        let column = place(&headings, selection.column.as_deref())?;
+        let column = find_column(&headings, selection.column.as_deref())?;
         let heading = headings.swap_remove(column);
         let timing = source.timing();
         if let Timing::Times { count, .. } = timing
             && count != heading.count
         {
-            return Err(Problem::UnevenTimes {
+            return Err(Problem::CountMismatch {
                 column: heading.name,
                 times: count,
                 samples: heading.count,
@@ -192,10 +192,10 @@ impl Choice {
         }
         let (rate, start) =
             timing.rate_and_start(selection.rate, &mut |each| source.times(each))?;
-        let stretch = stretch(selection, rate, start, heading.count)?;
+        let range = range(selection, rate, start, heading.count)?;
         let most = selection.max_samples.unwrap_or(MAX_SAMPLES);
-        if stretch.len() > most {
-            let have = stretch.len();
+        if range.len() > most {
+            let have = range.len();
             return Err(Problem::TooManySamples { have, most });
         }
         Ok(Self {
@@ -203,18 +203,18 @@ impl Choice {
             column,
             rate,
             start,
-            stretch,
+            range,
         })
     }
 
-    /// The signal of these samples, if they can be analysed.
+    /// Checks the samples and returns the signal.
     fn signal(self, samples: Vec<f64>) -> Result<Signal, Problem> {
-        if samples.len() != self.stretch.len() {
+        if samples.len() != self.range.len() {
             return Err(Problem::Changed);
         }
         let time = |index: usize| self.start + index as f64 / self.rate;
         if let Some(bad) = samples.iter().position(|value| !value.is_finite()) {
-            let index = self.stretch.start + bad;
+            let index = self.range.start + bad;
             return Err(Problem::NotFinite {
                 index,
                 time: time(index),
@@ -222,8 +222,8 @@ impl Choice {
                 value: samples[bad],
             });
         }
-        if let Some(bad) = samples.iter().position(|value| value.abs() > LARGEST) {
-            let index = self.stretch.start + bad;
+        if let Some(bad) = samples.iter().position(|value| value.abs() > MAX_MAGNITUDE) {
+            let index = self.range.start + bad;
             return Err(Problem::TooLarge {
                 index,
                 time: time(index),
@@ -232,7 +232,7 @@ impl Choice {
             });
         }
         Ok(Signal {
-            start: time(self.stretch.start),
+            start: time(self.range.start),
             name: self.heading.name,
             unit: self.heading.unit,
             rate: self.rate,
@@ -241,8 +241,8 @@ impl Choice {
     }
 }
 
-/// Which column is asked for: by its whole header, by its name, or by its place from 0.
-fn place(headings: &[Heading], asked: Option<&str>) -> Result<usize, Problem> {
+/// Index of the selected column: by its full header, by its name, or by its index from 0.
+fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
     let headers = || headings.iter().map(|c| c.header.clone()).collect();
     let Some(asked) = asked else {
         return match headings.len() {
@@ -265,14 +265,14 @@ fn place(headings: &[Heading], asked: Option<&str>) -> Result<usize, Problem> {
         })
 }
 
-/// The samples from `from` on, up to but without `to`.
-fn stretch(
+/// Indices of the samples at or after `from` and before `to`.
+fn range(
     selection: &Selection,
     rate: f64,
     start: f64,
     count: usize,
 ) -> Result<Range<usize>, Problem> {
-    /// A time this share of a spacing before a sample is still that of the sample.
+    /// Tolerance in sample spacings: a time just before a sample still selects it.
     const ROUNDING: f64 = 1e-6;
 
     let (first, last) = (start, start + count as f64 / rate);
@@ -295,7 +295,7 @@ fn stretch(
         }
     }
     if index(from) >= index(to) {
-        return Err(Problem::Backwards {
+        return Err(Problem::EmptyRange {
             from,
             to,
             first,

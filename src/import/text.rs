@@ -1,66 +1,65 @@
-//! Columns of numbers as text: CSV and its relatives.
+//! Columns of numbers as text: CSV and similar formats.
 //!
-//! What parts the fields is told from the first row of numbers: `;`, else a tab, else `,`, else
-//! blanks. Where commas do not part fields they may stand for the decimal point. A row above the
-//! numbers names the columns; a second one, all in brackets, gives their units. Lines that begin
-//! with `#` are remarks; the last one before the numbers names the columns if nothing else does
-//! and it has as many fields (as `numpy.savetxt` writes it). An empty field is a missing sample.
-
+//! The separator is detected from the first row of numbers: `;`, else a tab, else `,`, else blanks. If commas
+//! do not separate fields, they may be decimal points. A row above the numbers contains the column names; a
+//! second one, all in brackets, contains their units. Lines that start with `#` are comments. The last
+//! comment before the numbers contains the column names if no row does and it has as many fields (as
+//! `numpy.savetxt` writes it). An empty field is a missing sample.
 //!
-//! The first pass through the text finds columns, rows and digits; later ones give the times and the
-//! samples asked for, so that no column is held.
+//! The first pass through the text finds columns, rows and digits. Later passes read the times and the
+//! selected samples. No column is stored.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use super::clock::{Timing, Uniform, uniform};
-use super::table::{Heading, MOST_COLUMNS, Source};
+use super::table::{ColumnHeader, MAX_COLUMNS, Source};
 use super::{Problem, units};
 
-/// The longest line, bytes: the most columns of 64 bytes each.
-const LONGEST_LINE: usize = 64 * MOST_COLUMNS;
+/// Maximum line length, bytes: [`MAX_COLUMNS`] columns of 64 bytes each.
+const MAX_LINE: usize = 64 * MAX_COLUMNS;
 
 /// A text whose columns are known.
 pub(super) struct Text<R> {
     content: R,
     separator: Separator,
-    /// The line of the first row of numbers, from 1.
+    /// Number of the line with the first row of numbers, from 1.
     first: u64,
     rows: usize,
-    /// Those of numbers, the times not among them.
+    /// Columns of numbers, without the times.
     columns: Vec<Named>,
     time: Option<Time>,
-    /// Name of a lone column.
+    /// Name of a single column.
     stem: String,
 }
 
-/// A column with what its heading says.
+/// A column with its heading.
 struct Named {
-    /// Its place among the fields of a row.
+    /// Index among the fields of a row.
     field: usize,
     header: String,
     name: String,
     unit: String,
-    seen: Seen,
+    seen: ColumnStatistics,
 }
 
-/// The column of times.
+/// The time column.
 struct Time {
     field: usize,
-    /// Its unit, s.
+    /// Unit, s.
     second: f64,
-    /// By how much a time may be off because of its digits, s.
+    /// Uncertainty of a time due to its number of digits, s.
     resolution: f64,
-    /// What it comes to, if it was gone through.
+    /// Sample rate and start, if they have been evaluated.
     uniform: Option<Uniform>,
 }
 
 impl<R: BufRead + Seek> Text<R> {
     pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
-        let survey = Survey::of(&mut content)?;
-        let (separator, first, rows) = (survey.separator, survey.first, survey.rows);
-        let mut columns = survey.columns;
-        // Columns of words say nothing here, as long as there are others.
+        let scan = Scan::of(&mut content)?;
+        let (separator, first, rows) = (scan.separator, scan.first, scan.rows);
+        let mut columns = scan.columns;
+        // Columns of words are ignored if there are others.
         if columns.iter().any(|c| c.seen.count > 0) {
             columns.retain(|c| c.seen.count > 0);
         }
@@ -88,7 +87,7 @@ impl<R: BufRead + Seek> Text<R> {
         Ok(text)
     }
 
-    /// Takes the time out of the columns, if one of them is.
+    /// Removes the time column from the columns, if there is one.
     fn find_time(&mut self) {
         let second = |c: &Named| units::seconds(&c.unit).filter(|_| units::is_time(&c.name));
         let mut seconds = self.columns.iter().map(second).enumerate();
@@ -103,7 +102,7 @@ impl<R: BufRead + Seek> Text<R> {
                 resolution: column.seen.resolution() * second,
                 uniform: None,
             });
-        } else if first.seen.numbers_rows {
+        } else if first.seen.is_row_index {
             self.columns.remove(0);
         } else {
             let all = 0..self.rows;
@@ -121,7 +120,7 @@ impl<R: BufRead + Seek> Text<R> {
         }
     }
 
-    /// Calls `each` for the numbers of a field in some rows; an empty one is a missing sample.
+    /// Calls `each` for the numbers of a field in some rows; an empty field is a missing sample.
     fn values(
         &mut self,
         field: usize,
@@ -131,7 +130,7 @@ impl<R: BufRead + Seek> Text<R> {
         let (separator, first) = (self.separator, self.first);
         let mut row = 0;
         each_line(&mut self.content, |line, text| {
-            if line < first || is_remark(text) {
+            if line < first || is_comment(text) {
                 return Ok(true);
             }
             if rows.contains(&row) {
@@ -145,7 +144,7 @@ impl<R: BufRead + Seek> Text<R> {
 }
 
 impl<R: BufRead + Seek> Source for Text<R> {
-    fn headings(&self) -> Vec<Heading> {
+    fn headings(&self) -> Vec<ColumnHeader> {
         let lone = self.columns.len() == 1;
         let named = self.columns.iter().enumerate().map(|(place, c)| {
             let name = match (c.name.is_empty(), lone) {
@@ -153,7 +152,7 @@ impl<R: BufRead + Seek> Source for Text<R> {
                 (true, true) => self.stem.clone(),
                 (true, false) => place.to_string(),
             };
-            Heading {
+            ColumnHeader {
                 header: match c.header.is_empty() {
                     true => name.clone(),
                     false => c.header.clone(),
@@ -191,20 +190,20 @@ impl<R: BufRead + Seek> Source for Text<R> {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        self.values(self.columns[column].field, stretch, each)
+        self.values(self.columns[column].field, range, each)
     }
 }
 
-/// Calls `each` with number (from 1) and text of every line that is not blank, until it says false.
+/// Calls `each` with number (from 1) and text of every nonblank line until it returns false.
 fn each_line(
     content: &mut (impl BufRead + Seek),
     mut each: impl FnMut(u64, &str) -> Result<bool, Problem>,
 ) -> Result<(), Problem> {
     content.seek(SeekFrom::Start(0))?;
-    let most = LONGEST_LINE + 1;
+    let most = MAX_LINE + 1;
     let mut bytes = Vec::new();
     for line in 1.. {
         bytes.clear();
@@ -215,7 +214,7 @@ fn each_line(
         if bytes.len() == most && !bytes.ends_with(b"\n") {
             return Err(Problem::LongLine {
                 line,
-                most: LONGEST_LINE,
+                most: MAX_LINE,
             });
         }
         let text = String::from_utf8_lossy(&bytes);
@@ -234,35 +233,35 @@ fn each_line(
     Ok(())
 }
 
-fn is_remark(line: &str) -> bool {
+fn is_comment(line: &str) -> bool {
     line.starts_with('#')
 }
 
-/// What the first pass finds.
-struct Survey {
+/// Result of the first pass.
+struct Scan {
     separator: Separator,
-    /// The line of the first row of numbers.
+    /// Number of the line with the first row of numbers.
     first: u64,
     rows: usize,
     columns: Vec<Named>,
 }
 
-impl Survey {
+impl Scan {
     fn of(content: &mut (impl BufRead + Seek)) -> Result<Self, Problem> {
-        let mut survey: Option<Self> = None;
-        // The first two rows above the numbers, and the last line there.
+        let mut scan: Option<Self> = None;
+        // The first two rows above the numbers, and the last line before them.
         let mut above = Vec::new();
         let mut last = String::new();
         each_line(content, |line, text| {
-            match &mut survey {
-                Some(_) if is_remark(text) => {}
-                Some(survey) => survey.take(line, text)?,
-                None if !is_remark(text) && is_row_of_numbers(text) => {
-                    let begun = survey.insert(Self::begin(line, text, &above, &last)?);
+            match &mut scan {
+                Some(_) if is_comment(text) => {}
+                Some(scan) => scan.take(line, text)?,
+                None if !is_comment(text) && is_row_of_numbers(text) => {
+                    let begun = scan.insert(Self::begin(line, text, &above, &last)?);
                     begun.take(line, text)?;
                 }
                 None => {
-                    if !is_remark(text) && above.len() < 2 {
+                    if !is_comment(text) && above.len() < 2 {
                         above.push((line, text.to_owned()));
                     }
                     text.clone_into(&mut last);
@@ -270,10 +269,10 @@ impl Survey {
             }
             Ok(true)
         })?;
-        survey.ok_or(Problem::NoSamples("headings or remarks"))
+        scan.ok_or(Problem::NoSamples("headings or comments"))
     }
 
-    /// The columns by the first row of numbers and what is above it.
+    /// Determines the columns from the first row of numbers and the lines above it.
     fn begin(
         first: u64,
         sample: &str,
@@ -287,15 +286,15 @@ impl Survey {
             let names: Vec<_> = separator.fields(last.strip_prefix('#')?.trim()).collect();
             (names.len() == count && count > 1).then_some(names)
         });
-        // A separator too many at the end of each row makes no column.
+        // A trailing separator in each row is not a column.
         let named_empty = |names: &[&str]| names.last() == Some(&"");
         if separator.fields(sample).last() == Some("") && names.as_deref().is_none_or(named_empty) {
             count -= 1;
         }
-        if count > MOST_COLUMNS {
+        if count > MAX_COLUMNS {
             return Err(Problem::TooManyColumns {
                 have: count,
-                most: MOST_COLUMNS,
+                most: MAX_COLUMNS,
             });
         }
         let named = |field: usize| {
@@ -307,7 +306,7 @@ impl Survey {
                 header: header.to_owned(),
                 name: name.to_owned(),
                 unit: unit.unwrap_or(own_unit).to_owned(),
-                seen: Seen::default(),
+                seen: ColumnStatistics::default(),
             }
         };
         Ok(Self {
@@ -318,7 +317,7 @@ impl Survey {
         })
     }
 
-    /// Takes a row of numbers.
+    /// Processes a row of numbers.
     fn take(&mut self, line: u64, row: &str) -> Result<(), Problem> {
         let need = self.columns.len();
         let mut columns = self.columns.iter_mut();
@@ -337,7 +336,7 @@ impl Survey {
     }
 }
 
-/// What parts the fields of a row.
+/// Separator of the fields of a row.
 #[derive(Clone, Copy, PartialEq)]
 enum Separator {
     Character(char),
@@ -345,13 +344,13 @@ enum Separator {
 }
 
 impl Separator {
-    /// What parts those of this row.
+    /// Detects the separator of a row.
     fn of(row: &str) -> Self {
         let found = [';', '\t', ','].into_iter().find(|&c| row.contains(c));
         found.map_or(Self::Blanks, Self::Character)
     }
 
-    /// The fields of a row, without blanks and quotation marks about them.
+    /// The fields of a row, without surrounding blanks and quotation marks.
     fn fields(self, row: &str) -> impl Iterator<Item = &str> {
         let mut quoted = false;
         let ends = move |c: char| match self {
@@ -370,7 +369,7 @@ impl Separator {
             })
     }
 
-    /// The number that a field says; commas that do not part fields may be decimal points.
+    /// The number in a field; commas that do not separate fields may be decimal points.
     fn number(self, field: &str) -> Option<f64> {
         let is_decimal = self != Self::Character(',') && !field.contains('.');
         match field.split_once(',').filter(|_| is_decimal) {
@@ -416,38 +415,38 @@ fn headings(
     }
 }
 
-/// What is seen of a column in the first pass.
-struct Seen {
-    /// Numbers and empty fields, up to the first that is neither.
+/// Statistics of a column from the first pass.
+struct ColumnStatistics {
+    /// Number of numbers and empty fields before the first invalid field.
     count: usize,
-    /// The first field that is no number, with its line.
+    /// The first field that is not a number, with its line.
     fault: Option<(u64, String)>,
     /// The first number, and the largest magnitude.
     first: f64,
     largest: f64,
-    /// Whether it only counts the rows, 0, 1, 2, ... or 1, 2, 3, ...
-    numbers_rows: bool,
-    /// The most digits behind the decimal point, less the exponent of ten.
+    /// Whether the column only counts the rows, 0, 1, 2, ... or 1, 2, 3, ...
+    is_row_index: bool,
+    /// Largest number of decimals, minus the exponent of ten.
     decimals: i32,
-    /// The most digits that count.
+    /// Largest number of significant digits.
     digits: i32,
 }
 
-impl Default for Seen {
+impl Default for ColumnStatistics {
     fn default() -> Self {
         Self {
             count: 0,
             fault: None,
             first: f64::NAN,
             largest: 0.0,
-            numbers_rows: true,
+            is_row_index: true,
             decimals: 0,
             digits: 0,
         }
     }
 }
 
-impl Seen {
+impl ColumnStatistics {
     fn take(&mut self, field: &str, line: u64, separator: Separator) {
         if self.fault.is_some() {
             return;
@@ -462,9 +461,9 @@ impl Seen {
         let value = number.unwrap_or(f64::NAN);
         if self.count == 0 {
             self.first = value;
-            self.numbers_rows = [0.0, 1.0].contains(&value);
+            self.is_row_index = [0.0, 1.0].contains(&value);
         }
-        self.numbers_rows &= value == self.first + self.count as f64;
+        self.is_row_index &= value == self.first + self.count as f64;
         self.largest = self.largest.max(value.abs());
         self.count += 1;
     }
@@ -482,23 +481,23 @@ impl Seen {
         self.decimals = self.decimals.max(digits(part) - exponent);
     }
 
-    /// By how much a value may be off because of the digits it was written with.
+    /// Uncertainty of a value due to its number of digits.
     ///
-    /// Programs write either so many digits behind the point or so many in all.
+    /// Programs write a fixed number of either decimals or significant digits.
     fn resolution(&self) -> f64 {
         let in_all = self.largest * 10.0_f64.powi(1 - self.digits);
         in_all.max(10.0_f64.powi(-self.decimals))
     }
 }
 
-/// What is in brackets.
+/// Text in brackets.
 fn bracketed(field: &str) -> Option<&str> {
     let pairs = [('(', ')'), ('[', ']')];
     let inside = |(open, close)| field.strip_prefix(open)?.strip_suffix(close);
     pairs.into_iter().find_map(inside)
 }
 
-/// The beginning of a text, for a message.
+/// Start of a text, for a message.
 fn shortened(text: &str) -> String {
     const MOST: usize = 30;
     match text.char_indices().nth(MOST) {

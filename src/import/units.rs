@@ -1,6 +1,6 @@
-//! Units from the names of columns: `u (um)`, `v [mm/s]`, `v_mm_per_s`, `time_ms`.
+//! Units in the names of columns: `u (um)`, `v [mm/s]`, `v_mm_per_s`, `time_ms`.
 
-/// Endings of names and the units they mean; longer ones first, as `_m_per_s` ends in `_s`.
+/// Suffixes of names and their units; longer ones first, as `_m_per_s` ends in `_s`.
 const ENDINGS: [(&str, &str); 25] = [
     ("_m_per_s2", "m/s^2"),
     ("_mm_per_s2", "mm/s^2"),
@@ -29,7 +29,7 @@ const ENDINGS: [(&str, &str); 25] = [
     ("_s", "s"),
 ];
 
-/// Names of a column of times.
+/// Names of a time column.
 const TIMES: [&str; 8] = [
     "t",
     "time",
@@ -41,7 +41,7 @@ const TIMES: [&str; 8] = [
     "timestamp",
 ];
 
-/// A name without its unit, and the unit, empty if it says none.
+/// A name without its unit, and the unit; empty if the name contains none.
 pub(super) fn split(header: &str) -> (&str, &str) {
     let header = header.trim();
     for (open, close) in [('(', ')'), ('[', ']')] {
@@ -58,12 +58,12 @@ pub(super) fn split(header: &str) -> (&str, &str) {
     ENDINGS.iter().find_map(fits).unwrap_or((header, ""))
 }
 
-/// Whether a name (without its unit) is that of a column of times.
+/// Whether a name (without its unit) is that of a time column.
 pub(super) fn is_time(name: &str) -> bool {
     TIMES.contains(&name.to_lowercase().as_str())
 }
 
-/// A unit of time in seconds; `None` if it is not one.
+/// A unit of time in seconds; `None` for other units.
 pub(super) fn seconds(unit: &str) -> Option<f64> {
     Some(match unit.to_lowercase().as_str() {
         "" | "s" | "sec" | "seconds" => 1.0,

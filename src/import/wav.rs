@@ -1,11 +1,11 @@
 //! WAV: sampled sound.
 //!
-//! A RIFF file is a row of chunks, each an identifier, a length and its bytes. `fmt ` says how
-//! samples are coded, `data` holds them, channel after channel for each instant. Integers fill
-//! their bytes from the top (8 bits count from 128, the others are signed), so that full scale is
-//! `2^(bits - 1)` of the bytes they take (Multimedia Programming Interface and Data
-//! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has
-//! lengths of 64 bits in a chunk of its own (EBU Tech 3306, 2009).
+//! A RIFF file is a sequence of chunks, each with an identifier, a length and its bytes. `fmt ` describes the
+//! coding of the samples, and `data` contains them, channel by channel for each instant. Integers are
+//! left-aligned in their bytes (8-bit samples have an offset of 128, the others are signed); full scale is
+//! therefore `2^(bits - 1)` of the bytes they occupy (Multimedia Programming Interface and Data
+//! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has 64-bit
+//! lengths in a separate chunk (EBU Tech 3306, 2009).
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -13,43 +13,43 @@ use std::ops::Range;
 use super::Problem;
 use super::clock::Timing;
 use super::format::BLOCK;
-use super::table::{Heading, Source};
+use super::table::{ColumnHeader, Source};
 
 const FORMAT: &str = "WAV";
 
-/// A length that says "until the end": written by programs that do not know it beforehand.
+/// Length that means "until the end", used by programs that do not know the length in advance.
 const OPEN_END: u32 = u32::MAX;
 
-/// Bytes of a chunk that say all that is read here.
-const LONGEST_READ: u64 = 40;
+/// Number of bytes of a chunk that are evaluated.
+const MAX_CHUNK_READ: u64 = 40;
 
-/// How samples are coded.
+/// Coding of the samples.
 struct Coding {
     float: bool,
     channels: usize,
     rate: u32,
-    /// Bytes of one sample of one channel.
+    /// Bytes per sample of one channel.
     width: usize,
 }
 
 impl Coding {
-    /// Bytes of one instant.
+    /// Bytes per instant.
     fn frame(&self) -> usize {
         self.channels * self.width
     }
 }
 
-/// A file whose header is read.
+/// A file whose header has been read.
 pub(super) struct Wav<R> {
     content: R,
     coding: Coding,
-    /// What turns the bytes of one sample into a number.
+    /// Converts the bytes of one sample to a number.
     number: fn(&[u8]) -> f64,
-    /// Where the samples begin.
+    /// Position of the first sample, bytes.
     begin: u64,
-    /// Samples of each channel.
+    /// Number of samples per channel.
     frames: usize,
-    /// Name of a lone channel.
+    /// Name of a single channel.
     stem: String,
 }
 
@@ -58,9 +58,9 @@ impl<R: Read + Seek> Wav<R> {
         let (coding, begin, length) = chunks(&mut content)?;
         let frame = coding.frame() as u64;
         if !length.is_multiple_of(frame) {
-            return Err(Problem::CutShort {
+            return Err(Problem::Truncated {
                 format: FORMAT,
-                what: "its last sample".to_owned(),
+                what: "the last sample".to_owned(),
                 have: length % frame,
                 need: frame,
             });
@@ -80,7 +80,7 @@ impl<R: Read + Seek> Wav<R> {
 }
 
 impl<R: Read + Seek> Source for Wav<R> {
-    fn headings(&self) -> Vec<Heading> {
+    fn headings(&self) -> Vec<ColumnHeader> {
         let channels = self.coding.channels;
         let name = |channel| match (channels, channel) {
             (1, _) => self.stem.clone(),
@@ -88,7 +88,7 @@ impl<R: Read + Seek> Source for Wav<R> {
             (2, _) => "right".to_owned(),
             _ => channel.to_string(),
         };
-        let heading = |channel| Heading {
+        let heading = |channel| ColumnHeader {
             header: name(channel),
             name: name(channel),
             unit: "FS".to_owned(),
@@ -104,15 +104,15 @@ impl<R: Read + Seek> Source for Wav<R> {
     fn samples(
         &mut self,
         column: usize,
-        stretch: Range<usize>,
+        range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
         let frame = self.coding.frame();
         let place = column * self.coding.width;
-        let begin = self.begin + (stretch.start * frame) as u64;
+        let begin = self.begin + (range.start * frame) as u64;
         self.content.seek(SeekFrom::Start(begin))?;
         let mut block = vec![0; (BLOCK / frame).max(1) * frame];
-        let mut left = stretch.len() * frame;
+        let mut left = range.len() * frame;
         while left > 0 {
             let count = left.min(block.len());
             self.content.read_exact(&mut block[..count])?;
@@ -125,7 +125,7 @@ impl<R: Read + Seek> Source for Wav<R> {
     }
 }
 
-/// Finds the coding, and where the samples begin and how many bytes they have.
+/// Finds the coding, and position and length of the samples, bytes.
 fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Problem> {
     let end = content.seek(SeekFrom::End(0))?;
     let mut long_data = None;
@@ -138,7 +138,8 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
         let length = u32_at(&head, 4);
         let rest = end - at - 8;
         if &head[..4] == b"data" {
-            let coding = coding.ok_or_else(|| damaged("there is no `fmt ` before the data"))?;
+            let coding =
+                coding.ok_or_else(|| damaged("the `fmt ` chunk before the data is missing"))?;
             let need = match (length, long_data) {
                 (OPEN_END, Some(long)) => long,
                 (OPEN_END, None) => rest,
@@ -155,7 +156,7 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
             return Err(cut_short(&name, rest, length));
         }
         let mut chunk = Vec::new();
-        let read = length.min(LONGEST_READ);
+        let read = length.min(MAX_CHUNK_READ);
         content.by_ref().take(read).read_to_end(&mut chunk)?;
         match &head[..4] {
             b"fmt " => coding = Some(read_coding(&chunk)?),
@@ -165,25 +166,25 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
             }
             _ => {}
         }
-        // Chunks begin at even places.
+        // Chunks start at even positions.
         at += 8 + length + length % 2;
         let skip = length + length % 2 - read;
-        // A place that is sought empties the buffer, which would be filled for each of many small chunks.
+        // A seek discards the buffer, which would then be refilled for each of many small chunks.
         if skip > BLOCK as u64 {
             content.seek(SeekFrom::Start(at))?;
         } else {
             io::copy(&mut content.by_ref().take(skip), &mut io::sink())?;
         }
     }
-    Err(damaged("there is no `data` in it"))
+    Err(damaged("the `data` chunk is missing"))
 }
 
 fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
     if chunk.len() < 16 {
-        return Err(damaged("its `fmt ` is too short"));
+        return Err(damaged("the `fmt ` chunk is too short"));
     }
     let tag = match u16_at(chunk, 0) {
-        // The extensible form says it at the beginning of a longer identifier.
+        // The extensible form has the tag at the start of a longer identifier.
         0xFFFE if chunk.len() >= 26 => u16_at(chunk, 24),
         tag => tag,
     };
@@ -193,7 +194,7 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
         tag => {
             return Err(Problem::Unsupported {
                 what: format!("compressed sound (WAV coding {tag})"),
-                remedy: "save it as plain PCM",
+                remedy: "save it as uncompressed PCM",
             });
         }
     };
@@ -204,13 +205,13 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
         return Err(damaged(&what));
     }
     let (width, bits) = (block / channels, usize::from(u16_at(chunk, 14)));
-    // Integers may leave the lowest bits of their bytes empty.
+    // Integers may not use the lowest bits of their bytes.
     let fits = match float {
         true => bits == 8 * width,
         false => bits <= 8 * width,
     };
     if !fits {
-        let what = format!("it declares {bits} bits a sample, and {width} bytes for each");
+        let what = format!("it declares {bits} bits in {width} bytes per sample");
         return Err(damaged(&what));
     }
     Ok(Coding {
@@ -221,7 +222,7 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
     })
 }
 
-/// What turns the bytes of one sample into a number.
+/// Converts the bytes of one sample to a number.
 fn number(coding: &Coding) -> Result<fn(&[u8]) -> f64, Problem> {
     Ok(match (coding.float, coding.width) {
         (false, 1) => |b| (f64::from(b[0]) - 128.0) / 128.0,
@@ -239,7 +240,7 @@ fn number(coding: &Coding) -> Result<fn(&[u8]) -> f64, Problem> {
     })
 }
 
-/// A signed integer of up to four bytes over its full scale.
+/// A signed integer of up to four bytes divided by full scale.
 fn integer(bytes: &[u8]) -> f64 {
     let mut top = [0; 4];
     top[4 - bytes.len()..].copy_from_slice(bytes);
@@ -262,9 +263,9 @@ fn damaged(what: &str) -> Problem {
 }
 
 fn cut_short(name: &str, have: u64, need: u64) -> Problem {
-    Problem::CutShort {
+    Problem::Truncated {
         format: FORMAT,
-        what: format!("its `{name}`"),
+        what: format!("the chunk `{name}`"),
         have,
         need,
     }

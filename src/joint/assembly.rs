@@ -1,43 +1,43 @@
-//! From the parameters of a joint to its contact model at any tilt.
+//! Assembly of the contact model at any tilt from the parameters of a joint.
 
 use std::sync::Arc;
 
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
 use super::vector::{cross, dot, scale, unit};
 use super::{
-    BallOnBeam, BodySpec, Frequencies, Hertz, Joint, JointSpec, Model, OwnModes, OwnModesError,
-    StiffnessLaw,
+    BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
+    Model, StiffnessLaw,
 };
 use crate::fem::{BodyMode, BodyModes, Families, FemError, ModeKind, SurfaceMesh};
 
-/// Fig. 2 of the paper: natural frequencies, Hz.
+/// Natural frequencies from Fig. 2 of the paper, Hz.
 const PUBLISHED_BENDING: [f64; 4] = [1698.0, 4093.0, 7545.0, 12448.0];
 const PUBLISHED_TORSION: [f64; 2] = [4501.0, 9917.0];
 const PUBLISHED_AXIAL: [f64; 1] = [9737.0];
 
-/// The modes whose natural frequencies the paper publishes.
+/// Numbers of modes with natural frequencies in the paper.
 pub const PUBLISHED: Families = Families {
     bending_pairs: PUBLISHED_BENDING.len(),
     torsion: PUBLISHED_TORSION.len(),
     axial: PUBLISHED_AXIAL.len(),
 };
 
-/// Why a joint cannot be assembled.
+/// Failure to assemble a joint.
 #[derive(Debug, thiserror::Error)]
 pub enum AssemblyError {
-    /// The body's modes could not be found.
+    /// The modes of the body cannot be computed.
     #[error("the modes of ball and beam cannot be computed")]
     Body(#[from] FemError),
-    /// A mode was asked for that the paper gives no frequency for.
+    /// The model has a mode whose frequency the paper does not publish.
     #[error(
-        "the paper publishes no frequency for the mode `{label}`: ask for at most four bending \
-         pairs, two torsion modes and one axial mode, or use the finite-element frequencies"
+        "the paper does not publish the frequency of the mode `{label}`: use at most four bending \
+         pairs, two torsion modes and one axial mode, or the finite-element frequencies"
     )]
     Unpublished {
-        /// The mode.
+        /// Name of the mode.
         label: String,
     },
-    /// The patch reaches into the beam's footprint on the ball, where there is no surface.
+    /// The patch extends into the junction of ball and beam, where the ball has no free surface.
     #[error(
         "at a tilt of {tilt_deg:.3} deg the contact patch (half-angle {half_angle_deg:.2} deg) \
          reaches the beam; reduce the tilt, the load or the patch radius"
@@ -47,21 +47,21 @@ pub enum AssemblyError {
         tilt_deg: f64,
         /// Half-angle of the patch, degrees.
         half_angle_deg: f64,
-        /// What the shape evaluation said.
+        /// Error of the evaluation of the mode shapes.
         source: FemError,
     },
-    /// Modes from a file are known for one load only.
-    #[error("the modes of `{file}` do not go with this load: {problem}")]
+    /// The imported modes are valid for another load.
+    #[error("the modes of `{file}` are invalid for this load: {problem}")]
     OtherLoad {
         /// The file.
         file: String,
-        /// What differs.
-        problem: OwnModesError,
+        /// The difference.
+        problem: ImportedModesError,
     },
-    /// A mesh is needed, and the modes come from a file.
+    /// The operation requires a mesh, and the modes are imported.
     #[error(
-        "the modes come from `{file}`, and this needs the mesh of ball and beam; take a scene \
-         without body.modes"
+        "the mesh of ball and beam is required, but the modes are imported from `{file}`; choose a \
+         scene without body.modes"
     )]
     NoMesh {
         /// The file.
@@ -69,8 +69,8 @@ pub enum AssemblyError {
     },
 }
 
-/// A ball joint whose tilt is still open: modes and quadrature are fixed. Another load or rotation costs
-/// next to nothing, since neither reaches into the body.
+/// A ball joint with modes and quadrature, from which [`BallJoint::model`] builds the contact model at any
+/// tilt. Load and rotation can be changed without solving for the modes again.
 #[derive(Clone, Debug)]
 pub struct BallJoint {
     spec: JointSpec,
@@ -78,7 +78,7 @@ pub struct BallJoint {
     body: Body,
 }
 
-/// What the modes at a contact node come from.
+/// Source of the mode shapes at the contact nodes.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
@@ -86,10 +86,10 @@ pub struct BallJoint {
 )]
 enum Body {
     Meshed(Meshed),
-    Own(Arc<OwnModes>),
+    Own(Arc<ImportedModes>),
 }
 
-/// Finite elements under a Hertz contact.
+/// Finite-element modes with a Hertz contact.
 #[derive(Clone, Debug)]
 struct Meshed {
     modes: BodyModes,
@@ -99,10 +99,10 @@ struct Meshed {
 }
 
 impl BallJoint {
-    /// Computes the modes and lays out the patch.
+    /// Computes the modes and the quadrature points of the patch.
     ///
     /// # Errors
-    /// If the modes cannot be found, or have no published frequency though these are asked for.
+    /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         match &spec.body {
             BodySpec::BallOnBeam(body) => {
@@ -114,7 +114,7 @@ impl BallJoint {
                 )?;
                 Self::on_beam(modes, body, spec)
             }
-            BodySpec::Own(modes) => Ok(Self {
+            BodySpec::Imported(modes) => Ok(Self {
                 spec: spec.clone(),
                 frequencies_hz: modes
                     .omega()
@@ -126,7 +126,7 @@ impl BallJoint {
         }
     }
 
-    /// A joint with other parameters. The modes are computed anew only where the body differs.
+    /// Changes the parameters. The modes are computed again only if the body changes.
     ///
     /// # Errors
     /// As [`BallJoint::new`].
@@ -139,7 +139,7 @@ impl BallJoint {
         }
     }
 
-    /// Lays out the patch on a body whose modes are known.
+    /// Builds the joint from computed modes.
     fn on_beam(
         modes: BodyModes,
         body: &BallOnBeam,
@@ -179,8 +179,8 @@ impl BallJoint {
         })
     }
 
-    /// Presses the ball with another load (N, positive): the patch grows and shrinks with it, unless it
-    /// comes from a file.
+    /// Changes the load (N, positive). The radius of a Hertz patch changes with it; an imported patch is
+    /// fixed.
     pub fn set_load(&mut self, load: f64) {
         self.spec.load = load;
         if let (Body::Meshed(meshed), BodySpec::BallOnBeam(body)) =
@@ -190,20 +190,20 @@ impl BallJoint {
         }
     }
 
-    /// Turns the ball with another rotation vector, rad/s.
+    /// Changes the angular velocity vector, rad/s.
     pub fn set_rotation(&mut self, rotation: [f64; 3]) {
         self.spec.rotation = rotation;
     }
 
-    /// The parameters.
+    /// Parameters of the joint.
     pub fn spec(&self) -> &JointSpec {
         &self.spec
     }
 
-    /// The modes of ball and beam.
+    /// Returns the finite-element modes of ball and beam.
     ///
     /// # Errors
-    /// [`AssemblyError::NoMesh`] if the modes come from a file.
+    /// [`AssemblyError::NoMesh`] if the modes are imported.
     pub fn body(&self) -> Result<&BodyModes, AssemblyError> {
         match &self.body {
             Body::Meshed(meshed) => Ok(&meshed.modes),
@@ -213,21 +213,21 @@ impl BallJoint {
         }
     }
 
-    /// What the body is, in a few words.
-    pub fn body_words(&self) -> String {
+    /// Short description of the body.
+    pub fn body_description(&self) -> String {
         match &self.body {
             Body::Meshed(_) => "Ball and beam".to_owned(),
             Body::Own(own) => format!("Body of {}", own.name()),
         }
     }
 
-    /// Short names of the modes, in the order of the modal coordinates: `2nd bending x`, or of modes
-    /// from a file `mode 2`.
+    /// Names of the modes in the order of the modal coordinates: `2nd bending x`, or `mode 2` for imported
+    /// modes.
     pub fn mode_labels(&self) -> Vec<String> {
         self.labels(BodyMode::label)
     }
 
-    /// As [`BallJoint::mode_labels`], the same for both modes of a bending pair: `2nd bending`.
+    /// As [`BallJoint::mode_labels`], with one name for both modes of a bending pair: `2nd bending`.
     pub fn family_labels(&self) -> Vec<String> {
         self.labels(BodyMode::family_label)
     }
@@ -239,8 +239,8 @@ impl BallJoint {
         }
     }
 
-    /// The body's surface with mode shapes, for pictures; see [`BodyModes::outline`] for the spacing,
-    /// which a surface from a file has of its own. `None` if the file has none.
+    /// Surface mesh of the body with mode shapes, for display. [`BodyModes::outline`] describes the
+    /// spacing; an imported surface has a fixed mesh. `None` if the file contains no surface.
     pub fn outline(&self, along: usize, round: usize) -> Option<SurfaceMesh> {
         match &self.body {
             Body::Meshed(meshed) => Some(meshed.modes.outline(along, round)),
@@ -248,13 +248,13 @@ impl BallJoint {
         }
     }
 
-    /// The natural frequencies in use, Hz, in the order of the modal coordinates.
+    /// Natural frequencies of the model, Hz, in the order of the modal coordinates.
     pub fn frequencies_hz(&self) -> &[f64] {
         &self.frequencies_hz
     }
 
-    /// Radius of the contact patch, m: Hertz times the scene's factor, or of a patch from a file that
-    /// of a disc as large.
+    /// Radius of the contact patch, m: the Hertz radius times `radius_factor`, or the radius of a disc with
+    /// the area of an imported patch.
     pub fn patch_radius(&self) -> f64 {
         match &self.body {
             Body::Meshed(meshed) => meshed.hertz.radius * self.spec.contact.radius_factor,
@@ -270,12 +270,12 @@ impl BallJoint {
         }
     }
 
-    /// Unit vector from the ball's centre to the centre of the patch at a tilt (rad).
+    /// Unit vector from the centre of the ball to the centre of the patch at a tilt (rad).
     pub fn direction(&self, tilt: f64) -> [f64; 3] {
         patch_direction(tilt, self.spec.azimuth)
     }
 
-    /// Velocity of steady sliding at the centre of the patch, m/s.
+    /// Steady sliding velocity at the centre of the patch, m/s.
     pub fn sliding_velocity(&self, tilt: f64) -> [f64; 3] {
         cross(
             self.spec.rotation,
@@ -283,10 +283,10 @@ impl BallJoint {
         )
     }
 
-    /// The contact model with the load tilted by `tilt` (rad).
+    /// Builds the contact model at a tilt (rad).
     ///
     /// # Errors
-    /// If the patch reaches into the beam, or is that of a file for another load or tilt.
+    /// If the patch extends into the beam, or an imported patch is for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
         match &self.body {
             Body::Meshed(meshed) => self.hertz_model(meshed, tilt),
@@ -302,7 +302,7 @@ impl BallJoint {
         }
     }
 
-    /// The model of nodes on a Hertz patch.
+    /// Builds the contact model of a Hertz patch.
     fn hertz_model(&self, meshed: &Meshed, tilt: f64) -> Result<Model, AssemblyError> {
         let (body, points, hertz) = (&meshed.modes, &meshed.points, &meshed.hertz);
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
@@ -341,8 +341,8 @@ impl BallJoint {
             .iter()
             .map(|x| cross(self.spec.rotation, *x))
             .collect();
-        // Eq. (24): the row of the central contact point along its sliding direction; at rest, where
-        // there is none, along the tilt, so that it turns with the azimuth like all the rest.
+        // Eq. (24): row of the central contact point along its sliding direction. At rest the direction of
+        // the tilt is used, which rotates with the azimuth like the rest of the model.
         let mut centre = vec![[0.0; 3]; m];
         body.shapes_at_ball(direction, &mut centre)
             .map_err(on_beam)?;
@@ -371,7 +371,7 @@ impl BallJoint {
         })
     }
 
-    /// The joint with the load tilted by `tilt` (rad).
+    /// Builds the joint at a tilt (rad).
     ///
     /// # Errors
     /// As [`BallJoint::model`].
@@ -380,7 +380,7 @@ impl BallJoint {
     }
 }
 
-/// The Hertz contact of a joint.
+/// Hertz contact for the load of a joint.
 fn hertz_of(body: &BallOnBeam, spec: &JointSpec) -> Hertz {
     let ball_diameter = body.geometry.ball_diameter;
     Hertz::new(ball_diameter, &body.material, &spec.socket, spec.load)

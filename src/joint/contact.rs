@@ -1,32 +1,33 @@
-//! Eq. (1), (2) at each node: gaps, stresses, forces and states, for pictures, audits and the
-//! Jacobian. One node at a time; the hot loop has its own form in `traction`.
+//! Contact forces of single nodes, Eq. (1) and (2), for display, the energy audit and the Jacobian. The hot
+//! loop in `contact_force` evaluates several nodes at once.
 
 use super::Joint;
-use super::extras::convected;
-use super::lanes::LANES;
 use super::nodes::radial;
+use super::optional_terms::convected;
+use super::simd::LANES;
 use super::vector::{add_scaled, scale};
 use crate::dynamics::System;
 
-/// What one contact node does at an instant, in its own frame `(e_s, e_t, e_r)`.
+/// Action of the contact on a node at an instant: forces and velocities in its sliding frame `(e_s, e_t,
+/// e_r)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeAction {
-    /// Signed gap function `s = p_n + k_c u_r`, Pa; open where negative.
+    /// Gap function `s = p_n + k_c u_r`, Pa; negative for a separated node.
     pub gap: f64,
     /// Normal force `N Delta A`, N.
     pub normal: f64,
-    /// What of it is damping of the contact, N.
+    /// Contribution of contact damping to the normal force, N.
     pub dashpot: f64,
     /// Slip velocity, Eq. (4), m/s.
     pub slip: [f64; 3],
-    /// Magnitude of the slip velocity that friction sees, m/s.
+    /// Magnitude of the slip velocity in the friction law, m/s.
     pub speed: f64,
     /// Friction force, Eq. (3), N.
     pub friction: [f64; 3],
 }
 
 impl Joint {
-    /// The action of node `k` at modal coordinates `q` and velocities `v`.
+    /// Returns forces and velocities of node `k` at modal coordinates `q` and velocities `v`.
     pub fn node_action(&self, k: usize, q: &[f64], v: &[f64]) -> NodeAction {
         let (block, lane) = (k / LANES, k % LANES);
         let m = self.omega().len();
@@ -68,16 +69,16 @@ impl Joint {
         }
     }
 
-    /// The sliding frame `[e_s, e_t, e_r]` of node `k`, Cartesian unit vectors.
+    /// Unit vectors `[e_s, e_t, e_r]` of the sliding frame of node `k`, in Cartesian components.
     pub fn node_frame(&self, k: usize) -> [[f64; 3]; 3] {
         self.nodes.frames[k]
     }
 
-    /// Slip speed below which node `k` counts as sticking, m/s; zero without friction.
+    /// Slip speed below which node `k` is classified as sticking, m/s; zero without friction.
     ///
-    /// It must be in the creep region of the friction curve, and slower than a tenth of steady
-    /// sliding: on a curve whose creep region is wide, steady sliding itself is no sticking. Where
-    /// nothing slides steadily, all of the creep region is.
+    /// The limit is the creep region of the friction curve, and at most a tenth of the steady sliding
+    /// speed, so that steady sliding on a curve with a wide creep region is not classified as sticking. At
+    /// rest the limit is the whole creep region.
     pub fn stick_speed(&self, k: usize) -> f64 {
         let steady = self.nodes.blocks[k / LANES].speed.0[k % LANES];
         self.law.law().map_or(0.0, |law| {
@@ -90,9 +91,9 @@ impl Joint {
         })
     }
 
-    /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, into
-    /// `gaps` (one a node). A node opens where its own falls through zero. The clamp of the printed
-    /// equation is left out: it would hide the crossing.
+    /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, written to
+    /// `gaps` (one per node). A node separates when its indicator falls through zero. The printed equation
+    /// clamps the indicator at zero, which would hide the crossing; the clamp is omitted.
     pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
         for (nodes, (block, rows)) in gaps.chunks_mut(LANES).zip(self.nodes.iter()) {
             for (lane, gap) in nodes.iter_mut().enumerate() {

@@ -1,30 +1,30 @@
-//! The derivative of the joint's force, as the tangent flow needs it.
+//! The derivative of the joint's force, for tangent vectors.
 
-use super::extras::Addition;
-use super::jacobian::{Assembly, Multiplied, Swept};
-use super::lanes::LANES;
-use super::lift_off::LiftOff;
-use super::record::KEPT;
-use super::traction::PAPER_MODES;
-use super::{Joint, MOST_MODES};
+use super::contact_force::PAPER_MODES;
+use super::jacobian::{Assembly, MatrixFreeProduct, MatrixProduct};
+use super::node_slopes::KEPT;
+use super::optional_terms::Addition;
+use super::separation::Separation;
+use super::simd::LANES;
+use super::{Joint, MAX_MODES};
 use crate::dynamics::{Differentiable, System};
 
-/// Tangent vectors from which on the force's Jacobian is assembled first; fewer go through the
-/// nodes themselves. About where the two cost the same with the paper's eleven modes.
-pub(crate) const WORTH_ASSEMBLING: usize = 7;
+/// Minimum number of tangent vectors for which the Jacobian is assembled; fewer vectors use matrix-free
+/// products. Both cost about the same at this number for the eleven modes of the paper.
+pub(crate) const MIN_VECTORS_TO_ASSEMBLE: usize = 7;
 
-/// The parts of a record.
+/// Parts of a record.
 pub(super) struct Parts<'a> {
-    /// Each node's derivative.
+    /// Derivatives of the nodes.
     pub kept: &'a mut [[f64; LANES]],
-    /// Sums over the nodes on their way.
+    /// Partial sums over the nodes.
     pub sums: &'a mut [[f64; LANES]],
     /// The Jacobian of the force, `m x 2m`, row-major.
     pub matrix: &'a mut [f64],
 }
 
 impl Joint {
-    /// Numbers of the nodes' derivatives, of the sums, and of the matrix.
+    /// Lengths of the node derivatives, the partial sums and the matrix.
     fn record_parts(&self) -> [usize; 3] {
         let m = self.modes();
         [
@@ -45,7 +45,7 @@ impl Joint {
         }
     }
 
-    /// Assembles the Jacobian of the force from a record, into the record, `m x 2m`, row-major.
+    /// Assembles the Jacobian of the force (`m x 2m`, row-major) in the record.
     pub(crate) fn assembled<'a>(&self, record: &'a mut [f64]) -> &'a [f64] {
         let Parts { kept, sums, matrix } = self.parts_of(record);
         let nodes = &self.nodes;
@@ -64,7 +64,7 @@ impl Joint {
             (_, false) => assemble!(3),
             (_, true) => assemble!(4),
         }
-        if self.has_extras() {
+        if self.has_optional_terms() {
             self.arch.dispatch(Addition {
                 nodes,
                 radial: self.law.radial(),
@@ -76,7 +76,7 @@ impl Joint {
         matrix
     }
 
-    /// [`Differentiable::product`] by the assembled Jacobian.
+    /// [`Differentiable::product`] with the assembled Jacobian.
     pub(crate) fn product_assembled(
         &self,
         record: &mut [f64],
@@ -85,7 +85,7 @@ impl Joint {
         out: &mut [f64],
     ) {
         let matrix = self.assembled(record);
-        self.arch.dispatch(Multiplied {
+        self.arch.dispatch(MatrixProduct {
             modes: self.modes(),
             matrix,
             vectors,
@@ -94,8 +94,8 @@ impl Joint {
         });
     }
 
-    /// [`Differentiable::product`] node by node, without a matrix.
-    pub(crate) fn product_swept(
+    /// [`Differentiable::product`] without a matrix, as a sum over the nodes.
+    pub(crate) fn product_matrix_free(
         &self,
         record: &mut [f64],
         vectors: &[f64],
@@ -109,21 +109,22 @@ impl Joint {
                 for first in (0..width).step_by(2) {
                     match (width - first, self.modes()) {
                         (1, PAPER_MODES) => sweep!($axes, 1, PAPER_MODES, first),
-                        (1, _) => sweep!($axes, 1, MOST_MODES, first),
+                        (1, _) => sweep!($axes, 1, MAX_MODES, first),
                         (_, PAPER_MODES) => sweep!($axes, 2, PAPER_MODES, first),
-                        (_, _) => sweep!($axes, 2, MOST_MODES, first),
+                        (_, _) => sweep!($axes, 2, MAX_MODES, first),
                     }
                 }
             };
             ($axes:literal, $count:literal, $modes:ident, $first:ident) => {
-                self.arch.dispatch(Swept::<$axes, $count, $modes> {
-                    nodes,
-                    kept,
-                    vectors,
-                    width,
-                    first: $first,
-                    out: &mut *out,
-                })
+                self.arch
+                    .dispatch(MatrixFreeProduct::<$axes, $count, $modes> {
+                        nodes,
+                        kept,
+                        vectors,
+                        width,
+                        first: $first,
+                        out: &mut *out,
+                    })
             };
         }
         match (self.law.law(), self.law.radial()) {
@@ -135,14 +136,14 @@ impl Joint {
 }
 
 impl Differentiable for Joint {
-    /// Each node's derivative, and room for the Jacobian of the force.
+    /// Length of the node derivatives and the Jacobian.
     fn record_len(&self) -> usize {
         self.record_parts().iter().sum()
     }
 
-    /// The force is that without a record, to the last bit.
+    /// The force is bit-identical to that without a record.
     ///
-    /// Without a status, a node whose gap is exactly zero is recorded as open.
+    /// Without a status, a node with a gap of exactly zero is recorded as separated.
     fn force_recorded(
         &self,
         status: Option<&[u8]>,
@@ -151,7 +152,7 @@ impl Differentiable for Joint {
         out: &mut [f64],
         record: &mut [f64],
     ) {
-        let contact = status.map_or(self.lift_off(), LiftOff::Held);
+        let contact = status.map_or(self.lift_off(), Separation::Fixed);
         self.force_by(contact, Some(self.parts_of(record).kept), z, out);
     }
 
@@ -163,8 +164,8 @@ impl Differentiable for Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        if width < WORTH_ASSEMBLING && !self.has_extras() {
-            self.product_swept(record, vectors, width, out);
+        if width < MIN_VECTORS_TO_ASSEMBLE && !self.has_optional_terms() {
+            self.product_matrix_free(record, vectors, width, out);
         } else {
             self.product_assembled(record, vectors, width, out);
         }

@@ -1,47 +1,47 @@
-//! Energies of the perturbation from steady sliding, for the audit
-//! `(energy now) - (energy then) = (work in between)`.
+//! Energies of the perturbation from steady sliding, for the energy audit: the change of energy equals the
+//! work in the same interval.
 
 use super::Joint;
-use super::lanes::LANES;
+use super::contact_force::KernelInput;
 use super::nodes::radial;
-use super::traction::Query;
+use super::simd::LANES;
 use crate::dynamics::System;
 
-/// Energies at one instant, J. All are zero at the equilibrium and never negative.
+/// Energies at an instant, J. All are zero at the equilibrium and non-negative.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energy {
     /// `(q'^2 + omega^2 q^2) / 2` of each mode.
     pub modal: Vec<f64>,
-    /// What the contact springs hold beyond their pre-load.
+    /// Energy of the contact springs relative to the pre-stressed state.
     pub contact: f64,
 }
 
 impl Energy {
-    /// Everything that is stored, J.
+    /// Total energy, J.
     pub fn total(&self) -> f64 {
         self.modal.iter().sum::<f64>() + self.contact
     }
 }
 
-/// Rates of work at one instant, W.
+/// Powers at an instant, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Power {
-    /// Friction's deviation from steady sliding, on the vibration. (The steady part is a constant
-    /// force: it is contained in the equilibrium about which the energy is counted.)
+    /// Power of the deviation of friction from steady sliding. (The steady friction force is constant and
+    /// part of the equilibrium.)
     pub friction: f64,
-    /// The contact springs on the modes: what leaves [`Energy::contact`].
+    /// Power of the contact springs on the modes: the decrease of [`Energy::contact`].
     pub contact: f64,
-    /// Damping of the contact.
+    /// Power of contact damping.
     pub contact_damping: f64,
-    /// Modal damping; never positive.
+    /// Power of modal damping; never positive.
     pub damping: f64,
 }
 
 impl Joint {
-    /// The energies at state `z`, of which the audit's work is not read.
+    /// Returns the energies at state `z`. The work component of the audit is not used.
     ///
-    /// The potential of a node is `A k_c u_r^2 / 2` while it is closed; once open its stress stays
-    /// zero, and the potential goes on along the straight line `-p_n (u_r + p_n / 2 k_c)`.
+    /// The potential of a closed node is `A k_c u_r^2 / 2`. The stress of a separated node is zero, and its
+    /// potential continues linearly as `-p_n (u_r + p_n / 2 k_c)`.
     pub fn energy(&self, z: &[f64]) -> Energy {
         let m = self.omega().len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
@@ -64,12 +64,12 @@ impl Joint {
         Energy { modal, contact }
     }
 
-    /// The rates of work at state `z`.
+    /// Returns the powers at state `z`.
     pub fn power(&self, z: &[f64]) -> Power {
         let m = self.omega().len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
         let mut force = vec![0.0; m];
-        let passed = self.traction(Query {
+        let passed = self.contact_force(KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: true,
@@ -96,7 +96,7 @@ impl Joint {
         }
     }
 
-    /// The power of modal damping at modal velocities `v`, W; never positive.
+    /// Power of modal damping at modal velocities `v`, W; never positive.
     pub(crate) fn damping_power(&self, v: &[f64]) -> f64 {
         let modes = self.damping().iter().zip(self.omega()).zip(v);
         modes

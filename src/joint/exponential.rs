@@ -1,23 +1,22 @@
-//! `exp(-rate x)` of many numbers at once, as a quotient: a law of friction that divides anyway
-//! divides once for all of its exponentials, and a quotient needs fewer operations than a series.
+//! `exp(-rate x)` of several numbers at once, as a quotient. A friction law that contains a division combines
+//! it with those of its exponentials, and a quotient requires fewer operations than a series.
 //!
-//! `exp(-rate x) = 2^n 2^f` with `n` whole and `|f| <= 1/2`, and as `2^f` turns into its reciprocal
-//! with the sign of `f`,
+//! `exp(-rate x) = 2^n 2^f` with an integer `n` and `|f| <= 1/2`. Since `2^-f` is the reciprocal of `2^f`,
 //!
 //! ```text
 //! 2^f = (even + odd)/(even - odd),     odd/even = tanh(f ln(2)/2)
 //! ```
 //!
-//! `even` is a polynomial of `f^2`, `odd` is `f` times another: those for which `odd/even` has the
-//! least relative error, 5e-18, found by exchange (Remez) in 70 digits.
+//! `even` is a polynomial of `f^2`, `odd` is `f` times another. Their coefficients minimise the relative
+//! error of `odd/even`, 5e-18; they were computed by the Remez algorithm with 70 digits.
 //!
-//! Measured against `exp` and `exp_m1`, in units of 2^-52, relative: `exp(-rate x)` is within
-//! `2 + 1.25 rate x`, and `1 - exp(-rate x)` within 3.5, however small it is. (What grows with
-//! `rate x` is the rounding of this product, as if `exp` were called with it.)
+//! Measured relative errors against `exp` and `exp_m1`, in units of 2^-52: at most `2 + 1.25 rate x` for
+//! `exp(-rate x)`, and at most 3.5 for `1 - exp(-rate x)`, also for very small results. (The part that
+//! increases with `rate x` is the rounding of this product, which a call of `exp` has as well.)
 
 use pulp::Simd;
 
-use super::lanes::Vector;
+use super::simd::Vector;
 
 /// Coefficients of `even` by powers of `f^2`.
 const EVEN: [f64; 3] = [1.0, 0.053_382_223_242_671_21, 0.000_228_933_658_655_300_34];
@@ -28,10 +27,10 @@ const ODD: [f64; 3] = [
     5.287_087_419_037_464e-6,
 ];
 
-/// Adding this rounds to the nearest whole number and leaves it in the low bits: 1.5 * 2^52.
+/// Adding this number rounds to the nearest integer and leaves it in the low bits: 1.5 * 2^52.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// `exp(-rate x)` as `above/below`.
+/// `exp(-rate x)` as a quotient `above/below`.
 #[derive(Clone, Copy)]
 pub(crate) struct Exponential<S: Simd, const K: usize> {
     /// `2^n`.
@@ -41,10 +40,10 @@ pub(crate) struct Exponential<S: Simd, const K: usize> {
 }
 
 impl<S: Simd, const K: usize> Exponential<S, K> {
-    /// Of numbers `x >= 0`; a result below `exp(-708)` stays there.
+    /// Evaluates `exp(-rate x)` for `x >= 0`; results below `exp(-708)` are replaced by `exp(-708)`.
     #[inline(always)]
     pub fn of(x: Vector<S, K>, rate: f64) -> Self {
-        let number = |c: f64| x.same(c);
+        let number = |c: f64| x.broadcast(c);
         let x = x.at_most(708.0 / rate);
         let bits = number(-rate * std::f64::consts::LOG2_E);
         let n = x.mul_add(bits, number(ROUND));
@@ -65,17 +64,17 @@ impl<S: Simd, const K: usize> Exponential<S, K> {
         self.power * (self.even + self.odd)
     }
 
-    /// The denominator, about one.
+    /// The denominator of both quotients, close to one.
     #[inline(always)]
     pub fn below(self) -> Vector<S, K> {
         self.even - self.odd
     }
 
-    /// The numerator of `1 - exp(-rate x)`. As `n = 0` leaves nothing of the first term, small
-    /// results are as exact as large ones.
+    /// The numerator of `1 - exp(-rate x)`. For `n = 0` the first term vanishes, so that small results have
+    /// the same relative accuracy as large ones.
     #[inline(always)]
     pub fn rest(self) -> Vector<S, K> {
-        let one = self.power.same(1.0);
+        let one = self.power.broadcast(1.0);
         (one - self.power).mul_add(self.even, -((one + self.power) * self.odd))
     }
 }
@@ -84,10 +83,10 @@ impl<S: Simd, const K: usize> Exponential<S, K> {
 mod tests {
     use pulp::WithSimd;
 
-    use super::super::lanes::machines;
+    use super::super::simd::machines;
     use super::*;
 
-    /// `exp(-rate x)` and `1 - exp(-rate x)` of each number.
+    /// Evaluates `exp(-rate x)` and `1 - exp(-rate x)` of each number.
     struct Both<'a>(&'a [f64], f64);
 
     impl WithSimd for Both<'_> {
@@ -107,8 +106,7 @@ mod tests {
         }
     }
 
-    /// The stated errors, in units of 2^-52, over the whole range, on every machine that this one
-    /// can be.
+    /// The documented errors, in units of 2^-52, over the whole range with every supported instruction set.
     #[test]
     fn exponentials_are_accurate() {
         let xs: Vec<f64> = (0..200_000)
@@ -133,7 +131,7 @@ mod tests {
         }
     }
 
-    /// Far out the exponential stays finite, and a NaN is not swallowed.
+    /// Large arguments give finite results, and NaN propagates.
     #[test]
     fn ends_of_the_range() {
         for machine in machines() {

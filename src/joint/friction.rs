@@ -1,18 +1,17 @@
-//! Eq. (3) and (5): the friction force against the slip velocity, and its coefficient.
+//! Eq. (3) and (5): friction force and coefficient of friction as functions of the slip velocity.
 //!
-//! The force on a node is `-mu(V) N V_vec / V`. It is written with the *ratio* `mu(V) / V`, which
-//! stays finite as the slip speed `V` goes to zero (for Eq. (5) it tends to `creep mu_s`), so that
-//! no direction is ever taken of a vanishing vector. Value and slope come from one call: the
-//! Jacobian cannot drift from the force.
+//! The force on a node is `-mu(V) N V_vec / V`. The implementation uses the *ratio* `mu(V) / V`, which is
+//! finite for zero slip speed `V` (for Eq. (5) it tends to `creep mu_s`), so that no vector of zero length
+//! is normalised. One call returns value and slope, which keeps force and Jacobian consistent.
 
 use std::fmt::Debug;
 
 use pulp::Simd;
 
 use super::exponential::Exponential;
-use super::lanes::Vector;
+use super::simd::Vector;
 
-/// A coefficient of friction divided by the slip speed, and how that changes with the speed.
+/// Coefficient of friction divided by slip speed, with its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
     /// `mu(V) / V`, s/m.
@@ -21,22 +20,22 @@ pub struct Ratio {
     pub slope: f64,
 }
 
-/// A law of friction: the coefficient as a smooth function of the slip speed.
+/// A friction law: the coefficient as a smooth function of the slip speed.
 ///
-/// Implement it for one's own law and give it to [`super::Joint::with_friction`]. The law must be
-/// odd-smooth at zero: `mu(0) = 0` with a finite slope (regularised), as Eq. (5) is.
+/// Implement it for a custom law and pass it to [`super::Joint::with_friction`]. The law must be regularised
+/// at zero like Eq. (5): `mu(0) = 0` with a finite slope.
 pub trait FrictionLaw: Debug + Send + Sync {
-    /// Ratio `mu(V) / V` and its slope at slip speed `speed` (m/s, not negative).
+    /// Ratio `mu(V) / V` and its slope at a slip speed (m/s, non-negative).
     fn ratio(&self, speed: f64) -> Ratio;
 
-    /// Replaces each slip speed by its ratio; for laws that can do better than one by one.
+    /// Replaces each slip speed by its ratio. Override it if the law can be vectorised.
     fn ratios(&self, speeds: &mut [f64]) {
         for speed in speeds {
             *speed = self.ratio(*speed).value;
         }
     }
 
-    /// As [`FrictionLaw::ratios`], and the slopes of the ratios into `slopes`.
+    /// As [`FrictionLaw::ratios`]; writes the slopes of the ratios to `slopes`.
     fn ratios_and_slopes(&self, speeds: &mut [f64], slopes: &mut [f64]) {
         for (slope, speed) in slopes.iter_mut().zip(speeds.iter()) {
             *slope = self.ratio(*speed).slope;
@@ -44,15 +43,15 @@ pub trait FrictionLaw: Debug + Send + Sync {
         self.ratios(speeds);
     }
 
-    /// Slip speed below which a node counts as sticking (it creeps), m/s.
+    /// Slip speed below which a node is classified as sticking, m/s.
     fn stick_speed(&self) -> f64;
 }
 
-/// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`, the smoothing
-/// curve method.
+/// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`, the smoothing curve
+/// method.
 ///
-/// Symbols of the paper: `creep` is `d`, `stribeck` is `f` (as printed in Fig. 3, `d = 10` and
-/// `f = 1000` give a curve that never falls at the paper's slip speed; exchanged they squeal).
+/// In the paper `creep` is `d` and `stribeck` is `f`. As printed in Fig. 3 (`d = 10`, `f = 1000`) the curve
+/// has no negative slope at the slip speed of the paper; with exchanged values the joint squeaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stribeck {
     /// Static coefficient `mu_s`.
@@ -61,7 +60,7 @@ pub struct Stribeck {
     pub mu_d: f64,
     /// Slope factor of the creep region, s/m, positive.
     pub creep: f64,
-    /// Slope factor of the sliding region, s/m, not negative.
+    /// Slope factor of the sliding region, s/m, non-negative.
     pub stribeck: f64,
 }
 
@@ -86,7 +85,7 @@ impl Stribeck {
         -self.stribeck * (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
     }
 
-    /// The ratio for several speeds at once, all above zero; inlined into the hot loop.
+    /// The ratio for several positive speeds at once; inlined into the hot loop.
     #[inline(always)]
     pub(crate) fn ratio_vector<S: Simd, const K: usize>(
         &self,
@@ -97,9 +96,9 @@ impl Stribeck {
         creep.rest() * self.sliding_vector(slide) / (speed * below)
     }
 
-    /// [`Stribeck::ratio_vector`], to the same bits, and `V` times the ratio's slope, which is
-    /// `dmu/dV - mu/V`. From the same exponentials; what cancels near rest is small beside the ratio
-    /// itself, to which it is added in the force's derivative.
+    /// [`Stribeck::ratio_vector`], bit-identical, and `V` times the slope of the ratio, `dmu/dV - mu/V`,
+    /// from the same exponentials. The cancellation near zero speed is small compared with the ratio, to
+    /// which the force derivative adds this term.
     #[inline(always)]
     pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
         &self,
@@ -109,8 +108,8 @@ impl Stribeck {
         let below = creep.below() * slide.below();
         let sliding = self.sliding_vector(slide);
         let ratio = creep.rest() * sliding / (speed * below);
-        let creep_rise = creep.above() * speed.same(self.creep);
-        let sliding_fall = slide.above() * speed.same(self.stribeck * (self.mu_s - self.mu_d));
+        let creep_rise = creep.above() * speed.broadcast(self.creep);
+        let sliding_fall = slide.above() * speed.broadcast(self.stribeck * (self.mu_s - self.mu_d));
         let slope = creep_rise.mul_add(sliding, -(creep.rest() * sliding_fall)) / below;
         (ratio, slope - ratio)
     }
@@ -132,8 +131,8 @@ impl Stribeck {
     fn sliding_vector<S: Simd, const K: usize>(&self, slide: Exponential<S, K>) -> Vector<S, K> {
         let (above, below) = (slide.above(), slide.below());
         above.mul_add(
-            above.same(self.mu_s - self.mu_d),
-            below * below.same(self.mu_d),
+            above.broadcast(self.mu_s - self.mu_d),
+            below * below.broadcast(self.mu_d),
         )
     }
 }
@@ -156,36 +155,36 @@ impl FrictionLaw for Stribeck {
     }
 }
 
-/// Coulomb's constant coefficient, regularised: `mu(V) = mu (1 - exp(-creep V))`, which is Eq. (5) with
-/// `mu_s = mu_d = mu`, at the price of one exponential.
+/// Coulomb friction with constant coefficient, regularised: `mu(V) = mu (1 - exp(-creep V))`. This is Eq. (5)
+/// with `mu_s = mu_d = mu` and requires one exponential only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant {
-    /// The coefficient `mu` of sliding.
+    /// Coefficient of friction `mu` during sliding.
     pub mu: f64,
     /// Slope factor of the creep region, s/m, positive.
     pub creep: f64,
 }
 
 impl Constant {
-    /// The ratio for several speeds at once, all above zero; inlined into the hot loop.
+    /// The ratio for several positive speeds at once; inlined into the hot loop.
     #[inline(always)]
     pub(crate) fn ratio_vector<S: Simd, const K: usize>(
         &self,
         speed: Vector<S, K>,
     ) -> Vector<S, K> {
         let creep = Exponential::of(speed, self.creep);
-        creep.rest() * speed.same(self.mu) / (speed * creep.below())
+        creep.rest() * speed.broadcast(self.mu) / (speed * creep.below())
     }
 
-    /// [`Constant::ratio_vector`], to the same bits, and `V` times the ratio's slope.
+    /// [`Constant::ratio_vector`], bit-identical, and `V` times the slope of the ratio.
     #[inline(always)]
     pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
         &self,
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {
         let creep = Exponential::of(speed, self.creep);
-        let ratio = creep.rest() * speed.same(self.mu) / (speed * creep.below());
-        let slope = creep.above() * speed.same(self.creep * self.mu) / creep.below();
+        let ratio = creep.rest() * speed.broadcast(self.mu) / (speed * creep.below());
+        let slope = creep.above() * speed.broadcast(self.creep * self.mu) / creep.below();
         (ratio, slope - ratio)
     }
 }
@@ -211,7 +210,7 @@ fn creep_share(x: f64) -> (f64, f64) {
         let value = -(-x).exp_m1() / x;
         return (value, ((-x).exp() - value) / x);
     }
-    // sum over k of (-x)^k / (k+1)!, and its derivative; 16 terms reach full precision here.
+    // sum over k of (-x)^k / (k+1)!, and its derivative; 16 terms give full precision.
     let (mut value, mut slope) = (1.0, 0.0);
     let mut term = 0.5; // (-x)^(k-1) / (k+1)!
     for k in 1..=16 {
@@ -222,29 +221,29 @@ fn creep_share(x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// The law of friction of a joint.
+/// Friction law of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Friction {
     /// No friction.
     None,
-    /// Coulomb's constant coefficient, smoothed at rest.
+    /// Coulomb friction with constant coefficient, regularised at zero slip.
     Constant {
-        /// The curve.
+        /// The law.
         law: Constant,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
         radial: bool,
     },
-    /// A Stribeck curve, smoothed at rest.
+    /// A Stribeck curve, regularised at zero slip.
     Stribeck {
-        /// The curve.
+        /// The law.
         law: Stribeck,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is kept, or projected out.
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
         radial: bool,
     },
 }
 
 impl Friction {
-    /// The curve, for what takes any; `None` without friction.
+    /// The law as a trait object; `None` without friction.
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
             Self::None => None,
@@ -253,7 +252,7 @@ impl Friction {
         }
     }
 
-    /// Whether the radial velocity takes part.
+    /// Whether friction includes the radial slip velocity.
     pub fn radial(&self) -> bool {
         match *self {
             Self::None => false,
@@ -278,7 +277,7 @@ mod tests {
         ..PAPER
     };
 
-    /// Both readings of Fig. 3 at the paper's slip speed.
+    /// Both readings of Fig. 3 at the slip speed of the paper.
     #[test]
     fn both_readings_at_the_paper_speed() {
         assert!((PAPER.coefficient(15.9e-3) - 0.506).abs() < 5e-4);
@@ -287,7 +286,7 @@ mod tests {
         assert!(PRINTED.slope(15.9e-3) > 0.0);
     }
 
-    /// The ratio is the coefficient over the speed, its slope the derivative, from rest to fast.
+    /// The ratio is the coefficient divided by the speed, and its slope is the derivative, at all speeds.
     #[test]
     fn ratio_and_slope_agree_with_the_coefficient() {
         for law in [PAPER, PRINTED] {
@@ -295,7 +294,7 @@ mod tests {
                 let ratio = law.ratio(speed);
                 assert!((ratio.value * speed / law.coefficient(speed) - 1.0).abs() < 1e-14);
                 let exact = (law.slope(speed) - ratio.value) / speed;
-                // The closed form cancels at low speeds; its own rounding is all that may differ.
+                // The closed form cancels at low speeds; the tolerance includes its rounding error.
                 let rounding = 4e-16 * ratio.value / speed;
                 assert!(
                     (ratio.slope - exact).abs() <= 1e-12 * exact.abs() + rounding,
@@ -308,7 +307,7 @@ mod tests {
         }
     }
 
-    /// The vector form of the hot loop equals the scalar one to a few units in the last place.
+    /// Vector and scalar forms agree within a few units in the last place.
     #[test]
     fn vectors_agree_with_scalars() {
         struct Ratios(Stribeck, Constant, f64);
@@ -337,7 +336,7 @@ mod tests {
                 let [got, flat, slope] = pulp::Arch::new().dispatch(Ratios(law, constant, speed));
                 let exact = law.ratio(speed).value;
                 assert!((got / exact - 1.0).abs() < 3e-15, "{speed}");
-                // The constant law is Eq. (5) without its fall.
+                // The constant law is Eq. (5) without decrease.
                 let level = Stribeck {
                     mu_s: law.mu_d,
                     ..law

@@ -1,12 +1,12 @@
-//! Hertz contact of the ball in its socket: the size of the patch and its pre-stress (Fig. 1b).
+//! Hertz contact of the ball in its socket: patch radius and pre-stress (Fig. 1b).
 
 use super::Socket;
 use crate::fem::Material;
 
 /// Hertz contact of a ball in a spherical socket.
 ///
-/// `1/R_eff = 1/R_ball - 1/R_socket`, `a = (3 F R_eff / 4 E*)^(1/3)`,
-/// `p(s) = p0 sqrt(1 - s^2/a^2)`; Johnson, Contact Mechanics, 1985, chapter 4.
+/// `1/R_eff = 1/R_ball - 1/R_socket`, `a = (3 F R_eff / 4 E*)^(1/3)`, `p(s) = p0 sqrt(1 - s^2/a^2)`;
+/// Johnson, Contact Mechanics, 1985, chapter 4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hertz {
     /// Effective modulus `E*`, Pa.
@@ -15,7 +15,7 @@ pub struct Hertz {
     pub effective_radius: f64,
     /// Radius of the contact patch, m.
     pub radius: f64,
-    /// Largest pressure, Pa.
+    /// Maximum pressure, Pa.
     pub peak_pressure: f64,
     /// Approach of the two bodies, m.
     pub approach: f64,
@@ -39,7 +39,7 @@ impl Hertz {
         }
     }
 
-    /// Stiffness of the whole contact against approach, `dF/d(approach) = 2 E* a`, N/m.
+    /// Stiffness of the contact with respect to the approach, `dF/d(approach) = 2 E* a`, N/m.
     pub fn stiffness(&self) -> f64 {
         2.0 * self.modulus * self.radius
     }
@@ -49,7 +49,7 @@ impl Hertz {
 mod tests {
     use super::*;
 
-    /// The paper's ball and socket under a load (N).
+    /// Ball and socket of the paper under a load (N).
     fn paper(load: f64) -> Hertz {
         let steel = Material {
             young: 207e9,
@@ -64,7 +64,7 @@ mod tests {
         Hertz::new(31.75e-3, &steel, &socket, load)
     }
 
-    /// The checked numbers of the project's physics notes, to five digits.
+    /// Values of the paper's joint to five digits.
     #[test]
     fn paper_values() {
         let hertz = paper(150.0);
@@ -79,7 +79,8 @@ mod tests {
         assert!((half_angle - 6.1361).abs() < 0.5e-4, "{half_angle}");
     }
 
-    /// The pressure integrates to the load, and stiffness is the slope of load over approach.
+    /// The pressure integrates to the load, and the stiffness is the derivative of load with respect to
+    /// approach.
     #[test]
     fn consistent() {
         let hertz = paper(150.0);

@@ -1,35 +1,34 @@
-//! The Jacobian of the force, from what the hot loop has recorded: applied node by node, or
-//! assembled and then multiplied.
+//! The Jacobian of the force from the record of the hot loop: as a matrix-free product, or assembled and
+//! multiplied.
 //!
-//! With the symbols of [`NodeSlopes`], mode `i` feels the nodes' changes of force by
+//! With the symbols of [`NodeSlopes`], the derivatives of the force on mode `i` are
 //!
 //! ```text
 //! df_i/dq_j = -sum over nodes of A k (mu w_i + Phi_i.e_r) (Phi_j.e_r),      w_i = Phi_i . h
 //! df_i/dv_j = -sum over nodes of N g Phi_i . Phi_j + N (dmu/dV - mu/V) w_i w_j
 //! ```
 //!
-//! The second is symmetric. The components of `Phi` are those that friction acts on.
+//! The second matrix is symmetric. `Phi` contains the components in which friction acts.
 
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{LANES, Vector, parts};
+use super::contact_force::PAPER_MODES;
+use super::node_slopes::NodeSlopes;
 use super::nodes::{Nodes, Rows};
-use super::record::NodeSlopes;
-use super::traction::PAPER_MODES;
-use super::{Joint, MOST_MODES};
+use super::simd::{LANES, Vector, parts};
+use super::{Joint, MAX_MODES};
 use crate::dynamics::{Differentiable, System};
 
 impl Joint {
-    /// `dF/dz` of the state `[q | dq/dt]` (without the audit's work) at `z`, row-major
-    /// `2m x 2m`, into `jacobian`. Units follow the state: `[[s^-1 ...]]` mixed, as usual.
-    /// `record` is scratch, of [`Differentiable::record_len`] numbers.
+    /// Writes the Jacobian `dF/dz` of the state `[q | dq/dt]` (without the work of the audit) at `z` to
+    /// `jacobian`, row-major `2m x 2m`. `record` is scratch of length [`Differentiable::record_len`].
     ///
-    /// At a node that is just closing or opening the derivative jumps; the value on the open side
-    /// is taken where the gap is exactly zero.
+    /// The derivative is discontinuous at the separation of a node; at a gap of exactly zero the value of the
+    /// separated side is used.
     pub fn jacobian(&self, z: &[f64], record: &mut [f64], jacobian: &mut [f64]) {
         let m = self.modes();
         let dim = 2 * m;
-        // The force itself is not wanted: it passes where the Jacobian comes to stand.
+        // The force is not needed; the Jacobian overwrites it.
         self.force_recorded(None, 0.0, z, &mut jacobian[..dim], record);
         let matrix = self.assembled(record);
         let (upper, lower) = jacobian[..dim * dim].split_at_mut(m * dim);
@@ -46,23 +45,25 @@ impl Joint {
     }
 }
 
-/// The derivative applied to `K` tangent vectors, node by node; two at a time share each row that is read. A
-/// pass of its own for each size, so that the compiler sees one loop.
-/// `AXES`: how many components of a node's frame friction acts on, see [`Law`](super::law::Law).
-/// `M`: the number of modes where it is that of the paper, else [`MOST_MODES`].
-pub(crate) struct Swept<'a, const AXES: usize, const K: usize, const M: usize> {
+/// Matrix-free product of the derivative with `K` tangent vectors; each row that is read serves two vectors.
+/// A separate kernel for each size lets the compiler optimise a single loop.
+/// `AXES`: number of components of the node frame in which friction acts, see [`Law`](super::friction_kernel::Law).
+/// `M`: number of modes if it is that of the paper, else [`MAX_MODES`].
+pub(crate) struct MatrixFreeProduct<'a, const AXES: usize, const K: usize, const M: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// `2m x width`.
     pub vectors: &'a [f64],
     pub width: usize,
-    /// Number of the first of the vectors.
+    /// Index of the first vector.
     pub first: usize,
-    /// Gets the change of the force, `m x width`.
+    /// Output: the change of the force, `m x width`.
     pub out: &'a mut [f64],
 }
 
-impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, AXES, K, M> {
+impl<const AXES: usize, const K: usize, const M: usize> WithSimd
+    for MatrixFreeProduct<'_, AXES, K, M>
+{
     type Output = ();
 
     #[inline(always)]
@@ -75,11 +76,11 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
             first,
             out,
         } = self;
-        let modes = if M < MOST_MODES { M } else { nodes.modes };
+        let modes = if M < MAX_MODES { M } else { nodes.modes };
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; K]; M];
         let sums = &mut sums[..modes];
-        // Told once, so that it is not asked for at every row again.
+        // One assertion removes the bounds check of every row.
         assert!(first + K <= width);
         let (dq, dv) = vectors.split_at(modes * width);
         for (block, (_, rows)) in nodes.iter().enumerate() {
@@ -103,7 +104,7 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                     }
                     continue;
                 }
-                // The changes of the displacement and of the slip velocity at the nodes.
+                // Changes of displacement and slip velocity at the nodes.
                 let mut u_r = [zero; K];
                 let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
                 let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
@@ -120,7 +121,7 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
                         }
                     }
                 }
-                // The changes of the forces, with the opposite sign.
+                // Negative changes of the forces.
                 let slopes = NodeSlopes::load(simd, kept, block, part);
                 for l in 0..K {
                     let slip = [along[l], across[l], outward[l]];
@@ -144,8 +145,7 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd for Swept<'_, A
 }
 
 impl<S: Simd> NodeSlopes<S> {
-    /// The change of the force on nodes, with the opposite sign, as their radial displacement and their slip
-    /// velocity change.
+    /// Negative change of the force on nodes for changes of radial displacement and slip velocity.
     #[inline(always)]
     fn force<const AXES: usize>(
         &self,
@@ -171,24 +171,24 @@ impl<S: Simd> NodeSlopes<S> {
     }
 }
 
-/// The Jacobian of the force, assembled.
-/// `WEIGHTS`: how many numbers its rows need of a mode at a node: one for each component of a node's frame
-/// that friction acts on, and one for the radial displacement.
+/// Assembly of the Jacobian of the force.
+/// `WEIGHTS`: number of weights for each mode and node: one for each component of the node frame in which
+/// friction acts, and one for the radial displacement.
 pub(crate) struct Assembly<'a, const WEIGHTS: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// Scratch, `2 m^2`.
     pub sums: &'a mut [[f64; LANES]],
-    /// Gets the Jacobian, `m x 2m`, row-major.
+    /// Output: the Jacobian, `m x 2m`, row-major.
     pub matrix: &'a mut [f64],
 }
 
-/// Rows and columns of the tile whose sums are kept in registers.
+/// Number of rows and columns of a tile whose sums are held in registers.
 const TILE: usize = 4;
 
-/// What the rows of the Jacobian need of one mode at some nodes: the change of the force on the
-/// mode with the slip velocity, and last with the radial displacement.
-type Weighed<S, const WEIGHTS: usize> = [Vector<S>; WEIGHTS];
+/// Weights of a mode at some nodes: the change of its force with the components of the slip velocity, then
+/// with the radial displacement.
+type Weights<S, const WEIGHTS: usize> = [Vector<S>; WEIGHTS];
 
 impl<const WEIGHTS: usize> WithSimd for Assembly<'_, WEIGHTS> {
     type Output = ();
@@ -196,19 +196,20 @@ impl<const WEIGHTS: usize> WithSimd for Assembly<'_, WEIGHTS> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let m = self.nodes.modes;
-        let mut weighed = [[Vector::splat(simd, 0.0); WEIGHTS]; MOST_MODES];
+        let mut weights = [[Vector::splat(simd, 0.0); WEIGHTS]; MAX_MODES];
         let units = self.nodes.blocks.len() * parts::<S>();
-        // As many nodes at once as there is room for; more modes, fewer nodes.
-        let room = MOST_MODES / m;
+        // As many nodes as the buffer can hold; more modes leave fewer nodes.
+        let capacity = MAX_MODES / m;
         let used = if Self::AXES == 0 { m * m } else { 2 * m * m };
         self.sums[..used].fill([0.0; LANES]);
-        for first in (0..units).step_by(room) {
-            let these = first..units.min(first + room);
-            let weighed = &mut weighed[..these.len() * m];
-            self.weigh(simd, these.clone(), weighed);
-            self.add(simd, these, weighed);
+        for first in (0..units).step_by(capacity) {
+            let these = first..units.min(first + capacity);
+            let weights = &mut weights[..these.len() * m];
+            self.compute_weights(simd, these.clone(), weights);
+            self.add(simd, these, weights);
         }
-        // The derivative by `v` is symmetric; without friction it is none, and that by `q` is symmetric.
+        // The derivative with respect to `v` is symmetric. Without friction it vanishes, and the derivative
+        // with respect to `q` is symmetric.
         for i in 0..m {
             for j in 0..=i {
                 let (lower, upper) = (i * 2 * m + j, j * 2 * m + i);
@@ -229,34 +230,34 @@ impl<const WEIGHTS: usize> WithSimd for Assembly<'_, WEIGHTS> {
     }
 }
 
-/// The sum of a sum's lanes.
+/// Sum over the lanes.
 #[inline(always)]
 fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
     Vector::load(simd, lanes, 0).sum()
 }
 
 impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
-    /// How many components of a node's frame friction acts on.
+    /// Number of components of the node frame in which friction acts.
     const AXES: usize = WEIGHTS - 1;
 
-    /// Forms what the rows need at the nodes of some vectors.
+    /// Computes the weights of the nodes of some vectors.
     #[inline(always)]
-    fn weigh<S: Simd>(
+    fn compute_weights<S: Simd>(
         &self,
         simd: S,
         units: std::ops::Range<usize>,
-        weighed: &mut [Weighed<S, WEIGHTS>],
+        weights: &mut [Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
-        for (unit, weighed) in units.zip(weighed.chunks_exact_mut(m)) {
+        for (unit, weights) in units.zip(weights.chunks_exact_mut(m)) {
             let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
             let slopes = NodeSlopes::load(simd, self.kept, block, part);
             let [h_s, h_t, h_r] = slopes.direction;
             let rows = &self.nodes.rows[block * m..][..m];
-            for (weighed, row) in weighed.iter_mut().zip(rows) {
+            for (weights, row) in weights.iter_mut().zip(rows) {
                 let [s, t, r] = row.part(simd, part);
                 if Self::AXES == 0 {
-                    weighed[Self::AXES] = slopes.stiffness * r;
+                    weights[Self::AXES] = slopes.stiffness * r;
                     continue;
                 }
                 let mut turned = h_t.mul_add(t, h_s * s);
@@ -264,23 +265,23 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
                     turned = h_r.mul_add(r, turned);
                 }
                 let bend = slopes.bend * turned;
-                weighed[0] = slopes.drag.mul_add(s, bend * h_s);
-                weighed[1] = slopes.drag.mul_add(t, bend * h_t);
+                weights[0] = slopes.drag.mul_add(s, bend * h_s);
+                weights[1] = slopes.drag.mul_add(t, bend * h_t);
                 if Self::AXES == 3 {
-                    weighed[2] = slopes.drag.mul_add(r, bend * h_r);
+                    weights[2] = slopes.drag.mul_add(r, bend * h_r);
                 }
-                weighed[Self::AXES] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
+                weights[Self::AXES] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
             }
         }
     }
 
-    /// Adds what the nodes of some vectors give, tile by tile.
+    /// Adds the nodes of some vectors, tile by tile.
     #[inline(always)]
     fn add<S: Simd>(
         &mut self,
         simd: S,
         units: std::ops::Range<usize>,
-        weighed: &[Weighed<S, WEIGHTS>],
+        weights: &[Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
         for i in (0..m).step_by(TILE) {
@@ -290,7 +291,7 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
                     ($($rows:literal: [$($columns:literal)*])*) => {
                         match (TILE.min(m - i), TILE.min(m - j)) {
                             $($(($rows, $columns) => {
-                                self.tile::<S, $rows, $columns>(simd, [i, j], units.clone(), weighed)
+                                self.tile::<S, $rows, $columns>(simd, [i, j], units.clone(), weights)
                             })*)*
                             _ => unreachable!("a tile has no more rows and columns than four"),
                         }
@@ -301,30 +302,30 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
         }
     }
 
-    /// Adds to one tile, both to the derivative by `q` and, on and below the diagonal, by `v` if there is
-    /// friction.
+    /// Adds a tile of the derivative with respect to `q` and, on and below the diagonal, of the derivative
+    /// with respect to `v` if there is friction.
     #[inline(always)]
     fn tile<S: Simd, const I: usize, const J: usize>(
         &mut self,
         simd: S,
         [i, j]: [usize; 2],
         units: std::ops::Range<usize>,
-        weighed: &[Weighed<S, WEIGHTS>],
+        weights: &[Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
         let (by_q, by_v) = self.sums.split_at_mut(m * m);
         let part_of = |unit: usize| (unit / parts::<S>(), unit % parts::<S>());
-        let pairs = || units.clone().zip(weighed.chunks_exact(m));
+        let pairs = || units.clone().zip(weights.chunks_exact(m));
 
         let mut sums = load::<S, I, J>(simd, by_q, m, [i, j]);
-        for (unit, weighed) in pairs() {
+        for (unit, weights) in pairs() {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weighed: &[Weighed<S, WEIGHTS>; I] = columns(&weighed[i..]);
+            let weights: &[Weights<S, WEIGHTS>; I] = columns(&weights[i..]);
             let columns: [Vector<S>; J] = std::array::from_fn(|j| rows[j].r.part(simd, part));
             for i in 0..I {
                 for j in 0..J {
-                    sums[i][j] = weighed[i][Self::AXES].mul_add(columns[j], sums[i][j]);
+                    sums[i][j] = weights[i][Self::AXES].mul_add(columns[j], sums[i][j]);
                 }
             }
         }
@@ -334,16 +335,16 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
             return;
         }
         let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);
-        for (unit, weighed) in pairs() {
+        for (unit, weights) in pairs() {
             let (block, part) = part_of(unit);
             let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weighed: &[Weighed<S, WEIGHTS>; I] = columns(&weighed[i..]);
+            let weights: &[Weights<S, WEIGHTS>; I] = columns(&weights[i..]);
             for &axis in &[0, 1, 2][..Self::AXES] {
                 let columns: [Vector<S>; J] =
                     std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
                 for i in 0..I {
                     for j in 0..J {
-                        sums[i][j] = weighed[i][axis].mul_add(columns[j], sums[i][j]);
+                        sums[i][j] = weights[i][axis].mul_add(columns[j], sums[i][j]);
                     }
                 }
             }
@@ -352,13 +353,13 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
     }
 }
 
-/// The first `N` of a slice, as many as the compiler can unroll.
+/// The first `N` elements of a slice as an array, which the compiler can unroll.
 #[inline(always)]
 fn columns<T, const N: usize>(slice: &[T]) -> &[T; N] {
     slice.first_chunk().expect("a tile lies within the matrix")
 }
 
-/// The sums of a tile.
+/// Loads the sums of a tile.
 #[inline(always)]
 fn load<S: Simd, const I: usize, const J: usize>(
     simd: S,
@@ -371,7 +372,7 @@ fn load<S: Simd, const I: usize, const J: usize>(
     })
 }
 
-/// Puts the sums of a tile back.
+/// Stores the sums of a tile.
 #[inline(always)]
 fn store<S: Simd, const I: usize, const J: usize>(
     tile: &[[Vector<S>; J]; I],
@@ -386,18 +387,18 @@ fn store<S: Simd, const I: usize, const J: usize>(
     }
 }
 
-/// A matrix `m x 2m` times `width` vectors side by side.
-pub(crate) struct Multiplied<'a> {
+/// Product of an `m x 2m` matrix with `width` adjacent vectors.
+pub(crate) struct MatrixProduct<'a> {
     pub modes: usize,
     pub matrix: &'a [f64],
     /// `2m x width`.
     pub vectors: &'a [f64],
     pub width: usize,
-    /// Gets the product, `m x width`.
+    /// Output: the product, `m x width`.
     pub out: &'a mut [f64],
 }
 
-impl WithSimd for Multiplied<'_> {
+impl WithSimd for MatrixProduct<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -406,14 +407,14 @@ impl WithSimd for Multiplied<'_> {
         for first in (0..self.width).step_by(S::F64_LANES) {
             match self.modes {
                 PAPER_MODES => self.panel(simd, first, &mut [zero; PAPER_MODES]),
-                m => self.panel(simd, first, &mut [zero; MOST_MODES][..m]),
+                m => self.panel(simd, first, &mut [zero; MAX_MODES][..m]),
             }
         }
     }
 }
 
-impl Multiplied<'_> {
-    /// The product with as many vectors as one instruction works on, from `first` on.
+impl MatrixProduct<'_> {
+    /// Product with as many vectors as fit in one SIMD vector, from index `first`.
     #[inline(always)]
     fn panel<S: Simd>(&mut self, simd: S, first: usize, sums: &mut [Vector<S>]) {
         let (m, width) = (sums.len(), self.width);

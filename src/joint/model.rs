@@ -1,12 +1,13 @@
-//! All that Eq. (8) needs, as plain arrays.
+//! The data of Eq. (8) as plain arrays.
 
 use super::{ContactDamping, Friction};
 
-/// The most modes that a joint can have.
-pub const MOST_MODES: usize = 128;
+/// Maximum number of modes of a joint.
+pub const MAX_MODES: usize = 128;
 
-/// The discretised contact model at one tilt: `n` contact nodes, `m` modes, SI units, Cartesian
-/// vectors from the ball's centre. Anyone can integrate it with another program.
+/// The discretised contact model at one tilt: `n` contact nodes, `m` modes, SI units, Cartesian vectors
+/// with the origin at the centre of the ball. The data are sufficient to integrate the model with another
+/// program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Positions of the nodes, `n`, m.
@@ -21,20 +22,19 @@ pub struct Model {
     pub stiffness: Vec<f64>,
     /// Mode shapes at the nodes, `n x m` row-major, 1/sqrt(kg).
     pub shapes: Vec<[f64; 3]>,
-    /// Natural circular frequencies, `m`, rad/s.
+    /// Natural angular frequencies, `m`, rad/s.
     pub omega: Vec<f64>,
     /// Modal damping ratios, `m`, or empty for none.
     pub damping: Vec<f64>,
     /// Velocity of steady sliding `Omega x x`, `n`, m/s.
     pub sliding_velocity: Vec<[f64; 3]>,
-    /// The law of friction.
+    /// Friction law.
     pub friction: Friction,
-    /// Whether nodes can lift off.
+    /// Whether nodes can separate.
     pub unilateral: bool,
     /// Damping of the contact.
     pub contact_damping: ContactDamping,
-    /// The rotation `Omega` (rad/s) by which the slip velocity has the part `Omega x u`; `None` leaves
-    /// it out.
+    /// Angular velocity `Omega` (rad/s) for the term `Omega x u` of the slip velocity; `None` omits the term.
     pub convection: Option<[f64; 3]>,
     /// Row that gives Eq. (24) from the modal coordinates, `m`, 1/sqrt(kg).
     pub probe: Vec<f64>,

@@ -1,13 +1,12 @@
-//! The contact nodes as the hot loops want them: blocks of eight, each node in its own sliding
-//! frame.
+//! Contact nodes in the layout of the hot loops: blocks of eight, each node in its sliding frame.
 //!
-//! The frame of a node is `(e_s, e_t, e_r)`: along the steady sliding velocity, across it, and
-//! outwards. The slip velocity is then `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
+//! The axes `(e_s, e_t, e_r)` of the frame are the steady sliding direction, the tangent normal to it, and
+//! the outward normal. The slip velocity is `V = (V_0 + du_s/dt, du_t/dt, du_r/dt)`.
 
 use pulp::Simd;
 
 use super::Model;
-use super::lanes::{Eight, LANES, Vector};
+use super::simd::{Eight, LANES, Vector};
 use super::vector::{add_scaled, any_normal, cross, dot, norm, unit};
 
 /// Eq. (7): the displacement is `u = sum over modes of Phi_i q_i`; these are the rows `Phi_i` of one
@@ -20,7 +19,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// One vector of each.
+    /// Loads one vector of each row.
     #[inline(always)]
     pub fn part<S: Simd>(&self, simd: S, part: usize) -> [Vector<S>; 3] {
         [
@@ -31,9 +30,9 @@ impl Rows {
     }
 }
 
-/// Eight nodes; those past the end of the model have no area and full pre-stress, so that they do
-/// nothing and never divide by zero. They slide as the last node does in steady sliding: a law of
-/// friction is only asked for speeds that are there, since nothing times what is no number is none.
+/// Eight nodes. Padding nodes beyond the end of the model have zero area and full pre-stress, so that they
+/// contribute nothing and cause no division by zero. They slide like the last node, so that a friction law is
+/// evaluated at valid speeds only; zero times NaN would be NaN.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// Eq. (4): the slip velocity is `V = Omega x x + du/dt`; this is the speed of its steady part,
@@ -50,7 +49,7 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// The gap function `p_n + k_c u_r` (Pa) at the nodes of one vector.
+    /// Gap function `p_n + k_c u_r` (Pa) at the nodes of one vector.
     #[inline(always)]
     pub fn gap<S: Simd>(&self, simd: S, rows: &[Rows], part: usize, q: &[f64]) -> Vector<S> {
         let mut u_r = Vector::splat(simd, 0.0);
@@ -72,14 +71,14 @@ pub(crate) struct Nodes {
     pub blocks: Vec<Block>,
     /// `blocks x modes`, row-major.
     pub rows: Vec<Rows>,
-    /// The same of `Omega x Phi_i`, 1/(sqrt(kg) s); empty where the slip velocity has no such part.
+    /// Rows of `Omega x Phi_i`, 1/(sqrt(kg) s); empty if the slip velocity excludes this term.
     pub convected: Vec<Rows>,
-    /// Sliding frames `[e_s, e_t, e_r]`, one a node.
+    /// Sliding frames `[e_s, e_t, e_r]`, one per node.
     pub frames: Vec<[[f64; 3]; 3]>,
 }
 
-/// The nodes for a pass: where they are, at hand, so that nothing that the pass writes can make it look
-/// again.
+/// Slices of the nodes for a kernel. Local copies of the pointers spare the compiler from reloading them
+/// after each store.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub blocks: &'a [Block],
@@ -88,7 +87,7 @@ pub(crate) struct View<'a> {
 }
 
 impl Nodes {
-    /// All nodes.
+    /// Slices of all nodes.
     pub fn view(&self) -> View<'_> {
         View {
             blocks: &self.blocks,
@@ -147,7 +146,7 @@ impl Nodes {
         }
     }
 
-    /// Each block with the rows of its modes.
+    /// Blocks with the rows of their modes.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = (&Block, &[Rows])> {
         self.blocks.iter().zip(self.rows.chunks_exact(self.modes))
@@ -159,8 +158,8 @@ pub(crate) fn radial(rows: &[Rows], lane: usize, q: &[f64]) -> f64 {
     rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum()
 }
 
-/// `[e_s, e_t, e_r]` at a node: `e_s` along the sliding velocity made tangent (it is tangent by
-/// itself for a rotation), any tangent where nothing slides.
+/// Sliding frame `[e_s, e_t, e_r]` of a node: `e_s` along the tangential part of the sliding velocity (a
+/// rotation has no other part), or any tangent for a node at rest.
 fn sliding_frame(normal: [f64; 3], velocity: [f64; 3]) -> [[f64; 3]; 3] {
     let tangent = add_scaled(velocity, -dot(velocity, normal), normal);
     let along = unit(tangent).unwrap_or_else(|| any_normal(normal));

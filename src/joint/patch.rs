@@ -1,27 +1,27 @@
-//! The contact patch: quadrature points on the spherical cap round the load direction, each with
-//! an area and its share of the pre-stress.
+//! The contact patch: quadrature points on a spherical cap around the load direction, each with an area and a
+//! share of the pre-stress.
 //!
-//! In polar coordinates of the patch, `s` from its centre and `psi` round it, the Hertz pressure is
-//! `p0 sqrt(1 - s^2/a^2)`. With `x = s^2/a^2` the load is `F = integral of (3/2) F sqrt(1 - x) dx`
-//! over `[0, 1]`, and equal steps in `x` are equal areas.
+//! In polar coordinates of the patch (distance `s` from the centre, angle `psi`) the Hertz pressure is
+//! `p0 sqrt(1 - s^2/a^2)`. With `x = s^2/a^2` the load is `F = integral of (3/2) F sqrt(1 - x) dx` over
+//! `[0, 1]`; equal intervals in `x` are equal areas.
 
 use super::Quadrature;
 use super::vector::{add_scaled, cross, scale};
 
-/// One point of the quadrature, in the patch's own coordinates.
+/// A quadrature point in the coordinates of the patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchPoint {
-    /// Distance from the patch's axis over the patch's radius, 0 to 1.
+    /// Distance from the axis of the patch divided by its radius, 0 to 1.
     pub radius: f64,
-    /// Angle round the patch, rad.
+    /// Polar angle in the patch, rad.
     pub angle: f64,
-    /// Area over the patch's area; the areas of all points sum to about 1.
+    /// Area divided by the area of the patch; the areas of all points sum to about 1.
     pub area: f64,
-    /// Load over the whole load; the loads of all points sum to 1.
+    /// Load divided by the total load; the loads of all points sum to 1.
     pub load: f64,
 }
 
-/// Points for `count >= 1` contact nodes.
+/// Quadrature points for `count >= 1` contact nodes.
 pub fn patch_points(quadrature: Quadrature, count: usize) -> Vec<PatchPoint> {
     match quadrature {
         Quadrature::Rings => ring_cells(count),
@@ -29,8 +29,8 @@ pub fn patch_points(quadrature: Quadrature, count: usize) -> Vec<PatchPoint> {
     }
 }
 
-/// Cells of equal area in rings; each carries the exact load of its cell, at the radius that
-/// halves the cell's area.
+/// Cells of equal area in rings. Each point carries the exact load of its cell and lies at the radius that
+/// halves the area of the cell.
 fn ring_cells(count: usize) -> Vec<PatchPoint> {
     let area = 1.0 / count as f64;
     let load_inside = |x: f64| 1.0 - (1.0 - x).max(0.0).powf(1.5);
@@ -39,7 +39,7 @@ fn ring_cells(count: usize) -> Vec<PatchPoint> {
     for (ring, cells) in ring_counts(count).into_iter().enumerate() {
         let (inner, outer) = (inside as f64 * area, (inside + cells) as f64 * area);
         let load = (load_inside(outer) - load_inside(inner)) / cells as f64;
-        // A single cell at the centre is a disc, not a sector: its point is its centre.
+        // A single cell at the centre is a disc: its point is the centre.
         let radius = if cells == 1 {
             0.0
         } else {
@@ -58,10 +58,10 @@ fn ring_cells(count: usize) -> Vec<PatchPoint> {
     points
 }
 
-/// How many cells each ring gets, from the centre outwards: 1, 6, 12, ... scaled to the count,
-/// which keeps cells about as wide as they are high.
+/// Numbers of cells in the rings, from the centre outwards: 1, 6, 12, ... scaled to the total count, which
+/// gives cells of about equal width and height.
 fn ring_counts(count: usize) -> Vec<usize> {
-    // k full rings hold 1 + 3 k (k + 1) cells.
+    // k complete rings contain 1 + 3 k (k + 1) cells.
     let rings = ((((12 * count - 3) as f64).sqrt() - 3.0) / 6.0).round() as usize;
     if rings == 0 {
         // Up to three cells: a single ring of sectors.
@@ -72,7 +72,7 @@ fn ring_counts(count: usize) -> Vec<usize> {
     let (mut share, mut given) = (0, 0);
     for ring in 1..=rings {
         share += 6 * ring;
-        // Rounding the running total spreads the remainder over the rings.
+        // Rounding the cumulative sum distributes the remainder over the rings.
         let upto = ((count - 1) as f64 * share as f64 / whole).round() as usize;
         counts.push(upto - given);
         given = upto;
@@ -80,8 +80,8 @@ fn ring_counts(count: usize) -> Vec<usize> {
     counts
 }
 
-/// Angles of `n` points of a ring; successive rings are turned against each other by the golden
-/// angle so that no direction of the patch is favoured.
+/// Angles of `n` points of a ring. Successive rings are rotated by the golden angle, so that the layout has
+/// no preferred direction.
 fn ring_angles(ring: usize, n: usize) -> impl Iterator<Item = f64> {
     const GOLDEN: f64 = 2.399_963_229_728_653;
     let step = std::f64::consts::TAU / n as f64;
@@ -89,14 +89,14 @@ fn ring_angles(ring: usize, n: usize) -> impl Iterator<Item = f64> {
     (0..n).map(move |k| offset + step * k as f64)
 }
 
-/// Gauss points in `x` for the weight `sqrt(1 - x)`, equal angles round each ring. A node's area is
-/// its load over the pressure at its radius.
+/// Gauss points in `x` for the weight `sqrt(1 - x)`, with equal angles in each ring. The area of a node is
+/// its load divided by the pressure at its radius.
 fn gauss_rings(count: usize) -> Vec<PatchPoint> {
     if count < 3 {
-        // Too few for a ring that sees every direction.
+        // Too few points for a ring with points in all directions.
         return ring_cells(count);
     }
-    // About pi times as many points round as along keeps the spacing even; at least 3 round.
+    // About pi times as many points in a ring as rings gives an even spacing; at least 3 in a ring.
     let rings =
         ((count as f64 / std::f64::consts::TAU).sqrt().round() as usize).clamp(1, count / 3);
     let rule = gauss_sqrt(rings);
@@ -134,15 +134,15 @@ struct GaussPoint {
     weight: f64,
 }
 
-/// The `n`-point Gauss rule for the weight `(3/2) sqrt(1 - x)` on `[0, 1]`, by `x` ascending.
+/// The `n`-point Gauss rule for the weight `(3/2) sqrt(1 - x)` on `[0, 1]`, ascending in `x`.
 ///
 /// With `1 - x = y^2` the weight becomes `3 y^2 dy`: the rule is the positive half of the
-/// Gauss-Legendre rule of `2n + 1` points, whose middle point `y = 0` drops out.
+/// Gauss-Legendre rule with `2n + 1` points, whose central point `y = 0` has zero weight.
 fn gauss_sqrt(n: usize) -> Vec<GaussPoint> {
     let order = 2 * n + 1;
     (0..n)
         .map(|k| {
-            // Newton from Tricomi's estimate of the k-th largest root of the Legendre polynomial.
+            // Newton iteration from Tricomi's estimate of the k-th largest root of the Legendre polynomial.
             let guess = std::f64::consts::PI * (k as f64 + 0.75) / (order as f64 + 0.5);
             let mut y = guess.cos();
             let mut slope = 0.0;
@@ -181,7 +181,7 @@ fn legendre(order: usize, y: f64) -> Legendre {
     }
 }
 
-/// Unit vector from the ball's centre to the centre of the patch: the +z pole, away from the beam,
+/// Unit vector from the centre of the ball to the centre of the patch: the +z pole opposite the beam,
 /// tilted by `tilt` (rad) towards the azimuth (rad, from +x towards +y).
 pub fn patch_direction(tilt: f64, azimuth: f64) -> [f64; 3] {
     [
@@ -191,18 +191,19 @@ pub fn patch_direction(tilt: f64, azimuth: f64) -> [f64; 3] {
     ]
 }
 
-/// Unit vector across the plane in which the load tilts.
+/// Unit vector normal to the plane in which the load tilts.
 fn patch_aside(azimuth: f64) -> [f64; 3] {
     [-azimuth.sin(), azimuth.cos(), 0.0]
 }
 
-/// Unit vector on the ball at the centre of the patch, in which that centre moves as the tilt grows.
+/// Tangent unit vector at the centre of the patch in which the centre moves with increasing tilt.
 pub(super) fn patch_ahead(direction: [f64; 3], azimuth: f64) -> [f64; 3] {
     cross(patch_aside(azimuth), direction)
 }
 
-/// Outward unit normal of the ball at a patch point, for a patch of radius `radius` (m) on a ball of
-/// radius `ball_radius` (m) round `direction`. A patch wider than the ball ends at its equator.
+/// Outward unit normal of the ball at a quadrature point, for a patch of radius `radius` (m) around
+/// `direction` on a ball of radius `ball_radius` (m). A patch wider than the ball is limited to its
+/// equator.
 pub fn normal_at(
     point: &PatchPoint,
     direction: [f64; 3],
@@ -212,7 +213,7 @@ pub fn normal_at(
 ) -> [f64; 3] {
     let sine = (point.radius * radius / ball_radius).min(1.0);
     let cosine = (1.0 - sine * sine).sqrt();
-    // The patch turns with the azimuth, so that turning tilt and rotation together turns all.
+    // The patch rotates with the azimuth: a common rotation of tilt and angular velocity rotates the model.
     let (aside, ahead) = (patch_aside(azimuth), patch_ahead(direction, azimuth));
     let outward = scale(direction, cosine);
     let outward = add_scaled(outward, sine * point.angle.cos(), ahead);
@@ -240,7 +241,7 @@ mod tests {
         }
     }
 
-    /// Areas sum to the patch: exactly for cells, with the rule's error for Gauss.
+    /// The areas sum to that of the patch: exactly for cells, within the error of the rule for Gauss points.
     #[test]
     fn areas_cover_the_patch() {
         for count in COUNTS {
@@ -252,8 +253,8 @@ mod tests {
         }
     }
 
-    /// Moments of the pressure: integral of p s^2 = (2/5) F a^2 exactly for Gauss, converging at
-    /// second order of the cell size (first in the count) for rings; odd moments vanish.
+    /// Moments of the pressure: the integral of p s^2 is (2/5) F a^2, exactly for Gauss points, with
+    /// second-order convergence in the cell size (first order in the count) for rings; odd moments vanish.
     #[test]
     fn moments() {
         for count in [28, 100, 452] {

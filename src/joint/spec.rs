@@ -1,55 +1,54 @@
-//! The parameters of a joint, in SI units and radians. Validated by `scene`; plain data here.
+//! Parameters of a joint, in SI units and radians. `scene` validates them.
 
 use std::sync::Arc;
 
-use super::{ContactDamping, Friction, OwnModes};
+use super::{ContactDamping, Friction, ImportedModes};
 use crate::fem::{Elements, Families, Geometry, Material};
 
-/// Everything that Eq. (1) to (8) need, apart from the tilt. Load and rotation may change with time as
-/// well: these are the ones at the start.
+/// The parameters of Eq. (1) to (8), except the tilt. Load and rotation are initial values if they change
+/// with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     /// The vibrating body.
     pub body: BodySpec,
-    /// The socket. Not asked where the body brings its contact patch with it.
+    /// The socket. Not used with an imported contact patch.
     pub socket: Socket,
-    /// Load pressing the ball into the socket, N.
+    /// Load that presses the ball into the socket, N.
     pub load: f64,
     /// Azimuth of the tilt, from +x towards +y, rad.
     pub azimuth: f64,
-    /// Rotation vector of the ball, rad/s.
+    /// Angular velocity vector of the ball, rad/s.
     pub rotation: [f64; 3],
-    /// Whether the slip velocity has the part `Omega x u` of the vibration's displacement.
+    /// Whether the slip velocity includes the term `Omega x u`.
     pub convection: bool,
     /// The contact.
     pub contact: Contact,
-    /// The law of friction.
+    /// Friction law.
     pub friction: Friction,
-    /// Modal damping ratios, one a mode; empty means none.
+    /// Modal damping ratios, one per mode; empty for an undamped body.
     pub damping: Vec<f64>,
 }
 
-/// Where the modes come from.
+/// Source of the modes.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
     reason = "a joint has one body: its size does not matter"
 )]
 pub enum BodySpec {
-    /// From finite elements of a ball on a beam.
+    /// Finite-element model of a ball on a beam.
     BallOnBeam(BallOnBeam),
-    /// From a file, with the contact patch. Of [`Contact`] only the number of nodes, which is that of
-    /// the file, the factor on the stiffness, which is then one on that of the file, and whether
-    /// nodes lift off are asked.
-    Own(Arc<OwnModes>),
+    /// Modes and contact patch from a file. Of [`Contact`] only three fields apply: the number of nodes,
+    /// equal to that of the file, the factor on the stiffness of the file, and whether nodes can separate.
+    Imported(Arc<ImportedModes>),
 }
 
 impl BodySpec {
-    /// The number of modes.
+    /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {
             Self::BallOnBeam(body) => body.families.count(),
-            Self::Own(modes) => modes.modes(),
+            Self::Imported(modes) => modes.modes(),
         }
     }
 }
@@ -63,24 +62,24 @@ pub struct BallOnBeam {
     pub material: Material,
     /// Size and order of the finite elements.
     pub elements: Elements,
-    /// Which modes take part.
+    /// Numbers of modes.
     pub families: Families,
-    /// Where the natural frequencies come from.
+    /// Source of the natural frequencies.
     pub frequencies: Frequencies,
 }
 
 /// Source of the natural frequencies.
-#[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr)]
+#[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString)]
 pub enum Frequencies {
-    /// Those of Fig. 2 of the paper, imposed on the finite-element shapes.
+    /// Frequencies of Fig. 2 of the paper with the mode shapes of the finite-element model.
     #[strum(serialize = "published")]
     Published,
-    /// Those of the finite-element model.
+    /// Frequencies of the finite-element model.
     #[strum(serialize = "fe")]
     FiniteElement,
 }
 
-/// The socket that holds the ball.
+/// The socket.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Socket {
     /// Diameter of the socket, m; larger than the ball's.
@@ -91,42 +90,46 @@ pub struct Socket {
     pub poisson: f64,
 }
 
-/// How the contact patch is discretised and how stiff it is.
+/// Discretisation and stiffness of the contact patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Number of contact nodes, 1 to 10,000.
     pub nodes: usize,
-    /// Where the nodes are and what they weigh.
+    /// Layout and weights of the nodes.
     pub quadrature: Quadrature,
     /// Factor on the Hertz stiffness `2 E* a / (pi a^2)`.
     pub stiffness_factor: f64,
-    /// How the stiffness is spread over the patch.
+    /// Distribution of the stiffness over the patch.
     pub stiffness: StiffnessLaw,
-    /// Factor on the Hertz radius of the patch (load and total stiffness are kept).
+    /// Factor on the Hertz radius of the patch; load and total stiffness are unchanged.
     pub radius_factor: f64,
-    /// Whether nodes can lift off.
+    /// Whether nodes can separate.
     pub unilateral: bool,
-    /// What resists the speed at which the gap closes.
+    /// Damping of the normal contact.
     pub damping: ContactDamping,
 }
 
 /// Quadrature of the patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Quadrature {
     /// Rings of cells of equal area.
     Rings,
-    /// Gauss rule in the Hertz weight along the radius, equal angles round it.
+    /// Gauss rule with the Hertz weight along the radius, equal angles in each ring.
     Gauss,
 }
 
 /// Distribution of the contact stiffness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum StiffnessLaw {
-    /// The same everywhere.
+    /// Uniform stiffness.
     Uniform,
-    /// In proportion to the pre-stress, with the same total.
+    /// Stiffness proportional to the pre-stress, with the same total.
     #[strum(serialize = "pre-stress")]
     LikePreStress,
 }

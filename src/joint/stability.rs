@@ -6,42 +6,42 @@ use serde::Serialize;
 use super::Joint;
 use crate::dynamics::{Differentiable, System};
 
-/// One vibration mode of the linearised joint.
+/// A mode of the linearised joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Growth rate (real part of the eigenvalue), 1/s; positive means unstable.
+    /// Growth rate (real part of the eigenvalue), 1/s; positive for an unstable mode.
     pub growth: f64,
-    /// Share of each mode of the body in the vibration energy; sums to 1.
+    /// Shares of the body's modes in the vibration energy; they sum to 1.
     pub shares: Vec<f64>,
 }
 
 impl LinearMode {
-    /// Whether the vibration grows: by more than rounding can feign.
+    /// Whether the growth rate is positive beyond rounding errors.
     pub fn unstable(&self) -> bool {
         self.growth > 1e-9 * std::f64::consts::TAU * self.frequency_hz.max(1.0)
     }
 }
 
-/// A linear mode by the name of the body's mode that it comes from.
+/// A linear mode with the name of the dominant mode of the body.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NamedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Growth rate, 1/s; positive means that steady sliding is unstable.
+    /// Growth rate, 1/s; positive if steady sliding is unstable.
     #[serde(rename = "growth_per_s")]
     pub growth: f64,
-    /// Which mode of the body it is, such as `2nd bending`.
+    /// Dominant mode of the body, such as `2nd bending`.
     pub label: String,
-    /// Whether it grows by more than rounding errors explain.
+    /// Whether the growth rate is positive beyond rounding errors.
     pub unstable: bool,
 }
 
 impl LinearMode {
-    /// The same by the family of modes with the largest share; `families` names that of each mode of
-    /// the body ([`BallJoint::family_labels`](super::BallJoint::family_labels)). The two members of a
-    /// bending pair may mix in any proportion: their shares count together.
+    /// Returns the mode with the name of the family with the largest energy share. `families` contains the
+    /// name of each mode of the body ([`BallJoint::family_labels`](super::BallJoint::family_labels)). The
+    /// shares of the two modes of a bending pair, which can combine in any proportion, are added.
     pub fn named(&self, families: &[String]) -> NamedMode {
         let share = |label: &String| -> f64 {
             let shares = families.iter().zip(&self.shares);
@@ -58,7 +58,7 @@ impl LinearMode {
     }
 }
 
-/// The eigenvalue problem could not be solved.
+/// Error of the stability analysis: the eigenvalue iteration did not converge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the eigenvalues of the linearised joint did not converge; check the scene for extreme \
@@ -67,8 +67,9 @@ impl LinearMode {
 pub struct StabilityError;
 
 impl Joint {
-    /// All modes of the joint linearised at steady sliding, by ascending frequency. A conjugate
-    /// pair is one mode; a pair of real eigenvalues (overdamped) is two modes of frequency zero.
+    /// Returns all modes of the joint linearised at steady sliding, in ascending order of frequency. A
+    /// complex conjugate pair is one mode; a pair of real eigenvalues (overdamped) is two modes with a
+    /// frequency of zero.
     ///
     /// # Errors
     /// If the eigenvalue iteration does not converge.
@@ -78,7 +79,7 @@ impl Joint {
         let mut jacobian = vec![0.0; dim * dim];
         let mut record = vec![0.0; self.record_len()];
         self.jacobian(&vec![0.0; self.dim()], &mut record, &mut jacobian);
-        // Scaled to [omega q | dq/dt]: both halves in the unit of a velocity, well balanced.
+        // The state [omega q | dq/dt] has the units of a velocity, which balances the matrix.
         let omega = self.omega();
         let scale = |i: usize| if i < m { omega[i] } else { 1.0 };
         let matrix = Mat::from_fn(dim, dim, |i, j| jacobian[i * dim + j] * scale(i) / scale(j));

@@ -1,14 +1,14 @@
-//! Contact nodes that open and close, one guard each.
+//! Separation and closure of contact nodes, with one guard function per node.
 //!
-//! The status says which nodes are open, one bit a node, eight nodes a byte. While it is held, a
-//! closed node presses with `N = p_n + k_c u_r` even where that turns negative, and an open one does
-//! nothing, so that the force is as smooth as the law of friction.
+//! The status contains one bit per node, set for separated nodes, eight nodes per byte. Under a fixed
+//! status a closed node has the normal stress `N = p_n + k_c u_r`, also if it is negative, and a separated
+//! node has none, so that the force is as smooth as the friction law.
 
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{LANES, parts};
-use super::lift_off::LiftOff;
 use super::nodes::Nodes;
+use super::separation::Separation;
+use super::simd::{LANES, parts};
 use super::{ContactDamping, Joint};
 use crate::dynamics::{Switching, System};
 
@@ -17,28 +17,28 @@ impl Switching for Joint {
         self.nodes.blocks.len()
     }
 
-    /// Open where the gap function is negative; where nodes cannot lift off, none is.
+    /// A node is separated if its gap function is negative. Bonded nodes never separate.
     fn status_of(&self, _t: f64, z: &[f64], status: &mut [u8]) {
         if self.unilateral {
-            self.open_nodes(&z[..self.modes()], status);
+            self.separated_nodes(&z[..self.modes()], status);
         } else {
             status.fill(0);
         }
     }
 
-    /// With the status of the state itself, this is [`System::force`] to the last bit.
+    /// With the status of the state this force is bit-identical to [`System::force`].
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
-        self.force_by(LiftOff::Held(status), None, z, out);
+        self.force_by(Separation::Fixed(status), None, z, out);
     }
 
-    /// A guard a node; none where nodes cannot lift off.
+    /// One guard per node; none for bonded nodes.
     fn guards(&self) -> usize {
         if self.unilateral { self.nodes.count } else { 0 }
     }
 
-    /// Eq. (17): the transitions of all nodes. Each node has a guard of its own, `s_k` of Eq. (18)
-    /// while it is closed and `-s_k` while it is open, Pa. Their product, as printed, would be zero
-    /// from the first open node on.
+    /// Eq. (17): the transitions of all nodes. Each node has its own guard, `s_k` of Eq. (18) while it is
+    /// closed and `-s_k` while it is separated, Pa. The product of the printed equation would be zero once
+    /// one node is separated.
     fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
         if self.unilateral {
             self.arch.dispatch(Guards {
@@ -50,7 +50,7 @@ impl Switching for Joint {
         }
     }
 
-    /// The node changes sides; the state goes on.
+    /// The node changes its status; the state is continuous.
     fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
         debug_assert!(
             self.rests_on_guard(guard, &z[..self.modes()]),
@@ -59,10 +59,10 @@ impl Switching for Joint {
         status[guard / LANES] ^= 1 << (guard % LANES);
     }
 
-    /// It is, unless a dashpot lets go: all that a node does otherwise is in proportion to
-    /// `N = p_n + k_c u_r`, which is zero on its guard, and an open node does nothing. So the laws before
-    /// and after agree there, and as the state goes on, Eq. (16) becomes
-    /// `delta z+ = delta z- + (F_before - F_after) delta t = delta z-`.
+    /// The vector field is continuous, except with a dashpot at separation: all other forces of a node are
+    /// proportional to `N = p_n + k_c u_r`, which is zero on the guard, and a separated node has no force.
+    /// The vector fields before and after the transition are equal there, and since the state is
+    /// continuous, Eq. (16) becomes `delta z+ = delta z- + (F_before - F_after) delta t = delta z-`.
     fn is_continuous(&self) -> bool {
         !matches!(self.contact_damping, ContactDamping::KelvinVoigt { .. })
     }
@@ -93,8 +93,8 @@ impl Switching for Joint {
 }
 
 impl Joint {
-    /// Whether a node can change sides at modal coordinates `q` with no jump of its spring's stress, which
-    /// is nothing beside what it is the difference of.
+    /// Whether the spring stress of a node at modal coordinates `q` is negligible relative to the terms of
+    /// which it is the difference, so that the node can change its status.
     fn rests_on_guard(&self, node: usize, q: &[f64]) -> bool {
         let (block, lane) = (node / LANES, node % LANES);
         let m = self.nodes.modes;
@@ -107,12 +107,12 @@ impl Joint {
     }
 }
 
-/// A pass over the normal gaps only: the guards.
+/// The kernel for the gap functions of all nodes: the guards.
 struct Guards<'a> {
     nodes: &'a Nodes,
     q: &'a [f64],
     status: &'a [u8],
-    /// One a node, Pa.
+    /// Output: one guard per node, Pa.
     values: &'a mut [f64],
 }
 

@@ -1,20 +1,23 @@
-//! The joint at one tilt, as a system that an integrator can run.
+//! The joint at one tilt as a dynamical system for the integrators.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use pulp::Arch;
 
+use super::contact_force::{
+    Audit, ContactForceKernel, Force, KernelInput, KernelOutput, OptionalTerms, Record,
+    SeparatedNodes,
+};
 use super::friction::{Constant, FrictionLaw, Stribeck};
-use super::lanes::LANES;
-use super::law::{Custom, Frictionless, Level, Smoothed};
-use super::lift_off::LiftOff;
+use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel};
 use super::nodes::Nodes;
-use super::traction::{Audit, Extras, Force, OpenNodes, Passed, Query, Record, Traction};
-use super::{ContactDamping, Friction, MOST_MODES, Model};
+use super::separation::Separation;
+use super::simd::LANES;
+use super::{ContactDamping, Friction, MAX_MODES, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
-/// The law of friction in force.
+/// The friction law of a joint.
 #[derive(Clone, Debug)]
 pub(crate) enum ActiveLaw {
     None,
@@ -33,7 +36,7 @@ pub(crate) enum ActiveLaw {
 }
 
 impl ActiveLaw {
-    /// The law as seen by the passes that need slopes, one node at a time.
+    /// The law as a trait object, for kernels that evaluate one node at a time.
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
             Self::None => None,
@@ -43,7 +46,7 @@ impl ActiveLaw {
         }
     }
 
-    /// Whether the radial velocity takes part.
+    /// Whether friction includes the radial slip velocity.
     pub fn radial(&self) -> bool {
         match self {
             Self::None => false,
@@ -64,7 +67,7 @@ impl From<Friction> for ActiveLaw {
     }
 }
 
-/// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` its right side is
+/// The steady-sliding equilibrium of Eq. (8): with `N = p_n` and `V = Omega x x` the right side is
 /// constant, and `q_eq = force / omega^2`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equilibrium {
@@ -74,11 +77,11 @@ pub struct Equilibrium {
     pub q: Vec<f64>,
 }
 
-/// Eq. (8) at one tilt, in the perturbation from steady sliding: the state `z = 0` is the
-/// equilibrium, to the last bit.
+/// Eq. (8) at one tilt for the perturbation from steady sliding: the state `z = 0` is exactly the
+/// equilibrium.
 ///
-/// State: `[q | dq/dt | w]`, with the work `w` (J) of the non-conservative forces on the vibration
-/// where the energy audit is on.
+/// State: `[q | dq/dt | w]`, with the work `w` (J) of the non-conservative forces on the vibration if the
+/// energy audit is enabled.
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub(crate) nodes: Nodes,
@@ -94,7 +97,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// The joint of a model.
+    /// Builds the joint of a model.
     ///
     /// # Panics
     /// If the model has more than 128 modes, or arrays whose lengths disagree.
@@ -102,8 +105,8 @@ impl Joint {
         Self::build(model, ActiveLaw::from(model.friction))
     }
 
-    /// The same model with one's own law of friction; `radial` keeps the radial velocity in it, as
-    /// Eq. (8) does.
+    /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
+    /// as in Eq. (8).
     ///
     /// # Panics
     /// As [`Joint::new`].
@@ -113,7 +116,7 @@ impl Joint {
 
     fn build(model: &Model, law: ActiveLaw) -> Self {
         let m = model.modes();
-        assert!(m <= MOST_MODES, "at most {MOST_MODES} modes, not {m}");
+        assert!(m <= MAX_MODES, "at most {MAX_MODES} modes, not {m}");
         assert_eq!(
             model.shapes.len(),
             model.nodes() * m,
@@ -127,7 +130,7 @@ impl Joint {
             omega: model.omega.clone(),
             damping: model.damping.clone(),
             probe: model.probe.clone(),
-            // Until it is found nothing is taken off the forces.
+            // No steady force is subtracted until the equilibrium is known.
             equilibrium: Equilibrium {
                 force: vec![0.0; m],
                 q: vec![0.0; m],
@@ -139,13 +142,13 @@ impl Joint {
         joint
     }
 
-    /// Finds the equilibrium while it is unknown yet, and leaves in the nodes their steady friction.
+    /// Computes the equilibrium and the steady friction of the nodes.
     fn find_equilibrium(&mut self) {
         let omega = self.omega().to_vec();
         let rest = vec![0.0; omega.len()];
         let mut force = rest.clone();
-        // The very pass of the hot loop: what is subtracted there later is equal to the last bit.
-        self.traction(Query {
+        // With the kernel of the hot loop, so that the subtraction is exact there.
+        self.contact_force(KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: false,
@@ -166,7 +169,7 @@ impl Joint {
         self.equilibrium = Equilibrium { force, q };
     }
 
-    /// Switches the energy audit on: one more component of the state, the work `w`.
+    /// Enables the energy audit, which adds the work `w` to the state.
     pub fn with_audit(mut self) -> Self {
         self.audit = true;
         self
@@ -187,39 +190,43 @@ impl Joint {
         &self.probe
     }
 
-    /// Eq. (24): the displacement (m) of the central contact point in the sliding direction for
-    /// modal coordinates `q`, or its velocity (m/s) for modal velocities.
+    /// Eq. (24): the displacement (m) of the central contact point in the sliding direction for modal
+    /// coordinates `q`, or its velocity (m/s) for modal velocities.
     pub fn probe_value(&self, q: &[f64]) -> f64 {
         self.probe.iter().zip(q).map(|(a, b)| a * b).sum()
     }
 
-    /// Whether the nodes do more than Eq. (2) and friction: damping of the contact, `Omega x u`.
-    pub(crate) fn has_extras(&self) -> bool {
+    /// Whether the model has contact damping or the term `Omega x u`.
+    pub(crate) fn has_optional_terms(&self) -> bool {
         !self.contact_damping.is_none() || !self.nodes.convected.is_empty()
     }
 
-    /// Which nodes press, where no status is held.
-    pub(crate) fn lift_off(&self) -> LiftOff<'static> {
+    /// The separation rule without a fixed status.
+    pub(crate) fn lift_off(&self) -> Separation<'static> {
         if self.unilateral {
-            LiftOff::ByGap
+            Separation::ByGap
         } else {
-            LiftOff::Never
+            Separation::Never
         }
     }
 
-    /// The right side of Eq. (8), less that of steady sliding.
-    pub(crate) fn traction(&self, mut query: Query<'_>) -> Passed {
+    /// The right side of Eq. (8) minus that of steady sliding.
+    pub(crate) fn contact_force(&self, mut query: KernelInput<'_>) -> KernelOutput {
         macro_rules! pass {
             ($law:expr) => {
-                match (self.has_extras(), query.audited, query.record.is_some()) {
-                    (true, _, _) => pass!($law, Extras),
+                match (
+                    self.has_optional_terms(),
+                    query.audited,
+                    query.record.is_some(),
+                ) {
+                    (true, _, _) => pass!($law, OptionalTerms),
                     (_, true, _) => pass!($law, Audit),
                     (_, _, true) => pass!($law, Record),
                     (_, _, _) => pass!($law, Force),
                 }
             };
             ($law:expr, $task:ty) => {
-                self.arch.dispatch(Traction {
+                self.arch.dispatch(ContactForceKernel {
                     nodes: &self.nodes,
                     law: $law,
                     task: PhantomData::<$task>,
@@ -231,26 +238,26 @@ impl Joint {
         }
         match &self.law {
             ActiveLaw::None => pass!(Frictionless),
-            ActiveLaw::Constant { law, radial: true } => pass!(Level::<true>(*law)),
-            ActiveLaw::Constant { law, radial: false } => pass!(Level::<false>(*law)),
-            ActiveLaw::Stribeck { law, radial: true } => pass!(Smoothed::<true>(*law)),
-            ActiveLaw::Stribeck { law, radial: false } => pass!(Smoothed::<false>(*law)),
+            ActiveLaw::Constant { law, radial: true } => pass!(ConstantKernel::<true>(*law)),
+            ActiveLaw::Constant { law, radial: false } => pass!(ConstantKernel::<false>(*law)),
+            ActiveLaw::Stribeck { law, radial: true } => pass!(StribeckKernel::<true>(*law)),
+            ActiveLaw::Stribeck { law, radial: false } => pass!(StribeckKernel::<false>(*law)),
             ActiveLaw::Custom { law, radial: true } => pass!(Custom::<true>(law.as_ref())),
             ActiveLaw::Custom { law, radial: false } => pass!(Custom::<false>(law.as_ref())),
         }
     }
 
-    /// [`System::force`] with one's own rule of which nodes press, and with a record if wanted.
+    /// [`System::force`] with a given separation rule and an optional record.
     pub(crate) fn force_by(
         &self,
-        contact: LiftOff<'_>,
+        contact: Separation<'_>,
         record: Option<&mut [[f64; LANES]]>,
         z: &[f64],
         out: &mut [f64],
     ) {
         let m = self.omega.len();
         let (q, v) = (&z[..m], &z[m..2 * m]);
-        let passed = self.traction(Query {
+        let passed = self.contact_force(KernelInput {
             contact,
             record,
             audited: self.audit,
@@ -263,12 +270,13 @@ impl Joint {
         }
     }
 
-    /// Which nodes are open at modal coordinates `q`: one bit a node, eight nodes a byte.
-    pub fn open_nodes(&self, q: &[f64], open: &mut [u8]) {
-        self.arch.dispatch(OpenNodes {
+    /// Writes the status at modal coordinates `q`: one bit per node, set for separated nodes, eight nodes
+    /// per byte.
+    pub fn separated_nodes(&self, q: &[f64], status: &mut [u8]) {
+        self.arch.dispatch(SeparatedNodes {
             nodes: &self.nodes,
             q,
-            open,
+            status,
         });
     }
 }
@@ -286,7 +294,7 @@ impl System for Joint {
         usize::from(self.audit)
     }
 
-    /// The audit's work.
+    /// The work of the audit.
     fn quadratures(&self) -> usize {
         self.first_order()
     }
@@ -295,7 +303,7 @@ impl System for Joint {
         self.force_by(self.lift_off(), None, z, out);
     }
 
-    fn part_at_fault(&self, _t: f64, z: &[f64]) -> Option<String> {
+    fn non_finite_part(&self, _t: f64, z: &[f64]) -> Option<String> {
         let (q, v) = z[..2 * self.modes()].split_at(self.modes());
         let node = (0..self.nodes.count).find(|&node| {
             let action = self.node_action(node, q, v);

@@ -1,5 +1,4 @@
-//! The joint's laws on models of its own: a scattered one that exercises every term, and
-//! Hoffmann's two modes.
+//! Tests of the joint: a model with scattered nodes that exercises every term, and Hoffmann's two-mode model.
 
 use std::sync::Arc;
 
@@ -11,9 +10,9 @@ use super::*;
 use crate::dynamics::{Differentiable, System};
 
 mod derivative;
-mod extras;
 mod hot_loop;
 mod off_is_free;
+mod optional_terms;
 mod switching;
 
 const STRIBECK: Friction = Friction::Stribeck {
@@ -26,7 +25,7 @@ const STRIBECK: Friction = Friction::Stribeck {
     radial: true,
 };
 
-/// Nodes scattered on a sphere, random shapes; no symmetry that could hide an error.
+/// Nodes scattered on a sphere with random mode shapes; no symmetry can hide an error.
 pub(super) fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
@@ -59,8 +58,8 @@ pub(super) fn scattered(nodes: usize, modes: usize, friction: Friction) -> Model
     }
 }
 
-/// A state whose displacements open about half of the nodes and whose velocities are of the order
-/// of the sliding speed.
+/// A state in which about half of the nodes are separated and the velocities are of the order of the sliding
+/// speed.
 fn state(joint: &Joint, seed: u64) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let m = joint.omega().len();
@@ -69,7 +68,7 @@ fn state(joint: &Joint, seed: u64) -> Vec<f64> {
         .collect()
 }
 
-/// Eq. (8) written down once more, straight from the model's arrays in Cartesian vectors.
+/// An independent implementation of Eq. (8) from the arrays of the model, in Cartesian components.
 fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
     let mut force = vec![0.0; model.modes()];
     for k in 0..model.nodes() {
@@ -123,7 +122,7 @@ fn frictions() -> [Friction; 5] {
     [Friction::None, STRIBECK, tangent, level(true), level(false)]
 }
 
-/// At the equilibrium nothing moves, to the last bit; `omega^2 q_eq` balances Eq. (8).
+/// The equilibrium is exactly stationary; `omega^2 q_eq` balances Eq. (8).
 #[test]
 fn equilibrium_is_exact() {
     for friction in frictions() {
@@ -145,7 +144,7 @@ fn equilibrium_is_exact() {
     }
 }
 
-/// The analytic Jacobian against central differences of the right-hand side.
+/// The analytic Jacobian agrees with central differences of the right-hand side.
 #[test]
 fn jacobian_is_the_derivative() {
     for friction in frictions() {
@@ -156,7 +155,7 @@ fn jacobian_is_the_derivative() {
         joint.jacobian(&z, &mut record, &mut jacobian);
         let (mut plus, mut minus) = (vec![0.0; dim], vec![0.0; dim]);
         for j in 0..dim {
-            // Steps small enough that no node opens or closes on the way.
+            // The steps are small enough that no node changes its status.
             let step = if j < 11 { 2e-12 } else { 1e-7 };
             let mut shifted = z.clone();
             shifted[j] = z[j] + step;
@@ -175,7 +174,7 @@ fn jacobian_is_the_derivative() {
     }
 }
 
-/// The energy changes by the work of friction and damping, and by nothing else.
+/// The change of energy is the work of friction and damping.
 #[test]
 fn energy_balance() {
     for friction in frictions() {
@@ -210,31 +209,31 @@ fn energy_balance() {
 }
 
 #[test]
-fn gaps_and_open_nodes_agree() {
+fn gaps_and_status_agree() {
     let joint = Joint::new(&scattered(37, 11, STRIBECK));
     let z = state(&joint, 5);
     let mut gaps = vec![0.0; 37];
     joint.gaps(&z[..11], &mut gaps);
     let mut bits = vec![0; 5];
-    joint.open_nodes(&z[..11], &mut bits);
-    let mut open = 0;
+    joint.separated_nodes(&z[..11], &mut bits);
+    let mut separated = 0;
     for (k, gap) in gaps.iter().enumerate() {
         assert_eq!(bits[k / 8] >> (k % 8) & 1 == 1, *gap < 0.0);
         let action = joint.node_action(k, &z[..11], &z[11..22]);
         assert!((action.gap - gap).abs() < 1e-6);
         assert_eq!(action.normal == 0.0, *gap < 0.0);
-        open += usize::from(*gap < 0.0);
+        separated += usize::from(*gap < 0.0);
     }
     assert!(
-        (5..32).contains(&open),
-        "{open} open: the state must exercise both"
+        (5..32).contains(&separated),
+        "{separated} separated: the state must contain both"
     );
-    assert_eq!(bits[4] >> 5, 0, "padding never opens");
+    assert_eq!(bits[4] >> 5, 0, "padding nodes are never separated");
 }
 
-/// A law of one's own that says what Eq. (5) says gives the same forces.
+/// A custom law with Eq. (5) gives the same forces.
 #[test]
-fn own_law_takes_the_same_road() {
+fn custom_laws_give_the_same_forces() {
     let model = scattered(20, 11, STRIBECK);
     let built_in = Joint::new(&model);
     let law = Stribeck {
@@ -253,9 +252,9 @@ fn own_law_takes_the_same_road() {
     }
 }
 
-/// Zero slip speed at a node, and none at all: finite forces, no friction.
+/// Zero slip speed at a node or everywhere gives finite forces without friction.
 #[test]
-fn zero_slip_is_no_special_case() {
+fn zero_slip_gives_finite_forces() {
     let mut model = scattered(8, 11, STRIBECK);
     model.sliding_velocity = vec![[0.0; 3]; 8];
     let joint = Joint::new(&model);
@@ -267,16 +266,16 @@ fn zero_slip_is_no_special_case() {
     assert!(jacobian.iter().all(|x| x.is_finite()));
 }
 
-/// Hoffmann's two modes at friction `mu`: K = [[2, 1 - 4 mu/3], [1, 2]], M = I, as a joint of one
-/// node whose spring 4/3 couples the second coordinate (normal) to the first (sliding).
+/// Hoffmann's two-mode model at friction `mu`: K = [[2, 1 - 4 mu/3], [1, 2]], M = I, as a joint with one node
+/// whose spring 4/3 couples the second coordinate (normal) to the first (sliding).
 fn hoffmann(mu: f64) -> Joint {
-    // What the node's spring does not give: [[2, 1], [1, 2/3]], diagonalised by a rotation.
+    // The stiffness without the spring of the node, [[2, 1], [1, 2/3]], diagonalised by a rotation.
     let (a, b, c) = (2.0_f64, 1.0_f64, 2.0 / 3.0);
     let angle = 0.5 * (2.0 * b).atan2(a - c);
     let (cos, sin) = (angle.cos(), angle.sin());
     let stiffness = |x: f64, y: f64| a * x * x + 2.0 * b * x * y + c * y * y;
-    // Modal coordinate i moves the mass along row i of the rotation. Friction pulls against the
-    // sliding direction, here -x.
+    // Modal coordinate i moves the mass along row i of the rotation. Friction acts against the sliding
+    // direction, here -x.
     let shapes = vec![[cos, 0.0, sin], [-sin, 0.0, cos]];
     Joint::new(&Model {
         positions: vec![[0.0, 0.0, 1.0]],
@@ -288,7 +287,7 @@ fn hoffmann(mu: f64) -> Joint {
         omega: vec![stiffness(cos, sin).sqrt(), stiffness(-sin, cos).sqrt()],
         damping: vec![],
         sliding_velocity: vec![[-1.0, 0.0, 0.0]],
-        // Constant coefficient: the creep region is far below the sliding speed.
+        // The coefficient is constant, since the creep region is far below the sliding speed.
         friction: Friction::Constant {
             law: Constant { mu, creep: 1e4 },
             radial: false,
@@ -300,7 +299,7 @@ fn hoffmann(mu: f64) -> Joint {
     })
 }
 
-/// Mode coupling: critical friction 0.75, and the eigenvalues at mu = 1.
+/// Mode coupling: the critical coefficient is 0.75; eigenvalues at mu = 1.
 #[test]
 fn hoffmann_mode_coupling() {
     let growth = |mu| {

@@ -1,4 +1,4 @@
-//! Plain three-vectors: the few operations that the joint needs.
+//! Operations on three-dimensional vectors.
 
 /// Scalar product.
 pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -29,15 +29,15 @@ pub(crate) fn add_scaled(a: [f64; 3], s: f64, b: [f64; 3]) -> [f64; 3] {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
 
-/// The vector of unit length along `a`; `None` where `a` is zero.
+/// The unit vector along `a`; `None` for a zero vector.
 pub(crate) fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
     let length = norm(a);
     (length > 0.0).then(|| scale(a, 1.0 / length))
 }
 
-/// Some unit vector at right angles to the unit vector `n`.
+/// A unit vector normal to the unit vector `n`.
 pub(crate) fn any_normal(n: [f64; 3]) -> [f64; 3] {
-    // The axis least aligned with n keeps the cross product well away from zero.
+    // The axis least aligned with n gives a well-conditioned cross product.
     let axis = if n[0].abs() <= n[1].abs() && n[0].abs() <= n[2].abs() {
         [1.0, 0.0, 0.0]
     } else if n[1].abs() <= n[2].abs() {

@@ -1,4 +1,4 @@
-//! Kinds of motion over the tilt, to be drawn under the slider.
+//! Type of motion versus tilt, drawn below the slider.
 
 use std::path::Path;
 
@@ -10,29 +10,30 @@ use crate::scene::Scene;
 use crate::study::stability;
 use crate::study::sweep::{SweepPlan, TableError, read_table};
 
-/// The parameter that is swept.
+/// Swept parameter.
 const TILT: &str = "load.tilt_deg";
-/// Tilts at which stability is asked for.
+/// Number of tilts at which stability is computed.
 const TILTS: usize = 101;
 
-/// Kinds of motion over the tilt.
+/// Type of motion versus tilt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Bands {
-    /// Where they are from, in words.
+pub struct RegimeBands {
+    /// Description of the origin.
     pub source: String,
-    /// Tilt (degrees) and kind of motion there, by tilt; each holds half-way to its neighbours.
+    /// Tilt (degrees) at which each type of motion was found, in ascending order; each applies half-way to
+    /// the adjacent tilts.
     pub at: Vec<(f64, String)>,
 }
 
-impl Bands {
-    /// Those of a sweep over the tilt, from the table that it has written: the first start's. `None` where the
-    /// sweep is over something else.
+impl RegimeBands {
+    /// Reads the result table of a sweep over the tilt and takes the results of its first start. `None` if
+    /// another parameter was swept.
     ///
     /// # Errors
-    /// When the table cannot be read.
-    pub fn of_sweep(table: &Path) -> Result<Option<Self>, TableError> {
+    /// If the table cannot be read.
+    pub fn from_sweep(table: &Path) -> Result<Option<Self>, TableError> {
         let swept = read_table(table)?;
-        let Ok(plan) = SweepPlan::of_identity(&swept.identity) else {
+        let Ok(plan) = SweepPlan::from_identity(&swept.identity) else {
             return Ok(None);
         };
         let ([axis], [first, ..]) = (plan.axes.as_slice(), plan.starts.as_slice()) else {
@@ -52,15 +53,15 @@ impl Bands {
             .collect();
         at.sort_by(|a, b| a.0.total_cmp(&b.0));
         let source = format!(
-            "by the sweep of {} in {}, started {first}",
+            "sweep of {} in {}, started {first}",
             escape::code(&plan.scene.name),
             escape::line(&table.to_string_lossy())
         );
         Ok(Some(Self { source, at }))
     }
 
-    /// Those of linear stability of steady sliding within a reach (degrees): what no sweep has told.
-    pub fn by_stability(scene: &Scene, [low, high]: [f64; 2]) -> Self {
+    /// Linear stability of steady sliding for tilts in a range (degrees); used without a sweep.
+    pub fn from_stability(scene: &Scene, [low, high]: [f64; 2]) -> Self {
         let spec = scene.joint().ok().map(|joint| &joint.spec);
         let ball = spec.and_then(|spec| BallJoint::new(spec).ok());
         let step = (high - low) / (TILTS - 1) as f64;
@@ -81,8 +82,8 @@ impl Bands {
         };
         let source = match at.is_empty() {
             true => String::new(),
-            false => "computed: linear stability of steady sliding; what is heard may differ. For what was \
-                      found by simulation, run `squeakscope sweep` first"
+            false => "linear stability of steady sliding; the settled motion may differ. Run \
+             `squeakscope sweep` for results of the simulation"
                 .to_owned(),
         };
         Self { source, at }
@@ -96,17 +97,17 @@ mod tests {
     #[test]
     fn unstable_modes_are_counted() {
         let scene = Scene::load("torus-3deg").unwrap();
-        let bands = Bands::by_stability(&scene, [0.0, 10.0]);
+        let bands = RegimeBands::from_stability(&scene, [0.0, 10.0]);
         assert_eq!(bands.at.len(), TILTS);
         assert_eq!((bands.at[0].0, bands.at[TILTS - 1].0), (0.0, 10.0));
-        // Four bending modes at no tilt, and never rest.
+        // Four bending modes without tilt; steady sliding is always unstable.
         assert_eq!(bands.at[0].1, "4 unstable modes");
         assert!(
             bands.at.iter().all(|(_, kind)| kind.contains("unstable")),
             "{bands:?}"
         );
         let still = Scene::load("printed-friction").unwrap();
-        let bands = Bands::by_stability(&still, [0.0, 4.0]);
+        let bands = RegimeBands::from_stability(&still, [0.0, 4.0]);
         assert!(
             bands.at.iter().all(|(_, kind)| kind == "stable"),
             "{bands:?}"
@@ -114,8 +115,11 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_tilt_has_no_bands() {
+    fn a_scene_without_tilt_has_no_bands() {
         let scene = Scene::load("mass-on-belt").unwrap();
-        assert_eq!(Bands::by_stability(&scene, [0.0, 1.0]), Bands::default());
+        assert_eq!(
+            RegimeBands::from_stability(&scene, [0.0, 1.0]),
+            RegimeBands::default()
+        );
     }
 }

@@ -1,97 +1,98 @@
-//! What may be asked of a session.
+//! Commands to a live session.
 
 use serde::{Deserialize, Serialize};
 
 use crate::pipeline::TooManyKicks;
 
-/// Paces that may be asked for, simulated ms a second.
-pub const PACES: [f64; 2] = [0.01, 1000.0];
-/// Kicks that may be asked for, mm/s.
-pub const KICKS: [f64; 2] = [1e-6, 1000.0];
-/// The kick if none is asked for, mm/s: seen, and small beside a squeak.
-pub(super) const KICK: f64 = 1.0;
-/// A hard kick, mm/s: large beside a squeak, so that another tone may win.
-pub const HARD: f64 = 30.0;
+/// Range of playback speeds, ms of simulated time per s of wall time.
+pub const SPEED_RANGE: [f64; 2] = [0.01, 1000.0];
+/// Range of kicks, mm/s.
+pub const KICK_RANGE: [f64; 2] = [1e-6, 1000.0];
+/// Default kick, mm/s: visible, and small compared with a squeak.
+pub(super) const DEFAULT_KICK: f64 = 1.0;
+/// A hard kick, mm/s: large compared with a squeak. The motion may settle on another tone.
+pub const HARD_KICK: f64 = 30.0;
 
-/// What may be asked of a session; from the page as JSON: `{"do": "tilt", "deg": 3.5}`.
+/// A command for a live session to do. The page sends it as JSON: `{"do": "tilt", "deg": 3.5}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
-    /// Tilt the load, degrees.
+    /// Set the tilt of the load.
     Tilt {
-        /// The tilt, degrees.
+        /// Tilt in degrees (deg).
         deg: f64,
     },
-    /// Let the time stand still.
+    /// Pause the simulation.
     Pause {},
-    /// Let it go on.
+    /// Resume the simulation.
     Resume {},
-    /// Make one frame, and stand still.
+    /// Compute one frame, then pause.
     Step {},
-    /// Go at another pace.
-    Pace {
-        /// Simulated ms a second.
+    /// Set the playback speed.
+    Speed {
+        /// Playback speed, ms of simulated time per s of wall time.
         ms_per_s: f64,
     },
-    /// Push at random: each kick in another direction.
+    /// Add a random velocity to each mode; each kick has another direction.
     Kick {
-        /// Size, mm/s (of the modes' velocities, sqrt(kg) mm/s).
+        /// Standard deviation of the modal velocities, sqrt(kg) mm/s; the default is 1.
         #[serde(default)]
         mm_per_s: Option<f64>,
     },
-    /// Begin the scene anew.
+    /// Restart the scene.
     Reset {},
-    /// Follow neighbours of the motion, as the scene asks for them (exponents, a second copy), or leave them out,
-    /// which is faster. Begins the scene anew.
-    Neighbours {
-        /// Whether to follow them.
-        follow: bool,
+    /// Switch the Lyapunov exponents and the perturbed trajectory of the scene on or off. Without
+    /// them the simulation is faster. Restarts the scene.
+    Lyapunov {
+        /// Whether they are enabled.
+        enabled: bool,
     },
-    /// Another scene.
+    /// Run another scene.
     Scene {
-        /// Its name: a preset's, or that of the scene the session began with.
+        /// Name of a preset, or of the first scene of the session.
         name: String,
     },
-    /// Record into a file from now on.
+    /// Start a recording.
     Record {},
-    /// End the recording.
+    /// Stop the recording.
     StopRecording {},
 }
 
 impl Command {
-    /// What it takes of a client's allowance, see [`super::server`]: in proportion to what it costs the run.
+    /// Cost of the command in the rate limit of a client, see [`super::server`], in proportion to the work it
+    /// causes.
     pub(super) fn cost(&self) -> f64 {
         match self {
             Self::Kick { .. } => 5.0,
-            Self::Reset {} | Self::Neighbours { .. } | Self::Scene { .. } | Self::Record {} => 25.0,
+            Self::Reset {} | Self::Lyapunov { .. } | Self::Scene { .. } | Self::Record {} => 25.0,
             _ => 1.0,
         }
     }
 }
 
-/// A command that is not carried out, and why.
+/// A rejected command, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refused(pub(super) String);
+pub struct Rejected(pub(super) String);
 
-impl From<TooManyKicks> for Refused {
+impl From<TooManyKicks> for Rejected {
     fn from(why: TooManyKicks) -> Self {
         Self(why.to_string())
     }
 }
 
-/// A number that is asked for, if it is within a range.
-pub(super) fn within(
+/// Checks that a number is within its range.
+pub(super) fn check_range(
     what: &str,
     asked: f64,
     [low, high]: [f64; 2],
     unit: &str,
-) -> Result<f64, Refused> {
+) -> Result<f64, Rejected> {
     if (low..=high).contains(&asked) {
         return Ok(asked);
     }
-    let refused = format!("{what} must be from {low} to {high} {unit}, not {asked}");
-    Err(Refused(refused))
+    let refused = format!("{what} must be between {low} and {high} {unit}, not {asked}");
+    Err(Rejected(refused))
 }
 
 #[cfg(test)]
@@ -99,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_are_words_of_json() {
+    fn commands_are_read_from_json() {
         let read = |text| serde_json::from_str::<Command>(text);
         let tilt = read(r#"{"do": "tilt", "deg": 3.5}"#).unwrap();
         assert_eq!(tilt, Command::Tilt { deg: 3.5 });

@@ -1,80 +1,85 @@
-//! The recording of a live run for viewers that come and go.
+//! The recording of a live run for viewers that connect at any time.
 
 use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::broadcast;
 
-use crate::record::{Audience, Piece};
+use crate::record::{EncodedMessage, MessageReceiver};
 
-/// Bytes of the past that a viewer is given that comes late, about.
-const PAST: usize = 8 << 20;
-/// Pieces that may wait for a viewer; one that has more of them before it has lost some.
-const WAITING: usize = 1 << 14;
+/// Approximate size of the history for a new viewer, bytes.
+const HISTORY_BYTES: usize = 8 << 20;
+/// Queue length of a viewer, in pieces. A viewer with a longer backlog loses pieces.
+const QUEUE: usize = 1 << 14;
 
-/// A shared piece of a recording.
+/// Bytes of a recording, shared by all viewers.
 pub type Bytes = std::sync::Arc<[u8]>;
 
-/// A piece that comes now.
+/// An update for a viewer: a new piece.
 #[derive(Clone, Debug)]
-pub struct News {
-    /// The piece.
+pub struct Update {
+    /// Content.
     pub bytes: Bytes,
-    /// What it is of.
+    /// Name of its data.
     pub name: Name,
-    /// Whether it holds at all times: nobody may miss it.
-    pub lasting: bool,
-    /// Whether another recording begins with it.
-    pub begins: bool,
-    /// Simulated time of the newest that it tells, s.
-    pub until: Option<f64>,
+    /// Whether the data are static: no viewer may miss them.
+    pub is_static: bool,
+    /// Whether the piece starts another recording.
+    pub starts_recording: bool,
+    /// Newest simulated time in the piece, s.
+    pub end_time: Option<f64>,
 }
 
-/// Keeps what a viewer needs that comes late, and hands on what comes, without ever waiting for anybody.
+/// The hub of all viewers: stores what a new viewer needs, and broadcasts new pieces without waiting for any
+/// viewer.
 pub struct Hub {
     state: Mutex<State>,
-    news: broadcast::Sender<News>,
+    updates: broadcast::Sender<Update>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Pieces that hold at all times, in the order of their first coming.
-    lasting: Vec<(Name, Bytes)>,
-    /// The last of the others, oldest first.
+    /// Static pieces, in the order of their first occurrence.
+    static_messages: Vec<(Name, Bytes)>,
+    /// Recent temporal pieces, oldest first.
     past: VecDeque<Row>,
-    /// Their bytes.
+    /// Size of `past`, bytes.
     size: usize,
-    /// Older ones that are still the last of their name, by number.
+    /// Older pieces that are still the newest of their name, by number.
     still: BTreeMap<u64, Row>,
-    /// Number of the last piece of each name.
+    /// Number of the newest piece of each name.
     last: HashMap<Name, u64>,
-    /// Pieces so far.
+    /// Number of pieces so far.
     count: u64,
 }
 
-/// What pieces are of.
+/// Name of the data of a piece.
 pub type Name = std::sync::Arc<str>;
 
-/// A piece that holds from its time on.
+/// A temporal piece.
 struct Row {
     number: u64,
     name: Name,
     bytes: Bytes,
 }
 
-/// What a viewer gets: all that it has missed, and then what comes.
-pub struct Ticket {
-    /// The past, in order.
+/// Subscription of a new viewer: the history, and the new pieces.
+pub struct Subscription {
+    /// History, in order.
     pub past: Vec<Bytes>,
-    /// The pieces to come. One that lags too far behind loses some and is told so.
-    pub news: broadcast::Receiver<News>,
+    /// New pieces. A receiver that lags too far behind loses some and gets an error.
+    pub updates: broadcast::Receiver<Update>,
 }
 
 impl State {
     fn set(&mut self, name: Name, bytes: Bytes) {
-        match self.lasting.iter_mut().find(|(known, _)| *known == name) {
+        match self
+            .static_messages
+            .iter_mut()
+            .find(|(known, _)| *known == name)
+        {
             Some((_, known)) => *known = bytes,
-            None => self.lasting.push((name, bytes)),
+            None => self.static_messages.push((name, bytes)),
         }
     }
 
@@ -90,7 +95,7 @@ impl State {
             name,
             bytes,
         });
-        while self.size > PAST {
+        while self.size > HISTORY_BYTES {
             let Some(oldest) = self.past.pop_front() else {
                 break;
             };
@@ -106,30 +111,33 @@ impl Default for Hub {
     fn default() -> Self {
         Self {
             state: Mutex::default(),
-            news: broadcast::channel(WAITING).0,
+            updates: broadcast::channel(QUEUE).0,
         }
     }
 }
 
 impl Hub {
-    /// Forgets the recording so far: another one begins.
+    /// Clears the stored recording before another one starts.
     pub fn begin(&self) {
         *self.state() = State::default();
     }
 
-    /// Lets somebody in.
-    pub fn enter(&self) -> Ticket {
-        // Held, so that no piece comes twice or never.
+    /// Connects a viewer.
+    pub fn subscribe(&self) -> Subscription {
+        // With the lock held, the viewer gets every piece exactly once.
         let state = self.state();
-        let lasting = state.lasting.iter().map(|(_, piece)| piece);
+        let static_messages = state.static_messages.iter().map(|(_, piece)| piece);
         let rows = state.still.values().chain(&state.past);
-        Ticket {
-            past: lasting.chain(rows.map(|row| &row.bytes)).cloned().collect(),
-            news: self.news.subscribe(),
+        Subscription {
+            past: static_messages
+                .chain(rows.map(|row| &row.bytes))
+                .cloned()
+                .collect(),
+            updates: self.updates.subscribe(),
         }
     }
 
-    /// The last pieces of some names, oldest first: for one who has missed them.
+    /// Newest pieces of the given names, oldest first, for a viewer that has missed them.
     pub fn last(&self, names: &HashSet<Name>) -> Vec<Bytes> {
         let state = self.state();
         let rows = state.still.values().chain(&state.past);
@@ -139,9 +147,9 @@ impl Hub {
         wanted.map(|row| row.bytes.clone()).collect()
     }
 
-    /// How many are watching.
+    /// Number of connected viewers.
     pub fn watching(&self) -> usize {
-        self.news.receiver_count()
+        self.updates.receiver_count()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -149,28 +157,28 @@ impl Hub {
     }
 }
 
-impl Audience for Hub {
-    fn hear(&self, piece: Piece) {
-        let Piece {
+impl MessageReceiver for Hub {
+    fn receive(&self, piece: EncodedMessage) {
+        let EncodedMessage {
             bytes,
             name,
-            lasting,
-            begins,
-            until,
+            is_static,
+            starts_recording,
+            end_time,
         } = piece;
         let (bytes, name) = (Bytes::from(bytes), Name::from(name));
         let mut state = self.state();
-        match lasting {
+        match is_static {
             true => state.set(Name::clone(&name), bytes.clone()),
             false => state.add(Name::clone(&name), bytes.clone()),
         }
-        // Nobody may be there.
-        let _ = self.news.send(News {
+        // There may be no viewer.
+        let _ = self.updates.send(Update {
             bytes,
             name,
-            lasting,
-            begins,
-            until,
+            is_static,
+            starts_recording,
+            end_time,
         });
     }
 }
@@ -179,12 +187,12 @@ impl Audience for Hub {
 mod tests {
     use super::*;
 
-    fn piece(text: &str, name: &str, lasting: bool) -> Piece {
-        Piece {
+    fn piece(text: &str, name: &str, is_static: bool) -> EncodedMessage {
+        EncodedMessage {
             bytes: text.as_bytes().to_vec(),
             name: name.to_owned(),
-            lasting,
-            ..Piece::default()
+            is_static,
+            ..EncodedMessage::default()
         }
     }
 
@@ -194,60 +202,60 @@ mod tests {
     }
 
     #[test]
-    fn a_late_viewer_gets_what_lasts_once_and_what_passed() {
+    fn a_new_viewer_gets_static_data_once_and_the_history() {
         let hub = Hub::default();
-        for (text, name, lasting) in [
+        for (text, name, is_static) in [
             ("store", "s", true),
             ("axes", "a", true),
             ("row 1", "r", false),
             ("axes, better", "a", true),
             ("row 2", "r", false),
         ] {
-            hub.hear(piece(text, name, lasting));
+            hub.receive(piece(text, name, is_static));
         }
-        let mut ticket = hub.enter();
+        let mut subscription = hub.subscribe();
         assert_eq!(
-            texts(&ticket.past),
+            texts(&subscription.past),
             ["store", "axes, better", "row 1", "row 2"]
         );
-        hub.hear(piece("row 3", "r", false));
-        let news = ticket.news.try_recv().unwrap();
-        assert!(!news.lasting);
-        assert_eq!(texts(&[news.bytes]), ["row 3"]);
+        hub.receive(piece("row 3", "r", false));
+        let update = subscription.updates.try_recv().unwrap();
+        assert!(!update.is_static);
+        assert_eq!(texts(&[update.bytes]), ["row 3"]);
         assert_eq!(hub.watching(), 1);
         hub.begin();
-        assert!(hub.enter().past.is_empty());
+        assert!(hub.subscribe().past.is_empty());
     }
 
-    /// Where nodes are is told once; how they do, again and again.
+    /// The node positions are sent once, the node states continuously.
     #[test]
-    fn the_past_has_an_end_but_the_last_of_each_name_stays() {
+    fn the_history_is_bounded_but_keeps_the_newest_of_each_name() {
         let hub = Hub::default();
-        hub.hear(piece("store", "s", true));
-        hub.hear(piece("places", "places", false));
+        hub.receive(piece("store", "s", true));
+        hub.receive(piece("places", "places", false));
         let large = "x".repeat(1 << 20);
         for _ in 0..80 {
-            hub.hear(piece(&large, "states", false));
+            hub.receive(piece(&large, "states", false));
         }
-        let past = hub.enter().past;
+        let past = hub.subscribe().past;
         assert_eq!(past.len(), 2 + 8);
         assert_eq!(texts(&past[..2]), ["store", "places"]);
         let names = ["places", "states"].map(Name::from).into_iter().collect();
         assert_eq!(hub.last(&names).len(), 2);
-        hub.hear(piece("elsewhere", "places", false));
-        let past = hub.enter().past;
+        hub.receive(piece("elsewhere", "places", false));
+        let past = hub.subscribe().past;
         assert_eq!(texts(&past[past.len() - 1..]), ["elsewhere"]);
         assert!(past.iter().all(|piece| **piece != *b"places"));
     }
 
     #[test]
-    fn a_viewer_that_does_not_read_holds_nobody_up() {
+    fn a_viewer_that_does_not_read_delays_nothing() {
         let hub = Hub::default();
-        let mut ticket = hub.enter();
-        for _ in 0..2 * WAITING {
-            hub.hear(piece("row", "r", false));
+        let mut subscription = hub.subscribe();
+        for _ in 0..2 * QUEUE {
+            hub.receive(piece("row", "r", false));
         }
-        let lost = ticket.news.try_recv().unwrap_err();
+        let lost = subscription.updates.try_recv().unwrap_err();
         assert!(matches!(lost, broadcast::error::TryRecvError::Lagged(_)));
     }
 }

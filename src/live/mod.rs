@@ -1,36 +1,36 @@
-//! A run that is steered while it goes on, and the page that shows it.
+//! Interactive runs and the web page that controls and displays them.
 //!
 //! ```text
-//!               orders                    records
+//!               commands                  records
 //!  page, keys ----------> Session: run -----------> Hub ----> web viewers
-//!       ^                    |                       Ear ----> listeners
-//!       +------ Panel -------+---- Board             Recorder -> files
+//!       ^                    |                     AudioStream -> listeners
+//!       +------ Panel -------+-- StatusStore         Recorder -> files
 //! ```
 //!
-//! * [`Session`] runs one scene after another, checks what is asked for and carries it out.
-//! * [`Hub`] keeps what a viewer needs that comes late; nobody who watches ever holds up the run.
-//! * [`Page`] is what is served: a control panel beside Rerun's web viewer, on this machine alone unless asked.
+//! * [`Session`] runs one scene after another, and validates and applies commands.
+//! * [`Hub`] stores the data that a viewer needs when it connects. A slow viewer never delays the run.
+//! * [`Page`] serves a control panel next to Rerun's web viewer, by default only to this machine.
 //!
-//! Every thing that is asked for becomes an event on the timeline of the recording.
+//! Every command becomes an event on the timeline of the recording.
 
+mod audio;
 mod bands;
 mod command;
-mod ear;
-mod flow;
+mod flow_control;
 mod hub;
 mod panel;
 mod recorder;
-mod running;
-mod screen;
 mod server;
 mod session;
+mod session_thread;
+mod throttled_sink;
 
-pub use bands::Bands;
-pub use command::{Command, HARD, KICKS, PACES, Refused};
-pub use ear::Ear;
-pub use hub::{Bytes, Hub, Name, News, Ticket};
+pub use audio::AudioStream;
+pub use bands::RegimeBands;
+pub use command::{Command, HARD_KICK, KICK_RANGE, Rejected, SPEED_RANGE};
+pub use hub::{Bytes, Hub, Name, Subscription, Update};
 pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
-pub use running::Running;
-pub use server::{Page, Serving, bind};
-pub use session::{Plan, Session, Watcher};
+pub use server::{BoundListener, Page, bind};
+pub use session::{Session, SessionOptions, ViewTarget};
+pub use session_thread::SessionThread;

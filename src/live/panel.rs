@@ -1,4 +1,4 @@
-//! The main numbers of a live run, as whoever steers it sees them.
+//! Main numbers of a live run, for the control panel.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,107 +7,108 @@ use serde::Serialize;
 
 use crate::escape;
 use crate::pipeline::message::{Frame, Header, NodeState, Record, SpectralLine, Subject};
-use crate::pipeline::{Gait, Sink, SinkError};
+use crate::pipeline::{RunStatus, Sink, SinkError};
 
-/// Events that are still shown.
+/// Number of events on the panel.
 const EVENTS: usize = 12;
-/// Lines of the spectrum that are shown.
+/// Number of spectral lines on the panel.
 const LINES: usize = 5;
 
-/// What is known of a live run at an instant.
+/// Values of the control panel at one instant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Panel {
-    /// Number of the run, from 1: another scene, or a start from the beginning, is another run.
+    /// Number of the run, from 1. Another scene or a restart is a new run.
     pub run: u64,
     /// Name of the scene.
     pub scene: String,
-    /// Its title.
+    /// Title of the scene.
     pub title: String,
-    /// What it shows, Markdown.
+    /// Description of the scene, Markdown.
     pub about: String,
-    /// Simulated time that has been analysed, s.
+    /// Simulated time analysed so far, s.
     pub time_s: f64,
-    /// Pace asked for, simulated seconds a second.
-    pub pace: f64,
-    /// Pace reached.
-    pub reached: Option<f64>,
-    /// Whether the time stands still.
+    /// Requested playback speed, simulated seconds per second of wall time.
+    pub speed: f64,
+    /// Measured playback speed, same unit.
+    pub measured_speed: Option<f64>,
+    /// Whether the run is paused.
     pub paused: bool,
-    /// Tilt in the last samples, degrees; `None` of what has none.
+    /// Present tilt, degrees; `None` for a scene without tilt.
     pub tilt_deg: Option<f64>,
-    /// Tilts that may be asked for, degrees.
-    pub reach_deg: Option<[f64; 2]>,
-    /// Whether the neighbours are followed that the scene asks for; `None` where it asks for none.
-    pub neighbours: Option<bool>,
-    /// What is being seen, Markdown with a heading.
-    pub words: String,
-    /// What the run shows of the scene's mechanism so far, Markdown with a heading; empty where it is for none.
+    /// Range of tilts, degrees.
+    pub tilt_range_deg: Option<[f64; 2]>,
+    /// Whether Lyapunov exponents and perturbed trajectory are computed; `None` if the scene requests
+    /// neither.
+    pub lyapunov: Option<bool>,
+    /// Commentary on the present motion, Markdown with a heading.
+    pub narration: String,
+    /// Measurements for the scene's mechanism, Markdown with a heading; empty without a mechanism.
     pub lesson: String,
-    /// The kind of motion, by the last verdict.
+    /// Type of motion by the last classification.
     pub regime: Option<String>,
-    /// How sure that is, 0 to 1.
+    /// Confidence of the classification, 0 to 1.
     pub confidence: Option<f64>,
-    /// The strongest lines of the spectrum of the velocity (m/s), strongest first.
+    /// Strongest spectral lines of the velocity (m/s), in descending order.
     pub lines: Vec<SpectralLine>,
-    /// Largest speed of the probe in the last samples, mm/s.
-    pub speed_mm_s: f64,
-    /// Contact nodes that stick, slip, are open; `None` of what has none.
+    /// Peak speed of the probe in the last frame, mm/s.
+    pub peak_velocity_mm_per_s: f64,
+    /// Number of contact nodes that stick, slip or are separated; `None` for a scene without contact nodes.
     pub nodes: Option<[usize; 3]>,
-    /// What has been done and told, newest last.
+    /// Commands and messages, newest last.
     pub events: Vec<Event>,
-    /// The file that is being recorded into.
+    /// File of the present recording.
     pub recording: Option<String>,
-    /// How many watch through the page.
+    /// Number of viewers that are watching: those connected to the page.
     pub watching: usize,
 }
 
-/// Something that was done, or that the user should know.
+/// A command that was applied, or a message to the user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
-    /// Number, counted through the session.
+    /// Consecutive number within the session.
     pub number: u64,
     /// Simulated time, s.
     pub time_s: f64,
-    /// The words.
+    /// Text of the message.
     pub text: String,
 }
 
-/// Where the numbers are kept for everybody.
+/// The store of the status that the panel shows, shared by all threads.
 #[derive(Debug, Default)]
-pub struct Board {
+pub struct StatusStore {
     panel: Mutex<Panel>,
     /// Newest last.
     events: Mutex<VecDeque<Event>>,
 }
 
-impl Board {
-    /// All that is known now.
-    pub fn read(&self, gait: Option<Gait>, watching: usize) -> Panel {
+impl StatusStore {
+    /// Present values of the panel.
+    pub fn read(&self, status: Option<RunStatus>, watching: usize) -> Panel {
         let mut panel = self.panel().clone();
-        if let Some(gait) = gait {
-            panel.pace = gait.pace;
-            panel.reached = gait.reached;
-            panel.paused = gait.paused;
+        if let Some(status) = status {
+            panel.speed = status.speed;
+            panel.measured_speed = status.measured_speed;
+            panel.paused = status.paused;
         }
         panel.watching = watching;
         panel.events = lock(&self.events).iter().cloned().collect();
         panel
     }
 
-    /// Another run begins, whose load may be tilted within `reach_deg`.
-    pub fn begin(&self, reach_deg: Option<[f64; 2]>, neighbours: Option<bool>) {
+    /// Starts another run with the given range of tilts.
+    pub fn begin_run(&self, tilt_range_deg: Option<[f64; 2]>, lyapunov: Option<bool>) {
         let mut panel = self.panel();
         *panel = Panel {
             run: panel.run + 1,
             recording: panel.recording.take(),
-            reach_deg,
-            neighbours,
+            tilt_range_deg,
+            lyapunov,
             ..Panel::default()
         };
     }
 
-    /// Tells something, at a simulated time (s).
-    pub fn tell(&self, time_s: f64, text: impl AsRef<str>) {
+    /// Adds a message at a simulated time (s).
+    pub fn log(&self, time_s: f64, text: impl AsRef<str>) {
         let mut events = lock(&self.events);
         let number = events.back().map_or(0, |event| event.number) + 1;
         if events.len() == EVENTS {
@@ -120,7 +121,7 @@ impl Board {
         });
     }
 
-    /// Notes the file that is being recorded into.
+    /// Sets the file of the present recording.
     pub fn set_recording(&self, file: Option<String>) {
         self.panel().recording = file.map(|file| escape::line(&file).into_owned());
     }
@@ -129,7 +130,7 @@ impl Board {
         lock(&self.panel)
     }
 
-    fn see_header(&self, header: &Header) {
+    fn update_from_header(&self, header: &Header) {
         let mut panel = self.panel();
         panel.scene.clone_from(&header.scene);
         panel.title = escape::line(&header.title).into_owned();
@@ -139,13 +140,13 @@ impl Board {
         }
     }
 
-    fn see_frame(&self, frame: &Frame) {
+    fn update_from_frame(&self, frame: &Frame) {
         let mut panel = self.panel();
         panel.time_s = frame.end();
         let tilt = frame.tilt.to_degrees();
         panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
         let speed = frame.velocity.iter().fold(0.0, |m: f64, v| v.abs().max(m));
-        panel.speed_mm_s = 1e3 * speed;
+        panel.peak_velocity_mm_per_s = 1e3 * speed;
         if let Some(patch) = frame.patch.last() {
             let states = [NodeState::Stick, NodeState::Slip, NodeState::Separated];
             panel.nodes = Some(states.map(|state| patch.count(state)));
@@ -154,33 +155,33 @@ impl Board {
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A panic leaves numbers of two instants at worst.
+    // After a panic the values may belong to two different instants, which is acceptable.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Writes on a board what passes.
-pub struct Scribe(pub std::sync::Arc<Board>);
+/// Sink that updates the values of the panel.
+pub struct StatusSink(pub std::sync::Arc<StatusStore>);
 
-impl Sink for Scribe {
+impl Sink for StatusSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        let board = &self.0;
+        let store = &self.0;
         match record {
-            Record::Header(header) => board.see_header(&header),
-            Record::Samples(frame) => board.see_frame(&frame),
+            Record::Header(header) => store.update_from_header(&header),
+            Record::Samples(frame) => store.update_from_frame(&frame),
             Record::Spectrum { peaks, .. } => {
-                board.panel().lines = peaks.into_iter().take(LINES).collect();
+                store.panel().lines = peaks.into_iter().take(LINES).collect();
             }
             Record::Regime { verdict, .. } => {
-                let mut panel = board.panel();
+                let mut panel = store.panel();
                 panel.regime = Some(verdict.regime.to_string());
                 panel.confidence = Some(verdict.confidence);
             }
             Record::Narration { observation, .. } => {
-                board.panel().words = crate::text::narration(&observation);
+                store.panel().narration = crate::text::narration(&observation);
             }
-            Record::Lesson(lesson) => board.panel().lesson = crate::text::lesson(&lesson),
+            Record::Lesson(lesson) => store.panel().lesson = crate::text::lesson(&lesson),
             Record::Event { time, text } | Record::Warning { time, text } => {
-                board.tell(time, text);
+                store.log(time, text);
             }
             _ => {}
         }
@@ -199,14 +200,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_board_keeps_the_last_events_and_numbers_them() {
-        let board = Arc::new(Board::default());
-        let mut scribe = Scribe(Arc::clone(&board));
+    fn the_last_events_are_kept_and_numbered() {
+        let store = Arc::new(StatusStore::default());
+        let mut sink = StatusSink(Arc::clone(&store));
         for k in 0..20 {
             let text = format!("event {k}");
-            scribe.accept(Record::Event { time: 0.1, text }).unwrap();
+            sink.accept(Record::Event { time: 0.1, text }).unwrap();
         }
-        let panel = board.read(None, 2);
+        let panel = store.read(None, 2);
         assert_eq!(panel.events.len(), EVENTS);
         assert_eq!(panel.events[EVENTS - 1].text, "event 19");
         assert_eq!(panel.events[EVENTS - 1].number, 20);
@@ -214,21 +215,25 @@ mod tests {
     }
 
     #[test]
-    fn a_new_run_forgets_the_old_ones_numbers_but_not_its_events() {
-        let board = Board::default();
-        board.begin(Some([0.0, 10.0]), Some(true));
-        board.tell(0.0, "told");
-        board.set_recording(Some("a.rrd".to_owned()));
+    fn a_new_run_resets_the_numbers_but_keeps_the_events() {
+        let store = StatusStore::default();
+        store.begin_run(Some([0.0, 10.0]), Some(true));
+        store.log(0.0, "message");
+        store.set_recording(Some("a.rrd".to_owned()));
         let frame = Frame {
             velocity: vec![1e-3, -2e-3],
             ..Frame::default()
         };
-        board.see_frame(&frame);
-        assert_eq!(board.read(None, 0).speed_mm_s, 2.0);
-        board.begin(None, None);
-        let panel = board.read(None, 0);
+        store.update_from_frame(&frame);
+        assert_eq!(store.read(None, 0).peak_velocity_mm_per_s, 2.0);
+        store.begin_run(None, None);
+        let panel = store.read(None, 0);
         assert_eq!(
-            (panel.run, panel.speed_mm_s, panel.reach_deg),
+            (
+                panel.run,
+                panel.peak_velocity_mm_per_s,
+                panel.tilt_range_deg
+            ),
             (2, 0.0, None)
         );
         assert_eq!(panel.recording.as_deref(), Some("a.rrd"));

@@ -1,51 +1,50 @@
-//! Recording a live run into files, from when somebody asks until somebody asks again.
+//! Recording of a live run into files, started and stopped by commands.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::panel::Board;
+use super::panel::StatusStore;
 use crate::pipeline::message::{Frame, Header, Record};
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::record::{Output, PartFile, RecordError, RerunSink};
 use crate::scene::RecordSpec;
 
-/// Asks for recordings, from any thread.
+/// Control of recordings from any thread: starts and stops them.
 #[derive(Debug)]
-pub struct Switch {
+pub struct RecordingControl {
     folder: PathBuf,
     state: Mutex<State>,
 }
 
 #[derive(Debug, Default)]
 struct State {
-    /// The file to write into; nothing is written without one.
-    wanted: Option<Wanted>,
+    /// Requested file; `None` while nothing is recorded.
+    requested: Option<RequestedFile>,
     saved: Vec<SavedFile>,
 }
 
 #[derive(Debug)]
-struct Wanted {
+struct RequestedFile {
     file: PathBuf,
-    /// A name of the folder, until the recorder takes it.
+    /// Reserved file name, until the recorder uses it.
     reserved: Option<PartFile>,
 }
 
-/// What has become of a file that was asked for.
+/// Result for a saved file that was requested.
 #[derive(Debug)]
 pub struct SavedFile {
-    /// Its path.
+    /// Path.
     pub path: PathBuf,
-    /// Whether it was begun at all.
+    /// Whether writing was started.
     pub begun: bool,
-    /// Whether all of it is there, and if not, why.
+    /// Whether the file is complete, or the reason why not.
     pub outcome: Result<(), SinkError>,
 }
 
 impl SavedFile {
-    /// A file that was not even begun.
-    pub fn never_begun(path: PathBuf) -> Self {
-        let outcome =
-            Err("the run ended before it could be begun, so that there is nothing".into());
+    /// Result for a file that was never started.
+    pub fn never_started(path: PathBuf) -> Self {
+        let outcome = Err("the run ended before the file was created; nothing was written".into());
         Self {
             path,
             begun: false,
@@ -54,15 +53,15 @@ impl SavedFile {
     }
 }
 
-impl Switch {
-    /// Recordings go into a folder, with names of their own; into `first` at once if that is given.
+impl RecordingControl {
+    /// Creates new files in a folder with automatic names; `first` is recorded from the start if given.
     pub fn new(folder: PathBuf, first: Option<PathBuf>) -> Self {
-        let wanted = first.map(|file| Wanted {
+        let requested = first.map(|file| RequestedFile {
             file,
             reserved: None,
         });
         let state = State {
-            wanted,
+            requested,
             ..State::default()
         };
         Self {
@@ -71,39 +70,39 @@ impl Switch {
         }
     }
 
-    /// Begins a recording; returns its file, whose name nobody else is given. One that is under way goes on.
+    /// Starts a recording and returns its file, whose name is reserved. A running recording continues.
     ///
     /// # Errors
-    /// When no file can be made in the folder.
-    pub fn on(&self) -> Result<PathBuf, RecordError> {
+    /// If no file can be created in the folder.
+    pub fn start(&self) -> Result<PathBuf, RecordError> {
         let mut state = self.state();
-        if let Some(wanted) = &state.wanted {
-            return Ok(wanted.file.clone());
+        if let Some(requested) = &state.requested {
+            return Ok(requested.file.clone());
         }
         let names = (1..=u32::MAX).map(|k| self.folder.join(format!("live-{k}.rrd")));
         let reserved = PartFile::reserve(names)?;
         let file = reserved.path().to_owned();
-        state.wanted = Some(Wanted {
+        state.requested = Some(RequestedFile {
             file: file.clone(),
             reserved: Some(reserved),
         });
         Ok(file)
     }
 
-    /// Ends the recording.
-    pub fn off(&self) {
+    /// Stops the recording.
+    pub fn stop(&self) {
         if let Some(reserved) = self
             .state()
-            .wanted
+            .requested
             .take()
-            .and_then(|wanted| wanted.reserved)
+            .and_then(|requested| requested.reserved)
         {
             reserved.discard();
         }
     }
 
-    /// Notes what has become of a file.
-    pub fn note(&self, path: PathBuf, outcome: Result<(), SinkError>) {
+    /// Stores the result for a file.
+    pub fn store_result(&self, path: PathBuf, outcome: Result<(), SinkError>) {
         self.state().saved.push(SavedFile {
             path,
             begun: true,
@@ -111,27 +110,30 @@ impl Switch {
         });
     }
 
-    /// What has become of the files since this was last asked, once there is no run any more.
-    pub fn take_saved(&self) -> Vec<SavedFile> {
+    /// The results since the last call, after the end of the run.
+    pub fn take_results(&self) -> Vec<SavedFile> {
         let mut state = self.state();
         let mut saved = std::mem::take(&mut state.saved);
-        let left = state.wanted.take().map(|wanted| match wanted.reserved {
-            Some(reserved) => reserved.discard(),
-            None => wanted.file,
-        });
-        saved.extend(left.map(SavedFile::never_begun));
+        let left = state
+            .requested
+            .take()
+            .map(|requested| match requested.reserved {
+                Some(reserved) => reserved.discard(),
+                None => requested.file,
+            });
+        saved.extend(left.map(SavedFile::never_started));
         saved
     }
 
-    fn wanted(&self) -> Option<PathBuf> {
+    fn requested(&self) -> Option<PathBuf> {
         self.state()
-            .wanted
+            .requested
             .as_ref()
-            .map(|wanted| wanted.file.clone())
+            .map(|requested| requested.file.clone())
     }
 
     fn take_reserved(&self) -> Option<PartFile> {
-        self.state().wanted.as_mut()?.reserved.take()
+        self.state().requested.as_mut()?.reserved.take()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -139,24 +141,28 @@ impl Switch {
     }
 }
 
-/// Writes what the switch asks for. A file that cannot be written is told on the board; the run goes on.
+/// Sink that writes the requested recordings. A file error is shown on the panel, and the run continues.
 pub struct Recorder {
-    switch: Arc<Switch>,
-    board: Arc<Board>,
+    recording: Arc<RecordingControl>,
+    store: Arc<StatusStore>,
     spec: RecordSpec,
     header: Option<Arc<Header>>,
-    /// The file being written.
+    /// File being written.
     open: Option<(PathBuf, RerunSink)>,
     /// Simulated time, s.
     time: f64,
 }
 
 impl Recorder {
-    /// Writes recordings of a run.
-    pub fn new(switch: Arc<Switch>, board: Arc<Board>, spec: RecordSpec) -> Self {
+    /// Creates the recorder of a run.
+    pub fn new(
+        recording: Arc<RecordingControl>,
+        store: Arc<StatusStore>,
+        spec: RecordSpec,
+    ) -> Self {
         Self {
-            switch,
-            board,
+            recording,
+            store,
             spec,
             header: None,
             open: None,
@@ -164,14 +170,14 @@ impl Recorder {
         }
     }
 
-    /// Opens or closes the file, as is wanted now.
-    fn follow(&mut self) {
-        let wanted = self.switch.wanted();
-        if wanted.as_ref() == self.open.as_ref().map(|(file, _)| file) {
+    /// Opens or closes the file as requested.
+    fn update(&mut self) {
+        let requested = self.recording.requested();
+        if requested.as_ref() == self.open.as_ref().map(|(file, _)| file) {
             return;
         }
         self.close();
-        if let Some(file) = wanted {
+        if let Some(file) = requested {
             self.begin(file);
         }
     }
@@ -180,8 +186,8 @@ impl Recorder {
         let Some(header) = self.header.clone() else {
             return;
         };
-        let opened = match self.switch.take_reserved() {
-            Some(reserved) => RerunSink::into_reserved(reserved, self.spec),
+        let opened = match self.recording.take_reserved() {
+            Some(reserved) => RerunSink::into_reserved_file(reserved, self.spec),
             None => {
                 let output = Output {
                     save: Some(file.clone()),
@@ -197,8 +203,8 @@ impl Recorder {
         });
         match begun {
             Ok(sink) => {
-                self.told(&format!("records into {}", file.display()));
-                self.board.set_recording(Some(file.display().to_string()));
+                self.log(&format!("recording into {}", file.display()));
+                self.store.set_recording(Some(file.display().to_string()));
                 self.open = Some((file, sink));
             }
             Err(fault) => self.failed(file, fault),
@@ -209,29 +215,29 @@ impl Recorder {
         if let Some((file, mut sink)) = self.open.take() {
             match sink.finish() {
                 Ok(()) => {
-                    self.told(&format!("{} is whole", file.display()));
-                    self.switch.note(file, Ok(()));
+                    self.log(&format!("{} is complete", file.display()));
+                    self.recording.store_result(file, Ok(()));
                 }
                 Err(fault) => self.failed(file, fault),
             }
         }
-        self.board.set_recording(None);
+        self.store.set_recording(None);
     }
 
     fn failed(&self, file: PathBuf, fault: SinkError) {
-        self.switch.off();
-        self.board.set_recording(None);
-        self.told(&format!("{} cannot be written: {fault}", file.display()));
-        self.switch.note(file, Err(fault));
+        self.recording.stop();
+        self.store.set_recording(None);
+        self.log(&format!("cannot write {}: {fault}", file.display()));
+        self.recording.store_result(file, Err(fault));
     }
 
-    fn told(&self, words: &str) {
-        self.board.tell(self.time, words);
+    fn log(&self, text: &str) {
+        self.store.log(self.time, text);
     }
 }
 
-/// A file keeps every sample, whatever a screen can show.
-fn whole(record: Record) -> Record {
+/// Removes the display limits: a file contains every sample.
+fn undecimated(record: Record) -> Record {
     match record {
         Record::Samples(frame) => Record::Samples(Arc::new(Frame {
             shown: None,
@@ -244,20 +250,20 @@ fn whole(record: Record) -> Record {
 impl Sink for Recorder {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         match &record {
-            // A run that ends at once has a recording, too.
+            // Even a run that ends immediately has a recording.
             Record::Header(header) => {
                 self.header = Some(Arc::clone(header));
-                self.follow();
+                self.update();
                 return Ok(());
             }
             Record::Samples(frame) => {
                 self.time = frame.t0;
-                self.follow();
+                self.update();
             }
             _ => {}
         }
         if let Some((file, sink)) = &mut self.open
-            && let Err(fault) = sink.accept(whole(record))
+            && let Err(fault) = sink.accept(undecimated(record))
         {
             let file = file.clone();
             self.open = None;
@@ -270,16 +276,16 @@ impl Sink for Recorder {
         Delivery::LatestPictures
     }
 
-    /// What is asked for while time stands still is done then.
+    /// Applies requests while the run is paused.
     fn idle(&mut self) -> Result<(), SinkError> {
-        self.follow();
+        self.update();
         Ok(())
     }
 
-    /// A recording ends with its run: the next one has another time.
+    /// A recording ends with its run, because the next run restarts the time.
     fn finish(&mut self) -> Result<(), SinkError> {
         self.close();
-        self.switch.off();
+        self.recording.stop();
         Ok(())
     }
 
@@ -287,18 +293,15 @@ impl Sink for Recorder {
         if let Some((file, mut sink)) = self.open.take() {
             sink.abandon();
             let part = sink.part().map(Path::to_owned);
-            // It gets its index.
+            // Dropping the sink writes the index.
             drop(sink);
             let left = match part.filter(|part| part.exists()) {
-                Some(part) => format!(
-                    "what was recorded until then can be opened: {}",
-                    part.display()
-                ),
-                None => "nothing is left of it".to_owned(),
+                Some(part) => format!("the partial recording is readable: {}", part.display()),
+                None => "nothing was saved".to_owned(),
             };
-            self.switch.off();
-            self.switch
-                .note(file, Err(format!("the run failed; {left}").into()));
+            self.recording.stop();
+            self.recording
+                .store_result(file, Err(format!("the run failed; {left}").into()));
         }
     }
 }
@@ -308,31 +311,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_free_and_given_back() {
+    fn file_names_are_unique_and_released() {
         let folder = tempfile::tempdir().unwrap();
-        let switch = Switch::new(folder.path().to_owned(), None);
-        let first = switch.on().unwrap();
+        let recording = RecordingControl::new(folder.path().to_owned(), None);
+        let first = recording.start().unwrap();
         assert_eq!(first.file_name().unwrap(), "live-1.rrd");
-        assert_eq!(switch.on().unwrap(), first, "one at a time");
+        assert_eq!(recording.start().unwrap(), first, "one at a time");
         // Another server with the same folder.
-        let other = Switch::new(folder.path().to_owned(), None);
-        assert_eq!(other.on().unwrap().file_name().unwrap(), "live-2.rrd");
-        switch.off();
-        other.off();
+        let other = RecordingControl::new(folder.path().to_owned(), None);
+        assert_eq!(other.start().unwrap().file_name().unwrap(), "live-2.rrd");
+        recording.stop();
+        other.stop();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-        assert!(switch.take_saved().is_empty());
+        assert!(recording.take_results().is_empty());
     }
 
     #[test]
-    fn what_was_never_begun_is_said() {
+    fn a_file_that_was_never_started_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let save = folder.path().join("run.rrd");
-        let switch = Switch::new(folder.path().to_owned(), Some(save.clone()));
-        let saved = switch.take_saved();
+        let recording = RecordingControl::new(folder.path().to_owned(), Some(save.clone()));
+        let saved = recording.take_results();
         assert!(
             saved[0].path == save && saved[0].outcome.is_err(),
             "{saved:?}"
         );
-        assert!(switch.take_saved().is_empty());
+        assert!(recording.take_results().is_empty());
     }
 }

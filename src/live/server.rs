@@ -1,15 +1,15 @@
-//! The page: a control panel beside the web viewer.
+//! Web server of the page: a control panel next to the web viewer.
 //!
-//! | path | what |
+//! | path | content |
 //! |---|---|
 //! | `/` | the page |
-//! | `/control` | web socket: commands in, the panel and refusals out, as JSON |
-//! | `/stream` | web socket: the recording, whole streams of messages, binary |
+//! | `/control` | web socket: commands to the server, panel and rejections to the client, as JSON |
+//! | `/stream` | web socket: the recording in complete messages, binary |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
-//! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, from the binary |
+//! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
 //!
-//! Whatever comes under a name that is not this server's, or from a page that it has not served, is refused
-//! ([`guard`]). Connections are limited ([`accept`]), and so is what each client may send ([`client`]).
+//! Requests for another host name and requests from other pages are rejected ([`guard`]). The number of
+//! connections is limited ([`accept`]), and so is the rate of messages of each client ([`client`]).
 
 mod accept;
 mod client;
@@ -36,37 +36,37 @@ use tokio::sync::watch;
 
 use self::accept::Limits;
 use self::shared::{PANEL_EVERY, Shared};
-use super::bands::Bands;
+use super::bands::RegimeBands;
 use super::session::Session;
 
-/// Rerun's web viewer, 42 MB, from the binary.
+/// Rerun's web viewer, 42 MB, embedded in the binary.
 static VIEWER: OnceLock<WebViewerData> = OnceLock::new();
 
-/// A server that has a port.
+/// A listener bound to an address: a listening socket.
 #[derive(Debug)]
-pub struct Serving {
+pub struct BoundListener {
     listener: std::net::TcpListener,
-    /// Where it listens.
+    /// Its address.
     pub address: SocketAddr,
 }
 
-/// Takes a port; 0 for any that is free.
+/// Opens a port; 0 selects a free one.
 ///
 /// # Errors
-/// What the system says, such as that the port is taken.
-pub fn bind(host: IpAddr, port: u16) -> std::io::Result<Serving> {
+/// Errors of the operating system, for example if the port is in use.
+pub fn bind(host: IpAddr, port: u16) -> std::io::Result<BoundListener> {
     let listener = std::net::TcpListener::bind((host, port))?;
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?;
-    Ok(Serving { listener, address })
+    Ok(BoundListener { listener, address })
 }
 
-/// An address that can be opened: one that stands for all of a machine's cannot.
+/// An address that a browser can open: the unspecified address is replaced by one of this machine.
 fn reachable(address: SocketAddr) -> SocketAddr {
     if !address.ip().is_unspecified() {
         return address;
     }
-    // Addresses for documentation. Nothing is sent; it is only asked which way it would leave.
+    // Addresses reserved for documentation. Nothing is sent; the socket only selects the outgoing interface.
     let (far, here): (IpAddr, IpAddr) = match address {
         SocketAddr::V4(_) => (
             Ipv4Addr::new(192, 0, 2, 1).into(),
@@ -84,32 +84,32 @@ fn reachable(address: SocketAddr) -> SocketAddr {
     SocketAddr::new(way.map_or(here, |way| way.ip()), address.port())
 }
 
-/// The page while it is served.
+/// The running server.
 #[derive(Debug)]
 pub struct Page {
-    over: watch::Sender<bool>,
+    stop: watch::Sender<bool>,
     serving: JoinHandle<std::io::Result<()>>,
     url: String,
 }
 
 impl Page {
-    /// Serves the page of a session. Under the slider of the tilt are the bands of `swept`, else those of
-    /// linear stability, which are computed anew for each scene.
+    /// Serves the page of a session. The bands below the tilt slider are `swept`, or else those of linear
+    /// stability, which are recomputed for each scene.
     ///
     /// # Errors
-    /// What the system says.
+    /// Errors of the operating system.
     pub fn open(
-        serving: Serving,
+        serving: BoundListener,
         session: Arc<Session>,
-        swept: Option<Bands>,
+        swept: Option<RegimeBands>,
     ) -> std::io::Result<Self> {
         Self::limited(serving, session, swept, Limits::default())
     }
 
     fn limited(
-        serving: Serving,
+        serving: BoundListener,
         session: Arc<Session>,
-        swept: Option<Bands>,
+        swept: Option<RegimeBands>,
         limits: Limits,
     ) -> std::io::Result<Self> {
         let viewer = match VIEWER.get() {
@@ -119,76 +119,76 @@ impl Page {
                 VIEWER.get_or_init(|| viewer)
             }
         };
-        let (over, ending) = watch::channel(false);
-        let (tell, bands) = watch::channel(Bands::default());
+        let (stop, stopped) = watch::channel(false);
+        let (sender, bands) = watch::channel(RegimeBands::default());
         let shared = Arc::new(Shared {
             session: Arc::clone(&session),
             viewer,
             address: serving.address,
             bands,
         });
-        let still = ending.clone();
+        let bands_stopped = stopped.clone();
         std::thread::Builder::new()
             .name("bands".to_owned())
-            .spawn(move || draw_bands(&session, swept, &tell, &still))?;
+            .spawn(move || update_bands(&session, swept, &sender, &bands_stopped))?;
         let url = format!("http://{}/", reachable(serving.address));
         let serving = std::thread::Builder::new()
             .name("page".to_owned())
-            .spawn(move || serve(serving.listener, shared, limits, ending))?;
-        Ok(Self { over, serving, url })
+            .spawn(move || serve(serving.listener, shared, limits, stopped))?;
+        Ok(Self { stop, serving, url })
     }
 
-    /// Where it is; if it is served on all addresses, where other machines find it.
+    /// Address of the page; if it is served on all interfaces, the address for other machines.
     pub fn url(&self) -> String {
         self.url.clone()
     }
 
-    /// Whether it is served no longer.
-    pub fn is_over(&self) -> bool {
+    /// Whether the server has stopped.
+    pub fn is_finished(&self) -> bool {
         self.serving.is_finished()
     }
 
-    /// Ends it; connections that are open are cut.
+    /// Stops the server and closes open connections.
     ///
     /// # Errors
-    /// Why it had ended before.
+    /// The error that stopped the server earlier.
     pub fn close(self) -> std::io::Result<()> {
-        self.over.send_replace(true);
+        self.stop.send_replace(true);
         let served = self.serving.join();
         served.unwrap_or_else(|_| Err(std::io::Error::other("the thread of the page panicked")))
     }
 }
 
-/// Follows the scenes with the bands of each.
-fn draw_bands(
+/// Updates the bands for each run.
+fn update_bands(
     session: &Session,
-    swept: Option<Bands>,
-    tell: &watch::Sender<Bands>,
-    over: &watch::Receiver<bool>,
+    swept: Option<RegimeBands>,
+    sender: &watch::Sender<RegimeBands>,
+    stopped: &watch::Receiver<bool>,
 ) {
     let mut drawn = 0;
-    while !*over.borrow() {
+    while !*stopped.borrow() {
         let panel = session.panel();
         if panel.run > drawn {
             drawn = panel.run;
-            let bands = panel.reach_deg.map(|reach| match &swept {
+            let bands = panel.tilt_range_deg.map(|reach| match &swept {
                 Some(swept) => swept.clone(),
-                None => Bands::by_stability(&session.scene(), reach),
+                None => RegimeBands::from_stability(&session.scene(), reach),
             });
-            tell.send_replace(bands.unwrap_or_default());
+            sender.send_replace(bands.unwrap_or_default());
         }
         std::thread::sleep(PANEL_EVERY);
     }
 }
 
-/// Serves until it is over.
+/// Serves until stopped.
 fn serve(
     listener: std::net::TcpListener,
     shared: Arc<Shared>,
     limits: Limits,
-    mut over: watch::Receiver<bool>,
+    mut stopped: watch::Receiver<bool>,
 ) -> std::io::Result<()> {
-    // On this thread: where there are no more, workers would end in a panic.
+    // Single-threaded: starting worker threads panics if the system provides no more threads.
     let runtime = tokio::runtime::Builder::new_current_thread()
         .max_blocking_threads(4)
         .enable_all()
@@ -197,12 +197,12 @@ fn serve(
         let listener = TcpListener::from_std(listener)?;
         tokio::select! {
             () = accept::accept(listener, router(shared), limits) => {}
-            // Whoever holds the other end and lets go of it has ended, too.
-            _ = over.wait_for(|over| *over) => {}
+            // A dropped sender also stops the server.
+            _ = stopped.wait_for(|stopped| *stopped) => {}
         }
         Ok(())
     });
-    // Connections that are still open are cut.
+    // Closes connections that are still open.
     runtime.shutdown_background();
     served
 }

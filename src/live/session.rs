@@ -1,111 +1,111 @@
-//! A session: one run after another, and what may be asked of it.
+//! A live session: a sequence of runs that accept commands.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::command::{Command, KICK, KICKS, PACES, Refused, within};
-use super::ear::Ear;
+use super::audio::AudioStream;
+use super::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
 use super::hub::Hub;
-use super::panel::{Board, Panel, Scribe};
-use super::recorder::{Recorder, SavedFile, Switch};
-use super::screen::Screen;
+use super::panel::{Panel, StatusSink, StatusStore};
+use super::recorder::{Recorder, RecordingControl, SavedFile};
+use super::throttled_sink::ThrottledSink;
 use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    Gait, Helm, Monitor, Order, Pending, PipelineError, Sink, SinkError, Source as _, Steered, Tee,
-    drive, steerable,
+    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, RunStatus,
+    Sink, SinkError, Source as _, Tee, controllable_source, drive,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
 use crate::sound::{Source, WavSink};
 
-/// The tilts that may be asked for, degrees, if the scene itself does not go beyond; fewer where the patch does
-/// not stay on the ball.
-const REACH: [f64; 2] = [0.0, 10.0];
-/// Who watches.
+/// Range of tilts, degrees, if the scene itself does not exceed it. It is smaller if the patch would leave
+/// the ball.
+const TILT_RANGE_DEG: [f64; 2] = [0.0, 10.0];
+/// Target of the view of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Watcher {
-    /// Those that come to the page.
+pub enum ViewTarget {
+    /// The web page.
     Page,
-    /// A viewer of its own.
+    /// A Rerun viewer.
     Viewer(Output),
 }
 
-/// How a session is to go.
+/// Options of a session.
 #[derive(Debug)]
-pub struct Plan {
+pub struct SessionOptions {
     /// The first scene.
     pub scene: Scene,
-    /// How the program was started.
+    /// Command line of the program.
     pub command: String,
-    /// Pace at the start, simulated seconds a second.
-    pub pace: f64,
-    /// Whether neighbours are followed at the start, see [`Command::Neighbours`].
-    pub neighbours: bool,
-    /// Who watches.
-    pub watcher: Watcher,
-    /// Where recordings go that are asked for on the way.
+    /// Initial playback speed, simulated seconds per second of wall time.
+    pub speed: f64,
+    /// Whether to compute the Lyapunov exponents and the perturbed trajectory, see [`Command::Lyapunov`].
+    pub lyapunov: bool,
+    /// Display.
+    pub watcher: ViewTarget,
+    /// Folder for recordings started during the session.
     pub folder: PathBuf,
-    /// A file to record into from the start.
+    /// File of a recording from the start.
     pub save: Option<PathBuf>,
-    /// A file for the sound of the first run.
+    /// WAV file for the sound of the first run.
     pub wav: Option<PathBuf>,
-    /// What of the motion is heard.
+    /// Quantity and point of the audio signal.
     pub source: Source,
 }
 
-/// A session, shared by all who steer it.
+/// A session, shared by all clients that control it.
 pub struct Session {
     first: Scene,
     command: String,
-    watcher: Watcher,
+    watcher: ViewTarget,
     source: Source,
-    /// What goes to the page's viewers.
+    /// Data for the viewers of the page.
     pub hub: Arc<Hub>,
-    /// What goes to the page's listeners.
-    pub ear: Arc<Ear>,
-    board: Arc<Board>,
-    switch: Arc<Switch>,
+    /// Audio for the listeners of the page.
+    pub audio: Arc<AudioStream>,
+    store: Arc<StatusStore>,
+    recording: Arc<RecordingControl>,
     current: Mutex<Current>,
     kicks: AtomicU64,
-    /// Ends a run in the middle of a frame.
+    /// Stops a run within a frame.
     stop: Arc<AtomicBool>,
 }
 
 struct Current {
     scene: Scene,
-    pace: f64,
-    neighbours: bool,
-    /// While a run goes on.
-    helm: Option<Helm>,
-    /// Degrees; `None` of what has no tilt.
-    reach: Option<[f64; 2]>,
-    /// What was asked for before there was a run.
-    early: Pending,
-    /// What comes after this run, if it is to end.
+    speed: f64,
+    lyapunov: bool,
+    /// Present during a run.
+    handle: Option<RunHandle>,
+    /// Range of tilts, degrees; `None` for a scene without tilt.
+    tilt_range_deg: Option<[f64; 2]>,
+    /// Commands sent before the run existed.
+    early: PendingCommands,
+    /// Scene of the next run, if the present one is to end.
     next: Option<Scene>,
-    over: bool,
+    stopped: bool,
     wav: Option<PathBuf>,
 }
 
 impl Session {
-    /// A session that has not begun.
-    pub fn new(plan: Plan) -> Self {
+    /// Creates a session that has not started.
+    pub fn new(plan: SessionOptions) -> Self {
         Self {
             hub: Arc::default(),
-            ear: Arc::new(Ear::new(plan.source)),
-            board: Arc::default(),
-            switch: Arc::new(Switch::new(plan.folder, plan.save)),
+            audio: Arc::new(AudioStream::new(plan.source)),
+            store: Arc::default(),
+            recording: Arc::new(RecordingControl::new(plan.folder, plan.save)),
             current: Mutex::new(Current {
                 scene: plan.scene.clone(),
-                pace: plan.pace,
-                neighbours: plan.neighbours,
-                helm: None,
-                reach: reach(&plan.scene),
-                early: Pending::default(),
+                speed: plan.speed,
+                lyapunov: plan.lyapunov,
+                handle: None,
+                tilt_range_deg: tilt_range_deg(&plan.scene),
+                early: PendingCommands::default(),
                 next: None,
-                over: false,
+                stopped: false,
                 wav: plan.wav,
             }),
             first: plan.scene,
@@ -117,60 +117,62 @@ impl Session {
         }
     }
 
-    /// Runs one scene after another until the session is ended; `notice` is told of a viewer that goes.
+    /// Runs one scene after another until the session is stopped. `notice` receives messages about a lost
+    /// viewer.
     ///
     /// # Errors
-    /// The first fault of a run.
+    /// The first error of a run.
     pub fn run(
         &self,
         notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Option<Summary>, PipelineError> {
         let mut output = match &self.watcher {
-            Watcher::Page => None,
-            Watcher::Viewer(output) => Some(output.clone()),
+            ViewTarget::Page => None,
+            ViewTarget::Viewer(output) => Some(output.clone()),
         };
         let mut last = None;
         loop {
-            let (scene, pace, wav, neighbours) = {
+            let (scene, speed, wav, lyapunov) = {
                 let mut current = self.current();
-                if current.over {
+                if current.stopped {
                     return Ok(last);
                 }
                 if let Some(next) = current.next.take() {
-                    current.reach = reach(&next);
+                    current.tilt_range_deg = tilt_range_deg(&next);
                     current.scene = next;
                 }
-                let followed = current.scene.follows_neighbours();
-                let neighbours = followed.then_some(current.neighbours);
-                let scene = match neighbours {
-                    Some(false) => current.scene.clone().without_neighbours(),
+                let followed = current.scene.computes_lyapunov();
+                let lyapunov = followed.then_some(current.lyapunov);
+                let scene = match lyapunov {
+                    Some(false) => current.scene.clone().without_lyapunov(),
                     Some(true) | None => current.scene.clone(),
                 };
-                (scene, current.pace, current.wav.take(), neighbours)
+                (scene, current.speed, current.wav.take(), lyapunov)
             };
-            let reach_deg = self.current().reach;
-            let reach = reach_deg.unwrap_or_default().map(f64::to_radians);
-            let (run, helm) = Steered::new(steerable(&scene)?, pace, reach);
-            self.board.begin(reach_deg, neighbours);
-            self.board.tell(0.0, format!("{} begins", scene.name));
-            let mut sinks = self.watched(&scene, &helm, output.as_mut(), notice)?;
-            let (switch, board) = (Arc::clone(&self.switch), Arc::clone(&self.board));
-            sinks.push(Box::new(Recorder::new(switch, board, scene.record)));
+            let tilt_range_deg = self.current().tilt_range_deg;
+            let tilt_range = tilt_range_deg.unwrap_or_default().map(f64::to_radians);
+            let (run, handle) =
+                InteractiveSource::new(controllable_source(&scene)?, speed, tilt_range);
+            self.store.begin_run(tilt_range_deg, lyapunov);
+            self.store.log(0.0, format!("{} starts", scene.name));
+            let mut sinks = self.display_sinks(&scene, &handle, output.as_mut(), notice)?;
+            let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
+            sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
                 let header = run.header(&self.command);
-                let heard = WavSink::new(wav, self.source, &header, 1.0);
-                sinks.push(Box::new(heard.map_err(sink)?));
+                let wav_sink = WavSink::new(wav, self.source, &header, 1.0);
+                sinks.push(Box::new(wav_sink.map_err(sink)?));
             }
-            // Last: what the panel tells is then in every file.
-            sinks.push(Box::new(Scribe(Arc::clone(&self.board))));
+            // The last sink: a file then contains every record that the panel has shown.
+            sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
             {
                 let mut current = self.current();
-                // What was asked for meanwhile is not lost.
-                helm.begin_with(std::mem::take(&mut current.early));
-                if current.next.is_some() || current.over {
-                    end(&helm);
+                // Commands sent in the meantime are kept.
+                handle.set_pending(std::mem::take(&mut current.early));
+                if current.next.is_some() || current.stopped {
+                    end(&handle);
                 }
-                current.helm = Some(helm);
+                current.handle = Some(handle);
             }
             let mut tee = Tee::new(sinks);
             let monitor = Monitor {
@@ -178,85 +180,85 @@ impl Session {
                 ..Monitor::default()
             };
             let ran = drive(run, &self.command, &mut tee, monitor);
-            self.current().helm = None;
+            self.current().handle = None;
             if let Some(wav) = wav {
                 let outcome = ran.as_ref().map(|_| ());
                 let outcome =
-                    outcome.map_err(|_| "the run failed, so that there is nothing".into());
-                self.switch.note(wav, outcome);
+                    outcome.map_err(|_| "the run failed; the file was not written".into());
+                self.recording.store_result(wav, outcome);
             }
             last = Some(ran?);
         }
     }
 
-    /// What shows a run to those who watch: the page, or the viewer that one output is.
-    fn watched(
+    /// The sinks that display a run: on the page, or in a viewer.
+    fn display_sinks(
         &self,
         scene: &Scene,
-        helm: &Helm,
+        handle: &RunHandle,
         output: Option<&mut Output>,
         notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
         let Some(output) = output else {
             self.hub.begin();
             let audience = Arc::clone(&self.hub) as _;
-            let viewer = RerunSink::for_audience(audience, scene.record).map_err(sink)?;
-            self.ear.follow(helm.clone());
-            let tap = self.ear.tap();
-            return Ok(vec![Box::new(Screen::new(viewer)), Box::new(tap)]);
+            let viewer = RerunSink::for_receiver(audience, scene.record).map_err(sink)?;
+            self.audio.set_run(handle.clone());
+            let audio = self.audio.sink();
+            return Ok(vec![Box::new(ThrottledSink::new(viewer)), Box::new(audio)]);
         };
         let notice = Arc::clone(notice);
         let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
         let viewer = viewer.with_notice(move |words| notice(words));
-        // One viewer is enough for the whole session.
+        // The whole session uses one viewer.
         if output.spawn {
             *output = Output {
                 connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
                 ..Output::default()
             };
         }
-        Ok(vec![Box::new(Screen::new(viewer))])
+        Ok(vec![Box::new(ThrottledSink::new(viewer))])
     }
 
-    /// Ends the session.
+    /// Stops the session.
     pub fn end(&self) {
         let mut current = self.current();
-        current.over = true;
+        current.stopped = true;
         self.stop.store(true, Ordering::Relaxed);
-        if let Some(helm) = &current.helm {
-            end(helm);
+        if let Some(handle) = &current.handle {
+            end(handle);
         }
     }
 
-    /// What has become of the files that were asked for, once the session has ended.
+    /// Results for the requested files, after the end of the session.
     pub fn saved(&self) -> Vec<SavedFile> {
-        let mut saved = self.switch.take_saved();
+        let mut saved = self.recording.take_results();
         let wav = self.current().wav.take();
-        saved.extend(wav.map(SavedFile::never_begun));
+        saved.extend(wav.map(SavedFile::never_started));
         saved
     }
 
-    /// Tells everybody something.
-    pub fn tell(&self, words: &str) {
-        self.board.tell(self.time(), words);
+    /// Shows a message on all panels.
+    pub fn log(&self, words: &str) {
+        self.store.log(self.time(), words);
     }
 
-    /// What is known now.
+    /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
-        self.board.read(self.gait(), self.hub.watching())
+        self.store.read(self.status(), self.hub.watching())
     }
 
     /// Simulated time of the run, s; 0 between two runs.
     pub fn time(&self) -> f64 {
-        self.gait().map_or(0.0, |gait| gait.time)
+        self.status().map_or(0.0, |status| status.time)
     }
 
-    /// What the run is doing, if there is one.
-    pub fn gait(&self) -> Option<Gait> {
-        self.current().helm.as_ref().map(Helm::gait)
+    /// Present state of the run, if there is one.
+    pub fn status(&self) -> Option<RunStatus> {
+        self.current().handle.as_ref().map(RunHandle::status)
     }
 
-    /// The scenes that may be asked for: name and title.
+    /// The available scenes: name and title.
     pub fn scenes(&self) -> Vec<[String; 2]> {
         let mut scenes: Vec<[String; 2]> = Vec::new();
         if PRESETS.iter().all(|preset| preset.name != self.first.name) {
@@ -270,100 +272,106 @@ impl Session {
         scenes
     }
 
-    /// The scene that runs.
+    /// The present scene.
     pub fn scene(&self) -> Scene {
         self.current().scene.clone()
     }
 
-    /// Carries out a command; what it does can be seen from the next frame on.
+    /// Applies a command. Its effect starts with the next frame.
     ///
     /// # Errors
-    /// [`Refused`], and nothing has changed.
-    pub fn obey(&self, command: &Command) -> Result<(), Refused> {
+    /// [`Rejected`]; nothing has changed.
+    pub fn apply(&self, command: &Command) -> Result<(), Rejected> {
         let mut current = self.current();
-        let order = match command {
-            Command::Tilt { deg } => Order::Tilt(self.tilt(&current, *deg)?),
-            Command::Pause {} => Order::Pause,
-            Command::Resume {} => Order::Resume,
-            Command::Step {} => Order::Step,
-            Command::Pace { ms_per_s } => {
-                let pace = 1e-3 * within("the pace", *ms_per_s, PACES, "ms a second")?;
-                current.pace = pace;
-                Order::Pace(pace)
+        let run_command = match command {
+            Command::Tilt { deg } => RunCommand::Tilt(self.tilt(&current, *deg)?),
+            Command::Pause {} => RunCommand::Pause,
+            Command::Resume {} => RunCommand::Resume,
+            Command::Step {} => RunCommand::Step,
+            Command::Speed { ms_per_s } => {
+                let speed =
+                    1e-3 * check_range("the playback speed", *ms_per_s, SPEED_RANGE, "ms/s")?;
+                current.speed = speed;
+                RunCommand::Speed(speed)
             }
             Command::Kick { mm_per_s } => {
-                let size = mm_per_s.unwrap_or(KICK);
-                let size = 1e-3 * within("a kick", size, KICKS, "mm/s")?;
-                // Another direction each time; the first is not that of the start.
+                let size = mm_per_s.unwrap_or(DEFAULT_KICK);
+                let size = 1e-3 * check_range("a kick", size, KICK_RANGE, "mm/s")?;
+                // Each kick has another direction; the first one differs from the initial kick.
                 let kicks = self.kicks.fetch_add(1, Ordering::Relaxed) + 1;
                 let seed = current.scene.start.seed.wrapping_add(kicks);
-                Order::Kick { size, seed }
+                RunCommand::Kick { size, seed }
             }
             Command::Reset {} => {
                 current.next = Some(current.scene.clone());
-                Order::End
+                RunCommand::End
             }
-            Command::Neighbours { follow } => {
-                let has_them = current.scene.follows_neighbours();
-                if std::mem::replace(&mut current.neighbours, *follow) == *follow || !has_them {
+            Command::Lyapunov { enabled } => {
+                let has_them = current.scene.computes_lyapunov();
+                if std::mem::replace(&mut current.lyapunov, *enabled) == *enabled || !has_them {
                     return Ok(());
                 }
                 current.next = Some(current.scene.clone());
-                Order::End
+                RunCommand::End
             }
             Command::Scene { name } => {
                 current.next = Some(self.named(name)?);
-                Order::End
+                RunCommand::End
             }
             Command::Record {} => {
-                let begun = self.switch.on();
-                begun.map_err(|fault| Refused(fault.to_string()))?;
+                let begun = self.recording.start();
+                begun.map_err(|fault| Rejected(fault.to_string()))?;
                 return Ok(());
             }
             Command::StopRecording {} => {
-                self.switch.off();
+                self.recording.stop();
                 return Ok(());
             }
         };
-        if order == Order::End {
-            // What is asked for from now on is for the run that comes.
-            if let Some(helm) = current.helm.take() {
-                end(&helm);
+        if run_command == RunCommand::End {
+            // Later commands apply to the next run.
+            if let Some(handle) = current.handle.take() {
+                end(&handle);
             }
             return Ok(());
         }
-        match &current.helm {
-            Some(helm) => helm.order(order)?,
-            // The run that is being made ready takes it.
-            None => current.early.add(order)?,
+        match &current.handle {
+            Some(handle) => handle.send(run_command)?,
+            // The run that is being set up receives it.
+            None => current.early.add(run_command)?,
         }
         Ok(())
     }
 
-    /// The tilt asked for, rad, if it may be.
-    fn tilt(&self, current: &Current, deg: f64) -> Result<f64, Refused> {
+    /// Checks a requested tilt and converts it to rad.
+    fn tilt(&self, current: &Current, deg: f64) -> Result<f64, Rejected> {
         if current.next.is_some() {
-            return Err(Refused("another run is about to begin".to_owned()));
+            return Err(Rejected(
+                "another run is about to start; try again".to_owned(),
+            ));
         }
-        let Some(reach) = current.reach else {
+        let Some(range) = current.tilt_range_deg else {
             let scene = &current.scene.name;
-            return Err(Refused(format!("the scene `{scene}` has nothing to tilt")));
+            return Err(Rejected(format!("the scene `{scene}` has no tilt")));
         };
-        let deg = within("the tilt", deg, reach, "degrees")?;
+        let deg = check_range("the tilt", deg, range, "degrees")?;
         let tilted = current.scene.clone().with_tilt(deg);
-        tilted.map_err(|fault| Refused(fault.to_string()))?;
+        tilted.map_err(|fault| Rejected(fault.to_string()))?;
         Ok(deg.to_radians())
     }
 
-    fn named(&self, name: &str) -> Result<Scene, Refused> {
+    fn named(&self, name: &str) -> Result<Scene, Rejected> {
         if name == self.first.name {
             return Ok(self.first.clone());
         }
         let preset = crate::scene::preset(name).ok_or_else(|| {
             let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-            Refused(format!("no scene `{name}`; there are {}", known.join(", ")))
+            Rejected(format!(
+                "unknown scene `{name}`; choose one of: {}",
+                known.join(", ")
+            ))
         })?;
-        preset.scene().map_err(|fault| Refused(fault.to_string()))
+        preset.scene().map_err(|fault| Rejected(fault.to_string()))
     }
 
     fn current(&self) -> MutexGuard<'_, Current> {
@@ -371,24 +379,24 @@ impl Session {
     }
 }
 
-/// Ends a run.
-fn end(helm: &Helm) {
-    // An end is never one too many.
-    let _ = helm.order(Order::End);
+/// Stops a run.
+fn end(handle: &RunHandle) {
+    // A run always accepts an end command.
+    let _ = handle.send(RunCommand::End);
 }
 
 fn sink(fault: impl Into<SinkError>) -> PipelineError {
     PipelineError::Sink(fault.into())
 }
 
-/// The tilts that may be asked for, degrees: those of the scene and [`REACH`], as far as the patch stays on the
-/// ball.
-fn reach(scene: &Scene) -> Option<[f64; 2]> {
+/// Range of tilts, degrees: the union of the range of the scene and [`TILT_RANGE_DEG`], as far as the patch
+/// stays on the ball.
+fn tilt_range_deg(scene: &Scene) -> Option<[f64; 2]> {
     let tilt = &scene.joint().ok()?.tilt;
     let own = [tilt.min(), tilt.max()].map(f64::to_degrees);
     let fits = |deg: f64| scene.clone().with_tilt(deg).is_ok();
-    // In half degrees from what the scene has by itself, which fits.
-    let reach_to = |own: f64, end: f64| {
+    // In steps of 0.5 degrees from the range of the scene, which is valid.
+    let extend = |own: f64, end: f64| {
         let steps = ((end - own).abs() / 0.5).ceil() as u32;
         let at = |k: u32| match k == steps {
             true => end,
@@ -401,8 +409,8 @@ fn reach(scene: &Scene) -> Option<[f64; 2]> {
             .unwrap_or(own)
     };
     Some([
-        reach_to(own[0], own[0].min(REACH[0])),
-        reach_to(own[1], own[1].max(REACH[1])),
+        extend(own[0], own[0].min(TILT_RANGE_DEG[0])),
+        extend(own[1], own[1].max(TILT_RANGE_DEG[1])),
     ])
 }
 
@@ -413,12 +421,12 @@ mod tests {
     use super::*;
 
     fn session(scene: &str) -> Arc<Session> {
-        let plan = Plan {
+        let plan = SessionOptions {
             scene: Scene::load(scene).unwrap(),
             command: "squeakscope live".to_owned(),
-            pace: 0.02,
-            neighbours: true,
-            watcher: Watcher::Page,
+            speed: 0.02,
+            lyapunov: true,
+            watcher: ViewTarget::Page,
             folder: std::env::temp_dir(),
             save: None,
             wav: None,
@@ -427,8 +435,8 @@ mod tests {
         Arc::new(Session::new(plan))
     }
 
-    /// A session that goes on while `steer` does its work.
-    fn steered(scene: &str, steer: impl FnOnce(&Session)) {
+    /// Runs a session while `control` sends commands.
+    fn with_session(scene: &str, control: impl FnOnce(&Session)) {
         let session = session(scene);
         let runner = {
             let session = Arc::clone(&session);
@@ -438,7 +446,7 @@ mod tests {
             })
         };
         until(&session, |panel| panel.time_s > 0.0);
-        steer(&session);
+        control(&session);
         session.end();
         runner.join().unwrap().unwrap();
     }
@@ -456,21 +464,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_is_seen() {
-        steered("torus-3deg", |session| {
-            let obey = |command| session.obey(&command).unwrap();
-            obey(Command::Tilt { deg: 4.25 });
+    fn commands_take_effect() {
+        with_session("torus-3deg", |session| {
+            let apply = |command| session.apply(&command).unwrap();
+            apply(Command::Tilt { deg: 4.25 });
             let panel = until(session, |panel| panel.tilt_deg == Some(4.25));
             assert!(panel.events.iter().any(|e| e.text == "tilt 4.25 degrees"));
-            obey(Command::Pause {});
+            apply(Command::Pause {});
             let at = until(session, |panel| panel.paused);
-            obey(Command::Step {});
+            apply(Command::Step {});
             until(session, |panel| panel.time_s > at.time_s && panel.paused);
-            obey(Command::Pace { ms_per_s: 5.0 });
-            obey(Command::Resume {});
-            until(session, |panel| !panel.paused && panel.pace == 5e-3);
-            obey(Command::Kick { mm_per_s: None });
-            obey(Command::Kick {
+            apply(Command::Speed { ms_per_s: 5.0 });
+            apply(Command::Resume {});
+            until(session, |panel| !panel.paused && panel.speed == 5e-3);
+            apply(Command::Kick { mm_per_s: None });
+            apply(Command::Kick {
                 mm_per_s: Some(2.0),
             });
             let panel = until(session, |panel| {
@@ -485,65 +493,71 @@ mod tests {
     }
 
     #[test]
-    fn another_scene_and_a_reset_are_runs_of_their_own() {
-        steered("torus-3deg", |session| {
-            let obey = |command| session.obey(&command).unwrap();
+    fn another_scene_and_a_reset_start_new_runs() {
+        with_session("torus-3deg", |session| {
+            let apply = |command| session.apply(&command).unwrap();
             let name = "mass-on-belt".to_owned();
-            obey(Command::Scene { name });
+            apply(Command::Scene { name });
             let panel = until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
             assert_eq!(
                 (panel.scene.as_str(), panel.tilt_deg),
                 ("mass-on-belt", None)
             );
-            assert!(session.obey(&Command::Tilt { deg: 2.0 }).is_err());
-            obey(Command::Reset {});
+            assert!(session.apply(&Command::Tilt { deg: 2.0 }).is_err());
+            apply(Command::Reset {});
             until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
         });
     }
 
     #[test]
-    fn what_is_asked_for_while_another_run_begins_is_for_that_run() {
-        steered("torus-3deg", |session| {
-            let obey = |command| session.obey(&command).unwrap();
-            obey(Command::Reset {});
-            obey(Command::Pause {});
+    fn commands_during_a_restart_apply_to_the_new_run() {
+        with_session("torus-3deg", |session| {
+            let apply = |command| session.apply(&command).unwrap();
+            apply(Command::Reset {});
+            apply(Command::Pause {});
             let panel = until(session, |panel| panel.run == 2 && panel.paused);
-            assert!(panel.events.iter().any(|e| e.text == "torus-3deg begins"));
-            // Done although time stands still.
-            obey(Command::Record {});
+            assert!(panel.events.iter().any(|e| e.text == "torus-3deg starts"));
+            // Recording works while the run is paused.
+            apply(Command::Record {});
             until(session, |panel| panel.recording.is_some());
-            obey(Command::StopRecording {});
+            apply(Command::StopRecording {});
             until(session, |panel| panel.recording.is_none());
-            obey(Command::Resume {});
+            apply(Command::Resume {});
             until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
         });
     }
 
     #[test]
-    fn neighbours_are_left_out_when_asked_for() {
-        steered("chaos-5deg", |session| {
-            assert_eq!(session.panel().neighbours, Some(true));
-            let obey = |command| session.obey(&command).unwrap();
-            obey(Command::Neighbours { follow: false });
+    fn lyapunov_analyses_can_be_switched_off() {
+        with_session("chaos-5deg", |session| {
+            assert_eq!(session.panel().lyapunov, Some(true));
+            let apply = |command| session.apply(&command).unwrap();
+            apply(Command::Lyapunov { enabled: false });
             let panel = until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
-            assert_eq!(panel.neighbours, Some(false));
-            // Asked again, nothing is begun anew.
-            obey(Command::Neighbours { follow: false });
-            // What has none has none.
+            assert_eq!(panel.lyapunov, Some(false));
+            // A repeated command does not restart the scene.
+            apply(Command::Lyapunov { enabled: false });
+            // A scene without these analyses does not have the option.
             let name = "mass-on-belt".to_owned();
-            obey(Command::Scene { name });
+            apply(Command::Scene { name });
             let panel = until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
-            assert_eq!(panel.neighbours, None);
+            assert_eq!(panel.lyapunov, None);
         });
     }
 
     #[test]
-    fn what_is_out_of_range_is_refused_by_name() {
-        steered("torus-3deg", |session| {
+    fn values_out_of_range_are_rejected_with_their_names() {
+        with_session("torus-3deg", |session| {
             for (command, part) in [
-                (Command::Tilt { deg: 10.1 }, "the tilt must be from 0 to 10"),
+                (
+                    Command::Tilt { deg: 10.1 },
+                    "the tilt must be between 0 and 10",
+                ),
                 (Command::Tilt { deg: f64::NAN }, "the tilt must be"),
-                (Command::Pace { ms_per_s: 0.0 }, "the pace must be"),
+                (
+                    Command::Speed { ms_per_s: 0.0 },
+                    "the playback speed must be",
+                ),
                 (
                     Command::Kick {
                         mm_per_s: Some(-1.0),
@@ -554,10 +568,10 @@ mod tests {
                     Command::Scene {
                         name: "../etc/passwd".to_owned(),
                     },
-                    "no scene `../etc/passwd`",
+                    "unknown scene `../etc/passwd`",
                 ),
             ] {
-                let refused = session.obey(&command).unwrap_err().to_string();
+                let refused = session.apply(&command).unwrap_err().to_string();
                 assert!(refused.contains(part), "{refused}");
             }
             let panel = session.panel();
@@ -567,11 +581,11 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_reaches_beyond_ten_degrees_if_it_does_so_by_itself() {
+    fn the_tilt_range_includes_that_of_the_scene() {
         let scene = Scene::load("torus-3deg").unwrap();
-        assert_eq!(reach(&scene), Some([0.0, 10.0]));
+        assert_eq!(tilt_range_deg(&scene), Some([0.0, 10.0]));
         let steep = scene.with_tilt(14.0).unwrap();
-        assert_eq!(reach(&steep), Some([0.0, 14.0]));
-        assert_eq!(reach(&Scene::load("mass-on-belt").unwrap()), None);
+        assert_eq!(tilt_range_deg(&steep), Some([0.0, 14.0]));
+        assert_eq!(tilt_range_deg(&Scene::load("mass-on-belt").unwrap()), None);
     }
 }

@@ -1,16 +1,16 @@
-//! How much memory there is, so that what needs more is refused before it is asked for.
+//! Available memory, checked before large allocations.
 //!
-//! An allocation that fails ends the program at once, and one that the system grants and cannot keep
-//! ends with the process killed. So a reader that knows from a header how much it will hold asks here
-//! first. Linux says how much there is; elsewhere only the allocation itself can be refused.
+//! A failed allocation aborts the program, and memory that the system grants but cannot provide gets the
+//! process killed. A reader that gets its size from a header therefore checks here first. Linux reports
+//! the available memory; on other systems only the allocation itself can fail.
 
-/// More memory is needed than there is.
+/// A shortage of memory: more is needed than available.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{} of memory are needed, {}", megabytes(*need), left(*available))]
 pub struct MemoryShortage {
     /// Bytes needed.
     pub need: u64,
-    /// Bytes that this process can still get; `None` where the system refuses without saying.
+    /// Bytes available to this process; `None` if the system refuses the allocation without a number.
     pub available: Option<u64>,
 }
 
@@ -21,11 +21,11 @@ fn megabytes(bytes: u64) -> String {
 fn left(available: Option<u64>) -> String {
     match available {
         Some(bytes) => format!("{} are available", megabytes(bytes)),
-        None => "which the system refuses".to_owned(),
+        None => "but the system refuses the allocation".to_owned(),
     }
 }
 
-/// Refuses to need more bytes than are available.
+/// Returns an error if more bytes are needed than available.
 pub(crate) fn check(need: u64) -> Result<(), MemoryShortage> {
     match available() {
         Some(bytes) if bytes < need => Err(MemoryShortage {
@@ -36,27 +36,27 @@ pub(crate) fn check(need: u64) -> Result<(), MemoryShortage> {
     }
 }
 
-/// Whether the system grants so many bytes of address space. For what reserves more than it uses, and would end the
-/// program where it is refused.
-pub(crate) fn is_granted(bytes: usize) -> bool {
+/// Whether the system grants this many bytes of address space. For code that reserves more than it uses
+/// and would abort the program on failure.
+pub(crate) fn can_reserve(bytes: usize) -> bool {
     Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
 }
 
-/// An empty vector with room for so many numbers.
-pub(crate) fn room(count: usize) -> Result<Vec<f64>, MemoryShortage> {
+/// Allocates an empty vector with capacity for `count` numbers.
+pub(crate) fn allocate(count: usize) -> Result<Vec<f64>, MemoryShortage> {
     let need = (count as u64).saturating_mul(size_of::<f64>() as u64);
     check(need)?;
     let mut vector = Vec::new();
-    let refused = MemoryShortage {
+    let shortage = MemoryShortage {
         need,
         available: None,
     };
-    vector.try_reserve_exact(count).map_err(|_| refused)?;
+    vector.try_reserve_exact(count).map_err(|_| shortage)?;
     Ok(vector)
 }
 
-/// Bytes that this process can still get: what the machine has, or what the limits of the process
-/// (`ulimit -v`, `ulimit -d`) leave, if that is less. `None` where the system does not say.
+/// Bytes available to this process: what the machine has, or what the limits of the process
+/// (`ulimit -v`, `ulimit -d`) leave, whichever is less. `None` if the system does not report it.
 fn available() -> Option<u64> {
     let file = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let status = file("/proc/self/status");
@@ -77,7 +77,7 @@ fn kilobytes(text: &str, name: &str) -> Option<u64> {
     Some(number_after(text, name)? * 1024)
 }
 
-/// The number that follows a name at the start of a line; `None` if it is a word, such as `unlimited`.
+/// The number after a name at the start of a line; `None` if it is a word, such as `unlimited`.
 fn number_after(text: &str, name: &str) -> Option<u64> {
     let value = text.lines().find_map(|line| line.strip_prefix(name))?;
     value.split_whitespace().next()?.parse().ok()
@@ -102,18 +102,18 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_with_both_numbers() {
-        assert_eq!(room(1000).unwrap().capacity(), 1000);
-        // More than any address space has.
-        let refused = room(1 << 59).unwrap_err().to_string();
+    fn a_shortage_is_reported_with_both_numbers() {
+        assert_eq!(allocate(1000).unwrap().capacity(), 1000);
+        // More than any address space.
+        let shortage = allocate(1 << 59).unwrap_err().to_string();
         assert!(
-            refused.starts_with("4611686018427 MB of memory are needed, "),
-            "{refused}"
+            shortage.starts_with("4611686018427 MB of memory are needed, "),
+            "{shortage}"
         );
         if cfg!(target_os = "linux") {
-            let bytes = available().expect("Linux says it");
+            let bytes = available().expect("Linux reports it");
             assert!(bytes > 1 << 20, "{bytes}");
-            assert!(refused.ends_with(" MB are available"), "{refused}");
+            assert!(shortage.ends_with(" MB are available"), "{shortage}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! One array: from the bytes of a `.npy` file to numbers.
+//! Reads one array from the bytes of a `.npy` file.
 
 use std::io::{self, Read};
 
@@ -6,15 +6,14 @@ use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 
 use crate::memory::{self, MemoryShortage};
 
-/// Brackets within brackets in a header; the time to parse it grows exponentially with them. A
-/// record of arrays, which is not read here, has five.
-const DEEPEST: usize = 8;
+/// Maximum nesting of brackets in a header, because the parsing time grows exponentially with it. An
+/// array of records, which is not supported, has five levels.
+const MAX_NESTING: usize = 8;
 
-/// The longest header, bytes: the most that version 1.0 of the format can have. NumPy itself reads
-/// 10,000.
-const LONGEST_HEADER: usize = 65_535;
+/// Maximum header length, bytes: the limit of format version 1.0. NumPy itself reads 10,000.
+const MAX_HEADER: usize = 65_535;
 
-/// Bytes that are read at once.
+/// Bytes per read.
 const BLOCK: usize = 1 << 16;
 
 /// An array in row-major order.
@@ -22,12 +21,12 @@ const BLOCK: usize = 1 << 16;
 pub struct Array {
     /// Length along each axis; empty for a single number.
     pub shape: Vec<usize>,
-    /// The numbers.
+    /// Values, row-major.
     pub values: Vec<f64>,
 }
 
 impl Array {
-    /// A one-dimensional array.
+    /// Creates a one-dimensional array.
     pub fn vector(values: Vec<f64>) -> Self {
         Self {
             shape: vec![values.len()],
@@ -35,7 +34,7 @@ impl Array {
         }
     }
 
-    /// An array of `rows` rows, of as many columns as the values give.
+    /// Creates an array of `rows` rows; the number of columns follows from the values.
     pub fn matrix(rows: usize, values: Vec<f64>) -> Self {
         let columns = values.len().checked_div(rows).unwrap_or(0);
         Self {
@@ -44,7 +43,7 @@ impl Array {
         }
     }
 
-    /// A single number.
+    /// Creates an array of a single number.
     pub fn number(value: f64) -> Self {
         Self {
             shape: vec![],
@@ -53,88 +52,88 @@ impl Array {
     }
 }
 
-/// Why the bytes of an array give no numbers.
+/// Error while an array is decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ArrayProblem {
-    /// They do not follow the format.
+pub enum ArrayError {
+    /// The bytes do not follow the format.
     #[error("it is damaged: {0}; save it again")]
     Damaged(String),
-    /// They are no real numbers.
-    #[error("its type is {0}, which is not read; save real numbers (a float or an integer type)")]
+    /// The values are not real numbers.
+    #[error("its type {0} is not supported; save real numbers (a float or an integer type)")]
     Unsupported(String),
-    /// They end before their time.
-    #[error("it is cut short: {have} bytes where {need} are announced; save it again")]
+    /// The bytes are truncated.
+    #[error("it is truncated: {have} of {need} bytes; save it again")]
     CutShort {
-        /// Bytes there.
+        /// Bytes present.
         have: u64,
-        /// Bytes announced.
+        /// Bytes announced in the header.
         need: u64,
     },
-    /// There are more than are read.
-    #[error("it has {have} numbers, and {most} are read of one file; save fewer")]
+    /// The array exceeds the limit.
+    #[error("it has {have} numbers, above the limit of {most} per file; save fewer")]
     TooLarge {
-        /// Numbers in it.
+        /// Number of values in the array.
         have: usize,
-        /// The most that are still read.
+        /// Maximum number of values.
         most: usize,
     },
-    /// They do not fit into the memory.
+    /// The values exceed the available memory.
     #[error("{0}; save fewer numbers")]
     Memory(#[from] MemoryShortage),
 }
 
-/// An array in a file, its numbers still unread.
+/// An array in a file; its values are read on demand.
 ///
-/// As an iterator it gives the numbers in the file's order, and holds one block of them at a time. After
-/// an error it ends.
+/// As an iterator it yields the values in the order of the file and keeps one block of them in memory.
+/// It ends after an error.
 pub struct ArrayReader<R> {
     shape: Vec<usize>,
     fortran: bool,
     rounding: f64,
-    kind: Kind,
+    element: ElementType,
     source: R,
-    /// Bytes of numbers announced, and those of them that are read.
+    /// Bytes of values announced in the header, and bytes read.
     need: u64,
     have: u64,
     block: Vec<u8>,
-    /// The next number in the block.
+    /// Index of the next value in the block.
     next: usize,
 }
 
-/// How a number is written.
-struct Kind {
-    /// Bytes of one.
+/// Binary format of a value.
+struct ElementType {
+    /// Bytes per value.
     size: usize,
     big_endian: bool,
-    /// The number that its bytes, the least significant first, make.
+    /// Converts the bytes, assembled least significant first, to a number.
     number: fn(u64) -> f64,
 }
 
 impl<R: Read> ArrayReader<R> {
-    /// Reads the header of a `.npy` file of so many bytes.
+    /// Reads the header of a `.npy` file of `length` bytes.
     ///
     /// # Errors
-    /// If it does not follow the format, announces more than the file has, or something else than real
-    /// numbers.
-    pub fn open(mut source: R, length: u64) -> Result<Self, ArrayProblem> {
+    /// If the header does not follow the format, announces more bytes than the file has, or a type other
+    /// than real numbers.
+    pub fn open(mut source: R, length: u64) -> Result<Self, ArrayError> {
         let text = header(&mut source)?;
         let header = NpyHeader::from_reader(&text[..]).map_err(damaged)?;
         let shape: Vec<usize> = header.shape().iter().map(|&n| n as usize).collect();
-        let (kind, rounding) = kind(&header.dtype())?;
+        let (element, rounding) = element_type(&header.dtype())?;
         let count = shape.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
         let need = count
-            .and_then(|count| count.checked_mul(kind.size))
-            .ok_or_else(|| ArrayProblem::Damaged("its shape is beyond all bounds".to_owned()))?;
+            .and_then(|count| count.checked_mul(element.size))
+            .ok_or_else(|| ArrayError::Damaged("its shape overflows".to_owned()))?;
         let (have, need) = (length.saturating_sub(text.len() as u64), need as u64);
         if have < need {
-            return Err(ArrayProblem::CutShort { have, need });
+            return Err(ArrayError::CutShort { have, need });
         }
         Ok(Self {
             shape,
             fortran: header.order() == Order::Fortran,
             rounding,
-            kind,
+            element,
             source,
             need,
             have: 0,
@@ -148,31 +147,30 @@ impl<R: Read> ArrayReader<R> {
         &self.shape
     }
 
-    /// Whether the first axis changes fastest in the file.
+    /// Whether the file is in Fortran order (the first axis changes fastest).
     pub fn fortran(&self) -> bool {
         self.fortran
     }
 
-    /// Relative rounding of the type in the file; 0 for integers.
+    /// Relative rounding error of the type in the file; 0 for integers.
     pub fn rounding(&self) -> f64 {
         self.rounding
     }
 
-    /// How many numbers it has.
+    /// Number of values.
     pub fn total(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// All numbers, in row-major order.
+    /// Reads all values into row-major order.
     ///
     /// # Errors
-    /// [`ArrayProblem::Memory`] before anything is read, and what reading meets.
-    pub fn into_array(self) -> Result<Array, ArrayProblem> {
-        let mut values = memory::room(self.total())?;
+    /// [`ArrayError::Memory`] before anything is read, and all errors of reading.
+    pub fn into_array(self) -> Result<Array, ArrayError> {
+        let mut values = memory::allocate(self.total())?;
         values.resize(self.total(), 0.0);
         let shape = self.shape.clone();
-        // The axes, that which changes fastest in the file first: length, and distance of one index to the
-        // next in row-major order.
+        // Axes in the order of the file, fastest first: length, and stride in row-major order.
         let mut stride = 1;
         let mut axes: Vec<(usize, usize)> = (shape.iter().rev())
             .map(|&length| {
@@ -185,16 +183,16 @@ impl<R: Read> ArrayReader<R> {
             axes.reverse();
         }
         let mut index = vec![0; axes.len()];
-        let mut place = 0;
+        let mut position = 0;
         for value in self {
-            values[place] = value?;
+            values[position] = value?;
             for (index, (length, stride)) in index.iter_mut().zip(&axes) {
                 *index += 1;
-                place += stride;
+                position += stride;
                 if *index < *length {
                     break;
                 }
-                place -= length * stride;
+                position -= length * stride;
                 *index = 0;
             }
         }
@@ -202,30 +200,30 @@ impl<R: Read> ArrayReader<R> {
     }
 
     /// Reads the next block; false after the last.
-    fn fill(&mut self) -> Result<bool, ArrayProblem> {
-        let whole = BLOCK - BLOCK % self.kind.size;
-        let wanted = (self.need - self.have).min(whole as u64);
+    fn fill(&mut self) -> Result<bool, ArrayError> {
+        let full = BLOCK - BLOCK % self.element.size;
+        let requested = (self.need - self.have).min(full as u64);
         self.block.clear();
         self.next = 0;
-        let mut part = self.source.by_ref().take(wanted);
+        let mut part = self.source.by_ref().take(requested);
         part.read_to_end(&mut self.block).map_err(damaged)?;
         self.have += self.block.len() as u64;
-        if (self.block.len() as u64) < wanted {
-            return Err(ArrayProblem::CutShort {
+        if (self.block.len() as u64) < requested {
+            return Err(ArrayError::CutShort {
                 have: self.have,
                 need: self.need,
             });
         }
-        if wanted > 0 && self.have == self.need {
-            // An archive compares its checksum when there is nothing left.
+        if requested > 0 && self.have == self.need {
+            // An archive verifies its checksum at the end of the data.
             self.source.read(&mut [0]).map_err(damaged)?;
         }
-        Ok(wanted > 0)
+        Ok(requested > 0)
     }
 }
 
 impl<R: Read> Iterator for ArrayReader<R> {
-    type Item = Result<f64, ArrayProblem>;
+    type Item = Result<f64, ArrayError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.next == self.block.len() {
@@ -239,33 +237,33 @@ impl<R: Read> Iterator for ArrayReader<R> {
                 }
             }
         }
-        let bytes = &self.block[self.next..self.next + self.kind.size];
-        self.next += self.kind.size;
+        let bytes = &self.block[self.next..self.next + self.element.size];
+        self.next += self.element.size;
         let join = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        let bits = match self.kind.big_endian {
+        let bits = match self.element.big_endian {
             true => bytes.iter().fold(0, join),
             false => bytes.iter().rev().fold(0, join),
         };
-        Some(Ok((self.kind.number)(bits)))
+        Some(Ok((self.element.number)(bits)))
     }
 }
 
-/// What a library says, in one line: to a syntax error it adds a picture of the header.
-fn damaged(error: io::Error) -> ArrayProblem {
+/// Keeps the first line of a library's message: syntax errors include a copy of the header.
+fn damaged(error: io::Error) -> ArrayError {
     let reason = error.to_string();
     let line = reason.lines().next().unwrap_or_default();
     let words = line.split(" --> ").next().unwrap_or_default();
-    ArrayProblem::Damaged(words.trim_end_matches([' ', ':']).to_owned())
+    ArrayError::Damaged(words.trim_end_matches([' ', ':']).to_owned())
 }
 
-/// The header with all that is before it, of a length that can be parsed.
-fn header(source: &mut impl Read) -> Result<Vec<u8>, ArrayProblem> {
-    // Magic, version and a length of two bytes, in later versions of four.
+/// Reads the preamble and the header, if its length is within the limit.
+fn header(source: &mut impl Read) -> Result<Vec<u8>, ArrayError> {
+    // Magic bytes, version, and a length of two bytes (four in later versions).
     let mut text = vec![0; 10];
     source.read_exact(&mut text).map_err(damaged)?;
     if !text.starts_with(b"\x93NUMPY") {
-        return Err(ArrayProblem::Damaged(
-            "it does not begin as an array".to_owned(),
+        return Err(ArrayError::Damaged(
+            "it does not start with the NumPy magic bytes".to_owned(),
         ));
     }
     if text[6] > 1 {
@@ -277,22 +275,22 @@ fn header(source: &mut impl Read) -> Result<Vec<u8>, ArrayProblem> {
         .iter()
         .rev()
         .fold(0, |all, &byte| all << 8 | usize::from(byte));
-    if length > LONGEST_HEADER {
-        return Err(ArrayProblem::Damaged(format!(
-            "its header has {length} bytes, above {LONGEST_HEADER}"
+    if length > MAX_HEADER {
+        return Err(ArrayError::Damaged(format!(
+            "its header has {length} bytes, above the limit of {MAX_HEADER}"
         )));
     }
     text.resize(begin + length, 0);
     source.read_exact(&mut text[begin..]).map_err(damaged)?;
-    if nesting(&text[begin..]) > DEEPEST {
-        return Err(ArrayProblem::Damaged(
+    if nesting(&text[begin..]) > MAX_NESTING {
+        return Err(ArrayError::Damaged(
             "its header is nested too deeply".to_owned(),
         ));
     }
     Ok(text)
 }
 
-/// How deeply the brackets of a header are nested.
+/// Maximum nesting of the brackets of a header.
 fn nesting(header: &[u8]) -> usize {
     let mut depth = 0_usize;
     let mut deepest = 0;
@@ -307,9 +305,9 @@ fn nesting(header: &[u8]) -> usize {
     deepest
 }
 
-/// How numbers of a type are written, and their relative rounding.
-fn kind(dtype: &DType) -> Result<(Kind, f64), ArrayProblem> {
-    let unsupported = || ArrayProblem::Unsupported(dtype.descr());
+/// Binary format of a type, and its relative rounding error.
+fn element_type(dtype: &DType) -> Result<(ElementType, f64), ArrayError> {
+    let unsupported = || ArrayError::Unsupported(dtype.descr());
     let DType::Plain(plain) = dtype else {
         return Err(unsupported());
     };
@@ -331,7 +329,7 @@ fn kind(dtype: &DType) -> Result<(Kind, f64), ArrayProblem> {
     };
     let big_endian = plain.endianness() == Endianness::Big;
     Ok((
-        Kind {
+        ElementType {
             size,
             big_endian,
             number,

@@ -1,16 +1,16 @@
 //! NumPy arrays in files: one in a `.npy`, named ones in a `.npz`.
 //!
-//! Other programs write them in many ways: single or double precision, integers, little or big
-//! endian, C or Fortran order, compressed or not. All of these are read; what is no real number is
-//! refused by name. The format is that of the NumPy enhancement proposal 1.
+//! Reads single and double precision, integers, little and big endian, C and Fortran order, compressed
+//! or not. Types other than real numbers are rejected by name. The format is that of the NumPy
+//! enhancement proposal 1.
 //!
-//! An [`ArrayReader`] knows shape and type from the header, and gives the numbers block by block. What is
-//! read as a whole has at most [`MOST_NUMBERS`] numbers a file, 8 bytes each however few they have in
-//! it, and only if there is so much memory.
+//! An [`ArrayReader`] gets shape and type from the header and yields the values block by block. Arrays
+//! read as a whole have at most [`MAX_NUMBERS`] values per file, 8 bytes each in memory for any type in
+//! the file, and are read only if the memory is available.
 
 mod array;
 mod npz;
 
-pub use array::{Array, ArrayProblem, ArrayReader};
+pub use array::{Array, ArrayError, ArrayReader};
 pub(crate) use npz::NpzWriter;
-pub use npz::{MOST_NUMBERS, Npz, NpzError, encode_npz, read_npz};
+pub use npz::{MAX_NUMBERS, Npz, NpzError, encode_npz, read_npz};

@@ -10,37 +10,37 @@ use zip::read::ZipFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::{Array, ArrayProblem, ArrayReader};
+use super::{Array, ArrayError, ArrayReader};
 
-/// The most numbers that [`Npz::array`] reads of one file, all arrays together (1 GiB of `f64`): far above
-/// a sparse mass matrix, far below what a few bytes of a compressed file can claim to be.
-pub const MOST_NUMBERS: usize = 1 << 27;
+/// Maximum number of values that [`Npz::array`] reads from one file, all arrays together (1 GiB of
+/// `f64`): far above a sparse mass matrix, far below what a few bytes of a compressed file can announce.
+pub const MAX_NUMBERS: usize = 1 << 27;
 
-/// Why named arrays cannot be read.
+/// Error while named arrays are read from an `.npz` file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NpzError {
-    /// There is no such file, or it cannot be read.
+    /// The file does not exist or cannot be read.
     #[error("the file cannot be read ({0}); check its path and its permissions")]
     Unreadable(io::Error),
-    /// It is no archive of arrays.
-    #[error("it is no .npz file ({0}); write it with numpy.savez")]
+    /// The file is not an archive of arrays.
+    #[error("it is not an .npz file ({0}); write it with numpy.savez")]
     NotNpz(String),
     /// One of the arrays cannot be read.
     #[error("the array `{name}` cannot be read: {problem}")]
     Array {
-        /// Its name.
+        /// Name of the array.
         name: String,
-        /// What is wrong with it.
-        problem: ArrayProblem,
+        /// Cause.
+        problem: ArrayError,
     },
 }
 
-/// An open `.npz` file, whose arrays are read one by one.
+/// An open `.npz` file; its arrays are read one by one.
 #[derive(Debug)]
 pub struct Npz {
     zip: ZipArchive<BufReader<File>>,
-    /// Numbers read until now.
+    /// Number of values read so far.
     read: usize,
 }
 
@@ -48,12 +48,12 @@ impl Npz {
     /// Opens a file.
     ///
     /// # Errors
-    /// If it cannot be read or is no archive.
+    /// If it cannot be read or is not an archive.
     pub fn open(path: &Path) -> Result<Self, NpzError> {
-        // A pipe would wait for ever, and a directory opens without complaint.
+        // A pipe would block, and a directory can be opened without an error.
         let file = match std::fs::metadata(path).map_err(NpzError::Unreadable)? {
             meta if meta.is_file() => File::open(path).map_err(NpzError::Unreadable)?,
-            _ => return Err(NpzError::NotNpz("it is no regular file".to_owned())),
+            _ => return Err(NpzError::NotNpz("it is not a regular file".to_owned())),
         };
         let zip = ZipArchive::new(BufReader::new(file));
         Ok(Self {
@@ -62,7 +62,7 @@ impl Npz {
         })
     }
 
-    /// The names of its arrays, in the order of the file.
+    /// Names of the arrays, in the order of the file.
     pub fn names(&self) -> Vec<String> {
         let entries = self.zip.file_names();
         entries
@@ -70,45 +70,42 @@ impl Npz {
             .collect()
     }
 
-    /// The shape of an array by its header, if there is one of that name.
+    /// Shape of an array from its header; `None` if there is no array of this name.
     ///
     /// # Errors
-    /// If the header cannot be read, or is that of something else than real numbers.
+    /// If the header cannot be read or announces a type other than real numbers.
     pub fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, NpzError> {
-        self.with(name, |array, _| Ok(array.shape().to_vec()))
+        self.with_array(name, |array, _| Ok(array.shape().to_vec()))
     }
 
-    /// The array of a name, if there is one.
+    /// Reads an array by its name; `None` if there is no array of this name.
     ///
     /// # Errors
-    /// If it cannot be read, holds something else than real numbers, or is too large: no more than
-    /// [`MOST_NUMBERS`] are read of a file, and no more than fit into the memory.
+    /// If it cannot be read, contains other types than real numbers, or is too large: at most
+    /// [`MAX_NUMBERS`] values per file, within the available memory.
     pub fn array(&mut self, name: &str) -> Result<Option<Array>, NpzError> {
-        self.with(name, |array, read| {
+        self.with_array(name, |array, read| {
             let have = array.total();
-            if have > MOST_NUMBERS - *read {
-                let most = MOST_NUMBERS;
-                return Err(ArrayProblem::TooLarge { have, most });
+            if have > MAX_NUMBERS - *read {
+                let most = MAX_NUMBERS;
+                return Err(ArrayError::TooLarge { have, most });
             }
             *read += have;
             array.into_array()
         })
     }
 
-    /// Does something with an array whose header is read, and with the count of numbers read.
-    fn with<T>(
+    /// Calls `act` with an array whose header has been read, and with the number of values read so far.
+    fn with_array<T>(
         &mut self,
         name: &str,
-        act: impl FnOnce(
-            ArrayReader<ZipFile<'_, BufReader<File>>>,
-            &mut usize,
-        ) -> Result<T, ArrayProblem>,
+        act: impl FnOnce(ArrayReader<ZipFile<'_, BufReader<File>>>, &mut usize) -> Result<T, ArrayError>,
     ) -> Result<Option<T>, NpzError> {
         let Some(index) = self.zip.index_for_name(&format!("{name}.npy")) else {
             return Ok(None);
         };
         let entry = self.zip.by_index(index);
-        let entry = entry.map_err(|error| ArrayProblem::Damaged(error.to_string()));
+        let entry = entry.map_err(|error| ArrayError::Damaged(error.to_string()));
         let array = entry.and_then(|entry| {
             let length = entry.size();
             act(ArrayReader::open(entry, length)?, &mut self.read)
@@ -123,7 +120,7 @@ impl Npz {
 /// Reads all arrays of an `.npz` file.
 ///
 /// # Errors
-/// If the file cannot be read, or an array holds something else than real numbers.
+/// If the file cannot be read, or an array contains other types than real numbers.
 pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, NpzError> {
     let mut npz = Npz::open(path)?;
     let mut arrays = BTreeMap::new();
@@ -135,7 +132,7 @@ pub fn read_npz(path: &Path) -> Result<BTreeMap<String, Array>, NpzError> {
     Ok(arrays)
 }
 
-/// Writes arrays under their names. The same arrays give the same bytes.
+/// Writes arrays with their names. Equal arrays give equal bytes.
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -159,7 +156,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         }
     }
 
-    /// An array of some shape, its numbers in row-major order.
+    /// Writes an array of the given shape, with its values in row-major order.
     pub fn array(
         &mut self,
         name: &str,
@@ -215,14 +212,14 @@ mod tests {
         bytes.into_inner()
     }
 
-    /// The same bytes under the name of another type of the same length.
+    /// The same bytes with the name of another type of the same size.
     fn retyped(mut bytes: Vec<u8>, to: &[u8; 3]) -> Vec<u8> {
         let at = bytes.windows(7).position(|w| w == b"'descr'").unwrap() + 10;
         bytes[at..at + 3].copy_from_slice(to);
         bytes
     }
 
-    /// A file with the given entries, compressed.
+    /// A compressed file with the given entries.
     fn file(entries: &[(&str, Vec<u8>)]) -> tempfile::NamedTempFile {
         let file = tempfile::NamedTempFile::new().unwrap();
         let mut zip = ZipWriter::new(file.as_file());
@@ -237,8 +234,8 @@ mod tests {
     }
 
     #[test]
-    fn other_programs_arrays_are_read_in_row_major_order() {
-        // The rows 0 1 2 and 3 4 5, column by column.
+    fn foreign_arrays_are_read_in_row_major_order() {
+        // The rows 0 1 2 and 3 4 5, stored column by column.
         let columns = [0.0, 3.0, 1.0, 4.0, 2.0, 5.0];
         let singles = columns.map(|x| f32::from_bits((x as f32).to_bits().swap_bytes()));
         let file = file(&[
@@ -264,39 +261,36 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn unreadable_arrays_are_named_in_the_error() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = |path: &Path| read_npz(path).unwrap_err().to_string();
-        assert!(refused(&folder.path().join("none.npz")).contains("check its path"));
-        assert!(refused(folder.path()).contains("no regular file"));
+        let rejected = |path: &Path| read_npz(path).unwrap_err().to_string();
+        assert!(rejected(&folder.path().join("none.npz")).contains("check its path"));
+        assert!(rejected(folder.path()).contains("not a regular file"));
         let plain = folder.path().join("plain.npz");
         std::fs::write(&plain, b"not a zip").unwrap();
-        assert!(refused(&plain).contains("numpy.savez"));
+        assert!(rejected(&plain).contains("numpy.savez"));
         let mut cut = npy(Order::C, &[3], [1.0, 2.0, 3.0]);
         cut.pop();
-        let said = refused(file(&[("short.npy", cut)]).path());
+        let message = rejected(file(&[("short.npy", cut)]).path());
         assert!(
-            said.contains("`short`") && said.contains("23 bytes where 24"),
-            "{said}"
+            message.contains("`short`") && message.contains("23 of 24 bytes"),
+            "{message}"
         );
-        let words = || retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<U2");
-        let said = refused(file(&[("words.npy", words())]).path());
+        let text = || retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<U2");
+        let message = rejected(file(&[("words.npy", text())]).path());
         assert!(
-            said.contains("`words`") && said.contains("save real numbers"),
-            "{said}"
+            message.contains("`words`") && message.contains("save real numbers"),
+            "{message}"
         );
         let torn = retyped(npy(Order::C, &[2], [1.0, 2.0]), b"<f'");
-        let said = refused(file(&[("torn.npy", torn)]).path());
+        let message = rejected(file(&[("torn.npy", torn)]).path());
         assert!(
-            said.contains("`torn`") && said.ends_with("syntax error; save it again"),
-            "{said}"
+            message.contains("`torn`") && message.ends_with("syntax error; save it again"),
+            "{message}"
         );
-        assert_eq!(said.lines().count(), 1, "{said}");
-        // What is not asked for is not looked at.
-        let both = file(&[
-            ("words.npy", words()),
-            ("x.npy", npy(Order::C, &[1], [2.0])),
-        ]);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        // Arrays that are not requested are not read.
+        let both = file(&[("words.npy", text()), ("x.npy", npy(Order::C, &[1], [2.0]))]);
         let mut npz = Npz::open(both.path()).unwrap();
         assert_eq!(npz.array("x").unwrap(), Some(Array::vector(vec![2.0])));
         assert_eq!(npz.array("y").unwrap(), None);

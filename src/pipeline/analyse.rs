@@ -1,4 +1,4 @@
-//! Frames in, records out: the analyses of a run, in one place and without a thread.
+//! The analyses of a run: frames in, records out, independent of threads.
 
 use std::sync::Arc;
 
@@ -8,25 +8,25 @@ use super::sink::Sink;
 use super::stages::{Context, Stage, stages};
 use crate::scene::AnalysisSpec;
 
-/// The analyses that are asked for; one that is not asked for does not exist here.
+/// The requested analyses.
 ///
-/// Records of one kind come in time order, at instants fixed by the scene and the first sample:
-/// they do not depend on how the samples are cut into frames.
+/// Records of one kind are in time order, at times fixed by the scene and the first sample. They do not
+/// depend on how the samples are split into frames.
 pub struct Analyser {
     context: Context,
     stages: Vec<Box<dyn Stage>>,
 }
 
-/// Bytes that an analysis takes for a sample of its window: the window four times over, as it slides, and the
-/// transform of it.
+/// Memory of an analysis per sample of its window, bytes: four copies of the window while it slides, and its
+/// transform.
 const BYTES_A_SAMPLE: f64 = 128.0;
 
-/// What the windows of all analyses of samples at `rate` (Hz) take together, bytes.
+/// Memory of the windows of all analyses of samples at `rate` (Hz), bytes.
 pub fn memory(spec: &AnalysisSpec, rate: f64) -> u64 {
     let spectrum = spec.spectrum.as_ref().map(|s| s.sliding.window);
     let windows = [
         spectrum,
-        // What a run comes to is read off a spectrum of its own.
+        // The summary of the run needs a second spectrum.
         spectrum,
         spec.spectrogram.as_ref().map(|s| s.sliding.window),
         spec.delay.as_ref().map(|s| s.sliding.window),
@@ -39,7 +39,7 @@ pub fn memory(spec: &AnalysisSpec, rate: f64) -> u64 {
 }
 
 impl Analyser {
-    /// The analyses of a run announced by `header`.
+    /// Sets up the analyses of the run described by `header`.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {
         Self {
             context: Context::new(header.sample_rate),
@@ -47,11 +47,11 @@ impl Analyser {
         }
     }
 
-    /// Forwards the frame to `sink` as [`Record::Samples`], followed by the results of the analyses
-    /// up to its last sample.
+    /// Passes the frame to `sink` as [`Record::Samples`], followed by the results of the analyses up to its
+    /// last sample.
     ///
     /// # Errors
-    /// [`AnalyseError`]; the run cannot continue after one.
+    /// [`AnalyseError`]; the run cannot continue after it.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
         self.context.clock.check(frame)?;
         for text in &frame.events {
@@ -74,7 +74,7 @@ impl Analyser {
         Ok(())
     }
 
-    /// Lets the analyses emit what remains after the last frame.
+    /// Emits the remaining results after the last frame.
     ///
     /// # Errors
     /// [`AnalyseError`].
@@ -86,9 +86,9 @@ impl Analyser {
         Ok(())
     }
 
-    /// The results of the frames so far: simulated time, tally and transitions, and the lines,
-    /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms), the last
-    /// exponents and the distance of the perturbed trajectory. The other fields keep their defaults.
+    /// Results of the frames so far: simulated time, solver statistics and transitions; spectral lines,
+    /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
+    /// and the distance of the perturbed trajectory. All other fields have default values.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary {
             simulated: self.context.clock.elapsed(),

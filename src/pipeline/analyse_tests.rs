@@ -1,4 +1,4 @@
-//! Frames of known signals through all analyses.
+//! Known signals through all analyses.
 
 #[path = "tests/narration.rs"]
 mod narration;
@@ -13,13 +13,13 @@ use crate::analysis::test_signals::noise;
 use crate::analysis::{Direction, RecurrenceImage, Regime, Threshold};
 use crate::pipeline::message::SectionPoint;
 use crate::pipeline::stages::synthetic_tests::{
-    EMBEDDING, Motion, RATE, SLIDING_SPEED, analyses, header, laboratory,
+    EMBEDDING, Motion, RATE, SLIDING_SPEED, all_analyses, analyses, header,
 };
-use crate::scene::{AnalysisSpec, SectionSpec, SectionSurface, Setting, StateCoordinate};
+use crate::scene::{AnalysisSpec, AutoOr, SectionSpec, SectionSurface, StateCoordinate};
 
 const T0: f64 = 0.25;
 
-/// The natural set's torus: (Hz, m/s, rad).
+/// Torus of the natural parameter set: (Hz, m/s, rad).
 const TORUS: [(f64, f64, f64); 4] = [
     (4110.0, 13e-3, 0.1),
     (3870.0, 3e-3, 0.7),
@@ -27,7 +27,7 @@ const TORUS: [(f64, f64, f64); 4] = [
     (240.0, 0.1e-3, 2.5),
 ];
 
-/// The limit cycle at 2 degrees.
+/// Limit cycle at 2 degrees.
 const CYCLE: [(f64, f64, f64); 3] = [
     (4117.0, 16e-3, 0.0),
     (12_351.0, 2e-3, 0.4),
@@ -43,7 +43,7 @@ fn run(spec: AnalysisSpec, motion: &Motion, frame: usize) -> Vec<Record> {
     records
 }
 
-/// The times of the records that `pick` knows, in samples since the start, fractions kept.
+/// Times of the records selected by `pick`, in samples since the start, with fractions.
 fn instants(records: &[Record], pick: fn(&Record) -> Option<f64>) -> Vec<f64> {
     let samples = |t: f64| (2.0 * (t - T0) * RATE).round() / 2.0;
     records.iter().filter_map(pick).map(samples).collect()
@@ -66,13 +66,13 @@ fn headings(records: &[Record]) -> Vec<String> {
 }
 
 #[test]
-fn records_come_at_their_instants() {
+fn records_have_their_times() {
     let records = run(analyses(), &Motion::tones(0.03, &TORUS), 256);
     let spectra = instants(&records, |r| match r {
         Record::Spectrum { time, .. } => Some(*time),
         _ => None,
     });
-    // The last sample of each window: every 1000 samples, from a quarter of 4000 on.
+    // Times of the last sample of each window: every 1000 samples, from a quarter of 4000 on.
     assert_eq!(spectra, [999.0, 1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
     let columns = instants(&records, |r| match r {
         Record::SpectrogramColumn { time, .. } => Some(*time),
@@ -80,7 +80,7 @@ fn records_come_at_their_instants() {
     });
     let expected: Vec<f64> = (0..51).map(|j| 500.0 + 100.0 * f64::from(j)).collect();
     assert_eq!(columns, expected);
-    // Full with 1000 + 4 * 12 samples; every 500.
+    // The window is full after 1000 + 4 * 12 samples; then every 500.
     let recurrences = instants(&records, |r| match r {
         Record::Recurrence { time, .. } => Some(*time),
         _ => None,
@@ -94,8 +94,8 @@ fn records_come_at_their_instants() {
     assert_eq!(trails, recurrences);
 }
 
-/// The records but the samples, as text that shows every number to its last digit, sorted by kind.
-/// The order among kinds follows the frames and is left out.
+/// The records without the samples, as text with all digits, sorted by kind. The order of different kinds
+/// depends on the frames and is ignored.
 fn texts(spec: &AnalysisSpec, motion: &Motion, frame: usize) -> Vec<String> {
     let records = run(spec.clone(), motion, frame);
     let mut texts: Vec<String> = records
@@ -109,11 +109,11 @@ fn texts(spec: &AnalysisSpec, motion: &Motion, frame: usize) -> Vec<String> {
 }
 
 #[test]
-fn frame_size_does_not_matter() {
-    // The motion changes on the way, and with it the delays chosen.
+fn the_frame_size_does_not_matter() {
+    // The motion changes during the run, and with it the chosen delays.
     let slow = Motion::tones(0.016, &[(1310.0, 13e-3, 0.4)]);
     let motion = Motion::tones(0.031, &TORUS).then(&slow);
-    let spec = laboratory();
+    let spec = all_analyses();
     let reference = texts(&spec, &motion, 256);
     let chosen = reference.iter().filter(|t| t.starts_with("Delay"));
     let lags: HashSet<&str> = chosen.filter_map(|t| t.split("lag: ").nth(1)).collect();
@@ -122,22 +122,22 @@ fn frame_size_does_not_matter() {
     for frame in [1, 7, 1000, 100_000] {
         assert!(
             texts(&spec, &motion, frame) == reference,
-            "frames of {frame} samples give other records"
+            "frames of {frame} samples give different records"
         );
     }
 }
 
 #[test]
-fn the_laboratory_speaks_at_its_instants() {
+fn all_analyses_report_at_their_times() {
     let motion = Motion::tones(0.031, &TORUS);
-    let records = run(laboratory(), &motion, 256);
+    let records = run(all_analyses(), &motion, 256);
     let delays = instants(&records, |r| match r {
         Record::Delay { time, .. } => Some(*time),
         _ => None,
     });
     // Windows of 1600 samples, every 800.
     assert_eq!(delays, [1599.0, 2399.0, 3199.0, 3999.0, 4799.0, 5599.0]);
-    // Nothing that waits for the first choice speaks before it.
+    // Analyses that use the chosen delay start after the first choice.
     let first = |pick: fn(&Record) -> Option<f64>| instants(&records, pick)[0];
     let quantification = |r: &Record| match r {
         Record::Quantification { time, .. } => Some(*time),
@@ -154,7 +154,7 @@ fn the_laboratory_speaks_at_its_instants() {
         _ => None,
     });
     assert_eq!(regimes, [1999.0, 2999.0, 3999.0, 4999.0, 5999.0]);
-    // Measures on the grid of the states: every fourth sample from the first on.
+    // Measures on the grid of the states: every fourth sample from the first one.
     let measures = instants(&records, quantification);
     assert!(measures.len() > 35 && measures.iter().all(|k| k % 4.0 == 0.0));
     assert!(
@@ -165,7 +165,7 @@ fn the_laboratory_speaks_at_its_instants() {
 }
 
 #[test]
-fn passages_are_where_the_signal_says() {
+fn section_points_agree_with_the_closed_form() {
     // y = A sin(w t) rises through 0 at t + lag = k T: y(t) = -A sin(w lag), y(t + 2 lag) = A sin(w lag).
     let (frequency, speed) = (4003.0, 10e-3);
     let motion = Motion::tones(0.01, &[(frequency, speed, 0.0)]);
@@ -173,7 +173,7 @@ fn passages_are_where_the_signal_says() {
         section: Some(SectionSpec {
             every: 0.5e-3,
             surface: SectionSurface::Delay {
-                lag: Setting::Given(60e-6),
+                lag: AutoOr::Given(60e-6),
                 level: 0.0,
             },
             direction: Direction::Rising,
@@ -184,7 +184,7 @@ fn passages_are_where_the_signal_says() {
     assert!(points.len() >= 38, "{}", points.len());
     let amplitude = speed / (TAU * frequency);
     let side = amplitude * (TAU * frequency * 60e-6).sin();
-    // The first one lies so near the beginning that it is found on a straight line.
+    // The first crossing is so close to the start that it is interpolated linearly.
     for (k, point) in points.iter().enumerate().skip(1) {
         // The velocity is a sine: the displacement rises through 0 after 1/4, 5/4, ... periods.
         let due = T0 + (k as f64 + 0.25) / frequency - 60e-6;
@@ -260,7 +260,7 @@ fn passages(records: &[Record]) -> Vec<SectionPoint> {
 }
 
 #[test]
-fn every_threshold_is_taken_by_picture_and_measures() {
+fn plot_and_quantification_accept_every_threshold() {
     let motion = Motion::tones(0.01, &TORUS);
     let thresholds = [
         Threshold::Distance(3e-7),
@@ -270,16 +270,16 @@ fn every_threshold_is_taken_by_picture_and_measures() {
     ];
     for threshold in thresholds {
         let mut spec = AnalysisSpec {
-            recurrence: laboratory().recurrence,
-            quantification: laboratory().quantification,
+            recurrence: all_analyses().recurrence,
+            quantification: all_analyses().quantification,
             ..AnalysisSpec::default()
         };
         let recurrence = spec.recurrence.as_mut().unwrap();
         recurrence.embedding = EMBEDDING;
-        recurrence.nearness.threshold = threshold;
+        recurrence.criterion.threshold = threshold;
         let quantification = spec.quantification.as_mut().unwrap();
         quantification.embedding = EMBEDDING;
-        quantification.nearness.threshold = threshold;
+        quantification.criterion.threshold = threshold;
         let records = run(spec, &motion, 256);
         let (mut plots, mut measured) = (0, 0);
         for record in &records {
@@ -309,7 +309,7 @@ fn every_threshold_is_taken_by_picture_and_measures() {
 }
 
 #[test]
-fn every_frame_is_forwarded_before_what_it_leads_to() {
+fn every_frame_is_forwarded_before_its_results() {
     let motion = Motion::tones(0.01, &CYCLE);
     let records = run(analyses(), &motion, 256);
     assert!(matches!(records[0], Record::Samples(_)));
@@ -327,13 +327,13 @@ fn every_frame_is_forwarded_before_what_it_leads_to() {
 }
 
 #[test]
-fn absent_analyses_do_not_exist() {
+fn analyses_that_are_off_emit_nothing() {
     let records = run(AnalysisSpec::default(), &Motion::tones(0.03, &TORUS), 256);
     assert!(records.iter().all(|r| matches!(r, Record::Samples(_))));
 }
 
 #[test]
-fn spectrum_has_the_lines_and_their_names() {
+fn the_spectrum_has_named_lines() {
     let records = run(analyses(), &Motion::tones(0.03, &TORUS), 256);
     let Some(Record::Spectrum {
         bin,
@@ -356,7 +356,7 @@ fn spectrum_has_the_lines_and_their_names() {
 }
 
 #[test]
-fn spectrogram_is_in_decibels_of_a_millimetre_a_second() {
+fn the_spectrogram_is_in_db_re_1_mm_per_s() {
     // 4 kHz is bin 20 of a 5 ms window; 10 mm/s is 20 dB.
     let records = run(
         analyses(),
@@ -376,9 +376,9 @@ fn spectrogram_is_in_decibels_of_a_millimetre_a_second() {
 }
 
 #[test]
-fn recurrence_tells_lag_rate_and_diagonals() {
-    // 4 kHz: a period is 50 samples, 20 points of the plot's 400 over 5 ms. Off the whole number
-    // of samples a little, so that no two distances are equal.
+fn recurrence_plot_has_lag_rate_and_diagonals() {
+    // 4 kHz: a period is 50 samples, 20 points of the plot's 400 over 5 ms. A slight offset from a whole
+    // number of samples makes all distances different.
     let records = run(
         analyses(),
         &Motion::tones(0.02, &[(4003.0, 10e-3, 0.3)]),
@@ -417,10 +417,10 @@ fn recurrence_tells_lag_rate_and_diagonals() {
 }
 
 #[test]
-fn a_distance_threshold_is_taken_as_it_is() {
+fn a_distance_threshold_is_used_unchanged() {
     let mut spec = analyses();
     let recurrence = spec.recurrence.as_mut().unwrap();
-    recurrence.nearness.threshold = Threshold::Distance(1e-7);
+    recurrence.criterion.threshold = Threshold::Distance(1e-7);
     let records = run(spec, &Motion::tones(0.01, &CYCLE), 256);
     let thresholds: Vec<f64> = records
         .iter()
@@ -436,14 +436,14 @@ fn a_distance_threshold_is_taken_as_it_is() {
 }
 
 #[test]
-fn trail_has_now_first_and_the_whole_window() {
+fn the_reconstruction_starts_with_the_newest_coordinate() {
     let motion = Motion::tones(0.01, &CYCLE);
     let records = run(analyses(), &motion, 256);
     let Some(Record::Embedding { time, points }) = records
         .iter()
         .find(|r| matches!(r, Record::Embedding { .. }))
     else {
-        panic!("no trail");
+        panic!("no reconstruction");
     };
     let newest = ((time - T0) * RATE).round() as usize;
     assert_eq!(points.len(), 1000);
@@ -455,14 +455,14 @@ fn trail_has_now_first_and_the_whole_window() {
 }
 
 #[test]
-fn silence_gives_no_nan_and_says_so() {
+fn silence_is_reported_without_nan() {
     let silence = Motion {
         displacement: vec![0.0; 8000],
         velocity: vec![0.0; 8000],
     };
     let spec = AnalysisSpec {
         recurrence: analyses().recurrence,
-        ..laboratory()
+        ..all_analyses()
     };
     let records = run(spec, &silence, 256);
     assert_eq!(headings(&records), ["## Silent"]);

@@ -1,27 +1,30 @@
-//! Computes what theory predicts of a scene's mechanism before the run: complex eigenvalues and curves.
+//! Linear prediction for a scene's mechanism before the run: complex eigenvalues and curves.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::error::PipelineError;
-use super::message::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
+use super::message::{
+    Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
+};
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck};
-use crate::scene::{Mechanism, Scene, SmallSystem, SubjectSpec, TiltedJoint};
+use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
-/// Points of a computed curve.
+/// Number of intervals of a computed curve.
 const POINTS: usize = 120;
 
-/// Of a scene with a joint, which is `joint` at first; `None` without a mechanism.
+/// Prediction for a scene with a joint; `joint` is the joint at the start. `None` if the scene has no
+/// mechanism.
 ///
 /// # Errors
-/// If eigenvalues do not converge, or the joint cannot be assembled with its friction exchanged.
-pub(super) fn of_joint(
+/// If eigenvalues do not converge, or the joint with exchanged slope factors cannot be assembled.
+pub(super) fn for_joint(
     scene: &Scene,
-    tilted: &TiltedJoint,
+    tilted: &LoadedJoint,
     ball: &BallJoint,
     joint: &Joint,
-) -> Result<Option<Arc<Computed>>, PipelineError> {
+) -> Result<Option<Arc<MechanismPrediction>>, PipelineError> {
     let Some(mechanism) = scene.mechanism else {
         return Ok(None);
     };
@@ -53,7 +56,7 @@ pub(super) fn of_joint(
         let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
         picture = Some(friction_curves(sliding_speed, &laws));
     }
-    Ok(Some(Arc::new(Computed {
+    Ok(Some(Arc::new(MechanismPrediction {
         mechanism,
         modes,
         natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
@@ -66,13 +69,13 @@ pub(super) fn of_joint(
     })))
 }
 
-/// Of a scene with a small system; `None` without a mechanism.
-pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
+/// Prediction for a scene with a small system; `None` if the scene has no mechanism.
+pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
     let mechanism = scene.mechanism?;
-    let SubjectSpec::Small(small) = &scene.subject else {
+    let SystemSpec::Small(small) = &scene.subject else {
         return None;
     };
-    let mut computed = Computed {
+    let mut computed = MechanismPrediction {
         mechanism,
         modes: Vec::new(),
         natural_hz: 0.0,
@@ -88,7 +91,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
             computed.sliding_speed = system.belt;
             computed.natural_hz = system.omega / TAU;
             computed.modes = vec![mode(
-                "the mass on its spring",
+                "mass on its spring",
                 system.small_omega(),
                 system.growth(),
             )];
@@ -100,7 +103,7 @@ pub(super) fn of_small(scene: &Scene) -> Option<Arc<Computed>> {
         SmallSystem::TwoModesOnBelt(system) => {
             computed.sliding_speed = system.belt;
             computed.natural_hz = system.omega[0].min(system.omega[1]) / TAU;
-            let names = ["the first of the two", "the second of the two"];
+            let names = ["first coupled mode", "second coupled mode"];
             let modes = system.modes_at(system.mu).into_iter().zip(names);
             computed.modes = modes
                 .map(|(m, name)| mode(name, m.omega, m.growth))
@@ -125,26 +128,27 @@ fn mode(label: &str, omega: f64, growth: f64) -> NamedMode {
     }
 }
 
-/// The modes of a joint, by name.
+/// The linearised modes of a joint, with their names.
 fn modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
     let families = ball.family_labels();
     let modes = joint.linear_modes()?.into_iter();
     Ok(modes.map(|mode| mode.named(&families)).collect())
 }
 
-/// Friction over the sliding speed, up to some times that of the run, and where the run is.
-fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> ComputedPicture {
+/// Coefficient of friction versus sliding speed, up to three times the speed of the run, with the operating
+/// point.
+fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> PredictedCurves {
     let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
     let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
-    ComputedPicture {
-        subject: CurveSubject::Friction,
+    PredictedCurves {
+        subject: CurveQuantity::Friction,
         curves: laws.iter().map(curve).collect(),
         marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
 }
 
-/// Frequencies of the two modes over the coefficient of friction, and how fast they grow.
-fn flutter(system: &TwoModesOnBelt) -> ComputedPicture {
+/// Frequencies of the two modes and the growth rate versus the coefficient of friction.
+fn flutter(system: &TwoModesOnBelt) -> PredictedCurves {
     let highest = 1.6 * system.critical_mu().unwrap_or(0.0).max(system.mu);
     let along = (0..=POINTS).map(|k| highest.max(0.1) * k as f64 / POINTS as f64);
     let at = |mu: f64| {
@@ -152,8 +156,8 @@ fn flutter(system: &TwoModesOnBelt) -> ComputedPicture {
         [first.omega / TAU, second.omega / TAU, second.growth].map(|y| [mu, y])
     };
     let curve = |c: usize| along.clone().map(|mu| at(mu)[c]).collect();
-    ComputedPicture {
-        subject: CurveSubject::Flutter,
+    PredictedCurves {
+        subject: CurveQuantity::Flutter,
         curves: (0..3).map(curve).collect(),
         marks: at(system.mu).to_vec(),
     }

@@ -1,4 +1,4 @@
-//! What can end a run early.
+//! Errors that end a run.
 
 use super::sink::SinkError;
 use crate::analysis::AnalysisError;
@@ -9,94 +9,98 @@ use crate::scene::SceneError;
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
-    /// The scene does not run what is needed.
+    /// The scene does not contain the required subject.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The joint cannot be assembled.
-    #[error("the joint cannot be assembled")]
+    #[error("cannot assemble the joint")]
     Assembly(#[from] AssemblyError),
-    /// The growth rates that a lesson compares with cannot be computed.
-    #[error("the growth rates for the scene's mechanism cannot be computed")]
+    /// The growth rates of the linearised joint, with which a lesson compares its measurements, cannot be
+    /// computed.
+    #[error("cannot compute the growth rates for the scene's mechanism")]
     Stability(#[from] StabilityError),
-    /// A fixed step is too long for the fastest motion of the system, contact and friction included.
+    /// A fixed step is too long for the fastest motion of the linearised system, including contact and
+    /// friction.
     #[error(
-        "a fixed step of {step_us} us is unstable for the fastest motion about the start: choose \
-         time.max_step_us below {limit_us:.3}, or an adaptive method"
+        "a fixed step of {step_us} us is unstable for the fastest motion near the initial state: set \
+         time.max_step_us below {limit_us:.3}, or choose an adaptive method"
     )]
     Step {
-        /// The step, us.
+        /// Step size, us.
         step_us: f64,
-        /// The longest stable one, us.
+        /// Longest stable step size, us.
         limit_us: f64,
     },
     /// The integration failed.
-    #[error("the simulation stopped")]
+    #[error("the simulation failed")]
     Dynamics(#[from] DynamicsError),
     /// An analysis failed.
-    #[error("an analysis stopped")]
+    #[error("an analysis failed")]
     Analysis(#[from] AnalyseError),
-    /// A record could not be kept.
-    #[error("the recording stopped")]
+    /// A sink could not store a record.
+    #[error("the recording failed")]
     Sink(#[source] SinkError),
-    /// The recorder went away before the others; its own error is reported instead.
+    /// The recorder stopped before the other threads. Its own error is reported instead.
     #[error(transparent)]
-    RecorderGone(#[from] RecorderGone),
+    RecorderStopped(#[from] RecorderStopped),
     /// The windows of the analyses do not fit into memory.
     #[error(
-        "the windows of the analyses take about {megabytes} MB, which the system refuses; choose shorter \
-         windows (analysis.*.window_ms) or a lower time.sample_rate_khz, or raise the limit of memory"
+        "the analysis windows need about {megabytes} MB, which the system does not grant; choose shorter \
+         windows (analysis.*.window_ms) or a lower time.sample_rate_khz, or raise the memory limit"
     )]
     Memory {
-        /// What they take, MB.
+        /// Memory needed, MB.
         megabytes: u64,
     },
     /// A thread could not be started.
-    #[error("the thread `{name}` cannot be started; free some memory or raise the process limit")]
+    #[error("cannot start the thread `{name}`; free some memory or raise the process limit")]
     Thread {
         /// Name of the thread.
         name: &'static str,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A thread panicked: a fault of this program.
-    #[error("the thread `{name}` panicked: {message}; please report this, with the scene")]
+    /// A thread panicked, which is a bug of this program.
+    #[error(
+        "the thread `{name}` panicked: {message}; please report this bug together with the scene"
+    )]
     Panic {
         /// Name of the thread.
         name: &'static str,
-        /// What it said.
+        /// Message of the panic.
         message: String,
     },
 }
 
-/// The error of the analyses.
+/// Error of the analysis thread.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalyseError {
     /// A frame does not start where the one before it ended.
     #[error(
-        "frame {index} starts at {found} s with samples every {dt} s, but sample {sample} of the \
-         run is due at {due} s; frames must follow one another without a gap, at the rate of the header"
+        "frame {index} starts at {found} s with a sample spacing of {dt} s, but sample {sample} of the run \
+         is expected at {due} s; frames must be contiguous and have the sample rate of the header"
     )]
     Gap {
-        /// Number of the frame.
+        /// Index of the frame.
         index: u64,
-        /// Where it starts, s.
+        /// Start time of the frame, s.
         found: f64,
-        /// Its sample spacing, s.
+        /// Sample spacing of the frame, s.
         dt: f64,
-        /// The sample it should start with, counted from the first of the run.
+        /// Index of the expected first sample, counted from the first sample of the run.
         sample: u64,
-        /// Where that sample is due, s.
+        /// Time of that sample, s.
         due: f64,
     },
     /// A window of the scene is too short for its analysis.
-    #[error("analysis of the probe's signal: {0}")]
+    #[error("analysis of the probe signal: {0}")]
     Signal(#[from] AnalysisError),
-    /// The sink refused a record.
-    #[error("a record could not be kept: {0}")]
+    /// The sink did not accept a record.
+    #[error("cannot store a record: {0}")]
     Sink(#[source] SinkError),
 }
 
-/// The recorder has stopped; its own error says why.
+/// The recorder has stopped. Its own error gives the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the recorder has stopped")]
-pub struct RecorderGone;
+pub struct RecorderStopped;

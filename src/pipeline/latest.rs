@@ -1,27 +1,27 @@
-//! Pictures that wait, of each kind the latest.
+//! Buffer for pictures that keeps the newest of each kind.
 
 use std::mem::Discriminant;
 use std::time::{Duration, Instant};
 
 use super::message::Record;
 
-/// Records that wait, at most one of a kind: a later one replaces an earlier one.
+/// Buffered records, at most one of each kind. A new record replaces the buffered one.
 #[derive(Debug, Default)]
-pub(crate) struct Latest {
+pub(crate) struct LatestPerKind {
     kinds: Vec<Kind>,
 }
 
-/// Records of a kind.
+/// Buffer of one kind of record.
 #[derive(Debug)]
 struct Kind {
     of: Discriminant<Record>,
     waiting: Option<Record>,
-    /// When one was last taken by [`Latest::take_due`].
+    /// Time at which [`LatestPerKind::take_due`] last returned a record of this kind.
     taken: Option<Instant>,
 }
 
-impl Latest {
-    /// Lets a record wait; returns whether it replaces an earlier one.
+impl LatestPerKind {
+    /// Buffers a record. Returns whether it replaces an older one.
     pub fn put(&mut self, record: Record) -> bool {
         let of = std::mem::discriminant(&record);
         match self.kinds.iter_mut().find(|kind| kind.of == of) {
@@ -37,19 +37,19 @@ impl Latest {
         }
     }
 
-    /// How many wait.
+    /// Number of buffered records.
     pub fn len(&self) -> usize {
         let waiting = self.kinds.iter().filter(|kind| kind.waiting.is_some());
         waiting.count()
     }
 
-    /// Takes all that wait.
+    /// Removes and returns all buffered records.
     pub fn take_all(&mut self) -> Vec<Record> {
         let kinds = self.kinds.iter_mut();
         kinds.filter_map(|kind| kind.waiting.take()).collect()
     }
 
-    /// Takes those of which the last one of the kind was taken long enough ago.
+    /// Removes and returns the records of those kinds that were last returned at least `between` ago.
     pub fn take_due(&mut self, now: Instant, between: Duration) -> Vec<Record> {
         let is_due = |kind: &&mut Kind| kind.taken.is_none_or(|taken| now >= taken + between);
         let due = self.kinds.iter_mut().filter(is_due);

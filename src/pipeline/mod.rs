@@ -1,23 +1,25 @@
-//! The road from simulation to record, and the threads of a run.
+//! Threads, channels and messages of one run, from the simulation to the sinks.
 
-mod along;
 mod analyse;
 mod computed;
 mod error;
-#[cfg(test)]
-mod flow_tests;
 mod health;
+mod interactive;
 #[cfg_attr(
     not(feature = "live"),
-    allow(dead_code, reason = "only a live run thins pictures out by time")
+    allow(dead_code, reason = "only a live run limits pictures by time")
 )]
 mod latest;
 pub mod message;
-mod outlet;
 mod pending;
-mod playback;
+mod perturbed;
 mod prepare;
+mod record_sender;
 mod run;
+mod sensitivity;
+#[cfg(test)]
+mod sensitivity_tests;
+mod signal_source;
 mod simulate;
 mod sink;
 mod small;
@@ -26,27 +28,25 @@ mod small_tests;
 mod source;
 mod stages;
 mod start;
-mod steer;
 #[cfg(test)]
 mod stop_tests;
-mod twin;
 
 pub use analyse::Analyser;
-pub use error::{AnalyseError, PipelineError, RecorderGone};
-pub use pending::{KICKS_A_FRAME, Order, Pending, TooManyKicks};
-pub use playback::Playback;
-pub use prepare::{Prepared, initial_state, prepare, prepare_on};
-// The command line takes the live runs along.
+pub use error::{AnalyseError, PipelineError, RecorderStopped};
+pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, TooManyKicks};
+pub use prepare::{Prepared, initial_state, prepare, prepare_reusing_body};
+pub use signal_source::SignalSource;
+// Only a live run of the command line uses these.
+pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 #[cfg(feature = "live")]
-pub(crate) use latest::Latest;
+pub(crate) use latest::LatestPerKind;
 #[cfg(feature = "live")]
 pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
-pub use source::{Source, Steerable};
+pub use source::{ControllableSource, Source};
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;
-pub use start::{source, steerable};
-pub use steer::{Gait, Helm, Steered};
+pub use start::{controllable_source, source};

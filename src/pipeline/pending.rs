@@ -1,76 +1,79 @@
-//! Commands that wait for a run: however many come, they take the room of a few.
+//! Commands that wait for the next frame, combined into bounded memory.
 
-/// What a steered run can be told.
+/// A command to an interactive run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Order {
-    /// Tilt the load, rad; see [`Steerable::tilt`](super::Steerable::tilt).
+pub enum RunCommand {
+    /// Tilt the load, rad; see [`ControllableSource::tilt`](super::ControllableSource::tilt).
     Tilt(f64),
-    /// Add a random velocity to each mode; see [`Steerable::kick`](super::Steerable::kick).
+    /// Add a random velocity to each mode; see [`ControllableSource::kick`](super::ControllableSource::kick).
     Kick {
         /// Standard deviation, sqrt(kg) m/s.
         size: f64,
-        /// Of the random numbers.
+        /// Seed of the random numbers.
         seed: u64,
     },
-    /// Stop the simulated time.
+    /// Pause the simulation.
     Pause,
-    /// Let it go on.
+    /// Resume the simulation.
     Resume,
-    /// Make one frame, and stop.
+    /// Compute one frame, then pause.
     Step,
-    /// Go at a pace from now on: simulated seconds a second, above 0.
-    Pace(f64),
+    /// Set the playback speed: simulated seconds per second of wall time, above 0.
+    Speed(f64),
     /// End the run.
     End,
 }
 
-/// Kicks that one frame takes, at most.
-pub const KICKS_A_FRAME: usize = 4;
+/// Maximum number of kicks per frame.
+pub const MAX_KICKS_PER_FRAME: usize = 4;
 
-/// A frame has all the kicks that it takes.
+/// Too many kicks: the next frame already has the maximum number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a frame takes at most {KICKS_A_FRAME} kicks: kick again after the next frame")]
+#[error("a frame accepts at most {MAX_KICKS_PER_FRAME} kicks; kick again after the next frame")]
 pub struct TooManyKicks;
 
-/// The commands given since the last frame, combined.
+/// Pending commands since the last frame, combined.
 ///
-/// Of tilts, playback speeds, and pause and resume, the last one counts. A single step pauses the run, and is
-/// cancelled by a resume; several are one. Kicks add up to [`KICKS_A_FRAME`], and follow the tilt. An end is final.
+/// Of several tilts, playback speeds, or pause and resume commands, the last one applies. A single step
+/// pauses the run, and a resume cancels it; several steps are one. Kicks add up to [`MAX_KICKS_PER_FRAME`],
+/// after the tilt. An end is final.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Pending {
+pub struct PendingCommands {
     /// Tilt, rad.
     pub(super) tilt: Option<f64>,
-    /// Size (sqrt(kg) m/s) and seed of each.
+    /// Size (sqrt(kg) m/s) and seed of each kick.
     pub(super) kicks: Vec<(f64, u64)>,
     pub(super) control: Control,
 }
 
-/// The commands that a run obeys at once, even while it is paused.
+/// Commands that apply immediately, even while the run is paused.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Control {
     pub pause: Option<bool>,
     pub step: bool,
-    /// Simulated seconds a second.
-    pub pace: Option<f64>,
+    /// Playback speed, simulated seconds per second of wall time.
+    pub speed: Option<f64>,
     pub end: bool,
 }
 
-impl Pending {
+impl PendingCommands {
     /// Adds a command.
     ///
     /// # Errors
-    /// [`TooManyKicks`], and nothing has changed.
-    pub fn add(&mut self, order: Order) -> Result<(), TooManyKicks> {
+    /// [`TooManyKicks`]; nothing has changed.
+    pub fn add(&mut self, command: RunCommand) -> Result<(), TooManyKicks> {
         let control = &mut self.control;
-        match order {
-            Order::Tilt(tilt) => self.tilt = Some(tilt),
-            Order::Kick { .. } if self.kicks.len() >= KICKS_A_FRAME => return Err(TooManyKicks),
-            Order::Kick { size, seed } => self.kicks.push((size, seed)),
-            Order::Pause => control.pause = Some(true),
-            Order::Resume => (control.pause, control.step) = (Some(false), false),
-            Order::Step => (control.pause, control.step) = (Some(true), true),
-            Order::Pace(pace) => control.pace = Some(pace),
-            Order::End => control.end = true,
+        match command {
+            RunCommand::Tilt(tilt) => self.tilt = Some(tilt),
+            RunCommand::Kick { .. } if self.kicks.len() >= MAX_KICKS_PER_FRAME => {
+                return Err(TooManyKicks);
+            }
+            RunCommand::Kick { size, seed } => self.kicks.push((size, seed)),
+            RunCommand::Pause => control.pause = Some(true),
+            RunCommand::Resume => (control.pause, control.step) = (Some(false), false),
+            RunCommand::Step => (control.pause, control.step) = (Some(true), true),
+            RunCommand::Speed(speed) => control.speed = Some(speed),
+            RunCommand::End => control.end = true,
         }
         Ok(())
     }
@@ -82,22 +85,29 @@ mod tests {
 
     #[test]
     fn a_million_commands_are_combined_into_a_few() {
-        let mut pending = Pending::default();
+        let mut pending = PendingCommands::default();
         let mut refused = 0;
         for k in 0..1_000_000_u64 {
             let x = k as f64;
-            let kick = Order::Kick { size: x, seed: k };
-            for order in [Order::Tilt(x), Order::Pause, Order::Pace(1.0 + x), kick] {
-                refused += u64::from(pending.add(order).is_err());
+            let kick = RunCommand::Kick { size: x, seed: k };
+            for command in [
+                RunCommand::Tilt(x),
+                RunCommand::Pause,
+                RunCommand::Speed(1.0 + x),
+                kick,
+            ] {
+                refused += u64::from(pending.add(command).is_err());
             }
         }
-        assert_eq!(refused, 1_000_000 - KICKS_A_FRAME as u64);
-        let expected = Pending {
+        assert_eq!(refused, 1_000_000 - MAX_KICKS_PER_FRAME as u64);
+        let expected = PendingCommands {
             tilt: Some(999_999.0),
-            kicks: (0..KICKS_A_FRAME as u64).map(|k| (k as f64, k)).collect(),
+            kicks: (0..MAX_KICKS_PER_FRAME as u64)
+                .map(|k| (k as f64, k))
+                .collect(),
             control: Control {
                 pause: Some(true),
-                pace: Some(1e6),
+                speed: Some(1e6),
                 ..Control::default()
             },
         };
@@ -106,16 +116,28 @@ mod tests {
 
     #[test]
     fn the_last_of_pause_step_and_resume_counts() {
-        let after = |orders: &[Order]| {
-            let mut pending = Pending::default();
-            for order in orders {
-                pending.add(order.clone()).unwrap();
+        let after = |commands: &[RunCommand]| {
+            let mut pending = PendingCommands::default();
+            for command in commands {
+                pending.add(command.clone()).unwrap();
             }
             (pending.control.pause, pending.control.step)
         };
-        assert_eq!(after(&[Order::Pause, Order::Resume]), (Some(false), false));
-        assert_eq!(after(&[Order::Step, Order::Resume]), (Some(false), false));
-        assert_eq!(after(&[Order::Resume, Order::Step]), (Some(true), true));
-        assert_eq!(after(&[Order::Step, Order::Pause]), (Some(true), true));
+        assert_eq!(
+            after(&[RunCommand::Pause, RunCommand::Resume]),
+            (Some(false), false)
+        );
+        assert_eq!(
+            after(&[RunCommand::Step, RunCommand::Resume]),
+            (Some(false), false)
+        );
+        assert_eq!(
+            after(&[RunCommand::Resume, RunCommand::Step]),
+            (Some(true), true)
+        );
+        assert_eq!(
+            after(&[RunCommand::Step, RunCommand::Pause]),
+            (Some(true), true)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! From a scene to a system, its integrator and the state it starts from.
+//! From a scene to a system, its integrator and its initial state.
 
 use std::f64::consts::TAU;
 
@@ -7,31 +7,31 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::PipelineError;
-use crate::dynamics::{Accuracy, Integrator, Method, Switching, System, longest_rk4_step};
+use crate::dynamics::{Accuracy, Integrator, Method, Switching, System, max_rk4_step};
 use crate::joint::{BallJoint, Joint};
-use crate::scene::{self, Events, Scene, SmallSystem, SubjectSpec};
+use crate::scene::{self, Events, Scene, SmallSystem, SystemSpec};
 
-/// Sizes below which a scene's integrator resolves nothing: of the vibration, sqrt(kg) m/s, and of the work
-/// of friction, J. Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s a step.
+/// Absolute tolerance of a scene's integrator: of the vibration, sqrt(kg) m/s, and of the work of friction,
+/// J. Subtracting the equilibrium leaves rounding noise of about 1e-19 sqrt(kg) m/s per step.
 pub(super) const FLOOR: f64 = 1e-12;
 
-/// A system ready to start.
+/// A prepared run: a system with its integrator and initial state.
 pub struct Prepared {
-    /// The system: the joint at its first tilt, without the quadrature of the energy audit, or the
-    /// small system.
+    /// The system: the small system, or the joint at its initial tilt without the quadrature of the energy
+    /// audit.
     pub system: Box<dyn System + Send>,
-    /// What the probe makes of the modal coordinates: the displacement observed is this row times
-    /// `q` (Eq. (24)), the velocity this row times `dq/dt`.
+    /// Row that maps modal coordinates to the probe: its displacement is this row times `q` (Eq. (24)), its
+    /// velocity this row times `dq/dt`.
     pub probe: Vec<f64>,
-    /// Its integrator, not started yet. It stops at events where the scene says so, and always where
-    /// the system is a small one.
+    /// The integrator, not started yet. It stops at events if the scene requests it, and always for a small
+    /// system.
     pub integrator: Integrator,
-    /// The state to start from at time 0, length [`System::dim`].
+    /// Initial state at time 0, length [`System::dim`].
     pub state: Vec<f64>,
 }
 
 impl Prepared {
-    /// The same, to start from the state `[q | dq/dt]` that another run has come to.
+    /// The same system with the final state `[q | dq/dt]` of another run as its initial state.
     #[must_use]
     pub fn starting_from(mut self, state: &[f64]) -> Self {
         self.state.fill(0.0);
@@ -40,34 +40,37 @@ impl Prepared {
     }
 }
 
-/// The system of a scene, its integrator and its initial state.
+/// Builds the system of a scene, its integrator and its initial state.
 ///
 /// # Errors
 /// If the joint cannot be assembled, or the integrator does not fit the system.
 pub fn prepare(scene: &Scene) -> Result<Prepared, PipelineError> {
-    prepare_on(scene, &mut None)
+    prepare_reusing_body(scene, &mut None)
 }
 
-/// [`prepare`] for many scenes in turn: a joint's body is computed anew only where it differs from
-/// that of the joint before, which is kept in `ball`.
+/// [`prepare`] for a sequence of scenes. The body of a joint is recomputed only if it differs from that of
+/// the previous joint, which is kept in `ball`.
 ///
 /// # Errors
 /// As [`prepare`].
-pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepared, PipelineError> {
+pub fn prepare_reusing_body(
+    scene: &Scene,
+    ball: &mut Option<BallJoint>,
+) -> Result<Prepared, PipelineError> {
     let (system, integrator, probe): (Box<dyn System + Send>, _, _) = match &scene.subject {
-        SubjectSpec::Joint(tilted) => {
+        SystemSpec::Joint(tilted) => {
             let next = match ball.take() {
                 Some(before) => before.with_spec(&tilted.spec)?,
                 None => BallJoint::new(&tilted.spec)?,
             };
             let model = ball.insert(next).model(tilted.tilt.at(0.0))?;
             let joint = Joint::new(&model);
-            let (integrator, probe) = (of_joint(scene, &joint)?, joint.probe().to_vec());
+            let (integrator, probe) = (joint_integrator(scene, &joint)?, joint.probe().to_vec());
             (Box::new(joint), integrator, probe)
         }
-        SubjectSpec::Small(small) => {
+        SystemSpec::Small(small) => {
             let system = boxed(small);
-            let integrator = of_small(scene, system.as_ref())?;
+            let integrator = small_integrator(scene, system.as_ref())?;
             (system, integrator, small_probe(small))
         }
     };
@@ -81,7 +84,7 @@ pub fn prepare_on(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Prepare
     })
 }
 
-/// A small system as what an integrator takes.
+/// A small system as a trait object.
 pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     match *small {
         SmallSystem::ImpactOscillator(system) => Box::new(system),
@@ -91,7 +94,7 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
     }
 }
 
-/// What makes the displacement observed of a small system's modal coordinates.
+/// Row that maps the modal coordinates of a small system to its displacement.
 fn small_probe(small: &SmallSystem) -> Vec<f64> {
     match small {
         SmallSystem::TwoModesOnBelt(system) => system.along().to_vec(),
@@ -101,11 +104,11 @@ fn small_probe(small: &SmallSystem) -> Vec<f64> {
     }
 }
 
-/// The integrator of a scene for its joint. A contact with dashpots has jumps, of which nothing but stopping
-/// at them makes sense.
-pub(super) fn of_joint(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
+/// The integrator of a scene for its joint. A contact with dashpots has a discontinuous force, and its
+/// integrator must stop at events.
+pub(super) fn joint_integrator(scene: &Scene, joint: &Joint) -> Result<Integrator, PipelineError> {
     if scene.integrator.method.has_fixed_step() {
-        // Contact and friction are part of what a fixed step must be short enough for.
+        // Contact and friction limit the step, too.
         let rates: Vec<[f64; 2]> = match joint.linear_modes() {
             Ok(modes) => modes
                 .iter()
@@ -123,15 +126,15 @@ pub(super) fn of_joint(scene: &Scene, joint: &Joint) -> Result<Integrator, Pipel
     }
 }
 
-/// The integrator of a scene for its small system. Such a system has jumps, of which nothing but
-/// stopping at them makes sense.
-fn of_small(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
+/// The integrator of a scene for its small system. Small systems are discontinuous, and their integrator must
+/// stop at events.
+fn small_integrator(scene: &Scene, system: &dyn System) -> Result<Integrator, PipelineError> {
     let rates = system.omega().iter().map(|&omega| [0.0, omega]);
     check_step(&scene.integrator, rates)?;
     Ok(Integrator::new(method(&scene.integrator), system)?.with_events(system)?)
 }
 
-/// The initial `[q | dq/dt]`: where the scene starts, with a seeded Gaussian kick of the velocities.
+/// The initial `[q | dq/dt]`: the initial state of the scene plus a seeded Gaussian kick of the velocities.
 pub fn initial_state(scene: &Scene, modes: usize) -> Vec<f64> {
     let start = &scene.start;
     let mut z = vec![start.position; 2 * modes];
@@ -158,7 +161,7 @@ fn method(integrator: &scene::Integrator) -> Method {
     integrator.method.with(accuracy, integrator.max_step)
 }
 
-/// A fixed step must keep what is stable by itself stable: each of the rates of the linearised system.
+/// Checks that a fixed step is stable for each eigenvalue `[growth, frequency]` of the linearised system.
 fn check_step(
     integrator: &scene::Integrator,
     rates: impl IntoIterator<Item = [f64; 2]>,
@@ -166,7 +169,7 @@ fn check_step(
     if !integrator.method.has_fixed_step() {
         return Ok(());
     }
-    let longest = rates.into_iter().map(longest_rk4_step);
+    let longest = rates.into_iter().map(max_rk4_step);
     let limit = longest.fold(f64::INFINITY, f64::min);
     if integrator.max_step > limit {
         return Err(PipelineError::Step {

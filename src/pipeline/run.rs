@@ -1,4 +1,4 @@
-//! The threads: simulate -> analyse -> record, with bounded channels between them.
+//! The three threads of a run, simulate -> analyse -> record, and the bounded channels between them.
 
 use std::any::Any;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,28 +11,28 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use super::analyse::{Analyser, memory};
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
-use super::outlet::Outlet;
+use super::record_sender::RecordSender;
 use super::{PipelineError, Sink, Source, source};
 use crate::scene::Scene;
 
-/// Frames that may wait between simulation and analysis.
+/// Capacity of the channel between simulation and analysis, frames.
 const FRAMES_WAITING: usize = 8;
-/// Records that may wait between analysis and recorder.
+/// Capacity of the channel between analysis and recorder, records.
 const RECORDS_WAITING: usize = 64;
-/// How long no record comes before the sink is told.
+/// Time without a record after which [`Sink::idle`] is called.
 const IDLE: Duration = Duration::from_millis(100);
 
-/// A run as seen from outside: told how far it is, and able to stop it.
+/// Progress report and stop flag of a run.
 #[derive(Clone, Copy)]
 pub struct Monitor<'a> {
-    /// Set to stop the run at the next step; the samples until then are recorded.
+    /// Set it to stop the run at the next integrator step. The samples computed until then are recorded.
     pub stop: &'a Arc<AtomicBool>,
-    /// Told the time just past each frame (s), from the thread that makes them.
+    /// Called after each frame, on the simulation thread, with the end time of the frame, s.
     pub progress: &'a (dyn Fn(f64) + Sync),
 }
 
 impl Default for Monitor<'_> {
-    /// Nobody watches, nobody stops.
+    /// Reports no progress and never stops the run.
     fn default() -> Self {
         static NEVER: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
         Self {
@@ -48,13 +48,13 @@ impl Monitor<'_> {
     }
 }
 
-/// Runs a scene to its end, or until the monitor says stop, into a sink.
+/// Simulates a scene to its end, or until the stop flag is set, and sends the records to a sink.
 ///
-/// `command` says how the program was started. Simulation, analysis and recording have a thread each.
+/// `command` is the command line, for the header. Simulation, analysis and recording run on one thread each.
 /// On success and after a stop the sink is finished; after an error it is abandoned.
 ///
 /// # Errors
-/// The first fault on the road, by place: simulation, analysis, sink. A panic in a thread is one.
+/// The error that ended the run, of the simulation, the analysis or the sink. A panic counts as an error.
 pub fn run(
     scene: &Scene,
     command: &str,
@@ -64,8 +64,7 @@ pub fn run(
     drive(source(scene)?, command, sink, monitor)
 }
 
-/// As [`run`], with a source that has been set up before: whatever is wrong with its scene or file
-/// has been told by then, and no sink had to be opened for it.
+/// Runs a source that already exists. Errors of its scene or file are known before a sink is opened.
 ///
 /// # Errors
 /// As [`run`].
@@ -76,11 +75,11 @@ pub fn drive(
     monitor: Monitor<'_>,
 ) -> Result<Summary, PipelineError> {
     let began = Instant::now();
-    source.heed(monitor.stop);
+    source.set_stop_flag(monitor.stop);
     let header = Arc::new(source.header(command));
     let bytes = memory(source.analysis(), header.sample_rate);
-    // Later, where there is no error to pass on, the allocator would end the program.
-    if !crate::memory::is_granted(bytes as usize) {
+    // An allocation that fails later aborts the program; here it is still an error.
+    if !crate::memory::can_reserve(bytes as usize) {
         return Err(PipelineError::Memory {
             megabytes: bytes / 1_000_000,
         });
@@ -92,9 +91,9 @@ pub fn drive(
         let simulating = spawn(scope, "simulate", move || {
             simulate(source, frame_out, monitor)
         })?;
-        let outlet = Outlet::new(record_out, sink.delivery());
+        let record_sender = RecordSender::new(record_out, sink.delivery());
         let analysing = spawn(scope, "analyse", move || {
-            analyse(analyser, &frame_in, outlet)
+            analyse(analyser, &frame_in, record_sender)
         })?;
         let sink = &mut *sink;
         let recording = spawn(scope, "record", move || {
@@ -103,7 +102,7 @@ pub fn drive(
         let recorded = join(recording, "record");
         let analysed = join(analysing, "analyse");
         let simulated = join(simulating, "simulate");
-        // The cause comes before its effects: a station that lost its neighbour only says so.
+        // Other threads then report only a closed channel. The error of the cause comes first.
         let interrupted = !simulated?;
         recorded?;
         Ok(Summary {
@@ -124,7 +123,7 @@ pub fn drive(
     finish
 }
 
-/// Sends frame after frame; returns whether the planned time was reached.
+/// Sends the frames of a source. Returns whether the planned time was reached.
 fn simulate(
     mut source: impl Source,
     frames: Sender<Frame>,
@@ -136,32 +135,37 @@ fn simulate(
         };
         let end = frame.end();
         if frames.send(frame).is_err() {
-            // The analysis has stopped; its own error says why.
+            // The analysis thread has failed; its own error gives the reason.
             break;
         }
         (monitor.progress)(end);
     }
-    Ok(source.is_over())
+    Ok(source.is_finished())
 }
 
 fn analyse(
     mut analyser: Analyser,
     frames: &Receiver<Frame>,
-    mut outlet: Outlet,
+    mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
     let mut health = HealthMeter::default();
     for frame in frames {
         let frame = Arc::new(frame);
-        analyser.push(&frame, &mut outlet)?;
-        let measured = health.measure(&frame, frames.len(), outlet.waiting(), outlet.drops());
-        outlet
+        analyser.push(&frame, &mut record_sender)?;
+        let measured = health.measure(
+            &frame,
+            frames.len(),
+            record_sender.waiting(),
+            record_sender.drops(),
+        );
+        record_sender
             .accept(Record::Health(measured))
             .map_err(PipelineError::Sink)?;
     }
-    analyser.finish(&mut outlet)?;
-    outlet.flush()?;
+    analyser.finish(&mut record_sender)?;
+    record_sender.flush()?;
     let mut summary = analyser.summary();
-    health.conclude(&mut summary);
+    health.complete_summary(&mut summary);
     Ok(summary)
 }
 
@@ -204,7 +208,7 @@ fn join<T>(
     })
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))

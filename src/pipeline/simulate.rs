@@ -1,79 +1,79 @@
-//! The first station: from a scene to frames.
+//! The simulation of a joint: from a scene to frames.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::along::{Along, Reached, with_tangents};
 use super::computed;
 use super::message::{
-    Computed, EnergySample, Frame, Header, JointInfo, ModeInfo, NodeState, PatchGeometry,
-    PatchSnapshot, Shown, Subject,
+    DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction, ModeInfo, NodeState,
+    PatchGeometry, PatchSnapshot, Subject,
 };
-use super::prepare::{initial_state, kick, of_joint};
-use super::source::{Steerable, header};
+use super::prepare::{initial_state, joint_integrator, kick};
+use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
+use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, Loading, RecordSpec, Scene, Schedule, TiltedJoint};
+use crate::scene::{AnalysisSpec, LoadedJoint, Loading, RecordSpec, Scene, Schedule};
 
-/// Spacing of the vertices of the body's picture: along the meridian, and round it.
+/// Number of vertices of the body's outline, along the meridian and along the circumference.
 const OUTLINE: (usize, usize) = (44, 24);
 
-/// Energies for every picture, at most: they are a curve.
+/// Maximum number of energy samples per snapshot of the patch.
 const ENERGIES: f64 = 20.0;
 
-/// A running simulation of a joint: asks for nothing but the next frame.
+/// A running simulation of a joint.
 #[derive(Debug)]
 pub struct Simulation {
     scene: Scene,
     /// The scene's joint.
-    tilted: TiltedJoint,
+    tilted: LoadedJoint,
     /// The joint under the present load and rotation.
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
     geometry: Arc<PatchGeometry>,
-    /// What was computed of the scene's mechanism.
-    computed: Option<Arc<Computed>>,
-    /// What acts on the joint at present.
+    /// Linear prediction for the scene's mechanism.
+    computed: Option<Arc<MechanismPrediction>>,
+    /// Present tilt, load and rotation.
     loading: Loading,
-    /// Times of jumps that are still to come, s, the next one last.
+    /// Times of future jumps of the loading, s, in descending order.
     jumps: Vec<f64>,
-    /// Index of the next sample, from the start.
+    /// Index of the next sample, counted from the start of the run.
     next_sample: u64,
     frames: u64,
-    /// Open nodes at the last sample and at the present one, one bit a node.
-    open: [Vec<u8>; 2],
+    /// Contact nodes that are separated at the previous sample and at the present one, one bit per node.
+    separated: [Vec<u8>; 2],
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
-    /// What the scene asks for besides.
-    along: Along,
+    /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
+    sensitivity: SensitivityTracker,
     busy_seconds: f64,
-    /// The tilts that somebody may ask for, rad, if the run goes on until it is ended.
-    reach: Option<[f64; 2]>,
-    /// How much of it is to be drawn, if not all.
-    shown: Option<Shown>,
-    /// What the scene asks to be recorded.
+    /// Range of tilts (rad) of an interactive run; `None` if the run ends at the planned time.
+    tilt_range: Option<[f64; 2]>,
+    /// Display rates of a live run.
+    shown: Option<DisplayRates>,
+    /// Recording rates of the scene.
     planned: RecordSpec,
 }
 
-/// What the energy audit carries along, J.
+/// Reference values of the energy audit, J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Audit {
-    /// Stored at the start.
+    /// Energy stored at the start.
     start: f64,
-    /// Brought in by changes of tilt, load and rotation, where the joint is rebuilt, and by kicks.
-    by_loading: f64,
+    /// Energy added by kicks and by changes of tilt, load and rotation, which rebuild the joint.
+    added: f64,
 }
 
-/// Every how many samples something happens that has a rate of its own; `None` if it never does.
+/// Number of samples between two events of the given rate (Hz); `None` if the rate is 0.
 fn stride(sample_rate: f64, rate: f64) -> Option<u64> {
     (rate > 0.0).then(|| (sample_rate / rate).round().max(1.0) as u64)
 }
 
-/// The joint of a model, with the energy audit where the scene takes samples of it.
+/// The joint of a model, with the energy audit if the scene records energies.
 fn audited(scene: &Scene, model: &Model) -> Joint {
     let joint = Joint::new(model);
     match scene.record.energy_rate > 0.0 {
@@ -82,10 +82,10 @@ fn audited(scene: &Scene, model: &Model) -> Joint {
     }
 }
 
-/// Index of the first sample at a time (s) or after it.
+/// Index of the first sample at or after a time (s).
 fn first_sample_from(time: f64, rate: f64) -> u64 {
     let near = (time * rate).ceil() as u64;
-    // The product may be rounded to the other side of a whole number.
+    // Rounding of the product may shift the index by one.
     let is_from = |index: u64| index as f64 / rate >= time;
     match near {
         1.. if is_from(near - 1) => near - 1,
@@ -94,11 +94,11 @@ fn first_sample_from(time: f64, rate: f64) -> u64 {
     }
 }
 
-/// How many nodes have opened or closed on the way to the coordinates `q`. `open` has the open nodes at the
-/// last sample first, one bit a node, and afterwards those at this one.
-fn transitions(joint: &Joint, q: &[f64], open: &mut [Vec<u8>; 2]) -> u64 {
-    let [before, now] = open;
-    joint.open_nodes(q, now);
+/// Number of nodes that have separated or closed since the last sample. `separated` holds the separated nodes
+/// of the previous sample, one bit per node; afterwards it holds those at the coordinates `q`.
+fn transitions(joint: &Joint, q: &[f64], separated: &mut [Vec<u8>; 2]) -> u64 {
+    let [before, now] = separated;
+    joint.separated_nodes(q, now);
     let changed = before.iter().zip(&*now).map(|(a, b)| (a ^ b).count_ones());
     let count = changed.map(u64::from).sum();
     std::mem::swap(before, now);
@@ -106,17 +106,18 @@ fn transitions(joint: &Joint, q: &[f64], open: &mut [Vec<u8>; 2]) -> u64 {
 }
 
 impl Simulation {
-    /// Computes the modes, assembles the joint under the first tilt, load and rotation, and kicks it.
+    /// Computes the modes, assembles the joint under the initial tilt, load and rotation, and applies the
+    /// initial kick.
     ///
     /// # Errors
-    /// If the scene has no joint, it cannot be assembled, or the integrator cannot start.
+    /// If the scene has no joint, the joint cannot be assembled, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
         let tilted = scene.joint()?.clone();
         let mut ball = BallJoint::new(&tilted.spec)?;
         let loading = tilted.loading(0.0);
         if tilted.tilt.varies() || tilted.load.is_some() {
-            // What cannot be reached later is told now, not in the middle of the run: the patch is
-            // nearest to the beam at the largest tilt and under the largest load.
+            // Reports an unreachable loading now instead of during the run: the patch is closest to the beam
+            // at the largest tilt and under the largest load.
             let [_, largest_load] = tilted.load_span();
             ball.set_load(largest_load);
             ball.model(tilted.tilt.min())?;
@@ -127,20 +128,20 @@ impl Simulation {
         let joint = audited(scene, &model);
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
-        let mut integrator = with_tangents(scene, &joint, of_joint(scene, &joint)?)?;
+        let mut integrator = with_tangents(scene, &joint, joint_integrator(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
         let bytes = tilted.spec.contact.nodes.div_ceil(8);
-        let mut open = [vec![0; bytes], vec![0; bytes]];
-        joint.open_nodes(&z[..joint.modes()], &mut open[0]);
+        let mut separated = [vec![0; bytes], vec![0; bytes]];
+        joint.separated_nodes(&z[..joint.modes()], &mut separated[0]);
         let audit = Audit {
             start: joint.energy(&z).total(),
-            by_loading: 0.0,
+            added: 0.0,
         };
         let mut jumps = tilted.jumps();
         jumps.reverse();
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
-            computed: computed::of_joint(scene, &tilted, &ball, &joint)?,
+            computed: computed::for_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
             ball,
@@ -150,12 +151,12 @@ impl Simulation {
             jumps,
             next_sample: 0,
             frames: 0,
-            open,
+            separated,
             z,
             audit,
-            along: Along::new(scene),
+            sensitivity: SensitivityTracker::new(scene),
             busy_seconds: 0.0,
-            reach: None,
+            tilt_range: None,
             shown: None,
             planned: scene.record,
         })
@@ -166,23 +167,23 @@ impl Simulation {
         &self.joint
     }
 
-    /// The integrator, which has reached the last sample or gone a little past it.
+    /// The integrator, which is at the last sample or slightly past it.
     pub fn integrator(&self) -> &Integrator {
         &self.integrator
     }
 
-    /// What acts on the joint at present.
+    /// Present tilt, load and rotation.
     pub fn loading(&self) -> Loading {
         self.loading
     }
 
-    /// The joint and the integrator, to go on with otherwise.
+    /// The joint and the integrator, to continue the integration without the pipeline.
     pub fn into_parts(self) -> (Joint, Integrator) {
         (self.joint, self.integrator)
     }
 
     fn joint_info(&self) -> JointInfo {
-        let TiltedJoint { spec, tilt, .. } = &self.tilted;
+        let LoadedJoint { spec, tilt, .. } = &self.tilted;
         let outline = match self.scene.record.body_rate > 0.0 {
             true => self.ball.outline(OUTLINE.0, OUTLINE.1),
             false => None,
@@ -192,7 +193,7 @@ impl Simulation {
             Some(rotation) => rotation.rad_s,
             None => spec.rotation,
         };
-        // At a factor of 1, whatever it is at present.
+        // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);
         let velocity = turning.sliding_velocity(self.loading.tilt);
@@ -201,7 +202,7 @@ impl Simulation {
         let mut pressed = self.ball.clone();
         pressed.set_load(largest_load);
         JointInfo {
-            body: self.ball.body_words(),
+            body: self.ball.body_description(),
             modes: labels
                 .into_iter()
                 .zip(self.ball.frequencies_hz())
@@ -212,7 +213,7 @@ impl Simulation {
                 .collect(),
             min_tilt: tilt.min(),
             max_tilt: tilt.max(),
-            reach: self.reach,
+            tilt_range: self.tilt_range,
             azimuth: spec.azimuth,
             outline: outline.unwrap_or_default(),
             rotation,
@@ -224,41 +225,40 @@ impl Simulation {
         }
     }
 
-    /// Lands at the end of the run, and takes tilt, load and rotation to where their schedules are there:
-    /// a frame has those of its start. To be called after the last frame.
+    /// Integrates to the end of the run and applies the tilt, load and rotation scheduled there. A frame has
+    /// the loading of its start. Call this after the last frame.
     ///
     /// # Errors
-    /// If the joint cannot be assembled so, or the integrator cannot go on.
-    pub fn hold_last_loading(&mut self) -> Result<(), PipelineError> {
-        self.follow_loading(self.next_sample as f64 / self.scene.sample_rate)
+    /// If the joint cannot be assembled under this loading, or the integrator cannot restart.
+    pub fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
+        self.advance_loading(self.next_sample as f64 / self.scene.sample_rate)
     }
 
-    /// Goes on to the loading at a time (s), through the jumps on the way: each changes the joint exactly
-    /// where it is.
-    fn follow_loading(&mut self, time: f64) -> Result<(), PipelineError> {
+    /// Advances the loading to a time (s). Each jump on the way changes the joint exactly at its time.
+    fn advance_loading(&mut self, time: f64) -> Result<(), PipelineError> {
         while let Some(jump) = self.jumps.pop_if(|jump| *jump <= time) {
-            self.take_loading(jump)?;
+            self.apply_loading(jump)?;
         }
-        self.take_loading(time)
+        self.apply_loading(time)
     }
 
-    /// Rebuilds the joint where what acts on it has changed. Patch, pre-stress and equilibrium follow at
-    /// once; the perturbation goes on unchanged, and so do the tangent vectors and their growth:
-    /// exponents of a ramp are averages over it.
-    fn take_loading(&mut self, time: f64) -> Result<(), PipelineError> {
+    /// Rebuilds the joint if its loading has changed. Patch, pre-stress and equilibrium change immediately.
+    /// The perturbation continues unchanged, and so do the tangent vectors and their growth: the exponents of
+    /// a ramp are averages over it.
+    fn apply_loading(&mut self, time: f64) -> Result<(), PipelineError> {
         let loading = self.tilted.loading(time);
         if loading == self.loading {
             return Ok(());
         }
         if time > 0.0 {
-            self.integrator.land(&self.joint, time)?;
+            self.integrator.integrate_to(&self.joint, time)?;
         }
         self.ball.set_load(loading.load);
         self.ball.set_rotation(loading.rotation);
         let model = self.ball.model(loading.tilt)?;
         let joint = audited(&self.scene, &model);
         let z = self.integrator.state();
-        self.audit.by_loading += joint.energy(z).total() - self.joint.energy(z).total();
+        self.audit.added += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, loading.tilt));
@@ -266,10 +266,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// How many samples the next frame has: it ends where the joint jumps next, so that all its samples
-    /// are of one joint.
+    /// Number of samples of the next frame. A frame ends at the next jump of the loading: all its samples
+    /// belong to one joint.
     fn frame_length(&self) -> u64 {
-        let left = match self.reach {
+        let left = match self.tilt_range {
             Some(_) => u64::MAX,
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
@@ -288,7 +288,7 @@ impl Simulation {
             time,
             total,
             friction_work: work,
-            residual: total - self.audit.start - self.audit.by_loading - work,
+            residual: total - self.audit.start - self.audit.added - work,
             modal: energy.modal,
         }
     }
@@ -298,7 +298,7 @@ impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
         let subject = Subject::Joint(self.joint_info());
         Header {
-            endless: self.reach.is_some(),
+            endless: self.tilt_range.is_some(),
             ..header(&self.scene, command, subject, self.computed.clone())
         }
     }
@@ -307,18 +307,18 @@ impl Source for Simulation {
         &self.scene.analysis
     }
 
-    fn heed(&mut self, stop: &Arc<AtomicBool>) {
-        self.integrator.heed(Arc::clone(stop));
+    fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
+        self.integrator.set_stop_flag(Arc::clone(stop));
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        if self.is_over() {
+        if self.is_finished() {
             return Ok(None);
         }
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        match self.follow_loading(t0) {
+        match self.advance_loading(t0) {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }
@@ -352,7 +352,7 @@ impl Source for Simulation {
             frame.qdot.extend_from_slice(v);
             frame.displacement.push(self.joint.probe_value(q));
             frame.velocity.push(self.joint.probe_value(v));
-            frame.transitions += transitions(&self.joint, q, &mut self.open);
+            frame.transitions += transitions(&self.joint, q, &mut self.separated);
             if patch_every.is_some_and(|every| index % every == 0) {
                 frame.patch.push(patch_snapshot(&self.joint, time, q, v));
             }
@@ -368,7 +368,7 @@ impl Source for Simulation {
                 let (q, v) = z[..2 * modes].split_at(modes);
                 [self.joint.probe_value(q), self.joint.probe_value(v)]
             };
-            self.along.follow(
+            self.sensitivity.follow(
                 &self.joint,
                 &mut self.integrator,
                 reached,
@@ -376,27 +376,27 @@ impl Source for Simulation {
                 &mut frame,
             )?;
         }
-        // Fewer than planned where it was told to stop.
+        // A stopped run yields fewer samples than planned.
         if frame.is_empty() {
             return Ok(None);
         }
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
-        frame.tally = self.integrator.tally();
+        frame.stats = self.integrator.stats();
         frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))
     }
 
-    fn is_over(&self) -> bool {
-        self.reach.is_none() && self.next_sample >= self.scene.samples()
+    fn is_finished(&self) -> bool {
+        self.tilt_range.is_none() && self.next_sample >= self.scene.samples()
     }
 }
 
-impl Steerable for Simulation {
-    fn go_on(&mut self, reach: [f64; 2]) {
-        self.reach = Some(reach);
+impl ControllableSource for Simulation {
+    fn run_until_stopped(&mut self, tilt_range: [f64; 2]) {
+        self.tilt_range = Some(tilt_range);
     }
 
     fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError> {
@@ -410,22 +410,22 @@ impl Steerable for Simulation {
 
     fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError> {
         let time = self.time();
-        self.follow_loading(time)?;
-        self.integrator.land(&self.joint, time)?;
+        self.advance_loading(time)?;
+        self.integrator.integrate_to(&self.joint, time)?;
         let mut z = self.integrator.state().to_vec();
         let before = self.joint.energy(&z).total();
         let modes = self.joint.modes();
         kick(&mut z[modes..2 * modes], size, seed);
-        self.audit.by_loading += self.joint.energy(&z).total() - before;
+        self.audit.added += self.joint.energy(&z).total() - before;
         self.integrator.start(&self.joint, time, &z)?;
         Ok(())
     }
 
-    fn cut(&mut self, samples: usize, shown: Shown) {
+    fn set_frame_length(&mut self, samples: usize, shown: DisplayRates) {
         self.shown = Some(shown);
         self.scene.frame_samples = samples;
         let record = &mut self.scene.record;
-        // What the scene leaves out stays out.
+        // Data that the scene does not record stay off.
         if self.planned.patch_rate > 0.0 {
             record.patch_rate = shown.pictures;
         }

@@ -1,35 +1,35 @@
-//! Where records go.
+//! Consumers of records.
 
 use super::message::Record;
 
-/// The error of a sink, whatever its kind.
+/// Error of any sink.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
-/// What a sink must be given when it is slower than the analysis.
+/// Delivery to a sink: which records it must receive when it is slower than the analysis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Delivery {
-    /// Every record: the sender waits.
+    /// Every record. The sender waits.
     #[default]
     Everything,
-    /// Waiting pictures ([`Record::is_picture`]) may be replaced by the latest of their kind;
-    /// the sender counts them and says so in [`Health::drops`](super::message::Health::drops).
+    /// A waiting picture ([`Record::is_picture`]) may be replaced by a newer one of its kind. The number of
+    /// replaced pictures is reported in [`Health::drops`](super::message::Health::drops).
     LatestPictures,
 }
 
-/// Takes records in order, on one thread. The pipeline's tests use a `Vec`; `record` writes Rerun.
+/// Consumes records in order, on one thread. The tests of the pipeline use a `Vec`; `record` writes Rerun.
 pub trait Sink: Send {
-    /// Takes one record.
+    /// Consumes one record.
     ///
     /// # Errors
-    /// When the record cannot be kept (disk full, encoding fault); the run then stops.
+    /// If the record cannot be stored (full disk, encoding error). The run then stops.
     fn accept(&mut self, record: Record) -> Result<(), SinkError>;
 
-    /// What may be left out when the sink is behind; by default nothing.
+    /// Which records may be dropped if the sink is too slow; by default none.
     fn delivery(&self) -> Delivery {
         Delivery::Everything
     }
 
-    /// Called now and then while no record comes, as when a steered run stands still.
+    /// Called repeatedly while no record arrives, for example while an interactive run is paused.
     ///
     /// # Errors
     /// As [`Sink::accept`].
@@ -37,16 +37,16 @@ pub trait Sink: Send {
         Ok(())
     }
 
-    /// Called once after the last record: flush all that is pending.
+    /// Called once after the last record. Flushes all pending data.
     ///
     /// # Errors
-    /// When pending data cannot be written.
+    /// If pending data cannot be written.
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
 
-    /// Called when the run has failed, [`Sink::finish`] included: keep what there is readable, but do
-    /// not put it in the place of an older result. After a `finish` that went well it does nothing.
+    /// Called if the run or [`Sink::finish`] has failed. Keeps the partial result readable, but does not
+    /// replace an older result with it. After a successful `finish` it does nothing.
     fn abandon(&mut self) {}
 }
 
@@ -57,14 +57,14 @@ impl Sink for Vec<Record> {
     }
 }
 
-/// Gives every record to each of several sinks.
+/// Passes every record to several sinks.
 #[derive(Default)]
 pub struct Tee {
     sinks: Vec<Box<dyn Sink>>,
 }
 
 impl Tee {
-    /// To all of `sinks`, in their order.
+    /// Passes records to `sinks` in the given order.
     pub fn new(sinks: Vec<Box<dyn Sink>>) -> Self {
         Self { sinks }
     }
@@ -94,7 +94,7 @@ impl Sink for Tee {
     }
 
     fn finish(&mut self) -> Result<(), SinkError> {
-        // The first fault stops the rest: what has not been put in its place yet stays out of it.
+        // After the first error the remaining sinks must not replace older results.
         self.sinks.iter_mut().try_for_each(|sink| sink.finish())
     }
 

@@ -1,49 +1,50 @@
-//! The first station of a small system: from a scene to frames.
+//! The simulation of a small system: from a scene to frames.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::along::{Along, Reached, with_tangents};
 use super::computed;
-use super::message::{Frame, Header, Shown, SmallInfo, StatusInfo, StatusKind, Subject};
+use super::message::{DisplayRates, Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
 use super::prepare::kick;
-use super::source::{Steerable, header};
+use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
+use super::source::{ControllableSource, header};
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::dynamics::DynamicsError;
-use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SubjectSpec};
+use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SystemSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
-/// Natural and driving frequencies shown in spectra, times this: jumps have many harmonics.
+/// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
+/// have many harmonics.
 const HARMONICS: f64 = 8.0;
 
-/// A running simulation of a small system. It stops at every event, and tells the status at each
+/// A running simulation of a small system. It stops at every event and reports the discrete state at each
 /// sample.
 pub struct SmallSimulation {
     scene: Scene,
     info: SmallInfo,
     prepared: Prepared,
-    /// What the scene asks for besides.
-    along: Along,
-    /// Index of the next sample, from the start.
+    /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
+    sensitivity: SensitivityTracker,
+    /// Index of the next sample, counted from the start of the run.
     next_sample: u64,
     frames: u64,
-    /// Guards crossed until the last frame's end.
+    /// Number of events up to the end of the last frame.
     crossings: u64,
     busy_seconds: f64,
-    /// Whether the run goes on until it is ended.
+    /// Whether the run continues after the planned time until it is stopped.
     endless: bool,
-    /// How much of it is to be drawn, if not all.
-    shown: Option<Shown>,
+    /// Display rates of a live run.
+    shown: Option<DisplayRates>,
 }
 
 impl SmallSimulation {
-    /// Starts the system of a scene.
+    /// Builds the system of a scene and starts its integrator.
     ///
     /// # Errors
-    /// If the scene runs a joint, or the integrator cannot start.
+    /// If the subject of the scene is a joint, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
-        let SubjectSpec::Small(small) = &scene.subject else {
+        let SystemSpec::Small(small) = &scene.subject else {
             return Err(SceneError::NoSmallSystem {
                 scene: scene.name.clone(),
             }
@@ -59,7 +60,7 @@ impl SmallSimulation {
         *integrator = with_tangents(scene, system.as_ref(), integrator.clone())?;
         integrator.start(system.as_ref(), 0.0, state)?;
         Ok(Self {
-            along: Along::new(scene),
+            sensitivity: SensitivityTracker::new(scene),
             scene: scene.clone(),
             info: info(small, scene.sample_rate),
             prepared,
@@ -76,7 +77,7 @@ impl SmallSimulation {
 impl Source for SmallSimulation {
     fn header(&self, command: &str) -> Header {
         let subject = Subject::Small(self.info.clone());
-        let computed = computed::of_small(&self.scene);
+        let computed = computed::for_small(&self.scene);
         Header {
             endless: self.endless,
             ..header(&self.scene, command, subject, computed)
@@ -87,12 +88,12 @@ impl Source for SmallSimulation {
         &self.scene.analysis
     }
 
-    fn heed(&mut self, stop: &Arc<AtomicBool>) {
-        self.prepared.integrator.heed(Arc::clone(stop));
+    fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
+        self.prepared.integrator.set_stop_flag(Arc::clone(stop));
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-        if self.is_over() {
+        if self.is_finished() {
             return Ok(None);
         }
         let left = match self.endless {
@@ -109,7 +110,7 @@ impl Source for SmallSimulation {
             state: z,
         } = &mut self.prepared;
         let modes = system.modes();
-        // Displacement and velocity of what is observed.
+        // Displacement and velocity of the observed mass.
         let observe = |z: &[f64]| {
             let row = |part: &[f64]| probe.iter().zip(part).map(|(p, x)| p * x).sum::<f64>();
             [row(&z[..modes]), row(&z[modes..])]
@@ -133,20 +134,20 @@ impl Source for SmallSimulation {
             let [displacement, velocity] = observe(z);
             frame.displacement.push(displacement);
             frame.velocity.push(velocity);
-            // The status of the step that the sample lies in.
+            // Discrete state during the step that contains the sample.
             frame.status.extend(integrator.status());
             let reached = Reached { index, time, z };
-            self.along
+            self.sensitivity
                 .follow(system.as_ref(), integrator, reached, observe, &mut frame)?;
         }
-        // Fewer samples than planned where it was told to stop.
+        // A stopped run yields fewer samples than planned.
         if frame.is_empty() {
             return Ok(None);
         }
-        frame.tally = integrator.tally();
+        frame.stats = integrator.stats();
         frame.error = integrator.take_error_estimate();
-        frame.transitions = frame.tally.crossings - self.crossings;
-        self.crossings = frame.tally.crossings;
+        frame.transitions = frame.stats.crossings - self.crossings;
+        self.crossings = frame.stats.crossings;
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
@@ -154,13 +155,13 @@ impl Source for SmallSimulation {
         Ok(Some(frame))
     }
 
-    fn is_over(&self) -> bool {
+    fn is_finished(&self) -> bool {
         !self.endless && self.next_sample >= self.scene.samples()
     }
 }
 
-impl Steerable for SmallSimulation {
-    fn go_on(&mut self, _reach: [f64; 2]) {
+impl ControllableSource for SmallSimulation {
+    fn run_until_stopped(&mut self, _reach: [f64; 2]) {
         self.endless = true;
     }
 
@@ -174,7 +175,7 @@ impl Steerable for SmallSimulation {
         let Prepared {
             system, integrator, ..
         } = &mut self.prepared;
-        integrator.land(system.as_ref(), time)?;
+        integrator.integrate_to(system.as_ref(), time)?;
         let mut z = integrator.state().to_vec();
         let modes = system.modes();
         kick(&mut z[modes..2 * modes], size, seed);
@@ -182,7 +183,7 @@ impl Steerable for SmallSimulation {
         Ok(())
     }
 
-    fn cut(&mut self, samples: usize, shown: Shown) {
+    fn set_frame_length(&mut self, samples: usize, shown: DisplayRates) {
         self.shown = Some(shown);
         self.scene.frame_samples = samples;
     }
@@ -192,7 +193,7 @@ impl Steerable for SmallSimulation {
     }
 }
 
-/// What is to be said of a small system sampled at `rate` (Hz).
+/// Description of a small system sampled at `rate` (Hz).
 fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
     let (omegas, statuses, transition) = match small {
         SmallSystem::ImpactOscillator(system) => (
@@ -210,19 +211,23 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
         SmallSystem::MassOnBelt(system) => (
             vec![system.omega],
             names([
-                (MassOnBelt::BACK, "slides back", StatusKind::Free),
-                (MassOnBelt::STICKS, "sticks", StatusKind::Held),
-                (MassOnBelt::AHEAD, "slides ahead", StatusKind::Other),
+                (MassOnBelt::SLOWER, "slower than the belt", StatusKind::Free),
+                (MassOnBelt::STICKING, "sticks", StatusKind::Held),
+                (
+                    MassOnBelt::FASTER,
+                    "faster than the belt",
+                    StatusKind::Other,
+                ),
             ]),
             "changes between sticking and sliding",
         ),
         SmallSystem::TwoModesOnBelt(system) => (
             system.omega.to_vec(),
             names([
-                (TwoModesOnBelt::TOUCHING, "touches", StatusKind::Held),
-                (TwoModesOnBelt::APART, "lifted off", StatusKind::Free),
+                (TwoModesOnBelt::TOUCHING, "in contact", StatusKind::Held),
+                (TwoModesOnBelt::SEPARATED, "separated", StatusKind::Free),
             ]),
-            "touches and lift-offs",
+            "contacts and separations",
         ),
         SmallSystem::DampedContact(system) => (
             vec![
@@ -231,15 +236,15 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
                 system.contact_stiffness.sqrt(),
             ],
             names([
-                (DampedContact::FREE, "apart", StatusKind::Free),
-                (DampedContact::TOUCHING, "touching", StatusKind::Held),
+                (DampedContact::FREE, "separated", StatusKind::Free),
+                (DampedContact::TOUCHING, "in contact", StatusKind::Held),
             ]),
-            "touches and lift-offs",
+            "contacts and separations",
         ),
     };
     let highest = omegas.iter().copied().fold(0.0, f64::max) / std::f64::consts::TAU;
     SmallInfo {
-        words: small.words().to_owned(),
+        words: small.description().to_owned(),
         frequency_hz: omegas[0] / std::f64::consts::TAU,
         highest_frequency: (HARMONICS * highest).min(0.5 * rate),
         statuses,
@@ -247,7 +252,7 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
     }
 }
 
-/// The statuses by their number.
+/// The statuses in the order of their numbers.
 fn names<const N: usize>(statuses: [(u8, &str, StatusKind); N]) -> Vec<StatusInfo> {
     let mut statuses = statuses.to_vec();
     statuses.sort_by_key(|(number, ..)| *number);

@@ -1,12 +1,12 @@
-//! Small systems on the road: what each scene of one promises.
+//! Small systems in the pipeline: the properties that each scene states.
 
 use super::message::{Frame, Record, Subject};
 use super::{Monitor, Source, prepare, run, source};
 use crate::analysis::Regime;
-use crate::scene::{AnalysisSpec, Scene, SmallSystem, SubjectSpec};
+use crate::scene::{AnalysisSpec, Scene, SmallSystem, SystemSpec};
 use crate::systems::{ImpactOscillator, MassOnBelt};
 
-/// The frames of a scene, without any analysis.
+/// The frames of a scene, without analyses.
 fn frames(scene: &Scene) -> Vec<Frame> {
     let mut source = source(scene).unwrap();
     std::iter::from_fn(|| source.next_frame().unwrap()).collect()
@@ -16,7 +16,7 @@ fn load(name: &str) -> Scene {
     Scene::load(name).unwrap()
 }
 
-/// Stretches of one status: the status, its first sample and its length in samples.
+/// Intervals of constant status: the status, its first sample and its number of samples.
 fn stretches(frames: &[Frame]) -> Vec<(u8, usize, usize)> {
     let status: Vec<u8> = frames.iter().flat_map(|f| f.status.clone()).collect();
     let mut start = 0;
@@ -43,7 +43,7 @@ fn samples_are_displacement_velocity_and_status() {
             assert_eq!(frame.qdot, frame.velocity);
             assert_eq!(frame.qdot.len(), samples);
             assert!(frame.patch.is_empty() && frame.energy.is_empty());
-            assert!(frame.tally.calls > 0);
+            assert!(frame.stats.rhs_evals > 0);
         }
         assert!((time - scene.duration).abs() < 1e-12, "{name}");
         let header = source(&scene).unwrap().header("");
@@ -55,11 +55,11 @@ fn samples_are_displacement_velocity_and_status() {
     }
 }
 
-/// Slip takes `2 (pi - atan(D w / v)) / w`, sticking `2 D / v`.
+/// Closed form: the slip phase lasts `2 (pi - atan(D w / v)) / w`, the stick phase `2 D / v`.
 #[test]
-fn the_mass_sticks_for_as_long_as_the_closed_form_says() {
+fn stick_and_slip_times_agree_with_the_closed_form() {
     let scene = load("mass-on-belt").with_duration(60.0).unwrap();
-    let SubjectSpec::Small(SmallSystem::MassOnBelt(system)) = scene.subject else {
+    let SystemSpec::Small(SmallSystem::MassOnBelt(system)) = scene.subject else {
         panic!("a mass on a belt");
     };
     let excess = (system.mu_s - system.mu_d) * system.load / system.omega.powi(2);
@@ -69,18 +69,18 @@ fn the_mass_sticks_for_as_long_as_the_closed_form_says() {
     let frames = frames(&scene);
     let rate = scene.sample_rate;
     let velocity: Vec<f64> = frames.iter().flat_map(|f| f.velocity.clone()).collect();
-    // The first stretch is still of the start, the last one is cut off.
+    // The first interval contains the transient, and the last one is incomplete.
     let stretches = stretches(&frames);
     let whole = &stretches[2..stretches.len() - 1];
     assert!(whole.len() > 20);
     for &(status, start, length) in whole {
         let expected = match status {
-            MassOnBelt::STICKS => stick,
-            MassOnBelt::BACK => slip,
+            MassOnBelt::STICKING => stick,
+            MassOnBelt::SLOWER => slip,
             other => panic!("status {other}"),
         };
         assert!((length as f64 - expected * rate).abs() <= 1.0);
-        if status == MassOnBelt::STICKS {
+        if status == MassOnBelt::STICKING {
             let held = &velocity[start..start + length];
             assert!(held.iter().all(|v| *v == system.belt), "sticks exactly");
         }
@@ -90,12 +90,12 @@ fn the_mass_sticks_for_as_long_as_the_closed_form_says() {
 }
 
 #[test]
-fn impacts_turn_the_velocity_round() {
+fn impacts_reverse_the_velocity() {
     let scene = load("impact-oscillator").with_duration(200.0).unwrap();
-    let SubjectSpec::Small(SmallSystem::ImpactOscillator(system)) = scene.subject else {
+    let SystemSpec::Small(SmallSystem::ImpactOscillator(system)) = scene.subject else {
         panic!("an impact oscillator");
     };
-    // By the events themselves: the state before and after each impact.
+    // Counts the impacts with the integrator's own events.
     let mut prepared = prepare(&scene).unwrap();
     let system_run = prepared.system.as_ref();
     prepared
@@ -127,7 +127,7 @@ fn impacts_turn_the_velocity_round() {
     }
 }
 
-/// The last verdict of a scene.
+/// The last regime of a scene.
 fn verdict(name: &str, duration_ms: f64) -> Regime {
     let mut scene = load(name).with_duration(duration_ms).unwrap();
     scene.analysis = AnalysisSpec {
@@ -144,17 +144,17 @@ fn verdict(name: &str, duration_ms: f64) -> Regime {
 }
 
 #[test]
-fn each_scene_is_of_its_kind() {
+fn each_scene_has_its_regime() {
     assert_eq!(verdict("mass-on-belt", 400.0), Regime::Periodic);
     assert_eq!(verdict("damped-contact", 800.0), Regime::Periodic);
     assert_eq!(verdict("impact-oscillator", 1000.0), Regime::Chaotic);
 }
 
-/// At lift-off the acceleration jumps by what the damper did.
+/// At separation the acceleration changes by the force of the damper.
 #[test]
-fn the_force_jumps_at_lift_off() {
+fn the_force_is_discontinuous_at_separation() {
     let scene = load("damped-contact").with_duration(300.0).unwrap();
-    let SubjectSpec::Small(SmallSystem::DampedContact(system)) = scene.subject else {
+    let SystemSpec::Small(SmallSystem::DampedContact(system)) = scene.subject else {
         panic!("a damped contact");
     };
     let mut prepared = prepare(&scene).unwrap();
@@ -184,15 +184,20 @@ fn the_force_jumps_at_lift_off() {
 }
 
 #[test]
-fn the_joint_has_no_small_system_and_the_other_way_round() {
+fn the_wrong_subject_is_an_error() {
     let joint = super::SmallSimulation::new(&load("periodic-2deg")).err();
-    assert!(joint.unwrap().to_string().contains("runs a ball joint"));
+    assert!(joint.unwrap().to_string().contains("defines a ball joint"));
     let small = super::Simulation::new(&load("mass-on-belt")).err();
-    assert!(small.unwrap().to_string().contains("runs a mass on a belt"));
+    assert!(
+        small
+            .unwrap()
+            .to_string()
+            .contains("defines a mass on a belt")
+    );
 }
 
 #[test]
-fn a_prepared_joint_starts_as_its_simulation_does() {
+fn a_prepared_joint_starts_like_its_simulation() {
     let scene = load("periodic-2deg").with_duration(1.0).unwrap();
     let mut prepared = prepare(&scene).unwrap();
     let system = prepared.system.as_ref();
@@ -205,8 +210,8 @@ fn a_prepared_joint_starts_as_its_simulation_does() {
     let mut z = prepared.state.clone();
     prepared.integrator.sample(system, 1e-4, &mut z).unwrap();
     let k = (1e-4 * scene.sample_rate).round() as usize;
-    // The simulation audits its energy, too, which may shorten its steps: the motion is the same
-    // within the tolerance, 1e-5.
+    // The simulation audits its energy, which may shorten its steps: the motions agree within the tolerance,
+    // 1e-5.
     let simulated = &frames[0].q[k * modes..(k + 1) * modes];
     let size = simulated.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
     for (prepared, simulated) in z[..modes].iter().zip(simulated) {

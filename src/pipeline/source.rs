@@ -1,59 +1,62 @@
-//! Where frames come from.
+//! Sources of frames.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::PipelineError;
-use super::message::{AnalysisKind, Computed, Frame, Header, SectionCoordinate, Shown, Subject};
+use super::message::{
+    AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
+};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate};
 
-/// Gives the frames of a run, one after another: a [`Simulation`](super::Simulation), or the
-/// [`Playback`](super::Playback) of a signal that somebody else made.
+/// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
+/// recorded signal.
 pub trait Source: Send {
-    /// What is known before the first frame; `command` says how the program was started.
+    /// The data known before the first frame. `command` is the command line.
     fn header(&self, command: &str) -> Header;
 
     /// The analyses of the run.
     fn analysis(&self) -> &AnalysisSpec;
 
-    /// Takes a flag that ends the run once it is true: then a frame that is being made ends with the last
-    /// sample that is known. A source whose frames take no time need not look at it.
-    fn heed(&mut self, stop: &Arc<AtomicBool>) {
+    /// Sets a flag that stops the run once it is true. The present frame then ends with the last computed
+    /// sample. A source whose frames take no time may ignore it.
+    fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
         let _ = stop;
     }
 
-    /// The next frame, which starts where the last one ended; `None` after the last one,
-    /// and where it was told to stop before there was a sample.
+    /// The next frame, which starts where the previous one ended; `None` after the last frame, and if the run
+    /// was stopped before the first sample of the frame.
     ///
     /// # Errors
-    /// When there is a next frame, but it cannot be made.
+    /// If the next frame cannot be computed.
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError>;
 
-    /// Whether the last frame has been given.
-    fn is_over(&self) -> bool;
+    /// Whether the last frame has been returned.
+    fn is_finished(&self) -> bool;
 }
 
-/// A source that goes on until somebody ends it, and takes orders between frames.
-pub trait Steerable: Source {
-    /// Goes on after the planned time, with tilts (rad) within `reach` to come.
-    fn go_on(&mut self, reach: [f64; 2]);
+/// A controllable source of frames: its tilt, velocities and frame length can be changed between frames.
+pub trait ControllableSource: Source {
+    /// Lets the run continue after the planned time. `tilt_range` is the range of tilts (rad) that may be
+    /// set.
+    fn run_until_stopped(&mut self, tilt_range: [f64; 2]);
 
-    /// Tilts the load from the next sample on, rad; what the scene says of the tilt is over then. Whether
-    /// the joint can be tilted so is for [`Scene::with_tilt`] to say.
+    /// Sets the tilt from the next sample on, rad. It replaces the tilt schedule of the scene.
+    /// [`Scene::with_tilt`] checks whether the joint permits it.
     ///
     /// # Errors
-    /// When there is no load that could be tilted.
+    /// If the subject has no tilt.
     fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError>;
 
-    /// Adds a random velocity to each mode at the next sample: normal, with the standard deviation `size`
-    /// (sqrt(kg) m/s). Tangent vectors and a second copy begin anew there.
+    /// Adds a Gaussian random velocity of standard deviation `size` (sqrt(kg) m/s) to each mode at the next
+    /// sample. Tangent vectors and the perturbed trajectory restart there.
     ///
     /// # Errors
-    /// When the integrator cannot go on.
+    /// If the integrator cannot restart.
     fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError>;
 
-    /// Makes frames of so many samples from now on, with so much to be drawn.
-    fn cut(&mut self, samples: usize, shown: Shown);
+    /// Sets the number of samples per frame and the display rates from the next frame on.
+    fn set_frame_length(&mut self, samples: usize, shown: DisplayRates);
 
     /// Time of the next sample, s.
     fn time(&self) -> f64;
@@ -68,26 +71,26 @@ impl Source for Box<dyn Source> {
         self.as_ref().analysis()
     }
 
-    fn heed(&mut self, stop: &Arc<AtomicBool>) {
-        self.as_mut().heed(stop);
+    fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
+        self.as_mut().set_stop_flag(stop);
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
         self.as_mut().next_frame()
     }
 
-    fn is_over(&self) -> bool {
-        self.as_ref().is_over()
+    fn is_finished(&self) -> bool {
+        self.as_ref().is_finished()
     }
 }
 
-/// The header of a scene's run; `command` says how the program was started, `computed` is what was
-/// computed of its mechanism.
+/// The header of a scene's run. `command` is the command line, `computed` the linear prediction for the
+/// scene's mechanism.
 pub(super) fn header(
     scene: &Scene,
     command: &str,
     subject: Subject,
-    computed: Option<Arc<Computed>>,
+    computed: Option<Arc<MechanismPrediction>>,
 ) -> Header {
     Header {
         scene: scene.name.clone(),
@@ -105,7 +108,7 @@ pub(super) fn header(
     }
 }
 
-/// The analyses by the records that they make, for a header.
+/// The analyses that are switched on, for a header.
 pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
     let kinds = [
         (AnalysisKind::Spectrum, spec.spectrum.is_some()),
@@ -117,13 +120,16 @@ pub(super) fn kinds(spec: &AnalysisSpec) -> Vec<AnalysisKind> {
         (AnalysisKind::Chaos, spec.chaos.is_some()),
         (AnalysisKind::Regime, spec.regime.is_some()),
         (AnalysisKind::Exponents, spec.exponents.is_some()),
-        (AnalysisKind::Butterfly, spec.butterfly.is_some()),
+        (
+            AnalysisKind::PerturbedTrajectory,
+            spec.perturbed_trajectory.is_some(),
+        ),
     ];
     let on = kinds.into_iter().filter(|(_, on)| *on);
     on.map(|(kind, _)| kind).collect()
 }
 
-/// What the coordinates of a passage are, for a header.
+/// The coordinates of section points, for a header.
 pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2] {
     match spec.section.as_ref().map(|section| &section.surface) {
         Some(SectionSurface::State { shown, .. }) => shown.map(|coordinate| match coordinate {

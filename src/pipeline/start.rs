@@ -1,23 +1,23 @@
-//! The simulation that a scene asks for.
+//! Builds the simulation of a scene.
 
-use super::{PipelineError, Simulation, SmallSimulation, Source, Steerable};
-use crate::scene::{Scene, SubjectSpec};
+use super::{ControllableSource, PipelineError, Simulation, SmallSimulation, Source};
+use crate::scene::{Scene, SystemSpec};
 
-/// The simulation of what a scene runs, to be steered.
+/// Builds the simulation of a scene for an interactive run.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`SmallSimulation::new`].
-pub fn steerable(scene: &Scene) -> Result<Box<dyn Steerable>, PipelineError> {
+pub fn controllable_source(scene: &Scene) -> Result<Box<dyn ControllableSource>, PipelineError> {
     Ok(match scene.subject {
-        SubjectSpec::Joint(_) => Box::new(Simulation::new(scene)?),
-        SubjectSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
+        SystemSpec::Joint(_) => Box::new(Simulation::new(scene)?),
+        SystemSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
     })
 }
 
-/// The simulation of what a scene runs.
+/// Builds the simulation of a scene.
 ///
 /// # Errors
-/// As [`steerable`].
+/// As [`controllable_source`].
 pub fn source(scene: &Scene) -> Result<Box<dyn Source>, PipelineError> {
-    Ok(steerable(scene)?)
+    Ok(controllable_source(scene)?)
 }

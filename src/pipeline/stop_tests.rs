@@ -1,4 +1,4 @@
-//! A run that is told to stop within a frame: it keeps the samples that it has, each as it would have been.
+//! A run that is stopped within a frame keeps its samples, which are identical to those of a complete run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::{Source, source};
 use crate::scene::Scene;
 
-/// A scene whose first frame is the whole of a long run.
+/// A scene with a long run in a single frame.
 fn one_frame(name: &str) -> Scene {
     let mut scene = Scene::load(name).unwrap().without_analyses();
     scene.duration = 20.0;
@@ -16,12 +16,12 @@ fn one_frame(name: &str) -> Scene {
 }
 
 #[test]
-fn a_frame_ends_with_the_last_sample_that_is_known() {
+fn a_stopped_frame_ends_with_the_last_computed_sample() {
     for name in ["torus-3deg", "impact-oscillator", "tilt-ramp"] {
         let scene = one_frame(name);
         let stop = Arc::new(AtomicBool::new(false));
         let mut stopped = source(&scene).unwrap();
-        stopped.heed(&stop);
+        stopped.set_stop_flag(&stop);
         let raised = Arc::clone(&stop);
         let raiser = std::thread::spawn(move || {
             std::thread::sleep(Duration::from_millis(100));
@@ -29,7 +29,7 @@ fn a_frame_ends_with_the_last_sample_that_is_known() {
         });
         let frame = stopped.next_frame().unwrap().expect("some samples");
         raiser.join().unwrap();
-        assert!(!stopped.is_over(), "{name}");
+        assert!(!stopped.is_finished(), "{name}");
         assert!(stopped.next_frame().unwrap().is_none(), "{name}");
         assert_eq!(frame.q.len(), frame.len() * frame.modes);
         assert_eq!(frame.velocity.len(), frame.len());
@@ -43,13 +43,13 @@ fn a_frame_ends_with_the_last_sample_that_is_known() {
     }
 }
 
-/// The start is known without a step.
+/// The initial state needs no step.
 #[test]
-fn told_before_the_first_step_it_keeps_the_start() {
+fn a_run_stopped_before_its_first_step_has_the_initial_state() {
     for name in ["torus-3deg", "impact-oscillator"] {
         let mut source = source(&one_frame(name)).unwrap();
-        source.heed(&Arc::new(AtomicBool::new(true)));
+        source.set_stop_flag(&Arc::new(AtomicBool::new(true)));
         assert_eq!(source.next_frame().unwrap().expect("the start").len(), 1);
-        assert!(source.next_frame().unwrap().is_none() && !source.is_over());
+        assert!(source.next_frame().unwrap().is_none() && !source.is_finished());
     }
 }

@@ -1,39 +1,39 @@
-//! Axes: what they measure, how values map, where ticks stand and what they say.
+//! Axes: quantity, unit, range, scale and ticks.
 
 use crate::analysis::range;
 
-/// An axis.
+/// An axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it measures; may be empty.
+    /// The quantity; may be empty.
     pub name: String,
-    /// Unit; empty for a number.
+    /// Unit; empty for a dimensionless number.
     pub unit: String,
-    /// Smallest and largest value on show.
+    /// Smallest and largest value shown.
     pub range: [f64; 2],
-    /// How values map.
+    /// The mapping of values to positions.
     pub scale: Scale,
 }
 
-/// How values map to places.
+/// The scale of an axis: the mapping of values to positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// In proportion.
+    /// Linear.
     Linear,
-    /// In proportion, with ticks at whole numbers only.
-    Whole,
-    /// By the logarithm; values must be positive.
+    /// Linear, with ticks at integers only.
+    Integer,
+    /// Logarithmic; values must be positive.
     Logarithmic,
-    /// In proportion, without ticks.
+    /// Linear, without ticks or labels.
     Hidden,
 }
 
-/// Most ticks at 1, 2 and 5 times powers of ten.
+/// Largest number of ticks at 1, 2 and 5 times powers of ten; with more, only powers of ten get ticks.
 const MOST_ROUND: usize = 9;
 
 impl Axis {
-    /// An axis in proportion over a range. `name` is the name, and after a comma the unit. A range that is
-    /// empty or not finite is widened to something that can be drawn.
+    /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and the unit. An
+    /// empty or non-finite range is widened so that it can be drawn.
     pub fn linear(name: impl AsRef<str>, range: [f64; 2]) -> Self {
         let (name, unit) = name
             .as_ref()
@@ -47,15 +47,15 @@ impl Axis {
         }
     }
 
-    /// An axis that counts from 1, with room for the first and the last.
-    pub fn counting(name: impl AsRef<str>, count: usize) -> Self {
+    /// A linear axis of the integers from 1 to `count`, with half a unit of margin at each end.
+    pub fn integers(name: impl AsRef<str>, count: usize) -> Self {
         Self {
-            scale: Scale::Whole,
+            scale: Scale::Integer,
             ..Self::linear(name, [0.5, count.max(1) as f64 + 0.5])
         }
     }
 
-    /// An axis that is not drawn.
+    /// An axis without ticks and labels.
     pub fn hidden(range: [f64; 2]) -> Self {
         Self {
             scale: Scale::Hidden,
@@ -63,7 +63,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis between positive values.
+    /// A logarithmic axis between two positive values.
     pub fn logarithmic(name: impl AsRef<str>, range: [f64; 2]) -> Self {
         Self {
             scale: Scale::Logarithmic,
@@ -76,9 +76,8 @@ impl Axis {
         Self::logarithmic(name, [10f64.powi(low), 10f64.powi(high.max(low + 1))])
     }
 
-    /// A logarithmic axis from and to 1, 2 or 5 times a power of ten, as close as it may be round some
-    /// positive values.
-    pub fn closely(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
+    /// A logarithmic axis that encloses the positive `values`, with ends at 1, 2 or 5 times a power of ten.
+    pub fn rounded_logarithmic(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
         let [low, high] = match range(values.filter(|value| *value > 0.0)) {
             [low, high] if low < high => [low, high],
             [only, same] if only == same => [0.7 * only, 1.5 * only],
@@ -91,14 +90,14 @@ impl Axis {
         Self::logarithmic(name, ends)
     }
 
-    /// An axis in proportion that shows all `values` with a margin.
-    pub fn around(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
+    /// A linear axis that contains all `values` and a margin of 5 % at each end.
+    pub fn with_margin(name: impl AsRef<str>, values: impl Iterator<Item = f64>) -> Self {
         let [low, high] = extent(values);
         let margin = 0.05 * (high - low);
         Self::linear(name, [low - margin, high + margin])
     }
 
-    /// Name and unit.
+    /// Quantity and unit, such as `tilt, deg`.
     pub fn label(&self) -> String {
         match (&*self.name, &*self.unit) {
             (name, "") => name.to_owned(),
@@ -107,11 +106,12 @@ impl Axis {
         }
     }
 
-    /// Where a value lies: 0 at the lower end, 1 at the upper. Not finite for one that has no place.
-    pub fn share(&self, value: f64) -> f64 {
+    /// Relative position of a value: 0 at the lower end, 1 at the upper. Not finite if the value has no
+    /// position.
+    pub fn fraction(&self, value: f64) -> f64 {
         let [low, high] = self.range;
         match self.scale {
-            Scale::Linear | Scale::Whole | Scale::Hidden => (value - low) / (high - low),
+            Scale::Linear | Scale::Integer | Scale::Hidden => (value - low) / (high - low),
             Scale::Logarithmic => {
                 let value = value.max(f64::MIN_POSITIVE);
                 (value / low).ln() / (high / low).ln()
@@ -119,14 +119,14 @@ impl Axis {
         }
     }
 
-    /// Round values within the range, about `most` of them at the most.
+    /// Round values within the range, at most about `most`.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let [low, high] = self.range;
         let rough = (high - low) / most.max(1) as f64;
         match self.scale {
             Scale::Hidden => Vec::new(),
             Scale::Linear => multiples(low, high, round_step(rough, &[1.0, 2.0, 2.5, 5.0])),
-            Scale::Whole => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
+            Scale::Integer => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
             Scale::Logarithmic => {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
                 let mut ticks: Vec<f64> = round_numbers(low, high)
@@ -142,7 +142,8 @@ impl Axis {
         }
     }
 
-    /// What stands at ticks. On a logarithmic axis all are powers of ten, unless all read well as they are.
+    /// Labels of ticks. On a logarithmic axis they are written as powers of ten unless all read well as
+    /// decimals.
     pub fn labels(&self, ticks: &[f64]) -> Vec<String> {
         let plain = ticks.iter().all(|tick| (1e-2..=1e4).contains(tick));
         let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
@@ -158,14 +159,14 @@ impl Axis {
     }
 }
 
-/// 1, 2 and 5 times powers of ten that enclose two positive values, rising.
+/// The values 1, 2 and 5 times powers of ten that enclose two positive values, in ascending order.
 fn round_numbers(low: f64, high: f64) -> Vec<f64> {
     let powers = low.log10().floor() as i32 - 1..=high.log10().ceil() as i32 + 1;
     let round = powers.flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
     round.collect()
 }
 
-/// The smallest of the `digits` times a power of ten that is not below a value.
+/// The smallest of `digits` times a power of ten that is not below `least`.
 fn round_step(least: f64, digits: &[f64]) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
     let digits = digits.iter().chain(&[10.0]);
@@ -187,7 +188,7 @@ fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Decimals that tell values of a range apart.
+/// Number of decimals that distinguishes the values of a range.
 fn decimals([low, high]: [f64; 2]) -> usize {
     (2.0 - (high - low).log10().floor()).clamp(0.0, 6.0) as usize
 }
@@ -207,13 +208,13 @@ fn scientific(value: f64) -> String {
     format!("{value:.1e}").replace(".0e", "e").replace('-', "−")
 }
 
-/// Whether a positive value is one.
+/// Whether a positive value is a power of ten.
 fn is_power_of_ten(value: f64) -> bool {
     let exponent = value.log10();
     (exponent - exponent.round()).abs() < 1e-9
 }
 
-/// A power of ten, such as `10⁻³`.
+/// A power of ten as text, such as `10⁻³`.
 fn power_of_ten(value: f64) -> String {
     let exponent = format!("{:.0}", value.log10());
     let raised = exponent.chars().map(|c| match c {
@@ -226,13 +227,13 @@ fn power_of_ten(value: f64) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// The smallest and the largest of the finite values; 0 and 1 if there is none.
+/// Smallest and largest of the finite values; `[0, 1]` if there is none.
 pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let [low, high] = range(values.filter(|v| v.is_finite()));
     if low <= high { [low, high] } else { [0.0, 1.0] }
 }
 
-/// Whole decades round some positive values, at least one.
+/// Exponents of the powers of ten that enclose the positive values; at least one decade.
 pub fn decades(values: impl Iterator<Item = f64>) -> [i32; 2] {
     let [low, high] = range(values.filter(|v| *v > 0.0).map(f64::log10));
     if low > high {
@@ -264,7 +265,7 @@ mod tests {
             let axis = Axis::linear("x", range);
             assert!(axis.range[1] > axis.range[0], "{range:?}");
         }
-        assert_eq!(Axis::around("x", [].into_iter()).range, [-0.05, 1.05]);
+        assert_eq!(Axis::with_margin("x", [].into_iter()).range, [-0.05, 1.05]);
         assert_eq!(Axis::decades("x", [2, 2]).range, [100.0, 1000.0]);
     }
 
@@ -281,14 +282,14 @@ mod tests {
         let ticks = |range, most| Axis::linear("x", range).ticks(most);
         assert_eq!(ticks([0.0, 15.0], 5), [0.0, 5.0, 10.0, 15.0]);
         assert_eq!(ticks([-2.0, 2.0], 4), [-2.0, -1.0, 0.0, 1.0, 2.0]);
-        assert_eq!(Axis::counting("k", 3).ticks(8), [1.0, 2.0, 3.0]);
-        assert_eq!(Axis::counting("k", 22).ticks(8).len(), 4);
+        assert_eq!(Axis::integers("k", 3).ticks(8), [1.0, 2.0, 3.0]);
+        assert_eq!(Axis::integers("k", 22).ticks(8).len(), 4);
         assert_eq!(Axis::decades("x", [-4, 1]).ticks(9).len(), 6);
         assert_eq!(Axis::decades("x", [-16, 0]).ticks(9).len(), 9);
-        let close = Axis::closely("calls", [1600.0, 40e3].into_iter());
+        let close = Axis::rounded_logarithmic("calls", [1600.0, 40e3].into_iter());
         assert_eq!(close.range, [1e3, 5e4]);
         assert_eq!(close.ticks(9), [1e3, 2e3, 5e3, 1e4, 2e4, 5e4]);
-        let close = Axis::closely("calls", [30.0, 3e5].into_iter());
+        let close = Axis::rounded_logarithmic("calls", [30.0, 3e5].into_iter());
         assert_eq!(close.ticks(9), [1e2, 1e3, 1e4, 1e5]);
     }
 
@@ -308,17 +309,17 @@ mod tests {
     }
 
     #[test]
-    fn decades_hold_all_values() {
+    fn decades_enclose_all_values() {
         assert_eq!(decades([0.02, 3.0].into_iter()), [-2, 1]);
         assert_eq!(decades([1.0].into_iter()), [0, 1]);
         assert_eq!(decades([].into_iter()), [-1, 0]);
     }
 
     #[test]
-    fn values_have_their_share_of_an_axis() {
-        assert_eq!(Axis::linear("x", [0.0, 10.0]).share(5.0), 0.5);
+    fn fraction_is_the_relative_position() {
+        assert_eq!(Axis::linear("x", [0.0, 10.0]).fraction(5.0), 0.5);
         let log = Axis::decades("x", [-2, 1]);
-        assert!((log.share(0.1) - 1.0 / 3.0).abs() < 1e-12);
-        assert!(log.share(-1.0) < 0.0 && log.share(0.0).is_finite());
+        assert!((log.fraction(0.1) - 1.0 / 3.0).abs() < 1e-12);
+        assert!(log.fraction(-1.0) < 0.0 && log.fraction(0.0).is_finite());
     }
 }

@@ -1,4 +1,4 @@
-//! The figure of coexisting attractors: how many kicks lead to each, and what each looks like.
+//! Figure of coexisting attractors: the share of kicks that lead to each, and their phase portraits.
 
 use super::axis::Axis;
 use super::color::Color;
@@ -7,10 +7,10 @@ use super::response;
 use crate::study::basins::Attractor;
 use crate::study::sweep::SweepPoint;
 
-/// The most attractors that are shown.
+/// Maximum number of attractors shown.
 const MOST: usize = 4;
 
-/// Shares of the attractors as bars, and the phase plots of the most frequent. `title` says of which scene.
+/// Bars with the share of each attractor, and phase portraits of the most frequent. `title` names the scene.
 pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor]) -> Figure {
     let shown = &attractors[..attractors.len().min(MOST)];
     let bars = shown.iter().map(|attractor| Bar {
@@ -22,7 +22,7 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
     let count = |some: &[Attractor]| some.iter().map(|a| a.members.len()).sum::<usize>();
     let rest = [
         (count(&attractors[shown.len()..]), "other attractors"),
-        (points.len() - count(attractors), "undecided"),
+        (points.len() - count(attractors), "unclassified"),
     ];
     for (count, text) in rest.into_iter().filter(|(count, _)| *count > 0) {
         let share = 100.0 * count as f64 / points.len() as f64;
@@ -44,7 +44,7 @@ pub fn basins_figure(title: &str, points: &[SweepPoint], attractors: &[Attractor
     Figure::new("basins", title, 115.0, rows)
 }
 
-/// What an attractor is, in words.
+/// Label of an attractor: share with its 95 % interval, regime, frequency and amplitude.
 fn words(attractor: &Attractor) -> String {
     let [low, high] = attractor.interval.map(|share| 100.0 * share);
     let tone = attractor.frequency.map(|hz| {
@@ -68,5 +68,5 @@ fn portrait(points: &[SweepPoint], attractor: &Attractor) -> Panel {
         Some(hz) => format!("{}, {:.3} kHz", attractor.regime, 1e-3 * hz),
         None => attractor.regime.to_string(),
     };
-    response::phase(&trail, None, Color::Regime(attractor.regime)).titled(title)
+    response::phase_portrait(&trail, None, Color::Regime(attractor.regime)).with_title(title)
 }

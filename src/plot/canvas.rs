@@ -1,4 +1,4 @@
-//! What figures are drawn upon.
+//! The SVG document under construction, and the mapping of values to positions on the page.
 
 use std::fmt::Write as _;
 
@@ -6,26 +6,26 @@ use super::color::{Color, Rgb};
 use super::figure::Panel;
 use super::text::escape;
 
-/// Height of a line of text over the size of its letters.
-pub const LINE: f64 = 1.4;
+/// Line height over font size.
+pub const LINE_HEIGHT: f64 = 1.4;
 
-/// A rectangle, points; y points down.
+/// A rectangle (rect) in points; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct Rect {
     pub x: f64,
     pub y: f64,
     pub width: f64,
     pub height: f64,
 }
 
-/// What is drawn upon: the document so far, and the size of letters.
+/// The document so far, and the font size.
 pub struct Canvas {
     pub out: String,
-    /// Size of letters, points.
-    pub letters: f64,
+    /// Font size, points.
+    pub font_size: f64,
 }
 
-/// Where a text is attached to its place.
+/// Anchor of a text: its horizontal alignment relative to its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     Start,
@@ -34,28 +34,28 @@ pub enum Anchor {
 }
 
 impl Canvas {
-    /// Adds elements. Writing to a string cannot fail.
-    pub fn put(&mut self, elements: std::fmt::Arguments<'_>) {
+    /// Appends elements. Writing to a string cannot fail.
+    pub fn push(&mut self, elements: std::fmt::Arguments<'_>) {
         let _ = self.out.write_fmt(elements);
         self.out.push('\n');
     }
 
-    /// A length that is given for letters of 8 points.
+    /// Scales a length that is specified for a font size of 8 points.
     pub fn scaled(&self, length: f64) -> f64 {
-        length * self.letters / 8.0
+        length * self.font_size / 8.0
     }
 
-    /// A straight line.
-    pub fn stroke(&mut self, [x1, y1, x2, y2]: [f64; 4], color: Color, width: f64, more: &str) {
+    /// Draws a straight line.
+    pub fn line(&mut self, [x1, y1, x2, y2]: [f64; 4], color: Color, width: f64, more: &str) {
         let (color, width) = (hex(color.on_light()), self.scaled(width));
-        self.put(format_args!(
+        self.push(format_args!(
             "<path d=\"M{x1:.2},{y1:.2}L{x2:.2},{y2:.2}\" stroke=\"{color}\" \
              stroke-width=\"{width:.2}\" fill=\"none\"{more}/>"
         ));
     }
 
-    /// A text with its middle height at a place; `size` in sizes of letters.
-    pub fn write(
+    /// Draws a text, vertically centred at a position; `size` is relative to the font size.
+    pub fn text(
         &mut self,
         [x, y]: [f64; 2],
         text: &str,
@@ -68,44 +68,41 @@ impl Canvas {
             Anchor::End => " text-anchor=\"end\"",
         };
         let weight = if bold { " font-weight=\"600\"" } else { "" };
-        let size = size * self.letters;
+        let size = size * self.font_size;
         let (y, color, text) = (y + 0.36 * size, hex(color.on_light()), escape(text));
-        self.put(format_args!(
+        self.push(format_args!(
             "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" fill=\"{color}\"{anchor}{weight}>{text}</text>"
         ));
     }
 }
 
-/// A colour as SVG writes it.
+/// An SVG colour, such as `#d55e00`.
 pub fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// A panel and its field on the page.
-pub struct Field<'a> {
+/// The area of a plot: a panel and its rectangle on the page.
+pub struct PlotArea<'a> {
     pub panel: &'a Panel,
-    pub frame: Frame,
+    pub rect: Rect,
 }
 
-impl Field<'_> {
-    /// The place of a pair of values; `None` if it has none.
-    pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+impl PlotArea<'_> {
+    /// Position of a pair of values; `None` if either is not finite.
+    pub fn position(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         if !(x.is_finite() && y.is_finite()) {
             return None;
         }
-        let shares = [self.panel.x.share(x), self.panel.y.share(y)];
-        // Far outside is far enough: viewers reckon in single precision.
+        let shares = [self.panel.x.fraction(x), self.panel.y.fraction(y)];
+        // Positions far outside are clamped, because SVG viewers use single precision.
         let [x, y] = shares.map(|share| share.clamp(-1e3, 1e3));
-        let frame = &self.frame;
-        Some([
-            frame.x + x * frame.width,
-            frame.y + (1.0 - y) * frame.height,
-        ])
+        let rect = &self.rect;
+        Some([rect.x + x * rect.width, rect.y + (1.0 - y) * rect.height])
     }
 
-    /// Whether a pair of values lies between the axes.
-    pub fn holds(&self, [x, y]: [f64; 2]) -> bool {
-        let shares = [self.panel.x.share(x), self.panel.y.share(y)];
+    /// Whether a pair of values lies within the axes.
+    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        let shares = [self.panel.x.fraction(x), self.panel.y.fraction(y)];
         shares
             .iter()
             .all(|share| (-1e-9..=1.0 + 1e-9).contains(share))

@@ -1,36 +1,36 @@
-//! Colours by their meaning: each stands for one thing in all figures and recordings.
+//! Colours by meaning: a colour has the same meaning in all figures and recordings.
 //!
-//! Types of motion have strong hues that people with any kind of colour vision tell apart (after Okabe
-//! and Ito 2008), exponents are violet, the larger the stronger, and what is neither (families of
-//! settings, measures, modes) has muted hues (after Tol 2021).
+//! Types of motion have strong hues that are distinguishable with any kind of colour vision (after Okabe and
+//! Ito 2008). Exponents are violet, the largest the most saturated. Families of settings, measures and modes
+//! have muted hues (after Tol 2021).
 
 use crate::analysis::Regime;
 
-/// Red, green, blue.
+/// An RGB colour: red, green, blue.
 pub type Rgb = [u8; 3];
 
-/// What a colour stands for.
+/// The meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Color {
-    /// Text, zero lines, and lines that need no colour.
+    /// Text, zero lines, and lines without a specific colour.
     Ink,
-    /// Names of axes, and what is less important.
+    /// Axis names and secondary elements.
     Faint,
-    /// What is in the background.
+    /// Background elements.
     Pale,
-    /// The grid.
+    /// Grid lines.
     Grid,
-    /// What was chosen or found: lines of a spectrum, the chosen delay.
+    /// A selected or detected value: spectral lines, the chosen delay.
     Accent,
     /// A type of motion.
     Regime(Regime),
-    /// A Lyapunov exponent by its number, from 0.
+    /// A Lyapunov exponent by index, from 0.
     Exponent(usize),
-    /// One of several series by its number, from 0.
+    /// One of several series by index, from 0.
     Series(usize),
 }
 
-/// Series in turn, on a light and on a dark background.
+/// Colours of series on a light and on a dark background, repeated cyclically.
 const SERIES: [[Rgb; 2]; 7] = [
     [[51, 34, 136], [143, 162, 230]],
     [[17, 119, 51], [125, 200, 140]],
@@ -41,7 +41,7 @@ const SERIES: [[Rgb; 2]; 7] = [
     [[136, 204, 238], [178, 224, 246]],
 ];
 
-/// Exponents in turn, the largest first, on a light and on a dark background.
+/// Colours of exponents, the largest first, on a light and on a dark background, repeated cyclically.
 const EXPONENTS: [[Rgb; 2]; 5] = [
     [[63, 0, 125], [232, 200, 255]],
     [[150, 70, 200], [186, 120, 240]],
@@ -66,7 +66,7 @@ impl Color {
                 Regime::Chaotic => [213, 94, 0],
                 Regime::Transient => [240, 190, 30],
                 Regime::Noise => [120, 85, 60],
-                Regime::Unsure => [150, 155, 162],
+                Regime::Undetermined => [150, 155, 162],
             },
             Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][0],
             Self::Series(k) => SERIES[k % SERIES.len()][0],
@@ -88,7 +88,7 @@ impl Color {
                 Regime::Chaotic => [255, 140, 66],
                 Regime::Transient => [245, 199, 74],
                 Regime::Noise => [190, 150, 120],
-                Regime::Unsure => [154, 164, 178],
+                Regime::Undetermined => [154, 164, 178],
             },
             Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][1],
             Self::Series(k) => SERIES[k % SERIES.len()][1],
@@ -96,8 +96,8 @@ impl Color {
     }
 }
 
-/// Colours of a magnitude, 256 from pale to dark (the reversed "magma" of matplotlib, by its nodes).
-pub fn magnitudes() -> Vec<Rgb> {
+/// A colour map of 256 colours from pale to dark (the reversed "magma" of matplotlib, interpolated).
+pub fn colormap() -> Vec<Rgb> {
     const NODES: [Rgb; 9] = [
         [252, 253, 191],
         [254, 194, 135],
@@ -110,9 +110,9 @@ pub fn magnitudes() -> Vec<Rgb> {
         [0, 0, 4],
     ];
     let color = |k: usize| {
-        let at = k as f64 / 255.0 * (NODES.len() - 1) as f64;
-        let node = (at as usize).min(NODES.len() - 2);
-        let part = at - node as f64;
+        let position = k as f64 / 255.0 * (NODES.len() - 1) as f64;
+        let node = (position as usize).min(NODES.len() - 2);
+        let part = position - node as f64;
         std::array::from_fn(|c| {
             let [low, high] = [NODES[node][c], NODES[node + 1][c]].map(f64::from);
             (low + part * (high - low)).round() as u8
@@ -121,9 +121,9 @@ pub fn magnitudes() -> Vec<Rgb> {
     (0..256).map(color).collect()
 }
 
-/// The place of a share, 0 to 1, among [`magnitudes`].
-pub fn magnitude(share: f64) -> u8 {
-    // A cast saturates, and takes not-a-number to 0.
+/// Index into [`colormap`] of a value from 0 to 1.
+pub fn colormap_index(share: f64) -> u8 {
+    // A cast saturates and converts NaN to 0.
     (255.0 * share).round() as u8
 }
 
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_colour_means_one_thing() {
+    fn colours_are_distinguishable() {
         let regimes = Regime::ALL.map(Color::Regime).into_iter();
         let exponents = (0..EXPONENTS.len()).map(Color::Exponent);
         let series = (0..SERIES.len()).map(Color::Series);
@@ -150,9 +150,9 @@ mod tests {
     }
 
     #[test]
-    fn magnitudes_darken() {
+    fn the_colormap_darkens() {
         let light = |c: &Rgb| c.iter().map(|c| u32::from(*c)).sum::<u32>();
-        let colors = magnitudes();
+        let colors = colormap();
         assert!(
             colors
                 .windows(9)
@@ -160,7 +160,11 @@ mod tests {
                 .all(|w| light(&w[0]) > light(&w[8]))
         );
         assert_eq!(
-            [magnitude(-1.0), magnitude(f64::NAN), magnitude(2.0)],
+            [
+                colormap_index(-1.0),
+                colormap_index(f64::NAN),
+                colormap_index(2.0)
+            ],
             [0, 0, 255]
         );
     }

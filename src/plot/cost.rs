@@ -1,87 +1,96 @@
-//! Work-precision sets: error over CPU time, and over evaluations of the right-hand side.
+//! Work-precision diagrams: error over CPU time and over right-hand-side evaluations.
 
 use super::axis::{Axis, decades};
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
 use crate::number::{error, setting, short};
-use crate::study::cost::{Advice, CostPoint, CostSet, CostStudy, Knob};
+use crate::study::cost::{Advice, CostSetting, CostStudy, WorkPrecisionPoint, WorkPrecisionSet};
 
-/// Errors below this are drawn at the lower end.
-const LEAST: f64 = 1e-16;
-/// Height of the row of a family that failed, as a share of the field.
-const ROW: f64 = 0.05;
+/// Smaller errors are drawn at the lower end of the axis.
+const SMALLEST_ERROR: f64 = 1e-16;
+/// Height of the row of a family with failed runs, as a fraction of the axis.
+const FAILED_ROW: f64 = 0.05;
 
-/// What errors are set against.
+/// The measure of work on the horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Work {
+pub enum WorkMeasure {
     /// CPU time.
-    Time,
-    /// Evaluations of the right-hand side.
-    Calls,
+    CpuTime,
+    /// Number of right-hand-side evaluations.
+    RhsEvals,
 }
 
-impl Work {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Time, Self::Calls];
+impl WorkMeasure {
+    /// Both measures.
+    pub const ALL: [Self; 2] = [Self::CpuTime, Self::RhsEvals];
 
-    /// That of a point, in the unit of the axis; `None` where there is none.
-    fn of(self, point: &CostPoint) -> Option<f64> {
+    /// Work of a point in the unit of the axis; `None` if it was not measured.
+    fn of(self, point: &WorkPrecisionPoint) -> Option<f64> {
         let work = match self {
-            Self::Time => 1e3 * point.seconds,
-            Self::Calls => point.calls as f64,
+            Self::CpuTime => 1e3 * point.seconds,
+            Self::RhsEvals => point.rhs_evals as f64,
         };
         (work > 0.0).then_some(work)
     }
 
-    /// Its name and unit.
+    /// Axis label with unit.
     fn name(self) -> &'static str {
         match self {
-            Self::Time => "CPU time, ms",
-            Self::Calls => "calls of the right-hand side",
+            Self::CpuTime => "CPU time, ms",
+            Self::RhsEvals => "right-hand-side evaluations",
         }
     }
 }
 
-/// A figure for each knob that was turned, `cost-KNOB`.
+/// One figure for each setting that was varied, named `cost-SETTING`.
 pub fn cost_figures(study: &CostStudy) -> Vec<Figure> {
-    let knobs = Knob::ALL.into_iter().filter_map(|knob| {
-        let row: Vec<Panel> = error_panels(study, knob)
+    let settings = CostSetting::ALL.into_iter().filter_map(|setting| {
+        let row: Vec<Panel> = error_panels(study, setting)
             .into_iter()
             .map(|(_, panel)| panel)
             .collect();
-        let title = match knob {
-            Knob::Integrator | Knob::Events | Knob::Nodes => format!(
+        let title = match setting {
+            CostSetting::Integrator | CostSetting::Events | CostSetting::Nodes => format!(
                 "{}: {}, over {:.3} ms",
                 study.scene,
-                knob.name(),
+                setting.name(),
                 1e3 * study.horizon
             ),
-            _ => format!("{}: {}", study.scene, knob.name()),
+            _ => format!("{}: {}", study.scene, setting.name()),
         };
-        let name = format!("cost-{}", knob.name());
+        let name = format!("cost-{}", setting.name());
         (!row.is_empty()).then(|| Figure::new(name, title, 88.0, vec![row]))
     });
-    knobs.collect()
+    settings.collect()
 }
 
-/// The sets of a knob: error over CPU time, and over calls if there are any; both have the same axis of
-/// errors.
-pub fn error_panels(study: &CostStudy, knob: Knob) -> Vec<(Work, Panel)> {
-    let sets: Vec<&CostSet> = study.sets.iter().filter(|set| set.knob == knob).collect();
+/// The panels of a setting: error over CPU time, and over right-hand-side evaluations if they were counted.
+/// Both have the same error axis.
+pub fn error_panels(study: &CostStudy, setting: CostSetting) -> Vec<(WorkMeasure, Panel)> {
+    let sets: Vec<&WorkPrecisionSet> = study
+        .sets
+        .iter()
+        .filter(|set| set.setting == setting)
+        .collect();
     let points = || sets.iter().flat_map(|set| &set.points);
-    let works = Work::ALL.into_iter();
+    let works = WorkMeasure::ALL.into_iter();
     let works = works.filter(|work| points().any(|point| work.of(point).is_some()));
     works
-        .map(|work| (work, panel(study, knob, &sets, work)))
+        .map(|work| (work, panel(study, setting, &sets, work)))
         .collect()
 }
 
-fn panel(study: &CostStudy, knob: Knob, sets: &[&CostSet], work: Work) -> Panel {
+fn panel(
+    study: &CostStudy,
+    setting: CostSetting,
+    sets: &[&WorkPrecisionSet],
+    work: WorkMeasure,
+) -> Panel {
     let points = || sets.iter().flat_map(|set| &set.points);
-    let x = Axis::closely(work.name(), points().filter_map(|point| work.of(point)));
-    let y = errors(knob, sets);
+    let x = Axis::rounded_logarithmic(work.name(), points().filter_map(|point| work.of(point)));
+    let y = errors(setting, sets);
     let mut layers = floors(sets, &x);
-    let drawn = |set: &&CostSet| -> Vec<([f64; 2], String)> {
+    let drawn = |set: &&WorkPrecisionSet| -> Vec<([f64; 2], String)> {
         let points = set.points.iter();
         let points = points.filter_map(|point| {
             let error = point.error.as_ref().ok()?.max(y.range[0]);
@@ -89,8 +98,8 @@ fn panel(study: &CostStudy, knob: Knob, sets: &[&CostSet], work: Work) -> Panel 
         });
         points.collect()
     };
-    let advised: &[Advice] = match knob {
-        Knob::Integrator => &study.advice,
+    let advised: &[Advice] = match setting {
+        CostSetting::Integrator => &study.advice,
         _ => &[],
     };
     let best = sets.iter().flat_map(|set| {
@@ -100,44 +109,47 @@ fn panel(study: &CostStudy, knob: Knob, sets: &[&CostSet], work: Work) -> Panel 
     });
     let best: Vec<[f64; 2]> = best.collect();
     if !best.is_empty() {
-        let best = Layer::points(best, 5.0, Color::Ink).marked(Marker::Ring);
-        layers.push(best.at("advised").named("cheapest for its error"));
+        let best = Layer::points(best, 5.0, Color::Ink).with_marker(Marker::Ring);
+        layers.push(
+            best.with_id("recommended")
+                .with_label("cheapest for its error"),
+        );
     }
     layers.extend(sets.iter().enumerate().map(|(k, set)| {
         let places = drawn(set).into_iter().map(|(place, _)| place).collect();
-        // A line that another may cover is wider, so that it is still seen.
+        // Earlier lines are wider, so that they remain visible below later ones.
         let width = 1.0 + 0.25 * 6usize.saturating_sub(k) as f64;
-        let line = Layer::line(places, Color::Series(k)).wide(width);
-        line.named(&set.family).at(entity("curves", set))
+        let line = Layer::line(places, Color::Series(k)).with_line_width(width);
+        line.with_label(&set.family).with_id(entity("curves", set))
     }));
     layers.extend(sets.iter().enumerate().map(|(k, set)| {
         let (places, hover) = drawn(set).into_iter().unzip();
         let points = Layer::points(places, 2.4, Color::Series(k));
-        points.hovered(hover).at(entity("points", set))
+        points.with_hover(hover).with_id(entity("points", set))
     }));
     layers.extend(failures(sets, &x, &y, work));
     Panel::new("", x, y, layers)
 }
 
-/// The axis of errors, with room above for what failed.
-fn errors(knob: Knob, sets: &[&CostSet]) -> Axis {
+/// The error axis, with space above for failed runs.
+fn errors(setting: CostSetting, sets: &[&WorkPrecisionSet]) -> Axis {
     let points = sets.iter().flat_map(|set| &set.points);
     let errors = points.filter_map(|point| point.error.as_ref().ok().copied());
     let floors = sets.iter().filter_map(|set| set.floor);
-    let [low, mut high] = decades(errors.chain(floors).filter(|error| *error > LEAST));
+    let [low, mut high] = decades(errors.chain(floors).filter(|error| *error > SMALLEST_ERROR));
     let (top, rows) = (high, sets.iter().filter(|set| has_failed(set)).count());
-    while f64::from(high - top) < ROW * rows as f64 * f64::from(high - low) {
+    while f64::from(high - top) < FAILED_ROW * rows as f64 * f64::from(high - low) {
         high += 1;
     }
-    Axis::decades(knob.error(), [low, high])
+    Axis::decades(setting.error(), [low, high])
 }
 
-fn has_failed(set: &CostSet) -> bool {
+fn has_failed(set: &WorkPrecisionSet) -> bool {
     set.points.iter().any(|point| point.error.is_err())
 }
 
-/// The errors of the references, below which nothing is known: one line if all families have the same.
-fn floors(sets: &[&CostSet], x: &Axis) -> Vec<Layer> {
+/// The errors of the references, below which errors are not resolved: one line if all families have the same.
+fn floors(sets: &[&WorkPrecisionSet], x: &Axis) -> Vec<Layer> {
     let floors = sets.iter().enumerate();
     let floors = floors.filter_map(|(k, set)| Some((k, set.floor.filter(|floor| *floor > 0.0)?)));
     let floors: Vec<(usize, f64)> = floors.collect();
@@ -145,25 +157,27 @@ fn floors(sets: &[&CostSet], x: &Axis) -> Vec<Layer> {
         return Vec::new();
     };
     let line = |floor: f64, color| {
-        let ends = x.range.map(|x| [x, floor.max(LEAST)]);
-        Layer::line(ends.to_vec(), color).dashed().at("floor")
+        let ends = x.range.map(|x| [x, floor.max(SMALLEST_ERROR)]);
+        Layer::line(ends.to_vec(), color)
+            .dashed()
+            .with_id("reference_error")
     };
     if floors.iter().all(|(_, floor)| *floor == first) {
-        let name = format!("the reference's own error, {first:.1e}");
-        return vec![line(first, Color::Faint).named(name)];
+        let name = format!("error of the reference, {first:.1e}");
+        return vec![line(first, Color::Faint).with_label(name)];
     }
     let lines = floors
         .iter()
         .map(|(k, floor)| line(*floor, Color::Series(*k)));
-    let key = line(f64::NAN, Color::Faint).named("the references' own errors");
+    let key = line(f64::NAN, Color::Faint).with_label("errors of the references");
     [key].into_iter().chain(lines).collect()
 }
 
-/// Crosses in a row of their own above all errors, one row a family that failed.
-fn failures(sets: &[&CostSet], x: &Axis, y: &Axis, work: Work) -> Vec<Layer> {
+/// Crosses above all errors, one row per family with failed runs.
+fn failures(sets: &[&WorkPrecisionSet], x: &Axis, y: &Axis, work: WorkMeasure) -> Vec<Layer> {
     let failed = sets.iter().enumerate().filter(|(_, set)| has_failed(set));
     let layers = failed.zip(0..).flat_map(|((k, set), row)| {
-        let share = 1.0 - ROW * (f64::from(row) + 0.6);
+        let share = 1.0 - FAILED_ROW * (f64::from(row) + 0.6);
         let height = y.range[0] * (y.range[1] / y.range[0]).powf(share);
         let points = set.points.iter().filter(|point| point.error.is_err());
         let places = points
@@ -173,8 +187,8 @@ fn failures(sets: &[&CostSet], x: &Axis, y: &Axis, work: Work) -> Vec<Layer> {
         let values = points.clone().map(|point| format!("{:e}", point.value));
         let values: Vec<String> = values.collect();
         let words = format!("× {} failed at {}", set.family, values.join(", "));
-        // Beside the crosses, on the side where there is more room.
-        let ends = places.iter().map(|place| x.share(place[0]));
+        // The label is placed on the side of the crosses with more space.
+        let ends = places.iter().map(|place| x.fraction(place[0]));
         let (first, last) = ends.fold((1.0, 0.0), |(a, b), x| (x.min(a), x.max(b)));
         let left = if 1.0 - last > first {
             last + 0.02
@@ -183,38 +197,39 @@ fn failures(sets: &[&CostSet], x: &Axis, y: &Axis, work: Work) -> Vec<Layer> {
         };
         let left = x.range[0] * (x.range[1] / x.range[0]).powf(f64::min(left, 0.7));
         let hover = points.map(|point| hover(set, point)).collect();
-        let crosses = Layer::points(places, 2.6, Color::Series(k)).marked(Marker::Cross);
+        let crosses = Layer::points(places, 2.6, Color::Series(k)).with_marker(Marker::Cross);
         [
-            crosses.hovered(hover).at(entity("failed", set)),
+            crosses.with_hover(hover).with_id(entity("failed", set)),
             Layer {
                 color: Color::Series(k),
-                ..Layer::text([left, height], words).at(format!("{}/words", entity("failed", set)))
+                ..Layer::text([left, height], words)
+                    .with_id(format!("{}/label", entity("failed", set)))
             },
         ]
     });
     layers.collect()
 }
 
-/// The entity of a family of settings.
-fn entity(folder: &str, set: &CostSet) -> String {
+/// Entity of a family of settings.
+fn entity(folder: &str, set: &WorkPrecisionSet) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
     format!("{folder}/{}", set.family.replace(|c| !plain(c), "_"))
 }
 
-/// A setting, its error and what it costs, in one line: what is asked for first comes first, since a
-/// narrow tooltip cuts the end off. The family stands above it there.
-pub fn hover(set: &CostSet, point: &CostPoint) -> String {
+/// The value, its error and its cost in one line. The value comes first, because a narrow tooltip cuts off
+/// the end. The tooltip shows the family above it.
+pub fn hover(set: &WorkPrecisionSet, point: &WorkPrecisionPoint) -> String {
     let error = match &point.error {
         Ok(found) => format!("error {}", error(*found)),
         Err(_) => "failed".to_owned(),
     };
     let mut text = format!(
-        "{}: {error}, {} ms of CPU",
-        setting(set.turned, point.value),
+        "{}: {error}, {} ms CPU time",
+        setting(set.parameter, point.value),
         short(1e3 * point.seconds)
     );
-    if point.calls > 0 {
-        text += &format!(", {} calls", point.calls);
+    if point.rhs_evals > 0 {
+        text += &format!(", {} RHS evals", point.rhs_evals);
     }
     let reason = point.error.as_ref().err().into_iter();
     let detail = Some(&point.detail).filter(|detail| !detail.is_empty());
@@ -227,29 +242,29 @@ pub fn hover(set: &CostSet, point: &CostPoint) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::{Look, Shape};
+    use crate::plot::{FigureOptions, Shape};
 
-    fn point(value: f64, seconds: f64, error: Result<f64, &str>) -> CostPoint {
-        CostPoint {
+    fn point(value: f64, seconds: f64, error: Result<f64, &str>) -> WorkPrecisionPoint {
+        WorkPrecisionPoint {
             value,
             seconds,
-            calls: (1e6 * seconds) as u64,
+            rhs_evals: (1e6 * seconds) as u64,
             error: error.map_err(str::to_owned),
             detail: String::new(),
         }
     }
 
-    fn study(points: Vec<CostPoint>) -> CostStudy {
-        let sets = vec![CostSet {
-            knob: Knob::Integrator,
+    fn study(points: Vec<WorkPrecisionPoint>) -> CostStudy {
+        let sets = vec![WorkPrecisionSet {
+            setting: CostSetting::Integrator,
             family: "lawson54".to_owned(),
-            turned: "tolerance",
+            parameter: "tolerance",
             floor: Some(1e-9),
             points,
         }];
         CostStudy {
             scene: "test".to_owned(),
-            held: Default::default(),
+            fixed_at: Default::default(),
             horizon: 4e-3,
             exponent: None,
             stopped: false,
@@ -263,14 +278,17 @@ mod tests {
         let study = study(vec![
             point(1e-3, 1e-3, Ok(1e-3)),
             point(1e-3, 2e-3, Ok(1e-7)),
-            point(1e-3, 5e-4, Err("it blew up")),
+            point(1e-3, 5e-4, Err("the solution diverged")),
         ]);
         let figures = cost_figures(&study);
         assert_eq!(figures.len(), 1);
         assert_eq!(figures[0].name, "cost-integrator");
-        let svg = figures[0].svg(&Look::default());
+        let svg = figures[0].svg(&FigureOptions::default());
         assert!(svg.contains("lawson54") && svg.contains("× lawson54 failed at 1e-3"));
-        assert!(svg.contains("own error") && svg.contains("10⁻⁹"), "{svg}");
+        assert!(
+            svg.contains("error of the reference") && svg.contains("10⁻⁹"),
+            "{svg}"
+        );
         for panel in &figures[0].rows[0] {
             let points = panel
                 .layers
@@ -288,19 +306,23 @@ mod tests {
     }
 
     #[test]
-    fn axes_hold_all_points_and_leave_room_for_failures() {
+    fn axes_contain_all_points_and_a_row_for_failures() {
         let study = study(vec![
             point(1e-2, 2e-3, Ok(1e-2)),
             point(1e-4, 4e-3, Ok(0.0)),
             point(1e-6, 10e-3, Err("no")),
         ]);
-        let panels = error_panels(&study, Knob::Integrator);
-        let [(Work::Time, time), (Work::Calls, calls)] = &panels[..] else {
+        let panels = error_panels(&study, CostSetting::Integrator);
+        let [
+            (WorkMeasure::CpuTime, time),
+            (WorkMeasure::RhsEvals, rhs_evals),
+        ] = &panels[..]
+        else {
             panic!("two panels");
         };
-        assert_eq!(time.y, calls.y, "so that they can be compared");
-        assert_eq!(calls.x.range, [2e3, 1e4]);
-        // An error of nothing does not stretch the axis; a decade above is for what failed.
+        assert_eq!(time.y, rhs_evals.y, "both panels have the same error axis");
+        assert_eq!(rhs_evals.x.range, [2e3, 1e4]);
+        // A zero error does not extend the axis; the decade above is for failed runs.
         assert_eq!(time.y.range, [1e-9, 1e-1]);
         let exact = time
             .layers
@@ -317,22 +339,25 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_is_one_line() {
+    fn the_tooltip_is_one_line() {
         let study = study(vec![point(1e-4, 4e-3, Ok(2e-5))]);
-        let of = |turned, point: &CostPoint| {
-            let set = CostSet {
-                turned,
+        let of = |parameter, point: &WorkPrecisionPoint| {
+            let set = WorkPrecisionSet {
+                parameter,
                 ..study.sets[0].clone()
             };
             hover(&set, point)
         };
         assert_eq!(
             of("tolerance", &study.sets[0].points[0]),
-            "tolerance 1e-4: error 2.0e-5, 4 ms of CPU, 4000 calls"
+            "tolerance 1e-4: error 2.0e-5, 4 ms CPU time, 4000 RHS evals"
         );
         assert_eq!(
-            of("step, s", &point(6.4e-6, 2.5e-3, Err("it blew up"))),
-            "step 6.4e-6 s: failed, 2.5 ms of CPU, 2500 calls; it blew up"
+            of(
+                "step, s",
+                &point(6.4e-6, 2.5e-3, Err("the solution diverged"))
+            ),
+            "step 6.4e-6 s: failed, 2.5 ms CPU time, 2500 RHS evals; the solution diverged"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! A figure as data: what is drawn, not how.
+//! A figure as data, independent of the output format.
 
 use super::axis::Axis;
 use super::color::{Color, Rgb};
@@ -6,23 +6,23 @@ use super::color::{Color, Rgb};
 /// Rows of panels with a title and a caption.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Stem of its file name, such as `recurrence`.
+    /// Stem of the file name, such as `recurrence`.
     pub name: String,
-    /// The title; the style `paper` leaves it out.
+    /// The title; omitted in the style `paper`.
     pub title: String,
-    /// The caption (Markdown); written into the files' metadata, not into the picture.
+    /// The caption (Markdown), written into the metadata of the file, not into the image.
     pub caption: String,
-    /// Width and height on paper, mm; other styles enlarge it.
+    /// Width and height in the style `paper`, mm; other styles enlarge it.
     pub size_mm: [f64; 2],
-    /// The panels, row by row. All rows are equally high, all panels of a row equally wide.
+    /// The panels by rows. All rows have the same height, and all panels of a row the same width.
     pub rows: Vec<Vec<Panel>>,
 }
 
-/// Width of a page of text, mm.
+/// Text width of a page, mm.
 pub const PAGE_MM: f64 = 180.0;
 
 impl Figure {
-    /// A figure as wide as a page, without a caption; `height_mm` is that of the figure.
+    /// A figure of page width without a caption; `height_mm` is the height of the whole figure.
     pub fn new(
         name: impl Into<String>,
         title: impl Into<String>,
@@ -51,7 +51,7 @@ impl Figure {
         Self::new(name, title, height, rows)
     }
 
-    /// The same figure, narrower than a page.
+    /// Sets the width.
     #[must_use]
     pub fn with_width(mut self, width_mm: f64) -> Self {
         self.size_mm[0] = width_mm;
@@ -59,27 +59,27 @@ impl Figure {
     }
 }
 
-/// Two axes with layers between them.
+/// Two axes with layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// What it shows, in a few words.
+    /// A short title.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The layers, the lowest first. The legend has the same order.
+    /// The layers from bottom to top. The legend has the same order.
     pub layers: Vec<Layer>,
-    /// Whether the field between the axes is a square.
+    /// Whether the plot area is a square.
     pub square: bool,
-    /// Why there is nothing to see, written in the middle; empty where there is something.
+    /// A note in the centre that says why there is no data; empty if there is data.
     pub note: String,
-    /// Numbers that belong to it, written above the field; may be empty.
+    /// Values printed above the plot area; may be empty.
     pub caption: String,
 }
 
 impl Panel {
-    /// A panel of layers.
+    /// A panel with layers.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, layers: Vec<Layer>) -> Self {
         Self {
             title: title.into(),
@@ -92,7 +92,7 @@ impl Panel {
         }
     }
 
-    /// A list of bars, the first at the top, each with its text above it.
+    /// Horizontal bars, the first at the top, each with a text above it.
     pub fn bars(title: impl Into<String>, x: Axis, bars: Vec<Bar>) -> Self {
         let y = Axis::hidden([0.0, bars.len().max(1) as f64]);
         let top = y.range[1];
@@ -103,7 +103,7 @@ impl Panel {
             let [low, high] = ends.map(|y| [[left, y], [bar.value, y]]);
             let outline = vec![low[0], low[1], high[1], high[0]];
             [
-                Layer::areas(vec![outline], 1.0, bar.color).at("bars"),
+                Layer::areas(vec![outline], 1.0, bar.color).with_id("bars"),
                 Layer::text([left, top - 0.3], bar.text),
             ]
         });
@@ -111,93 +111,93 @@ impl Panel {
         Self::new(title, x, y, layers)
     }
 
-    /// The same panel with another title.
+    /// Sets the title.
     #[must_use]
-    pub fn titled(mut self, title: impl Into<String>) -> Self {
+    pub fn with_title(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
         self
     }
 
-    /// The same panel with a square field.
+    /// Makes the plot area square.
     #[must_use]
     pub fn square(mut self) -> Self {
         self.square = true;
         self
     }
 
-    /// The same panel with a note in the middle.
+    /// Sets the note in the centre.
     #[must_use]
     pub fn with_note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }
 
-    /// The same panel with a caption.
+    /// Sets the caption.
     #[must_use]
     pub fn with_caption(mut self, caption: impl Into<String>) -> Self {
         self.caption = caption.into();
         self
     }
 
-    /// Whether an image fills the field, which a grid would hide.
+    /// Whether an image fills the plot area and would hide a grid.
     pub fn has_image(&self) -> bool {
         let mut shapes = self.layers.iter().map(|layer| &layer.shape);
         shapes.any(|shape| matches!(shape, Shape::Image(_)))
     }
 }
 
-/// One thing on a panel. Values outside the axes are cut off; values that are not finite are left out.
+/// One element of a panel. Values outside the axes are clipped; non-finite values are skipped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Name of the layer's entity in a recording, below that of the panel.
+    /// Entity of the layer in a recording, relative to that of the panel.
     pub id: String,
-    /// Entry in the legend; empty for none.
+    /// Legend entry; empty for none.
     pub label: String,
-    /// Its colour.
+    /// Colour of the layer.
     pub color: Color,
-    /// What is drawn.
+    /// Geometry of the layer.
     pub shape: Shape,
 }
 
-/// What a layer draws. Widths and radii are in points at a font size of 8 points.
+/// The geometry of a layer. Widths and radii are in points for a font size of 8 points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Lines through points.
+    /// Polylines.
     Lines {
-        /// The points of each line.
+        /// Vertices of each line.
         strips: Vec<Vec<[f64; 2]>>,
-        /// Width of the lines.
+        /// Line width.
         width: f64,
         /// Whether the lines are dashed.
         dashed: bool,
     },
     /// Points.
     Points {
-        /// Where they are.
+        /// Positions.
         points: Vec<[f64; 2]>,
-        /// Half their size.
+        /// Radius.
         radius: f64,
-        /// Their form.
+        /// Shape of the marker.
         marker: Marker,
-        /// What the pointer shows at each; empty for nothing.
+        /// Tooltip of each point; empty for none.
         hover: Vec<String>,
     },
-    /// Peaks of a curve: points with names, which stand where no other name does.
+    /// Peaks of a curve: labelled points. A label that would overlap another is omitted.
     Peaks(Vec<([f64; 2], String)>),
     /// Filled polygons.
     Areas {
-        /// The corners of each.
+        /// Vertices of each polygon.
         outlines: Vec<Vec<[f64; 2]>>,
-        /// How much of what is below they hide, 0 to 1.
+        /// Opacity, 0 to 1.
         opacity: f64,
     },
-    /// An image that fills a rectangle of the axes.
+    /// An image in a rectangle of the axes.
     Image(Image),
-    /// A text, from its left end on.
+    /// A left-aligned text at a position.
     Text([f64; 2], String),
 }
 
-/// The form of a point.
+/// The shape of a marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Marker {
     /// A filled circle.
@@ -207,50 +207,50 @@ pub enum Marker {
     Ring,
     /// A cross.
     Cross,
-    /// A triangle that points up.
+    /// A triangle pointing up.
     Up,
-    /// A triangle that points down.
+    /// A triangle pointing down.
     Down,
 }
 
 /// A horizontal bar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// How far it reaches.
+    /// Length of the bar on the horizontal axis.
     pub value: f64,
-    /// The text above it.
+    /// Text above the bar.
     pub text: String,
-    /// Its colour.
+    /// Colour of the bar.
     pub color: Color,
 }
 
-/// An image of at most 256 colours.
+/// An indexed image of at most 256 colours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Left and right end.
+    /// Left and right end on the horizontal axis.
     pub x: [f64; 2],
-    /// Lower and upper end.
+    /// Lower and upper end on the vertical axis.
     pub y: [f64; 2],
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     pub size: [usize; 2],
-    /// The colour of each pixel as a place in the palette, row by row, the upper row first.
+    /// Palette index of each pixel, row by row from the top.
     pub pixels: Vec<u8>,
-    /// The colours.
+    /// The palette.
     pub palette: Vec<Swatch>,
 }
 
-/// A colour of a palette and its meaning.
+/// A palette entry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Swatch {
-    /// On a light background.
+    /// Colour on a light background.
     pub light: Rgb,
-    /// On a dark background.
+    /// Colour on a dark background.
     pub dark: Rgb,
-    /// Meaning; empty where the place in the palette says it.
+    /// Meaning; empty if the index is the meaning.
     pub name: String,
 }
 
-/// Beyond the end of every axis.
+/// A coordinate beyond the end of every axis.
 const FAR: f64 = 1e300;
 
 impl Layer {
@@ -263,12 +263,12 @@ impl Layer {
         }
     }
 
-    /// A line through points.
+    /// A polyline.
     pub fn line(points: Vec<[f64; 2]>, color: Color) -> Self {
         Self::lines(vec![points], color)
     }
 
-    /// Several lines.
+    /// Several polylines.
     pub fn lines(strips: Vec<Vec<[f64; 2]>>, color: Color) -> Self {
         let (width, dashed) = (1.1, false);
         let lines = Shape::Lines {
@@ -279,7 +279,7 @@ impl Layer {
         Self::new("curve", color, lines)
     }
 
-    /// Points of some radius.
+    /// Points with a radius.
     pub fn points(points: Vec<[f64; 2]>, radius: f64, color: Color) -> Self {
         let points = Shape::Points {
             points,
@@ -290,7 +290,7 @@ impl Layer {
         Self::new("points", color, points)
     }
 
-    /// Peaks with their names.
+    /// Peaks with labels.
     pub fn peaks(peaks: Vec<([f64; 2], String)>) -> Self {
         Self::new("peaks", Color::Accent, Shape::Peaks(peaks))
     }
@@ -300,44 +300,46 @@ impl Layer {
         Self::new("areas", color, Shape::Areas { outlines, opacity })
     }
 
-    /// The area between two curves, lightly filled: place on the horizontal axis, lower and upper end. A
-    /// place without a finite end is left out.
+    /// The area between two curves, with low opacity. Each span is abscissa, lower and upper end; spans with
+    /// a non-finite value are skipped.
     pub fn band(spans: &[[f64; 3]], color: Color) -> Self {
         let spans = spans
             .iter()
             .filter(|span| span.iter().all(|c| c.is_finite()));
         let lower = spans.clone().map(|[x, from, _]| [*x, *from]);
         let upper = spans.rev().map(|[x, _, to]| [*x, *to]);
-        Self::areas(vec![lower.chain(upper).collect()], 0.2, color).at("band")
+        Self::areas(vec![lower.chain(upper).collect()], 0.2, color).with_id("band")
     }
 
-    /// Intervals of single values: place on the horizontal axis, lower and upper end.
+    /// Vertical error bars. Each span is abscissa, lower and upper end.
     pub fn intervals(spans: &[[f64; 3]], color: Color) -> Self {
         let strips = spans
             .iter()
             .map(|[x, from, to]| vec![[*x, *from], [*x, *to]]);
-        Self::lines(strips.collect(), color).at("intervals")
+        Self::lines(strips.collect(), color).with_id("intervals")
     }
 
-    /// Vertical bars of a width: place of the middle on the horizontal axis, and the two ends.
+    /// Vertical bars of a width. Each span is the abscissa of the centre, lower and upper end.
     pub fn columns(spans: &[[f64; 3]], width: f64, color: Color) -> Self {
         let outlines = spans.iter().map(|[x, from, to]| {
             let [left, right] = [x - 0.5 * width, x + 0.5 * width];
             vec![[left, *from], [right, *from], [right, *to], [left, *to]]
         });
-        Self::areas(outlines.collect(), 1.0, color).at("columns")
+        Self::areas(outlines.collect(), 1.0, color).with_id("columns")
     }
 
-    /// A horizontal line across the field.
-    pub fn level(y: f64) -> Self {
+    /// A horizontal line across the panel.
+    pub fn horizontal_line(y: f64) -> Self {
         let ends = [[-FAR, y], [FAR, y]];
-        Self::line(ends.to_vec(), Color::Ink).wide(0.8).at("level")
+        Self::line(ends.to_vec(), Color::Ink)
+            .with_line_width(0.8)
+            .with_id("level")
     }
 
-    /// A dashed vertical line across the field.
-    pub fn upright(x: f64, color: Color) -> Self {
+    /// A dashed vertical line across the panel.
+    pub fn vertical_line(x: f64, color: Color) -> Self {
         let ends = [[x, -FAR], [x, FAR]];
-        Self::line(ends.to_vec(), color).dashed().at("chosen")
+        Self::line(ends.to_vec(), color).dashed().with_id("chosen")
     }
 
     /// An image.
@@ -350,12 +352,12 @@ impl Layer {
         Self::new("text", Color::Ink, Shape::Text(at, text.into()))
     }
 
-    /// An entry in the legend alone.
-    pub fn key(label: impl Into<String>, color: Color) -> Self {
-        Self::points(Vec::new(), 2.5, color).named(label)
+    /// A legend entry without data.
+    pub fn legend_entry(label: impl Into<String>, color: Color) -> Self {
+        Self::points(Vec::new(), 2.5, color).with_label(label)
     }
 
-    /// The last point of its last line.
+    /// The last point of the last line.
     pub fn last_point(&self) -> Option<[f64; 2]> {
         match &self.shape {
             Shape::Lines { strips, .. } => strips.last()?.last().copied(),
@@ -363,35 +365,35 @@ impl Layer {
         }
     }
 
-    /// Whether it has points.
+    /// Whether the layer has points.
     pub fn has_points(&self) -> bool {
         matches!(&self.shape, Shape::Points { points, .. } if !points.is_empty())
     }
 
-    /// The same layer with an entry in the legend.
+    /// Adds a legend entry.
     #[must_use]
-    pub fn named(mut self, label: impl Into<String>) -> Self {
+    pub fn with_label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// The same layer as another entity of a recording.
+    /// Sets the entity of the layer in a recording.
     #[must_use]
-    pub fn at(mut self, id: impl Into<String>) -> Self {
+    pub fn with_id(mut self, id: impl Into<String>) -> Self {
         self.id = id.into();
         self
     }
 
-    /// The same lines with another width.
+    /// Sets the width of lines.
     #[must_use]
-    pub fn wide(mut self, new: f64) -> Self {
+    pub fn with_line_width(mut self, new: f64) -> Self {
         if let Shape::Lines { width, .. } = &mut self.shape {
             *width = new;
         }
         self
     }
 
-    /// The same lines, dashed.
+    /// Makes lines dashed.
     #[must_use]
     pub fn dashed(mut self) -> Self {
         if let Shape::Lines { dashed, .. } = &mut self.shape {
@@ -400,18 +402,18 @@ impl Layer {
         self
     }
 
-    /// The same points in another form.
+    /// Sets the marker of points.
     #[must_use]
-    pub fn marked(mut self, new: Marker) -> Self {
+    pub fn with_marker(mut self, new: Marker) -> Self {
         if let Shape::Points { marker, .. } = &mut self.shape {
             *marker = new;
         }
         self
     }
 
-    /// The same points with texts for the pointer.
+    /// Adds tooltips to points.
     #[must_use]
-    pub fn hovered(mut self, texts: Vec<String>) -> Self {
+    pub fn with_hover(mut self, texts: Vec<String>) -> Self {
         if let Shape::Points { hover, .. } = &mut self.shape {
             *hover = texts;
         }
@@ -420,8 +422,8 @@ impl Layer {
 }
 
 impl Swatch {
-    /// A colour on any background.
-    pub fn plain(color: Rgb) -> Self {
+    /// The same colour on both backgrounds.
+    pub fn uniform(color: Rgb) -> Self {
         Self {
             light: color,
             dark: color,
@@ -430,7 +432,7 @@ impl Swatch {
     }
 }
 
-/// Why a figure could not be drawn.
+/// A figure that cannot be rendered.
 #[derive(Debug, thiserror::Error)]
-#[error("the figure could not be drawn: {0}")]
+#[error("cannot render the figure: {0}")]
 pub struct FigureError(pub(super) String);

@@ -1,12 +1,12 @@
-//! How cost grows: time and memory over size, on logarithmic axes.
+//! Scaling of the cost: time and memory over problem size, on logarithmic axes.
 
 use super::axis::{Axis, decades};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
 use crate::study::growth::{Growth, GrowthPoint, Size, Work};
 
-/// A panel for each size, `growth`: the time of a work in milliseconds, and the peak memory in megabytes
-/// where it was measured.
+/// The figure `growth` with one panel for each size: time in ms, and peak memory in MB where it was
+/// measured.
 pub fn growth_figure(scene: &str, grown: &[Growth]) -> Figure {
     let panels = Size::ALL.into_iter().filter_map(|size| {
         let of: Vec<&Growth> = grown.iter().filter(|growth| growth.size == size).collect();
@@ -15,7 +15,7 @@ pub fn growth_figure(scene: &str, grown: &[Growth]) -> Figure {
     let panels: Vec<Panel> = panels.collect();
     Figure::grid(
         "growth",
-        format!("{scene}: how cost grows"),
+        format!("{scene}: scaling of time and memory"),
         62.0,
         3,
         &panels,
@@ -38,8 +38,8 @@ fn panel(size: Size, grown: &[&Growth]) -> Panel {
     let all = || curves.iter().flat_map(|(_, points)| points);
     let (xs, ys) = (|| all().map(|[x, _]| *x), || all().map(|[_, y]| *y));
     let x = match size {
-        // There are few of them.
-        Size::Threads => Axis::around(size.name(), xs()),
+        // A linear axis: there are only a few thread counts.
+        Size::Threads => Axis::with_margin(size.name(), xs()),
         _ => Axis::decades(size.name(), decades(xs())),
     };
     let y = match grown[0].work {
@@ -50,7 +50,7 @@ fn panel(size: Size, grown: &[&Growth]) -> Panel {
     let layers = curves.iter().enumerate().flat_map(|(k, (label, points))| {
         let color = Color::Series(k);
         [
-            Layer::line(points.clone(), color).named(label),
+            Layer::line(points.clone(), color).with_label(label),
             Layer::points(points.clone(), 2.2, color),
         ]
     });
@@ -60,7 +60,7 @@ fn panel(size: Size, grown: &[&Growth]) -> Panel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::Look;
+    use crate::plot::FigureOptions;
 
     #[test]
     fn each_size_has_a_panel_and_each_work_a_curve() {
@@ -76,22 +76,22 @@ mod tests {
                 .to_vec(),
         };
         let grown = [
-            growth(Size::Nodes, Work::Call),
+            growth(Size::Nodes, Work::RhsEvaluation),
             growth(Size::Nodes, Work::Vibration),
             growth(Size::Threads, Work::Sweep),
             growth(Size::Duration, Work::Run),
         ];
-        let svg = growth_figure("test", &grown).svg(&Look::default());
+        let svg = growth_figure("test", &grown).svg(&FigureOptions::default());
         for words in [
             "contact nodes",
-            "a call of the right-hand side, ms",
+            "one right-hand-side evaluation, ms",
             "1 ms of the settled vibration, ms",
-            "a sweep, by the clock, ms",
+            "a sweep, wall-clock time, ms",
             "memory, MB",
         ] {
             assert!(svg.contains(words), "{words}");
         }
-        // Two dots a curve; memory is drawn where it is what grows.
+        // Two points per curve; memory is drawn for the duration only.
         assert_eq!(svg.matches("<circle").count(), 10);
     }
 }

@@ -1,4 +1,4 @@
-//! The figure of the Lyapunov exponents: how they converged, and what they came to.
+//! Figure of the Lyapunov exponents: convergence, and final spectrum.
 
 use super::axis::Axis;
 use super::color::Color;
@@ -6,13 +6,13 @@ use super::figure::{Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
 use crate::study::lyapunov::{RunningExponents, SceneLyapunov};
 
-/// Negative exponents shown beside those that are not.
+/// Number of negative exponents shown besides the non-negative ones.
 const NEGATIVE: usize = 2;
-/// The most exponents of the close views.
+/// Maximum number of exponents in the detail panels.
 const MOST: usize = 5;
 
-/// The running exponents against the time averaged, with their intervals; below them all exponents
-/// in 1/s, and the largest ones over `omega_1`. `name` says which motion it is.
+/// The running exponents over the averaging time with their intervals; below them all exponents in 1/s, and
+/// the largest ones over `omega_1`. `name` names the motion.
 pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     let spectrum = &found.study.spectrum;
     Figure::new(
@@ -26,7 +26,7 @@ pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
     )
 }
 
-/// How many exponents the close views show: all that are not negative, and a few below.
+/// Number of exponents in the detail panels: the non-negative ones and a few negative ones.
 fn shown(spectrum: &LyapunovSpectrum) -> usize {
     let count = spectrum.exponents.len();
     let above = (0..count).filter(|&k| spectrum.sign(k) != Sign::Negative);
@@ -35,16 +35,16 @@ fn shown(spectrum: &LyapunovSpectrum) -> usize {
 
 fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
     let count = shown(spectrum);
-    let mut layers = vec![Layer::level(0.0)];
+    let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend((0..count).map(|k| {
         let spans = running.iter().map(|at| span(at.time, at.exponents[k]));
         Layer::band(&spans.collect::<Vec<_>>(), Color::Exponent(k))
     }));
     layers.extend((0..count).map(|k| {
         let points = running.iter().map(|at| [at.time, at.exponents[k].value]);
-        Layer::line(points.collect(), Color::Exponent(k)).named(format!("λ{}", k + 1))
+        Layer::line(points.collect(), Color::Exponent(k)).with_label(format!("λ{}", k + 1))
     }));
-    // The first estimates are far off and would hide all later ones: the later half sets the axis.
+    // The first estimates are far off; the second half of the run determines the axis.
     let late = &running[running.len() / 2..];
     let late = late
         .iter()
@@ -55,11 +55,11 @@ fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
     };
     Panel::new(
         format!(
-            "running value with its 95 % interval, {:.3} s averaged",
+            "running value with 95 % interval, {:.3} s averaged",
             spectrum.time
         ),
-        Axis::logarithmic("time averaged, s", times),
-        Axis::around("exponent, 1/s", ends(late).chain([0.0])),
+        Axis::logarithmic("averaging time, s", times),
+        Axis::with_margin("exponent, 1/s", ends(late).chain([0.0])),
         layers,
     )
 }
@@ -71,11 +71,11 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
         exponents.len(),
     );
     let mut title = match count == spectrum.dimension {
-        true if sum.is_finite() => format!("all {count}, in sum {sum:.1} 1/s"),
+        true if sum.is_finite() => format!("all {count}, sum {sum:.1} 1/s"),
         true => format!("all {count}"),
         false => format!("the largest {count} of {}", spectrum.dimension),
     };
-    // They have no place on the axis.
+    // Exponents of minus infinity have no position on the axis.
     let collapsed = exponents
         .iter()
         .filter(|e| e.value == f64::NEG_INFINITY)
@@ -83,12 +83,12 @@ fn all(spectrum: &LyapunovSpectrum) -> Panel {
     if collapsed > 0 {
         title += &format!("; minus infinity: {collapsed}");
     }
-    let mut layers = vec![Layer::level(0.0)];
+    let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend(by_sign(spectrum, exponents));
     Panel::new(
         title,
-        Axis::counting("number", count),
-        Axis::around(
+        Axis::integers("index", count),
+        Axis::with_margin(
             "exponent, 1/s",
             ends(exponents.iter().copied()).chain([0.0]),
         ),
@@ -105,14 +105,17 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
     });
     let exponents: Vec<Exponent> = exponents.collect();
     let bound = scale * spectrum.resolution;
-    let x = Axis::counting("number", count);
+    let x = Axis::integers("index", count);
     let unresolved = x.range.map(|x| [x, -bound, bound]);
-    let mut layers = vec![Layer::band(&unresolved, Color::Faint), Layer::level(0.0)];
+    let mut layers = vec![
+        Layer::band(&unresolved, Color::Faint),
+        Layer::horizontal_line(0.0),
+    ];
     layers.extend(by_sign(spectrum, &exponents));
     Panel::new(
-        "the largest; grey cannot be told from zero",
+        "largest exponents; grey band: not distinguishable from zero",
         x,
-        Axis::around(
+        Axis::with_margin(
             format!("exponent over ω1 = {omega_1:.0} rad/s, 1e−3"),
             ends(exponents.into_iter()).chain([-bound, bound]),
         ),
@@ -120,13 +123,13 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
     )
 }
 
-/// Values with their intervals, in a form a sign.
+/// Values with their intervals, with one marker for each sign.
 fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
     let kinds = [
         (Sign::Positive, Marker::Up, "positive"),
         (Sign::Zero, Marker::Ring, "zero"),
         (Sign::Negative, Marker::Down, "negative"),
-        (Sign::Doubtful, Marker::Cross, "doubtful"),
+        (Sign::Undetermined, Marker::Cross, "undetermined"),
     ];
     let layers = kinds.into_iter().flat_map(|(sign, marker, label)| {
         let of_sign = exponents.iter().enumerate();
@@ -138,20 +141,20 @@ fn by_sign(spectrum: &LyapunovSpectrum, exponents: &[Exponent]) -> Vec<Layer> {
         let points: Vec<[f64; 2]> = points.map(|(k, e)| [k as f64 + 1.0, e.value]).collect();
         let color = Color::Exponent(0);
         let points = Layer::points(points, 2.4, color)
-            .marked(marker)
-            .named(label);
+            .with_marker(marker)
+            .with_label(label);
         [Layer::intervals(&spans, color), points]
     });
     let is_there = |layer: &Layer| layer.has_points() || layer.label.is_empty();
     layers.filter(is_there).collect()
 }
 
-/// An exponent's place, and the ends of its interval.
+/// Index of an exponent and the ends of its interval.
 fn span(x: f64, exponent: Exponent) -> [f64; 3] {
     [x, exponent.low(), exponent.high()]
 }
 
-/// Both ends of all intervals, and the values.
+/// Values and interval ends of all exponents.
 fn ends(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
     exponents.flat_map(|e| [e.value, e.low(), e.high()])
 }

@@ -1,11 +1,11 @@
-//! The figure of exponents made by hand.
+//! The figure of synthetic exponents.
 
 use super::*;
-use crate::dynamics::{Motion, Tally};
-use crate::plot::Look;
+use crate::dynamics::{Motion, SolverStats};
+use crate::plot::FigureOptions;
 use crate::study::lyapunov::{Ending, LyapunovStudy};
 
-/// A chaotic motion whose exponents come to their values with the time averaged.
+/// Synthetic exponents of a chaotic motion that converge to `values` with the averaging time.
 fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
     let at = |time: f64| -> Vec<Exponent> {
         let wave = |k: usize| (7.0 * time.ln() + k as f64).sin();
@@ -38,12 +38,12 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
             mean_trace: None,
             ending: Ending::Reached,
             settled: 0.06,
-            tally: Tally::default(),
-            followed: time,
+            stats: SolverStats::default(),
+            simulated: time,
             busy_seconds: 1.0,
         },
         tilt: Some(0.087),
-        held: Default::default(),
+        fixed_at: Default::default(),
         transient: 0.25,
         tolerance: Some(1e-5),
         omega_1: 10_669.0,
@@ -57,7 +57,7 @@ fn whole() -> Vec<f64> {
 }
 
 fn svg(figure: &Figure) -> String {
-    figure.svg(&Look::default())
+    figure.svg(&FigureOptions::default())
 }
 
 fn is_finite(figure: &Figure) -> bool {
@@ -66,7 +66,7 @@ fn is_finite(figure: &Figure) -> bool {
     !words.any(|word| ["NaN", "inf", "-inf"].contains(&word))
 }
 
-/// `SQUEAKSCOPE_FIGURES=DIR cargo test figure` leaves it there to be looked at.
+/// `SQUEAKSCOPE_FIGURES=DIR cargo test figure` saves the figure for inspection.
 #[test]
 fn exponents_are_drawn() {
     let figure = lyapunov_figure("chaos-5deg at 5°", &found(&whole(), 22));
@@ -74,16 +74,16 @@ fn exponents_are_drawn() {
     for said in ["all 22", "positive", "negative", "λ1", "ω1 = 10669 rad/s"] {
         assert!(svg(&figure).contains(said), "{said}");
     }
-    let png = figure.png(&Look::default()).unwrap();
+    let png = figure.png(&FigureOptions::default()).unwrap();
     if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
         let path = std::path::Path::new(&folder).join("lyapunov.png");
         std::fs::write(path, png).unwrap();
     }
 }
 
-/// Too short for intervals, only one exponent, a direction that collapses, nothing at all.
+/// Infinite intervals, a single exponent, an exponent of minus infinity, no exponents.
 #[test]
-fn what_cannot_be_known_is_left_out() {
+fn unknown_values_are_omitted() {
     let mut short = found(&whole(), 22);
     let exponents = short.study.spectrum.exponents.iter_mut();
     let running = short
@@ -96,7 +96,7 @@ fn what_cannot_be_known_is_left_out() {
     }
     short.study.spectrum.exponents[21].value = f64::NEG_INFINITY;
     let figure = lyapunov_figure("short", &short);
-    assert!(is_finite(&figure) && svg(&figure).contains("doubtful"));
+    assert!(is_finite(&figure) && svg(&figure).contains("undetermined"));
     assert!(svg(&figure).contains("all 22; minus infinity: 1"));
 
     let one = lyapunov_figure("one", &found(&[62.0], 22));

@@ -1,4 +1,4 @@
-//! From SVG to pixels and to PDF.
+//! Rendering of SVG as PNG and PDF.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,7 +9,7 @@ use svg2pdf::{ConversionOptions, PageOptions};
 use super::figure::FigureError;
 use super::text;
 
-/// Dots of an SVG per inch.
+/// Dots per inch of an SVG.
 const DOTS: f32 = 96.0;
 
 fn tree(svg: &str) -> Result<Tree, FigureError> {
@@ -21,14 +21,15 @@ fn tree(svg: &str) -> Result<Tree, FigureError> {
     Tree::from_str(svg, &options).map_err(|error| FigureError(error.to_string()))
 }
 
-/// Draws an SVG with so many pixels per inch.
+/// Renders an SVG at a resolution in pixels per inch.
 pub fn png(svg: &str, resolution: f32) -> Result<Vec<u8>, FigureError> {
     let tree = tree(svg)?;
     let scale = resolution / DOTS;
     let [width, height] = [tree.size().width(), tree.size().height()];
     let [width, height] = [width, height].map(|side| (side * scale).round() as u32);
     let pixels = Pixmap::new(width, height);
-    let mut pixels = pixels.ok_or_else(|| FigureError("it has no size".to_owned()))?;
+    let mut pixels =
+        pixels.ok_or_else(|| FigureError("its size is zero or too large".to_owned()))?;
     resvg::render(
         &tree,
         Transform::from_scale(scale, scale),
@@ -38,7 +39,7 @@ pub fn png(svg: &str, resolution: f32) -> Result<Vec<u8>, FigureError> {
     png.map_err(|error| FigureError(error.to_string()))
 }
 
-/// An SVG as a PDF of one page.
+/// Converts an SVG to a single-page PDF.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
     let page = PageOptions { dpi: DOTS };
     svg2pdf::to_pdf(&tree(svg)?, ConversionOptions::default(), page)

@@ -1,40 +1,40 @@
-//! Panels of one settled motion: time series, phase plot, delay reconstruction, spectrum, Poincaré map,
-//! recurrence plot. The figures of the paper and of the attractors are made of them, and so are the
-//! recordings of sweeps.
+//! Panels of one steady-state motion: time series, phase portrait, delay reconstruction, spectrum, Poincaré
+//! section, recurrence plot. The figures of the paper and of the attractors and the recordings of sweeps use
+//! them.
 
 use super::axis::{Axis, round_up};
-use super::color::{Color, magnitude, magnitudes};
+use super::color::{Color, colormap, colormap_index};
 use super::figure::{Image, Layer, Panel, Swatch};
 use super::unit::Unit;
 use crate::analysis::{RecurrenceImage, SpectralLine, range};
-use crate::study::response::{Portrait, Response};
+use crate::study::response::{PhasePortrait, SettledResponse};
 
-/// Delay of reconstructions, s: a quarter of a period of 4.1 kHz.
+/// Delay of reconstructions, s: a quarter of the period of 4.1 kHz.
 pub const LAG: f64 = 60e-6;
 /// Length of time series and recurrence plots, s.
 pub const WINDOW: f64 = 5e-3;
 
-/// Points drawn for each sample: lines between samples would show as corners.
+/// Points drawn per sample interval, so that curves have no visible corners.
 const FINER: usize = 5;
-/// Lines of a spectrum that get names.
+/// Maximum number of labelled spectral lines.
 const NAMED: usize = 6;
-/// Smallest amplitude (m) and speed (m/s) on show.
+/// Smallest amplitude (m) and speed (m/s) shown.
 pub const SMALLEST: [f64; 2] = [1e-12, 1e-8];
 
 /// The colour of a response.
-pub fn color(response: &Response) -> Color {
+pub fn color(response: &SettledResponse) -> Color {
     Color::Regime(response.regime)
 }
 
 /// Displacement (m) and velocity (m/s) at the samples.
-pub fn samples(portrait: &Portrait) -> Vec<[f64; 2]> {
+pub fn samples(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
     let samples = portrait.displacement.iter().zip(&portrait.velocity);
     samples.map(|(&u, &v)| [u, v].map(f64::from)).collect()
 }
 
-/// Displacement (m) and velocity (m/s) between the samples: the cubic through displacements with the
-/// velocities as slopes, and its slope.
-pub fn between_samples(portrait: &Portrait) -> Vec<[f64; 2]> {
+/// Displacement (m) and velocity (m/s), interpolated between the samples by the cubic Hermite polynomial of
+/// displacements and velocities, and its derivative.
+pub fn interpolated(portrait: &PhasePortrait) -> Vec<[f64; 2]> {
     let h = portrait.dt;
     let samples = samples(portrait);
     let pieces = samples.windows(2).flat_map(|pair| {
@@ -53,7 +53,7 @@ pub fn between_samples(portrait: &Portrait) -> Vec<[f64; 2]> {
 }
 
 /// The largest displacement (m) and speed (m/s) of a response.
-pub fn largest(response: &Response) -> [f64; 2] {
+pub fn largest(response: &SettledResponse) -> [f64; 2] {
     let Some(motion) = &response.portrait else {
         return [response.amplitude, 0.0];
     };
@@ -63,10 +63,10 @@ pub fn largest(response: &Response) -> [f64; 2] {
     })
 }
 
-/// The displacement over the newest 5 ms.
-pub fn series(portrait: &Portrait, color: Color) -> Panel {
+/// Displacement over the last 5 ms.
+pub fn time_series(portrait: &PhasePortrait, color: Color) -> Panel {
     let dt = portrait.dt / FINER as f64;
-    let fine = between_samples(portrait);
+    let fine = interpolated(portrait);
     let first = fine
         .len()
         .saturating_sub((WINDOW / dt).round() as usize + 1);
@@ -75,21 +75,21 @@ pub fn series(portrait: &Portrait, color: Color) -> Panel {
     let points = points.map(|(k, [u, _])| [1e3 * dt * k as f64, unit.factor * u]);
     let points: Vec<[f64; 2]> = points.collect();
     Panel::new(
-        "displacement at the middle of the patch",
+        "displacement at the patch centre",
         Axis::linear("time, ms", [0.0, 1e3 * WINDOW]),
-        Axis::around(unit.after("u"), points.iter().map(|p| p[1])),
+        Axis::with_margin(unit.after("u"), points.iter().map(|p| p[1])),
         vec![Layer::line(points, color)],
     )
 }
 
-/// Sizes of displacement and velocity.
+/// Largest absolute displacement and velocity.
 fn size_of(points: &[[f64; 2]]) -> [f64; 2] {
     let sizes = points.iter().map(|point| point.map(f64::abs));
     sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)])
 }
 
-/// Velocity over displacement (m/s, m), as far as they or, if given, `reach` go.
-pub fn phase(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Panel {
+/// Phase portrait: velocity (m/s) over displacement (m), on axes of ± `reach` if it is given.
+pub fn phase_portrait(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Panel {
     let size = reach.unwrap_or_else(|| size_of(points));
     let units = [Unit::of("m", size[0]), Unit::of("m/s", size[1])];
     let drawn = points
@@ -103,28 +103,32 @@ pub fn phase(points: &[[f64; 2]], reach: Option<[f64; 2]>, color: Color) -> Pane
                 let end = units[c].factor * reach[c];
                 Axis::linear(name, [-end, end])
             }
-            None => Axis::around(name, drawn.iter().map(|p| p[c])),
+            None => Axis::with_margin(name, drawn.iter().map(|p| p[c])),
         }
     };
     Panel::new(
-        "phase plot",
+        "phase portrait",
         axis(0, "displacement"),
         axis(1, "velocity"),
-        vec![Layer::line(drawn.clone(), color).at("trail").wide(0.9)],
+        vec![
+            Layer::line(drawn.clone(), color)
+                .with_id("trail")
+                .with_line_width(0.9),
+        ],
     )
 }
 
-/// Displacement (m) and speed (m/s) to which phase plots must reach that are to be compared; `least` is
-/// the least of both.
-pub fn common_reach(found: &[&Response], least: [f64; 2]) -> [f64; 2] {
+/// Common range of displacement (m) and speed (m/s) of phase portraits that are compared; `least` is the
+/// smallest range.
+pub fn common_range(found: &[&SettledResponse], least: [f64; 2]) -> [f64; 2] {
     let sizes = found.iter().map(|response| largest(response));
     let largest = sizes.fold(least, |[a, b], [c, d]| [a.max(c), b.max(d)]);
     largest.map(|size| round_up(1.02 * size))
 }
 
-/// Two of the coordinates of the delay space.
-pub fn reconstruction(portrait: &Portrait, color: Color) -> Panel {
-    let fine = between_samples(portrait);
+/// Delay reconstruction in two dimensions.
+pub fn reconstruction(portrait: &PhasePortrait, color: Color) -> Panel {
+    let fine = interpolated(portrait);
     let unit = Unit::of("m", size_of(&fine)[0]);
     let u: Vec<f64> = fine.iter().map(|[u, _]| unit.factor * u).collect();
     let lag = (FINER as f64 * LAG / portrait.dt).round().max(1.0) as usize;
@@ -132,21 +136,21 @@ pub fn reconstruction(portrait: &Portrait, color: Color) -> Panel {
     let points: Vec<[f64; 2]> = pairs.map(|(a, b)| [*a, *b]).collect();
     Panel::new(
         format!("delay reconstruction, τ = {:.0} µs", 1e6 * LAG),
-        Axis::around(unit.after("u(t)"), points.iter().map(|p| p[0])),
-        Axis::around(unit.after("u(t + τ)"), points.iter().map(|p| p[1])),
-        vec![Layer::line(points, color).wide(0.9)],
+        Axis::with_margin(unit.after("u(t)"), points.iter().map(|p| p[0])),
+        Axis::with_margin(unit.after("u(t + τ)"), points.iter().map(|p| p[1])),
+        vec![Layer::line(points, color).with_line_width(0.9)],
     )
 }
 
-/// What the spectra of several motions share.
+/// The common axes of several spectra.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SpectrumPlane {
+pub struct SpectrumAxes {
     unit: Unit,
     x: Axis,
     y: Axis,
 }
 
-impl SpectrumPlane {
+impl SpectrumAxes {
     /// Amplitudes over `decades` decades below `largest` (m), frequencies up to `highest` (Hz).
     pub fn new(largest: f64, decades: i32, highest: f64) -> Self {
         let unit = Unit::of("m", largest);
@@ -158,7 +162,7 @@ impl SpectrumPlane {
         }
     }
 
-    /// A spectrum with its lines.
+    /// A spectrum with its labelled lines.
     pub fn panel(&self, bin: f64, amplitude: &[f32], lines: &[SpectralLine]) -> Panel {
         let end = self.x.range[1];
         let points = amplitude.iter().enumerate().skip(1);
@@ -185,17 +189,18 @@ impl SpectrumPlane {
     }
 }
 
-/// What the Poincaré maps of several motions share: a square as close as it can be, but never closer than
-/// a share of the motion, since a tone must look like a point.
+/// The common axes of several Poincaré sections: square and as small as possible, but not below a fraction of
+/// the motion's amplitude, so that a periodic motion appears as a point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SectionPlane {
+pub struct SectionAxes {
     unit: Unit,
     axes: [Axis; 2],
 }
 
-impl SectionPlane {
-    /// For some responses; `letter` is that of the displacement, `fallback` the size where none has passages.
-    pub fn new(found: &[&Response], letter: &str, fallback: f64) -> Self {
+impl SectionAxes {
+    /// Axes for some responses. `letter` is the symbol of the displacement, `fallback` the half-width without
+    /// intersections.
+    pub fn new(found: &[&SettledResponse], letter: &str, fallback: f64) -> Self {
         let points = || found.iter().flat_map(|response| &response.section);
         let ends: [[f64; 2]; 2] = std::array::from_fn(|c| range(points().map(|point| point[c])));
         let motion = points().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
@@ -218,25 +223,25 @@ impl SectionPlane {
         Self { unit, axes }
     }
 
-    /// The passages of one response; of none an empty plane.
-    pub fn panel(&self, response: Option<&Response>) -> Panel {
+    /// The section of one response; an empty panel without one.
+    pub fn panel(&self, response: Option<&SettledResponse>) -> Panel {
         let passages = response.map_or(&[][..], |response| &response.section);
         let points = passages.iter().map(|p| p.map(|y| self.unit.factor * y));
         let color = response.map_or(Color::Ink, color);
         let [x, y] = self.axes.clone();
-        // The few points of a tone must be seen, the many of chaos told apart.
+        // A few points must be visible, many must not overlap.
         let radius = if passages.len() > 500 { 1.1 } else { 1.8 };
         let layer = Layer::points(points.collect(), radius, color);
         Panel::new("Poincaré section", x, y, vec![layer]).square()
     }
 }
 
-/// Shades of distance in a recurrence plot: classes from 0, the nearest first. What recurs is the class after them. Few,
-/// because noise in the last bits only swells a recording.
+/// Distance classes of a recurrence plot, 0 the nearest; recurrences are the next class. The number is small,
+/// because noise in the last bits would only enlarge a recording.
 pub const SHADES: u8 = 16;
 
-/// The recurrence plot of the newest 5 ms: dark on paper and bright in the viewer where the motion
-/// returns; `shaded` shows the distances elsewhere, too.
+/// Recurrence plot of the last 5 ms: recurrences are dark on paper and bright in the viewer. `shaded` shows
+/// the distances of the other pairs, too.
 pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
     let window = found.map_or(WINDOW, |found| found.window);
     let unit = Unit::of("s", window);
@@ -253,7 +258,7 @@ pub fn recurrence(found: Option<&RecurrenceImage>, shaded: bool) -> Panel {
     Panel::new("recurrence plot", axis(), axis(), vec![image]).square()
 }
 
-/// The class of each pixel, the upper row first: there the latest.
+/// The class of each pixel, the latest row first.
 pub fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
     let pairs = found.distance.iter().zip(&found.recurrent);
     let class = |(distance, recurrent): (&u8, &u8)| match (*recurrent > 0, shaded) {
@@ -266,15 +271,15 @@ pub fn classes(found: &RecurrenceImage, shaded: bool) -> Vec<u8> {
     rows.flatten().copied().collect()
 }
 
-/// Shades of distance, the nearest first, and the colour of what recurs.
+/// The palette: shades of distance, the nearest first, and the colour of recurrences.
 fn recurrence_palette() -> Vec<Swatch> {
-    let map = magnitudes();
+    let map = colormap();
     let shades = (0..SHADES).map(|shade| {
         let far = f64::from(shade) / f64::from(SHADES - 1);
         Swatch {
-            // From a pale shade to white, and from half bright to black.
+            // Pale grey to white on paper; half brightness to black in the viewer.
             light: std::array::from_fn(|_| (190.0 + 65.0 * far) as u8),
-            dark: map[usize::from(magnitude(0.5 + 0.5 * far))],
+            dark: map[usize::from(colormap_index(0.5 + 0.5 * far))],
             name: format!(
                 "distance up to {} % of the largest",
                 100 * (u32::from(shade) + 1) / u32::from(SHADES)
@@ -315,14 +320,14 @@ mod tests {
         let dt = 5e-6;
         let omega = std::f64::consts::TAU * 12.4e3;
         let wave = |k: usize| omega * dt * k as f64;
-        let portrait = Portrait {
+        let portrait = PhasePortrait {
             dt,
             displacement: (0..50).map(|k| wave(k).sin() as f32).collect(),
             velocity: (0..50).map(|k| (omega * wave(k).cos()) as f32).collect(),
             bin: 1.0,
             spectrum: Vec::new(),
         };
-        let fine = between_samples(&portrait);
+        let fine = interpolated(&portrait);
         assert_eq!(fine.len(), 49 * FINER + 1);
         for (k, [u, v]) in fine.into_iter().enumerate() {
             let phase = omega * dt * k as f64 / FINER as f64;

@@ -1,19 +1,19 @@
-//! Styles: how large letters and figures are, and whether figures carry their titles.
+//! Styles: font size, size and title of figures.
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// Where figures are to be seen.
+/// The medium of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Style {
-    /// In print: a page wide, small letters, no title (the caption tells it), 300 dots per inch.
+    /// Print: page width, small font, no title (the caption contains it), 300 dpi.
     Paper,
-    /// On a screen: titles, 1,000 points wide, drawn at twice that.
+    /// Screen: titles, 1,000 points wide, rendered at twice that resolution.
     #[default]
     Screen,
-    /// On slides: titles, large letters.
+    /// Slides: titles, large font.
     Slides,
 }
 
@@ -23,9 +23,9 @@ pub enum Style {
 pub enum Format {
     /// Scalable Vector Graphics.
     Svg,
-    /// Pixels, Portable Network Graphics.
+    /// Portable Network Graphics.
     Png,
-    /// Portable Document Format, with the font embedded.
+    /// Portable Document Format, with embedded fonts.
     Pdf,
 }
 
@@ -33,14 +33,14 @@ impl Format {
     /// All formats.
     pub const ALL: [Self; 3] = [Self::Svg, Self::Png, Self::Pdf];
 
-    /// The format of a file by its ending.
+    /// The format of a file by its extension.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?;
         let mut all = Self::ALL.into_iter();
         all.find(|format| ending.eq_ignore_ascii_case(format.ending()))
     }
 
-    /// The ending of file names.
+    /// The file extension.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Svg => "svg",
@@ -72,7 +72,7 @@ impl FromStr for Size {
     }
 }
 
-/// A size that cannot be drawn.
+/// A size that is not two sides within the allowed range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SizeError;
 
@@ -88,21 +88,21 @@ impl fmt::Display for SizeError {
 
 impl std::error::Error for SizeError {}
 
-/// How figures are drawn.
+/// Style and size of figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Look {
+pub struct FigureOptions {
     /// The style.
     pub style: Style,
-    /// The size of all figures; `None` for each its own.
+    /// The size of all figures; `None` for the default size of each.
     pub size: Option<Size>,
 }
 
-impl Look {
-    /// The size of a figure that is `own` on paper, mm.
+impl FigureOptions {
+    /// The size of a figure whose size on paper is `own`, mm.
     pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
         let enlarged = match self.style {
             Style::Paper => 1.0,
-            // A page becomes 1,000 points of 1/96 inch wide.
+            // The page width becomes 1,000 points of 1/96 inch.
             Style::Screen => 1.47,
             Style::Slides => 1.6,
         };
@@ -110,8 +110,8 @@ impl Look {
             .map_or(own.map(|side| enlarged * side), |size| size.0)
     }
 
-    /// The size of letters, points.
-    pub fn letters(&self) -> f64 {
+    /// The font size, points.
+    pub fn font_size(&self) -> f64 {
         match self.style {
             Style::Paper => 7.5,
             Style::Screen => 8.5,
@@ -119,12 +119,12 @@ impl Look {
         }
     }
 
-    /// Whether the figure carries its title.
+    /// Whether figures have a title.
     pub fn has_title(&self) -> bool {
         self.style != Style::Paper
     }
 
-    /// Pixels per inch.
+    /// Resolution, pixels per inch.
     pub fn resolution(&self) -> f32 {
         match self.style {
             Style::Paper => 300.0,

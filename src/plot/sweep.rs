@@ -1,61 +1,65 @@
-//! The figures of a sweep: bifurcation diagram, exponents and lines over a parameter, or a map of
+//! Figures of a sweep: bifurcation diagram, exponents and spectral lines over one parameter, or a map of
 //! regimes over two. Fig. 11 of the paper.
 
 use super::axis::{Axis, extent};
-use super::color::{Color, Rgb, magnitude, magnitudes};
+use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
 use super::unit::Unit;
 use crate::analysis::{Regime, range};
 use crate::dynamics::Exponent;
-use crate::study::response::Response;
+use crate::study::response::SettledResponse;
 use crate::study::sweep::{self, Start, SweepPlan, SweepPoint};
 
-/// Exponents on show.
+/// Number of exponents shown.
 const EXPONENTS: usize = 3;
-/// Nothing is known.
+/// Colour of a point that is not computed.
 const UNKNOWN: Rgb = [245, 246, 247];
-/// Lines weaker than this share of the strongest are not drawn.
+/// Lines weaker than this fraction of the strongest are not drawn.
 const FAINTEST: f64 = 0.02;
-/// By how much the points of different starts stand apart, as a share of a step.
-const APART: f64 = 0.36;
-/// Intervals (1/s) of exponents are shown so far to either side, and no exponent below the last: one that
-/// was hardly averaged would hide all others.
+/// Offset between the points of different starts, as a fraction of a step.
+const OFFSET: f64 = 0.36;
+/// Largest half-width of an interval that the axis must contain, and smallest exponent, 1/s. An exponent
+/// averaged over a short time would otherwise determine the axis.
 const INTERVAL: f64 = 40.0;
-const LOWEST_EXPONENT: f64 = -250.0;
+const SMALLEST_EXPONENT: f64 = -250.0;
 /// Height of a row of panels, mm.
 const ROW_MM: f64 = 50.0;
 
-/// A response and where it was found.
+/// A response and its place in the sweep.
 #[derive(Clone, Copy)]
-struct Found<'a> {
+struct Point<'a> {
     values: &'a [f64],
     start: Start,
-    response: &'a Response,
+    response: &'a SettledResponse,
 }
 
-/// What the panels over one parameter share: its axis, the responses, and how starts are told apart.
-struct Over<'a> {
+/// The panels over one parameter: their axis, the responses, and the starts.
+struct ParameterPanels<'a> {
     axis: Axis,
-    /// The starts on show and the shift of each along the axis.
+    /// The starts shown, and the offset of each along the axis.
     starts: Vec<(Start, f64)>,
-    found: Vec<Found<'a>>,
+    found: Vec<Point<'a>>,
 }
 
-/// All figures of a sweep: `bifurcation` over one parameter, with all starts in each panel;
-/// `regimes-START` for each start of one over two. Points that are not there yet are left out.
+/// All figures of a sweep: `bifurcation` over one parameter, with all starts in each panel; `regimes-START`
+/// for each start of a sweep over two parameters. Points that are not computed yet are omitted.
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
-        let over = Over::new(plan, points);
-        let mut rows = vec![vec![over.maxima()]];
-        if over
+        let shared = ParameterPanels::new(plan, points);
+        let mut rows = vec![vec![shared.maxima()]];
+        if shared
             .found
             .iter()
             .any(|found| found.response.exponents.is_some())
         {
-            rows.push(vec![over.exponents()]);
+            rows.push(vec![shared.exponents()]);
         }
-        rows.push(vec![over.lines()]);
-        let starts: Vec<&str> = plan.starts.iter().map(|start| words(*start)).collect();
+        rows.push(vec![shared.lines()]);
+        let starts: Vec<&str> = plan
+            .starts
+            .iter()
+            .map(|start| start_label(*start))
+            .collect();
         let title = format!("{}: {}", plan.scene.name, starts.join(", "));
         let height = ROW_MM * rows.len() as f64;
         return vec![Figure::new("bifurcation", title, height, rows)];
@@ -66,16 +70,20 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         .collect()
 }
 
-/// Fig. 11: exponents, bifurcation diagram and lines over the tilt.
+/// Fig. 11: exponents, bifurcation diagram and spectral lines over the tilt.
 pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
-    let over = Over::new(plan, points);
-    let panels = [over.exponents(), over.maxima(), over.lines()];
+    let shared = ParameterPanels::new(plan, points);
+    let panels = [shared.exponents(), shared.maxima(), shared.lines()];
     let rows = panels.into_iter().zip(["a", "b", "c"]);
     let rows = rows.map(|(panel, letter)| {
         let title = format!("{letter}  {}", panel.title);
         vec![Panel { title, ..panel }]
     });
-    let starts: Vec<&str> = plan.starts.iter().map(|start| words(*start)).collect();
+    let starts: Vec<&str> = plan
+        .starts
+        .iter()
+        .map(|start| start_label(*start))
+        .collect();
     let title = format!(
         "Fig. 11: Lyapunov exponents and bifurcation diagram, {}",
         starts.join(", ")
@@ -83,37 +91,36 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     Figure::new("figure-11", title, 3.0 * ROW_MM, rows.collect())
 }
 
-/// The maxima of the points that were started in one way, on the same axes for all ways: the bifurcation
-/// diagram of a recording.
+/// The bifurcation diagram of one start, on axes that are the same for all starts; recordings use it.
 pub fn maxima(plan: &SweepPlan, points: &[SweepPoint], start: Start) -> Panel {
-    let mut over = Over::new(plan, points);
-    over.starts = vec![(start, 0.0)];
-    over.maxima()
+    let mut shared = ParameterPanels::new(plan, points);
+    shared.starts = vec![(start, 0.0)];
+    shared.maxima()
 }
 
-/// How points are started, in words.
-pub fn words(start: Start) -> &'static str {
+/// Name of the way in which points are started.
+pub fn start_label(start: Start) -> &'static str {
     match start {
-        Start::Cold => "each started cold",
-        Start::Up => "continued up",
-        Start::Down => "continued down",
+        Start::Fresh => "fresh starts",
+        Start::Upward => "upward continuation",
+        Start::Downward => "downward continuation",
     }
 }
 
-/// The form of the points of a start.
+/// The marker of a start.
 fn marker(start: Start) -> Marker {
     match start {
-        Start::Cold => Marker::Dot,
-        Start::Up => Marker::Up,
-        Start::Down => Marker::Down,
+        Start::Fresh => Marker::Dot,
+        Start::Upward => Marker::Up,
+        Start::Downward => Marker::Down,
     }
 }
 
-/// The responses that were started in one way.
-fn found(points: &[SweepPoint], start: Start) -> Vec<Found<'_>> {
+/// The responses of one start.
+fn found(points: &[SweepPoint], start: Start) -> Vec<Point<'_>> {
     let of_start = points.iter().filter(|point| point.place.start == start);
     let found = of_start.filter_map(|point| {
-        Some(Found {
+        Some(Point {
             values: &point.place.values,
             start,
             response: point.outcome.as_ref().ok()?,
@@ -131,21 +138,21 @@ fn half_step(axis: &sweep::Axis) -> f64 {
     }
 }
 
-/// The axis of a parameter, with half a step to either side.
-fn along(axis: &sweep::Axis) -> Axis {
+/// The axis of a parameter, extended by half a step at each end.
+fn parameter_axis(axis: &sweep::Axis) -> Axis {
     let [low, high] = range(axis.values().iter().copied());
     let half = half_step(axis);
     Axis::linear(axis.label(), [low - half, high + half])
 }
 
-impl<'a> Over<'a> {
+impl<'a> ParameterPanels<'a> {
     fn new(plan: &SweepPlan, points: &'a [SweepPoint]) -> Self {
         let axis = &plan.axes[0];
-        let apart = 2.0 * APART * half_step(axis) / plan.starts.len() as f64;
+        let apart = 2.0 * OFFSET * half_step(axis) / plan.starts.len() as f64;
         let middle = 0.5 * (plan.starts.len() as f64 - 1.0);
         let starts = (0..).zip(&plan.starts);
         Self {
-            axis: along(axis),
+            axis: parameter_axis(axis),
             starts: starts
                 .map(|(k, start)| (*start, apart * (f64::from(k) - middle)))
                 .collect(),
@@ -157,20 +164,21 @@ impl<'a> Over<'a> {
         }
     }
 
-    /// Entries of the legend that tell the starts apart.
-    fn keys(&self) -> Vec<Layer> {
+    /// Legend entries of the starts, if there are several.
+    fn start_legend(&self) -> Vec<Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
-        let keys =
-            starts.map(|(start, _)| Layer::key(words(*start), Color::Ink).marked(marker(*start)));
+        let keys = starts.map(|(start, _)| {
+            Layer::legend_entry(start_label(*start), Color::Ink).with_marker(marker(*start))
+        });
         keys.collect()
     }
 
-    /// Points in the forms of their starts, side by side; `of` gives the heights at a response.
+    /// Points with the markers and offsets of their starts; `of` returns the ordinates of a response.
     fn points<I: IntoIterator<Item = f64>>(
         &self,
         radius: f64,
         color: Color,
-        of: impl Fn(&Found<'a>) -> I,
+        of: impl Fn(&Point<'a>) -> I,
     ) -> Vec<Layer> {
         let layers = self.starts.iter().map(|(start, shift)| {
             let found = self.found.iter().filter(|found| found.start == *start);
@@ -183,14 +191,17 @@ impl<'a> Over<'a> {
             } else {
                 Marker::Dot
             };
-            Layer::points(points.collect(), radius, color).marked(form)
+            Layer::points(points.collect(), radius, color).with_marker(form)
         });
         layers.filter(Layer::has_points).collect()
     }
 
-    /// The maxima of the displacement, each column in the colour of its regime.
+    /// The maxima of the displacement in the colour of the regime.
     fn maxima(&self) -> Panel {
-        let all = self.found.iter().flat_map(|found| tops(found.response));
+        let all = self
+            .found
+            .iter()
+            .flat_map(|found| maxima_or_zero(found.response));
         let [low, high] = extent(all);
         let unit = Unit::of("m", low.abs().max(high.abs()));
         let mut keys = Vec::new();
@@ -198,44 +209,45 @@ impl<'a> Over<'a> {
         for regime in Regime::ALL {
             let color = Color::Regime(regime);
             let before = layers.len();
-            // A tone has but a few points, which are drawn to be seen.
+            // The few points of a periodic motion are larger, so that they are visible.
             for (few, radius) in [(false, 0.7), (true, 1.7)] {
                 layers.extend(self.points(radius, color, |found| {
                     let response = found.response;
                     let chosen = response.regime == regime && has_few(&response.maxima) == few;
-                    let tops = tops(response).map(|top| unit.factor * top);
+                    let tops = maxima_or_zero(response).map(|top| unit.factor * top);
                     tops.filter(move |_| chosen)
                 }));
             }
             if layers.len() > before {
-                keys.push(Layer::key(regime.to_string(), color));
+                keys.push(Layer::legend_entry(regime.to_string(), color));
             }
         }
-        keys.extend(self.keys());
+        keys.extend(self.start_legend());
         keys.extend(layers);
         let drawn = [low, high].map(|top| unit.factor * top);
         Panel::new(
             "local maxima of the displacement",
             self.axis.clone(),
-            Axis::around(unit.after("maximum"), drawn.into_iter()),
+            Axis::with_margin(unit.after("maximum"), drawn.into_iter()),
             keys,
         )
     }
 
     /// The largest exponents with their intervals.
     fn exponents(&self) -> Panel {
-        let kth = |found: &Found<'a>, k: usize| -> Option<Exponent> {
+        let kth = |found: &Point<'a>, k: usize| -> Option<Exponent> {
             found.response.exponents.as_ref()?.exponents.get(k).copied()
         };
-        let mut layers = vec![Layer::level(0.0)];
+        let mut layers = vec![Layer::horizontal_line(0.0)];
         let there = |k: &usize| self.found.iter().any(|found| kth(found, *k).is_some());
         let numbers: Vec<usize> = (0..EXPONENTS).filter(there).collect();
         let keys = numbers
             .iter()
-            .map(|k| Layer::key(format!("λ{}", k + 1), Color::Exponent(*k)));
+            .map(|k| Layer::legend_entry(format!("λ{}", k + 1), Color::Exponent(*k)));
         layers.extend(keys);
-        layers.extend(self.keys());
-        // The largest comes last and smallest: where all are zero, each is seen round the one before.
+        layers.extend(self.start_legend());
+        // The largest exponent is drawn last with the smallest marker, so that equal exponents remain
+        // visible.
         for &k in numbers.iter().rev() {
             let color = Color::Exponent(k);
             let shift = |start| {
@@ -258,22 +270,22 @@ impl<'a> Over<'a> {
             .iter()
             .flat_map(|found| (0..EXPONENTS).filter_map(|k| kth(found, k)));
         Panel::new(
-            "largest Lyapunov exponents with their 95 % intervals",
+            "largest Lyapunov exponents with 95 % intervals",
             self.axis.clone(),
-            Axis::around("exponent, 1/s", exponent_ends(shown).chain([0.0])),
+            Axis::with_margin("exponent, 1/s", exponent_axis_values(shown).chain([0.0])),
             layers,
         )
     }
 
-    /// The frequencies of the lines; the stronger, the larger the point.
+    /// The frequencies of the spectral lines; stronger lines have larger points.
     fn lines(&self) -> Panel {
-        // From strong to weak: amplitude over the strongest one's, radius, colour.
+        // From strong to weak: amplitude relative to the strongest, radius, colour.
         let kinds = [
             (0.5, 2.4, Color::Ink),
             (0.1, 1.6, Color::Faint),
-            (FAINTEST, 1.0, Color::Regime(Regime::Unsure)),
+            (FAINTEST, 1.0, Color::Regime(Regime::Undetermined)),
         ];
-        let strongest = |response: &Response| {
+        let strongest = |response: &SettledResponse| {
             let first = response.lines.first();
             first.map_or(f64::INFINITY, |line| line.amplitude)
         };
@@ -290,8 +302,8 @@ impl<'a> Over<'a> {
                 chosen.map(|line| 1e-3 * line.frequency)
             }));
             upper = least;
-            keys.push(Layer::key(
-                format!("from {:.0} % of the strongest", 100.0 * least),
+            keys.push(Layer::legend_entry(
+                format!("at least {:.0} % of the strongest", 100.0 * least),
                 color,
             ));
         }
@@ -302,10 +314,10 @@ impl<'a> Over<'a> {
             strong.map(|line| 1e-3 * line.frequency)
         });
         let [_, highest] = range(highest.chain([0.1]));
-        keys.extend(self.keys());
+        keys.extend(self.start_legend());
         keys.extend(layers);
         Panel::new(
-            "lines of the spectrum",
+            "spectral lines",
             self.axis.clone(),
             Axis::linear("frequency, kHz", [0.0, 1.08 * highest]),
             keys,
@@ -313,22 +325,24 @@ impl<'a> Over<'a> {
     }
 }
 
-/// The values that an axis of some exponents must show: they and the nearer parts of their intervals.
-pub fn exponent_ends(exponents: impl Iterator<Item = Exponent>) -> impl Iterator<Item = f64> {
+/// The values that an axis of exponents must contain: the exponents and the near parts of their intervals.
+pub fn exponent_axis_values(
+    exponents: impl Iterator<Item = Exponent>,
+) -> impl Iterator<Item = f64> {
     let ends = exponents.flat_map(|e| {
         let low = e.low().max(e.value - INTERVAL);
         [e.value, low, e.high().min(e.value + INTERVAL)]
     });
-    ends.filter(|value| value.is_finite() && *value > LOWEST_EXPONENT)
+    ends.filter(|value| value.is_finite() && *value > SMALLEST_EXPONENT)
 }
 
-/// The maxima of a response, m; a joint that rests has one, at zero.
-fn tops(response: &Response) -> impl Iterator<Item = f64> + '_ {
+/// The maxima of a response, m; a joint at rest has one, at zero.
+fn maxima_or_zero(response: &SettledResponse) -> impl Iterator<Item = f64> + '_ {
     let rests = response.maxima.is_empty().then_some(0.0);
     response.maxima.iter().copied().chain(rests)
 }
 
-/// Whether maxima are hardly more than a handful of values.
+/// Whether the maxima take only a few distinct values.
 fn has_few(maxima: &[f64]) -> bool {
     const FEW: usize = 6;
     let [low, high] = range(maxima.iter().copied());
@@ -340,18 +354,18 @@ fn has_few(maxima: &[f64]) -> bool {
     gaps().filter(|gap| *gap > 0.01 * size).count() < FEW && spread < 0.05 * size
 }
 
-/// Regime and largest exponent over two parameters.
-fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Figure {
+/// Maps of the regime and of the largest exponent over two parameters.
+fn map(plan: &SweepPlan, start: Start, found: &[Point<'_>]) -> Figure {
     let axes = [&plan.axes[0], &plan.axes[1]];
     let [columns, rows] = axes.map(|axis| axis.values().len());
-    let [x, y] = axes.map(along);
-    // The pixel that belongs to a point; the upper row first.
-    let pixel = |found: &Found<'_>| {
+    let [x, y] = axes.map(parameter_axis);
+    // Index of the pixel of a point; the upper row first.
+    let pixel = |found: &Point<'_>| {
         let place = |k: usize| axes[k].values().iter().position(|v| *v == found.values[k]);
         Some((rows - 1 - place(1)?) * columns + place(0)?)
     };
-    let image = |palette: Vec<Rgb>, color: &dyn Fn(&Response) -> Option<u8>| {
-        // The last colour is that of what is unknown.
+    let image = |palette: Vec<Rgb>, color: &dyn Fn(&SettledResponse) -> Option<u8>| {
+        // The last palette entry is for points that are not computed.
         let mut pixels = vec![palette.len() as u8; columns * rows];
         for found in found {
             if let (Some(pixel), Some(color)) = (pixel(found), color(found.response)) {
@@ -364,7 +378,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Figure {
             y: y.range,
             size: [columns, rows],
             pixels,
-            palette: palette.map(Swatch::plain).collect(),
+            palette: palette.map(Swatch::uniform).collect(),
         })
     };
     let panel = |title: String, layers| Panel::new(title, x.clone(), y.clone(), layers);
@@ -375,32 +389,33 @@ fn map(plan: &SweepPlan, start: Start, found: &[Found<'_>]) -> Figure {
     });
     let there = |regime: &Regime| found.iter().any(|point| point.response.regime == *regime);
     let there = Regime::ALL.into_iter().filter(there);
-    let keys = there.map(|regime| Layer::key(regime.to_string(), Color::Regime(regime)));
+    let keys = there.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
     let unsettled = found.iter().filter(|point| !point.response.settled);
     let stars = unsettled.map(|point| Layer::text([point.values[0], point.values[1]], "*"));
     let stars: Vec<Layer> = stars.collect();
     let title = match stars.is_empty() {
         true => "type of motion",
-        false => "type of motion (* not settled)",
+        false => "type of motion (*: not in steady state)",
     };
     let layers = [regimes].into_iter().chain(keys).chain(stars).collect();
     let mut panels = vec![panel(title.to_owned(), layers)];
-    let largest = |response: &Response| {
+    let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
     };
     let values = found.iter().filter_map(|point| largest(point.response));
     let [_, most] = range(values.chain([1.0]));
     if found.iter().any(|point| largest(point.response).is_some()) {
-        // One colour is left for what is unknown.
-        let shades = magnitudes()[..255].to_vec();
+        // The last palette entry is for points that are not computed.
+        let shades = colormap()[..255].to_vec();
         let image = image(shades, &|response| {
-            largest(response).map(|value| magnitude(value.max(0.0) / most).min(254))
+            largest(response).map(|value| colormap_index(value.max(0.0) / most).min(254))
         });
-        let title = format!("largest Lyapunov exponent: pale is 0 and below, black {most:.0} 1/s");
+        let title =
+            format!("largest Lyapunov exponent: pale is 0 or negative, black {most:.0} 1/s");
         panels.push(panel(title, vec![image]));
     }
-    let title = format!("{}: {}", plan.scene.name, words(start));
+    let title = format!("{}: {}", plan.scene.name, start_label(start));
     Figure::grid(format!("regimes-{start}"), title, 75.0, 1, &panels).with_width(160.0)
 }
 

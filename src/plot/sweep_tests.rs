@@ -1,14 +1,14 @@
-//! Figures of made-up sweeps.
+//! Figures of synthetic sweeps.
 
 use super::*;
 use crate::analysis::SpectralLine;
-use crate::dynamics::{LyapunovSpectrum, Tally};
-use crate::plot::{Look, Shape};
+use crate::dynamics::{LyapunovSpectrum, SolverStats};
+use crate::plot::{FigureOptions, Shape};
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::Axis as SweptAxis;
 
-/// A plan over the tilt, and over the stiffness, too, if so wanted.
+/// A plan shared the tilt, and over the stiffness if `two` is set.
 fn plan(two: bool) -> SweepPlan {
     let mut axes = vec![SweptAxis::new(
         Parameter::tilt(),
@@ -21,13 +21,13 @@ fn plan(two: bool) -> SweepPlan {
     SweepPlan {
         scene: Scene::load("torus-3deg").unwrap(),
         axes,
-        starts: vec![Start::Up, Start::Cold],
+        starts: vec![Start::Upward, Start::Fresh],
         response: ResponsePlan::default(),
     }
 }
 
-/// A response that is periodic, then quasi-periodic, then chaotic.
-fn response(tilt: f64, k: usize) -> Response {
+/// A periodic, quasi-periodic or chaotic response, depending on the tilt.
+fn response(tilt: f64, k: usize) -> SettledResponse {
     let (regime, count) = match tilt {
         t if t < 2.0 => (Regime::Periodic, 1),
         t if t < 4.5 => (Regime::QuasiPeriodic, 2),
@@ -35,7 +35,7 @@ fn response(tilt: f64, k: usize) -> Response {
     };
     let wobble = |j: usize| (0.7 * j as f64 + k as f64).sin();
     let exponent = |value, half_width| Exponent { value, half_width };
-    Response {
+    SettledResponse {
         transient: 0.1,
         settled: true,
         amplitude: 7e-7,
@@ -52,7 +52,7 @@ fn response(tilt: f64, k: usize) -> Response {
                 label: String::new(),
             })
             .collect(),
-        floor_share: 1e-9,
+        broadband_share: 1e-9,
         exponents: Some(LyapunovSpectrum {
             exponents: vec![
                 exponent(if count == 3 { 70.0 } else { 0.1 }, 8.0),
@@ -71,7 +71,7 @@ fn response(tilt: f64, k: usize) -> Response {
         confidence: 0.9,
         portrait: None,
         state: Vec::new(),
-        tally: Tally::default(),
+        stats: SolverStats::default(),
     }
 }
 
@@ -79,7 +79,7 @@ fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
     let point = |index| {
         let place = plan.place(index);
         let outcome = match index % 17 {
-            5 => Err("it cannot be".to_owned()),
+            5 => Err("the solution diverged".to_owned()),
             _ => Ok(response(place.values[0], index)),
         };
         SweepPoint { place, outcome }
@@ -88,18 +88,24 @@ fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
 }
 
 #[test]
-fn there_is_a_figure_for_each_start() {
+fn each_start_has_a_figure() {
     for (two, names) in [
-        (false, &["bifurcation"][..]),
-        (true, &["regimes-up", "regimes-cold"]),
+        (false, vec!["bifurcation".to_owned()]),
+        (
+            true,
+            vec![
+                format!("regimes-{}", Start::Upward),
+                format!("regimes-{}", Start::Fresh),
+            ],
+        ),
     ] {
         let plan = plan(two);
         let points = points(&plan);
         let figures = sweep_figures(&plan, &points);
-        let named = |figures: &[Figure]| figures.iter().map(|f| &*f.name).eq(names.iter().copied());
+        let named = |figures: &[Figure]| figures.iter().map(|f| &f.name).eq(&names);
         assert!(named(&figures));
         for figure in &figures {
-            let svg = figure.svg(&Look::default());
+            let svg = figure.svg(&FigureOptions::default());
             assert!(
                 !svg.contains("NaN") && !svg.contains("inf"),
                 "{}",
@@ -109,31 +115,31 @@ fn there_is_a_figure_for_each_start() {
                 assert!(svg.contains(word), "{}: {word}", figure.name);
             }
         }
-        // Half a sweep, and none at all, can be drawn, too, and gives the same names.
+        // A partial or empty sweep gives figures of the same names.
         for part in [&points[..5], &[]] {
             assert!(named(&sweep_figures(&plan, part)));
         }
         if let Ok(folder) = std::env::var("SQUEAKSCOPE_FIGURES") {
             for figure in &figures {
                 let path = std::path::Path::new(&folder).join(format!("{}.png", figure.name));
-                std::fs::write(path, figure.png(&Look::default()).unwrap()).unwrap();
+                std::fs::write(path, figure.png(&FigureOptions::default()).unwrap()).unwrap();
             }
         }
     }
 }
 
 #[test]
-fn starts_stand_side_by_side_in_their_own_forms() {
+fn starts_are_offset_and_have_different_markers() {
     let plan = plan(false);
     let points = points(&plan);
-    let over = Over::new(&plan, &points);
-    let panel = over.exponents();
-    // The legend is in the order of the exponents, the starts after them.
+    let shared = ParameterPanels::new(&plan, &points);
+    let panel = shared.exponents();
+    // The legend lists the exponents first, then the starts.
     let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let legend: Vec<&str> = legend.map(|layer| &*layer.label).collect();
     assert_eq!(
         legend,
-        ["λ1", "λ2", "λ3", "continued up", "each started cold"]
+        ["λ1", "λ2", "λ3", "upward continuation", "fresh starts"]
     );
     let first = |wanted: Marker| {
         let mut points = panel.layers.iter().filter_map(|layer| match &layer.shape {
@@ -143,6 +149,6 @@ fn starts_stand_side_by_side_in_their_own_forms() {
         points.next().unwrap()[0]
     };
     assert!(first(Marker::Up) < 1.0 && first(Marker::Dot) > 1.0);
-    // The points of a tilt stay nearer to it than to the next.
+    // The points of a tilt are closer to it than to the next tilt.
     assert!((first(Marker::Up) - 1.0).abs() < 0.125);
 }

@@ -1,17 +1,17 @@
-//! Figures of a report made by hand: every subject, also where there is nothing to show.
+//! Figures of a synthetic report, also without data.
 
 use super::*;
 use crate::analysis::*;
 use crate::import::Signal;
 use crate::study::signal::*;
 
-const LOOK: Look = Look {
+const LOOK: FigureOptions = FigureOptions {
     style: Style::Screen,
     size: None,
 };
 
-/// A report on a torus of two tones, its curves in closed form.
-fn report(name: &str) -> SignalReport {
+/// A report on a torus with two base frequencies; its curves are analytical.
+fn report(name: &str) -> SignalAnalysis {
     let rate = 200e3;
     let samples: Vec<f64> = test_signals::sines(
         rate,
@@ -26,7 +26,7 @@ fn report(name: &str) -> SignalReport {
         .analyse(&samples)
         .unwrap();
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+    let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
     let mut columns = Vec::new();
     Stft::new(Window::BlackmanHarris, 2000, 200.0, rate)
         .push(&samples, |column| {
@@ -121,18 +121,18 @@ fn report(name: &str) -> SignalReport {
         neighbours: FalseNeighbours {
             lag: 12,
             share: vec![0.99, 0.4, 0.1, 0.02, 0.005, 0.004, 0.004, 0.004],
-            judged: vec![1000; 8],
+            evaluated: vec![1000; 8],
         },
     };
-    SignalReport {
-        facts: SignalFacts::of(&signal),
+    SignalAnalysis {
+        facts: SignalStatistics::of(&signal),
         signal,
-        tones: Tones::new(&spectrum, &lines, naming),
+        tones: SpectralLines::new(&spectrum, &lines, naming),
         spectrum,
         spectrogram: columns,
-        embedding: StateSpace::new(choice, rate),
-        recurrence: RecurrenceReport {
-            rule: RecurrenceRule {
+        embedding: DelayEmbedding::new(choice, rate),
+        recurrence: RecurrenceAnalysis {
+            rule: RecurrenceCriterion {
                 norm: Norm::Euclidean,
                 threshold: Threshold::Rate(0.05),
                 theiler: 1,
@@ -155,7 +155,7 @@ fn report(name: &str) -> SignalReport {
                 ..RecurrenceImage::default()
             },
         },
-        section: Section {
+        section: PoincareSection {
             level: 0.0,
             shape: SectionShape::Loop,
             mean_return_s: Some(48.6 / rate),
@@ -191,7 +191,7 @@ fn report(name: &str) -> SignalReport {
     }
 }
 
-/// Where the figures go if someone wants to look: `SQUEAKSCOPE_FIGURES=DIR cargo test figure`.
+/// Saves a figure for inspection: `SQUEAKSCOPE_FIGURES=DIR cargo test figure`.
 fn show(figure: &Figure, png: &[u8]) {
     if let Some(folder) = std::env::var_os("SQUEAKSCOPE_FIGURES") {
         let path = std::path::Path::new(&folder).join(&figure.name);
@@ -200,7 +200,7 @@ fn show(figure: &Figure, png: &[u8]) {
     }
 }
 
-/// Width and height a PNG says it has.
+/// Width and height of a PNG image.
 fn size(png: &[u8]) -> [u32; 2] {
     let info = png::Decoder::new(std::io::Cursor::new(png))
         .read_info()
@@ -208,7 +208,7 @@ fn size(png: &[u8]) -> [u32; 2] {
     [info.info().width, info.info().height]
 }
 
-/// Whether every coordinate is a number; letters alone prove nothing, pictures are full of them.
+/// Whether all coordinates are finite. Only whole words count, because image data contain the letters.
 fn is_finite(figure: &Figure) -> bool {
     let svg = figure.svg(&LOOK);
     let mut words = svg.split(['"', ',', ' ', '(']);
@@ -216,7 +216,7 @@ fn is_finite(figure: &Figure) -> bool {
 }
 
 #[test]
-fn every_subject_has_its_figure() {
+fn every_name_has_a_figure() {
     let figures = signal_figures(&report("probe/displacement"));
     let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
     assert_eq!(names, SIGNAL_FIGURES);
@@ -240,8 +240,8 @@ fn every_subject_has_its_figure() {
 }
 
 #[test]
-fn names_are_words_not_markup() {
-    // XML allows no escape character, and a reader would turn the rest of the line round.
+fn names_are_escaped() {
+    // XML has no escape character, and a direction override would reverse the rest of the line.
     let figures = signal_figures(&report("a<b & \"c\" \u{1b}[31m\u{202e}d"));
     figures[0].png(&LOOK).unwrap();
     let svg = figures[0].svg(&LOOK);
@@ -251,7 +251,7 @@ fn names_are_words_not_markup() {
 }
 
 #[test]
-fn nothing_to_show_is_shown_as_such() {
+fn figures_without_data_are_valid() {
     let mut empty = report("empty");
     empty.tones.lines.clear();
     empty.spectrogram.clear();
@@ -270,7 +270,7 @@ fn nothing_to_show_is_shown_as_such() {
     }
 }
 
-/// A panel with one of everything, in a figure of its own.
+/// A figure with one layer of each kind.
 fn everything() -> Figure {
     let points = vec![[0.0, 0.0], [1.0, 2.0], [2.0, 0.0], [f64::NAN, 1.0]];
     let image = Image {
@@ -278,7 +278,7 @@ fn everything() -> Figure {
         y: [0.0, 0.5],
         size: [2, 1],
         pixels: vec![0, 1],
-        palette: vec![Swatch::plain([0; 3]), Swatch::plain([255, 0, 0])],
+        palette: vec![Swatch::uniform([0; 3]), Swatch::uniform([255, 0, 0])],
     };
     let layers = vec![
         Layer::image(image),
@@ -286,20 +286,20 @@ fn everything() -> Figure {
             &[[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
             Color::Faint,
         ),
-        Layer::columns(&[[0.5, 0.0, 0.4]], 0.2, Color::Pale).named("columns"),
+        Layer::columns(&[[0.5, 0.0, 0.4]], 0.2, Color::Pale).with_label("columns"),
         Layer::intervals(&[[0.5, 0.1, 0.9]], Color::Series(1)),
         Layer::line(points.clone(), Color::Series(0))
             .dashed()
-            .named("a line"),
+            .with_label("a line"),
         Layer::points(points, 2.0, Color::Series(2))
-            .marked(Marker::Cross)
-            .named("points"),
+            .with_marker(Marker::Cross)
+            .with_label("points"),
         Layer::peaks(vec![
             ([0.5, 0.5], "f1".to_owned()),
             ([0.51, 0.5], "f2".to_owned()),
         ]),
-        Layer::level(0.5),
-        Layer::upright(0.7, Color::Accent).named("chosen"),
+        Layer::horizontal_line(0.5),
+        Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),
         Layer::text([0.1, 0.9], "a text"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);
@@ -308,10 +308,10 @@ fn everything() -> Figure {
 }
 
 #[test]
-fn what_is_outside_the_axes_is_cut_off() {
+fn layers_are_clipped_at_the_axes() {
     let square = |points| {
         let axis = || Axis::linear("", [0.0, 1.0]);
-        let line = Layer::line(points, Color::Accent).wide(6.0);
+        let line = Layer::line(points, Color::Accent).with_line_width(6.0);
         let panel = Panel::new("", axis(), axis(), vec![line]).square();
         Figure::new("cut", "", 60.0, vec![vec![panel]]).with_width(60.0)
     };
@@ -328,7 +328,7 @@ fn what_is_outside_the_axes_is_cut_off() {
         let colored = colored.filter(|(_, pixel)| pixel[..3] == Color::Accent.on_light());
         colored.map(|(k, _)| [k % width, k / width]).collect()
     };
-    // A diagonal that goes on far beyond both corners fills the same square as one that ends there.
+    // A diagonal that extends far beyond both corners fills the same square as one that ends in them.
     let inside = accent(&square(vec![[0.0, 0.0], [1.0, 1.0]]));
     let beyond = accent(&square(vec![[-9.0, -9.0], [9.0, 9.0]]));
     let ends = |pixels: &[[usize; 2]], c: usize| {
@@ -341,14 +341,14 @@ fn what_is_outside_the_axes_is_cut_off() {
             assert!(inside.abs_diff(beyond) < 12, "{inside} and {beyond}");
         }
     }
-    // A line that never comes between the axes leaves nothing.
+    // A line outside the axes draws no pixel.
     assert!(accent(&square(vec![[2.0, -1.0], [3.0, 5.0]])).is_empty());
 }
 
 #[test]
 fn every_shape_is_drawn_in_every_format_and_style() {
     for style in [Style::Paper, Style::Screen, Style::Slides] {
-        let look = Look { style, size: None };
+        let look = FigureOptions { style, size: None };
         let svg = everything().svg(&look);
         for words in [
             "one panel",
@@ -364,7 +364,7 @@ fn every_shape_is_drawn_in_every_format_and_style() {
             assert!(svg.contains(words), "{words}");
         }
         assert!(svg.contains("<image") && svg.contains("stroke-dasharray"));
-        // Only paper leaves the title to the caption; it is in the metadata of all.
+        // Only the style `paper` omits the title; the metadata contain it in every style.
         assert_eq!(
             svg.matches("Everything").count(),
             1 + usize::from(look.has_title())
@@ -375,7 +375,7 @@ fn every_shape_is_drawn_in_every_format_and_style() {
         assert!(pdf.starts_with(b"%PDF-"));
         show(&everything(), &png);
     }
-    let sized = Look {
+    let sized = FigureOptions {
         style: Style::Paper,
         size: Some("90x60".parse().unwrap()),
     };
@@ -384,6 +384,6 @@ fn every_shape_is_drawn_in_every_format_and_style() {
             .svg(&sized)
             .contains("width=\"90.00mm\" height=\"60.00mm\"")
     );
-    // 90 mm at 300 dots per inch.
+    // 90 mm at 300 dpi.
     assert_eq!(size(&everything().png(&sized).unwrap()), [1063, 709]);
 }

@@ -1,14 +1,14 @@
-//! The font: how wide texts are, and how they break.
+//! Text metrics: width of a text, and line breaking.
 
 use std::sync::OnceLock;
 
 use ttf_parser::Face;
 
-/// The font's family.
+/// Font family.
 pub const FAMILY: &str = "Inter";
-/// What a browser takes where the font is missing.
+/// Font families for browsers without the font.
 pub const FALLBACK: &str = "Inter, 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif";
-/// The font's faces, regular and semibold (SIL Open Font License, assets/fonts/OFL.txt).
+/// The regular and the semibold face of the font (SIL Open Font License, assets/fonts/OFL.txt).
 pub const FACES: [&[u8]; 2] = [
     include_bytes!("../../assets/fonts/Inter-Regular.ttf"),
     include_bytes!("../../assets/fonts/Inter-SemiBold.ttf"),
@@ -17,7 +17,7 @@ pub const FACES: [&[u8]; 2] = [
 /// Width of a character without a glyph, ems.
 const MISSING: f64 = 0.6;
 
-/// Width of a text at a size (points).
+/// Width of a text at a font size, both in points.
 pub fn width(text: &str, size: f64, bold: bool) -> f64 {
     static PARSED: OnceLock<[Option<Face<'static>>; 2]> = OnceLock::new();
     let faces = PARSED.get_or_init(|| FACES.map(|face| Face::parse(face, 0).ok()));
@@ -32,13 +32,13 @@ pub fn width(text: &str, size: f64, bold: bool) -> f64 {
     size * text.chars().map(ems).sum::<f64>()
 }
 
-/// The lines of a text that breaks at spaces so that it fits into `room` points.
-pub fn wrap(text: &str, room: f64, size: f64, bold: bool) -> Vec<String> {
+/// Breaks a text at spaces into lines of at most `max_width` points.
+pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
         let longer = lines.last().map(|line| format!("{line} {word}"));
-        match longer.filter(|line| width(line, size, bold) <= room) {
-            Some(longer) => *lines.last_mut().expect("there is a line to lengthen") = longer,
+        match longer.filter(|line| width(line, size, bold) <= max_width) {
+            Some(longer) => *lines.last_mut().expect("a line exists") = longer,
             None => lines.push(word.to_owned()),
         }
     }
@@ -46,7 +46,7 @@ pub fn wrap(text: &str, room: f64, size: f64, bold: bool) -> Vec<String> {
     lines
 }
 
-/// A text as the content of an XML element or attribute; XML has no control characters.
+/// Escapes a text as the content of an XML element or attribute. Control characters are not allowed in XML.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in crate::escape::lines(text).chars() {

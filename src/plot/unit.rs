@@ -1,17 +1,17 @@
-//! Units to draw values in.
+//! Units with SI prefixes for display.
 
-/// A unit that makes numbers of a size read well.
+/// A unit for displayed values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// Its symbol; may be empty.
+    /// Symbol; may be empty.
     pub symbol: String,
-    /// How many of it make the unit of the values.
+    /// Factor from the unit of the values to this unit.
     pub factor: f64,
 }
 
 impl Unit {
-    /// For values up to `largest` in `unit`: with a prefix where the unit takes one, else with a power of
-    /// ten.
+    /// The unit for values up to `largest` in `unit`: with an SI prefix if the unit takes one, else with a
+    /// power of ten.
     pub fn of(unit: &str, largest: f64) -> Self {
         const PREFIXED: [&str; 10] = ["m", "m/s", "m/s²", "m/s^2", "Pa", "V", "A", "N", "s", "Hz"];
         const PREFIXES: [&str; 7] = ["p", "n", "µ", "m", "", "k", "M"];
@@ -20,7 +20,7 @@ impl Unit {
             false => 0,
         };
         if PREFIXED.contains(&unit) {
-            // Nobody writes kilometres of vibration or kiloseconds.
+            // Kilometres of displacement and kiloseconds are not in use.
             let most = if ["Pa", "V", "A", "N", "Hz"].contains(&unit) {
                 2
             } else {
@@ -45,7 +45,7 @@ impl Unit {
         }
     }
 
-    /// A name with the unit after it, if there is one.
+    /// A name with the unit, such as `u, µm`.
     pub fn after(&self, name: &str) -> String {
         match &*self.symbol {
             "" => name.to_owned(),

@@ -1,6 +1,6 @@
-//! The deforming body: the surface of ball and beam, each vertex moved by the exaggerated sum
-//! of mode shapes and coloured by how far it has really moved. Of a body whose surface is not known
-//! only the axis that it turns about is drawn.
+//! The deforming body: the surface of ball and beam. Each vertex is displaced by the magnified sum of mode
+//! shapes, and coloured by its true displacement. If the surface of the body is not known, only its axis of
+//! rotation is drawn.
 
 use rerun::{Arrows3D, Color, Mesh3D, Points3D, Radius};
 
@@ -12,41 +12,41 @@ use super::{
 };
 use crate::pipeline::message::{Frame, JointInfo, SurfaceMesh, vertex_normals};
 
-/// Vertices sent in one go, over all pictures of the batch.
+/// Vertices per batch, summed over its pictures.
 const BATCH_VERTICES: usize = 40_000;
 /// Smallest full scale of the colours, m.
 const SMALLEST: f64 = 1e-9;
 
-/// Everything about the body.
+/// The body and its pictures that are not sent yet.
 #[derive(Debug)]
 pub struct Body {
-    /// Vertices at rest, from the ball's centre, m.
+    /// Vertices at rest, relative to the ball centre, m.
     rest: Vec<[f64; 3]>,
-    exaggeration: f64,
-    /// Time between pictures, s; and the time of the next.
+    deformation_scale: f64,
+    /// Interval between pictures, and time of the next picture, s.
     every: f64,
     next: f64,
     scale: FullScale,
     map: ColorMap,
-    /// Mode shapes, one after the other: `3 vertices` numbers a mode, 1/sqrt(kg). Single
-    /// precision is plenty for a picture.
+    /// Mode shapes one after the other, `3 vertices` numbers each, 1/sqrt(kg). Single precision is sufficient
+    /// for pictures.
     shapes: Vec<f32>,
-    /// Displacement of the vertices, m; `3 vertices` numbers.
+    /// Displacements of the vertices, m; `3 vertices` numbers.
     moved: Vec<f32>,
     times: Vec<i64>,
     positions: Vec<[f32; 3]>,
     colors: Vec<Color>,
-    /// Largest displacement since the scale was last looked at, m.
+    /// Largest displacement since the last update of the scale, m.
     peak: f64,
 }
 
 impl Body {
-    /// Draws what never changes. `rate` is pictures a simulated second.
+    /// Draws the static elements. `rate` is the number of pictures per simulated second.
     pub fn new(
         rec: &RecordingStream,
         joint: &JointInfo,
         rate: f64,
-        exaggeration: f64,
+        deformation_scale: f64,
     ) -> Result<Self, RecordError> {
         let outline = &joint.outline;
         if !outline.vertices.is_empty() {
@@ -63,7 +63,7 @@ impl Body {
         draw_rotation(rec, joint)?;
         Ok(Self {
             rest: outline.vertices.clone(),
-            exaggeration,
+            deformation_scale,
             every: 1.0 / rate,
             next: 0.0,
             scale: FullScale::new(SMALLEST),
@@ -77,19 +77,19 @@ impl Body {
         })
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         if self.rest.is_empty() {
             return Ok(());
         }
         if let Some(shown) = frame.shown {
             self.every = 1.0 / shown.pictures;
-            // The pictures of a slower pace do not wait for the next one of the faster pace before.
+            // After a change to a lower playback speed, the next picture must not wait for the old interval.
             self.next = self.next.min(frame.t0 + self.every);
         }
         let rows = frame.q.chunks_exact(frame.modes);
         for (k, q) in rows.enumerate() {
-            // Half a sample of slack, so that rounding never skips a picture.
+            // A tolerance of half a sample, so that rounding never skips a picture.
             if frame.time(k) + 0.5 * frame.dt < self.next {
                 continue;
             }
@@ -104,7 +104,7 @@ impl Body {
                 let size = moved.iter().map(|c| c * c).sum::<f32>().sqrt();
                 peak = peak.max(size);
                 self.positions.push(std::array::from_fn(|i| {
-                    (1e3 * (rest[i] + self.exaggeration * f64::from(moved[i]))) as f32
+                    (1e3 * (rest[i] + self.deformation_scale * f64::from(moved[i]))) as f32
                 }));
                 let [r, g, b] = self.map.at(size / full);
                 self.colors.push(style::rgb(r, g, b));
@@ -114,7 +114,7 @@ impl Body {
         if self.positions.len() >= BATCH_VERTICES {
             self.send(rec)?;
         }
-        // The scale follows at the border of frames: the colours lag one frame when it changes.
+        // The scale is updated at the end of a frame, so colours lag by one frame when it changes.
         if !frame.is_empty() {
             if self.scale.update(self.peak, SMALLEST) || frame.index == 0 {
                 self.draw_legend(rec, frame.end())?;
@@ -124,7 +124,7 @@ impl Body {
         Ok(())
     }
 
-    /// Sends what is left.
+    /// Sends pending pictures.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.send(rec)
     }
@@ -143,11 +143,11 @@ impl Body {
         Ok(())
     }
 
-    /// Says beside the beam what the brightest colour stands for.
+    /// Writes the meaning of the brightest colour next to the beam.
     fn draw_legend(&self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let lowest = self.rest.iter().map(|v| v[2]).fold(0.0, f64::min);
         let full = self.scale.get();
-        let words = format!("grey still, yellow moves {}", Quantity::Length.words(full));
+        let words = format!("grey at rest, yellow {}", Quantity::Length.format(full));
         let legend = Points3D::new([[0.0, 0.0, (1e3 * 1.08 * lowest) as f32]])
             .with_labels([words])
             .with_colors([style::AXIS])
@@ -156,7 +156,7 @@ impl Body {
     }
 }
 
-/// Mode shapes in the order in which they are summed: all vertices of a mode in a row.
+/// Mode shapes in the order of summation: all vertices of a mode consecutively.
 fn by_mode(outline: &SurfaceMesh, modes: usize) -> Vec<f32> {
     (0..modes)
         .flat_map(|mode| outline.shapes.iter().skip(mode).step_by(modes))
@@ -164,7 +164,7 @@ fn by_mode(outline: &SurfaceMesh, modes: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Eq. (7) at all vertices: the sum of mode shapes times modal coordinates, m.
+/// Eq. (7) at all vertices: sum of mode shapes times modal coordinates, m.
 fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
     moved.fill(0.0);
     for (shape, &q) in shapes.chunks_exact(moved.len()).zip(q) {
@@ -174,12 +174,12 @@ fn displace(shapes: &[f32], q: &[f64], moved: &mut [f32]) {
     }
 }
 
-/// Vectors as they are drawn.
+/// Vectors in single precision.
 pub(super) fn in_single(vectors: &[[f64; 3]]) -> impl Iterator<Item = [f32; 3]> {
     vectors.iter().map(|v| v.map(|c| c as f32))
 }
 
-/// The axis that the ball turns about.
+/// Draws the axis of rotation of the ball.
 fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
     let speed = joint.rotation.iter().map(|c| c * c).sum::<f64>().sqrt();
     if speed == 0.0 {
@@ -192,8 +192,8 @@ fn draw_rotation(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
         .with_colors([style::ROTATION])
         .with_radii([0.8])
         .with_labels([format!(
-            "turns at {} rad/s",
-            style::span(joint.rotation_span, |factor| style::short(factor * speed))
+            "rotation {} rad/s",
+            style::format_range(joint.rotation_span, |factor| style::short(factor * speed))
         )]);
     rec.log_static(paths::ROTATION, &arrow)
 }

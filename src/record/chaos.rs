@@ -1,4 +1,4 @@
-//! Chaos from the signal alone: how neighbours part, the exponent of it, and the 0-1 test.
+//! Chaos in a signal: divergence of nearby states, largest exponent, 0-1 test.
 
 use rerun::{Scalars, SeriesLines, SeriesPoints};
 
@@ -16,13 +16,13 @@ use crate::{
     plot::Axis,
 };
 
-/// Size of the field of the divergence, pixels.
+/// Size of the divergence plot, pixels.
 const DIVERGENCE: [f32; 2] = [400.0, 210.0];
-/// Side of the field of the 0-1 test, pixels, and how many points its path is drawn from the start.
+/// Side of the plot of the 0-1 test, pixels, and number of points of its path.
 const PATH_SIDE: f32 = 220.0;
 const PATH_POINTS: usize = 1000;
 
-/// Draws the search for chaos.
+/// Draws the analyses of chaos.
 #[derive(Debug)]
 pub struct Chaos {
     quantity: Quantity,
@@ -42,7 +42,7 @@ impl Chaos {
         )?;
         let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8]);
         rec.log_static(paths::EXPONENT, &widths)?;
-        // A value between gaps has no line.
+        // A value between two gaps has no line segment.
         let points = SeriesPoints::new()
             .with_colors([faint, style::SIGNAL, faint])
             .with_marker_sizes([1.0, 2.5, 1.0]);
@@ -55,18 +55,18 @@ impl Chaos {
         })
     }
 
-    /// What the view of the divergence must show.
+    /// Bounds of the view of the divergence.
     pub fn divergence_bounds() -> Bounds {
         let axis = || Axis::linear("", [0.0, 1.0]);
         divergence_plot(axis(), axis()).bounds()
     }
 
-    /// What the view of the path of the 0-1 test must show.
+    /// Bounds of the view of the path of the 0-1 test.
     pub fn path_bounds() -> Bounds {
         path_plot(1.0, "").bounds()
     }
 
-    /// Draws the results of a window that ends at `time` (s), of samples `dt` (s) apart.
+    /// Draws the results of a window that ends at `time` (s), with samples `dt` (s) apart.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -77,7 +77,7 @@ impl Chaos {
     ) -> Result<(), RecordError> {
         self.draw_divergence(rec, time, dt, divergence)?;
         self.draw_path(rec, time, zero_one)?;
-        // No straight part, no exponent: a gap.
+        // Without a scaling region there is no exponent: a gap.
         let region = divergence.region;
         let [slope, error] = region.map_or([f64::NAN; 2], |r| [r.slope / dt, r.error / dt]);
         let row = Scalars::new([slope - error, slope, slope + error]);
@@ -92,7 +92,7 @@ impl Chaos {
         dt: f64,
         divergence: &Divergence,
     ) -> Result<(), RecordError> {
-        // Logarithms of SI values become logarithms of values in the unit drawn.
+        // Converts logarithms of SI values to logarithms in the displayed unit.
         let unit = self.quantity.unit(1.0);
         let shift = unit.per_si.ln();
         let curve = divergence.curve.iter().map(|value| value + shift);
@@ -113,10 +113,7 @@ impl Chaos {
                 format!("time, {}", time_unit.symbol),
                 [0.0, after(last as f64)],
             ),
-            Axis::linear(
-                format!("mean ln(distance of neighbours{divisor})"),
-                [low, high],
-            ),
+            Axis::linear(format!("mean ln(distance{divisor})"), [low, high]),
         );
         self.divergence.draw(rec, paths::DIVERGENCE, time, &plot)?;
         let points = curve.iter().enumerate();
@@ -141,11 +138,11 @@ impl Chaos {
         )?;
         let words = match divergence.region {
             Some(region) => format!(
-                "largest exponent λ = {} ± {} per s",
+                "largest Lyapunov exponent λ = {} ± {} per s",
                 short(region.slope / dt),
                 short(region.error / dt),
             ),
-            None => "no straight part: no exponent".to_owned(),
+            None => "no scaling region, no exponent".to_owned(),
         };
         plot.draw_caption(rec, paths::DIVERGENCE, time, &words)
     }
@@ -185,7 +182,7 @@ fn divergence_plot(x: Axis, y: Axis) -> Plot {
     Plot {
         width: DIVERGENCE[0],
         height: DIVERGENCE[1],
-        head: CAPTION_HEIGHT,
+        top_margin: CAPTION_HEIGHT,
         x,
         y,
         grid: true,
@@ -197,9 +194,9 @@ fn path_plot(full: f64, unit: &str) -> Plot {
     Plot {
         width: PATH_SIDE,
         height: PATH_SIDE,
-        head: CAPTION_HEIGHT,
-        x: axis("p, from the middle"),
-        y: axis("q, from the middle"),
+        top_margin: CAPTION_HEIGHT,
+        x: axis("p − centre"),
+        y: axis("q − centre"),
         grid: true,
     }
 }

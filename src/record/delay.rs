@@ -1,5 +1,5 @@
-//! How the delay embedding is chosen (Fig. 8): average mutual information over the lag, and false
-//! nearest neighbours over the dimension.
+//! Choice of the delay embedding (Fig. 8): average mutual information over the delay, and false nearest
+//! neighbours over the dimension.
 
 use super::{
     error::RecordError,
@@ -13,10 +13,10 @@ use crate::{
     plot::Axis,
 };
 
-/// Size of both fields, pixels.
+/// Size of both plots, pixels.
 const SIZE: [f32; 2] = [400.0, 210.0];
 
-/// Draws choices of lag and dimension.
+/// Draws choices of delay and dimension.
 #[derive(Debug, Default)]
 pub struct Delay {
     mutual: Axes,
@@ -24,13 +24,13 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// What both views must show.
+    /// Bounds of both views.
     pub fn bounds() -> Bounds {
         let axis = || Axis::linear("", [0.0, 1.0]);
         plot(axis(), axis()).bounds()
     }
 
-    /// Draws the choice of a window that ends at `time` (s), of samples `dt` (s) apart.
+    /// Draws the choice of a window that ends at `time` (s), with samples `dt` (s) apart.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -55,7 +55,7 @@ impl Delay {
         let largest = bits.len().saturating_sub(1).max(1);
         let top = bits.iter().fold(1e-3, |a: f64, b| a.max(*b));
         let plot = plot(
-            Axis::linear(format!("lag, {}", unit.symbol), [0.0, lag(largest)]),
+            Axis::linear(format!("delay, {}", unit.symbol), [0.0, lag(largest)]),
             Axis::linear(
                 "average mutual information, bits",
                 [0.0, style::round_up(top)],
@@ -72,11 +72,11 @@ impl Delay {
         )?;
         let height = bits.get(choice.lag).copied().unwrap_or(0.0);
         let chosen = [lag(choice.lag), height];
-        plot.draw_stem(rec, paths::DELAY_MUTUAL_CHOSEN, time, chosen)?;
+        plot.draw_marker_line(rec, paths::DELAY_MUTUAL_CHOSEN, time, chosen)?;
         let why = match choice.reason {
             LagReason::FirstMinimum => "first minimum",
-            LagReason::FirstDecay => "first below 1/e; no minimum",
-            LagReason::Largest => "the largest tried; no minimum, no decay",
+            LagReason::FirstDecay => "first value below 1/e of the initial one; no minimum",
+            LagReason::Largest => "largest delay tried; no minimum, no decay below 1/e",
         };
         let words = format!(
             "τ = {} {} ({} samples): {why}",
@@ -96,7 +96,7 @@ impl Delay {
     ) -> Result<(), RecordError> {
         let share = &choice.neighbours.share;
         let plot = plot(
-            Axis::counting("embedding dimension m", share.len()),
+            Axis::integers("embedding dimension m", share.len()),
             Axis::linear("false nearest neighbours, %", [0.0, 100.0]),
         );
         self.neighbours
@@ -122,13 +122,17 @@ impl Delay {
         )?;
         let index = choice.dimension.saturating_sub(1);
         let chosen = points.get(index).copied().unwrap_or([1.0, 0.0]);
-        plot.draw_stem(rec, paths::DELAY_NEIGHBOURS_CHOSEN, time, chosen)?;
+        plot.draw_marker_line(rec, paths::DELAY_NEIGHBOURS_CHOSEN, time, chosen)?;
         let words = format!(
             "m = {}: {} % false{}; Theiler window {}",
             choice.dimension,
             short(chosen[1]),
-            if choice.unfolded { "" } else { ", the least" },
-            Quantity::Time.words(dt * choice.theiler as f64),
+            if choice.unfolded {
+                ""
+            } else {
+                ", the lowest share"
+            },
+            Quantity::Time.format(dt * choice.theiler as f64),
         );
         plot.draw_caption(rec, paths::DELAY_NEIGHBOURS, time, &words)
     }
@@ -138,7 +142,7 @@ fn plot(x: Axis, y: Axis) -> Plot {
     Plot {
         width: SIZE[0],
         height: SIZE[1],
-        head: CAPTION_HEIGHT,
+        top_margin: CAPTION_HEIGHT,
         x,
         y,
         grid: true,

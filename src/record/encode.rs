@@ -1,10 +1,9 @@
-//! From records to rows: what each record draws.
+//! Encoding of records as rows of entities.
 
 use std::sync::Arc;
 
 use super::{
     body::Body,
-    butterfly::Butterfly,
     chaos::Chaos,
     delay::Delay,
     error::RecordError,
@@ -13,6 +12,7 @@ use super::{
     lesson::Lesson,
     patch::Patch,
     paths::{self, Root},
+    perturbed::PerturbedTrajectory,
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
     recurrence::Recurrence,
@@ -31,7 +31,7 @@ use crate::{
     scene::RecordSpec,
 };
 
-/// Encodes the records that follow a header.
+/// Encodes the records after a header.
 #[derive(Debug)]
 pub struct Encoder {
     header: Arc<Header>,
@@ -45,22 +45,22 @@ pub struct Encoder {
     section: Section,
     chaos: Chaos,
     exponents: ExponentsPlot,
-    butterfly: Option<Butterfly>,
+    perturbed: Option<PerturbedTrajectory>,
     lesson: Option<Lesson>,
 }
 
-/// What frames of samples draw.
+/// Encoders of frames, by the subject of the run.
 #[derive(Debug)]
 enum Frames {
-    /// Those of a joint.
+    /// Frames of a joint.
     Joint(Box<JointFrames>),
-    /// Those of a small system.
+    /// Frames of a small system.
     Small(Box<SmallFrames>),
-    /// Those of a signal from a file.
+    /// Frames of a signal from a file.
     Signal(Waveform),
 }
 
-/// What frames of a joint draw.
+/// Encoders of the frames of a joint.
 #[derive(Debug)]
 struct JointFrames {
     samples: Samples,
@@ -85,7 +85,7 @@ impl Frames {
         Ok(Self::Joint(Box::new(JointFrames {
             samples: Samples::new(rec, joint)?,
             patch: Patch::new(rec, joint)?,
-            body: Body::new(rec, joint, spec.body_rate, spec.exaggeration)?,
+            body: Body::new(rec, joint, spec.body_rate, spec.deformation_scale)?,
             portrait: Portrait::new(portrait::TRAIL, vec![style::SIGNAL]),
         })))
     }
@@ -117,7 +117,7 @@ impl Frames {
 }
 
 impl Encoder {
-    /// Logs what the header tells.
+    /// Creates the encoders, and logs the static entities and the description.
     pub fn new(
         rec: &RecordingStream,
         header: Arc<Header>,
@@ -125,7 +125,7 @@ impl Encoder {
     ) -> Result<Self, RecordError> {
         text::send_properties(rec, header.as_ref().into())?;
         text::log_about(rec, &header)?;
-        regime::name_kinds(rec)?;
+        regime::name_regimes(rec)?;
         let spectrum = spectrum::spectrum_plot(&header);
         spectrum.plot.draw(rec, paths::SPECTRUM, None)?;
         let subject = &header.subject;
@@ -143,8 +143,8 @@ impl Encoder {
             section: Section::new(rec, &header)?,
             chaos: Chaos::new(rec, subject)?,
             exponents: ExponentsPlot::new(),
-            butterfly: match header.has(AnalysisKind::Butterfly) {
-                true => Some(Butterfly::new(rec)?),
+            perturbed: match header.has(AnalysisKind::PerturbedTrajectory) {
+                true => Some(PerturbedTrajectory::new(rec)?),
                 false => None,
             },
             header,
@@ -154,13 +154,13 @@ impl Encoder {
     /// Logs a record.
     pub fn accept(&mut self, rec: &RecordingStream, record: &Record) -> Result<(), RecordError> {
         match record {
-            // The header made this encoder; a second one would say the same.
+            // This encoder was created from the header; another header would be the same.
             Record::Header(_) => Ok(()),
             Record::Samples(frame) => {
-                self.section.due.follow(frame);
+                self.section.redraw.set_rate(frame);
                 self.frames.push(rec, frame)?;
-                match &mut self.butterfly {
-                    Some(butterfly) => butterfly.push(rec, frame),
+                match &mut self.perturbed {
+                    Some(perturbed) => perturbed.push(rec, frame),
                     None => Ok(()),
                 }
             }
@@ -209,11 +209,11 @@ impl Encoder {
                 verdict,
             } => self.draw_regime(rec, *time, *window, verdict),
             Record::Exponents(exponents) => self.exponents.draw(rec, &self.header, exponents),
-            Record::Parting(parting) => match &mut self.butterfly {
-                Some(butterfly) => butterfly.part(rec, &self.header, parting),
+            Record::TrajectoryDivergence(separation) => match &mut self.perturbed {
+                Some(perturbed) => perturbed.push_distance(rec, &self.header, separation),
                 None => Ok(()),
             },
-            // Playing a file back is no simulation whose health could matter.
+            // The playback of a file has no solver whose state could be shown.
             Record::Health(health) => match self.frames {
                 Frames::Joint(_) | Frames::Small(_) => health::log(rec, health),
                 Frames::Signal(_) => Ok(()),
@@ -227,7 +227,7 @@ impl Encoder {
                 Some(lesson) => lesson.write(rec, now),
                 None => Ok(()),
             },
-            Record::Course(course) => match &mut self.lesson {
+            Record::LevelSample(course) => match &mut self.lesson {
                 Some(lesson) => lesson.push(rec, course),
                 None => Ok(()),
             },
@@ -236,7 +236,7 @@ impl Encoder {
         }
     }
 
-    /// The verdict; of what has no narrator it is also what is being seen.
+    /// Draws the classification; for subjects without narration it is also the text of the overview.
     fn draw_regime(
         &mut self,
         rec: &RecordingStream,
@@ -250,26 +250,26 @@ impl Encoder {
         match &mut self.frames {
             Frames::Joint(_) => Ok(()),
             Frames::Small(small) => {
-                let words = format!("{words}\n{}", small.doing());
+                let words = format!("{words}\n{}", small.status_summary());
                 text::narrate(rec, header, time, &words)
             }
             Frames::Signal(_) => text::narrate(rec, header, time, &words),
         }
     }
 
-    /// Sends what frames of samples have waiting for a fuller batch.
-    pub fn send_waiting(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+    /// Sends the pending rows of frames and of the lesson.
+    pub fn send_pending(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         if let Some(lesson) = &mut self.lesson {
             lesson.finish(rec)?;
         }
         self.frames.finish(rec)
     }
 
-    /// Sends all that waits for a fuller batch.
+    /// Sends all pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
-        self.send_waiting(rec)?;
-        if let Some(butterfly) = &mut self.butterfly {
-            butterfly.finish(rec)?;
+        self.send_pending(rec)?;
+        if let Some(perturbed) = &mut self.perturbed {
+            perturbed.finish(rec)?;
         }
         self.spectrogram.finish(rec)
     }

@@ -1,107 +1,107 @@
-//! What can go wrong with a recording.
+//! Errors of recordings.
 
 use std::path::PathBuf;
 
-/// The error of a recording: what, where, and the remedy.
+/// An error of a recording: what failed, where, and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// Nowhere to record to.
+    /// No output is configured.
     #[error(
-        "nothing to record to: give a file to save, a viewer's address, or ask for a viewer to be started"
+        "no output for the recording: save it to a file, connect to a viewer, or start a viewer"
     )]
     NoOutput,
-    /// The file cannot be made.
-    #[error("cannot write a recording at {}; choose a writable folder that has space (an existing file there is untouched)", path.display())]
+    /// The file cannot be created.
+    #[error("cannot write a recording at {}; choose a writable folder with free space (an existing file there is unchanged)", path.display())]
     Create {
-        /// The recording asked for.
+        /// Path of the recording.
         path: PathBuf,
-        /// Why not.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// Too little memory for the SDK, which has no error for that: it ends the program.
+    /// Not enough address space. The Rerun SDK would abort the program instead of returning an error.
     #[error(
-        "a recording needs {} MB of address space, which the system refuses; raise the limit (`ulimit -v`), or \
-         leave the recording out (`run --npz FILE` writes the samples alone)",
+        "a recording needs {} MB of address space, which the system does not grant; raise the limit (`ulimit -v`), \
+         or omit the recording (`run --npz FILE` writes the samples only)",
         super::ADDRESS_SPACE >> 20
     )]
     Memory,
     /// The thread that writes the file cannot be started.
-    #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (ulimit -u) or free some memory", path.display())]
+    #[error("cannot start the thread that writes the recording at {}; raise the limit of processes (`ulimit -u`) or free memory", path.display())]
     Thread {
-        /// The recording asked for.
+        /// Path of the recording.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// Writing failed along the way.
-    #[error("cannot go on writing the recording for {}: {reason}; free some space or choose another place (what was written so far can be opened: {}; the old file, if any, is untouched)", path.display(), part.display())]
+    /// Writing the file failed.
+    #[error("cannot write the recording for {}: {reason}; free some space or choose another path (the part written so far can be opened: {}; an existing recording is unchanged)", path.display(), part.display())]
     Write {
-        /// The recording asked for.
+        /// Path of the recording.
         path: PathBuf,
-        /// Where the unfinished recording is.
+        /// Path of the incomplete recording.
         part: PathBuf,
-        /// Why not.
+        /// Reason of the failure.
         reason: String,
     },
-    /// The file was taken away while it was being written.
-    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again into a folder that stays", path.display(), part.display())]
-    Gone {
-        /// The recording asked for.
+    /// The part file was removed while it was being written.
+    #[error("the recording for {} is lost: {} was removed or moved while it was being written; run again with a folder that is not modified", path.display(), part.display())]
+    Removed {
+        /// Path of the recording.
         path: PathBuf,
-        /// Where the unfinished recording was.
+        /// Former path of the incomplete recording.
         part: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The finished recording cannot take its place.
-    #[error("the recording is whole, but cannot be moved from {} to {}; move it by hand", part.display(), path.display())]
+    /// The complete recording cannot be renamed.
+    #[error("the recording is complete, but cannot be moved from {} to {}; move it manually", part.display(), path.display())]
     Rename {
-        /// The recording asked for.
+        /// Path of the recording.
         path: PathBuf,
-        /// Where the finished recording is.
+        /// Path of the complete recording.
         part: PathBuf,
-        /// Why not.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The viewer's address cannot be read.
+    /// The viewer address is invalid.
     #[error(
-        "`{url}` is no viewer address ({reason}); one looks like {}",
+        "`{url}` is not a viewer address ({reason}); an example is {}",
         rerun::DEFAULT_CONNECT_URL
     )]
     Address {
-        /// The address given.
+        /// The given address.
         url: String,
-        /// Why not.
+        /// Reason.
         reason: String,
     },
-    /// No viewer program.
-    #[error("cannot start the Rerun viewer: {reason}; install it with `pip install rerun-sdk=={version}` or `cargo install rerun-cli --version {version} --locked` so that `rerun` is on the PATH, or save to a file instead", version = super::RERUN_VERSION)]
+    /// The viewer program cannot be started.
+    #[error("cannot start the Rerun viewer: {reason}; install it with `pip install rerun-sdk=={version}` or `cargo install rerun-cli --version {version} --locked` so that `rerun` is on the PATH, or save to a file", version = super::RERUN_VERSION)]
     Spawn {
-        /// Why not.
+        /// Reason.
         reason: String,
     },
-    /// The viewer does not answer at the start.
-    #[error("no viewer at {url}: {reason}; start one with `rerun`, or save to a file instead")]
+    /// No viewer answers at the start.
+    #[error("no viewer at {url}: {reason}; start one with `rerun`, or save to a file")]
     Viewer {
-        /// Its address.
+        /// Address of the viewer.
         url: String,
-        /// What happened.
+        /// Reason.
         reason: String,
     },
-    /// The viewer has gone or is stuck, and there is no file.
+    /// The viewer disconnected or does not respond, and no file is saved.
     #[error(
-        "the viewer at {url} was closed or takes nothing any more, and nothing was saved; start it with `rerun` and run again, or add --save FILE: then the run goes on, and a viewer that is back is sent everything"
+        "the viewer at {url} was closed or does not respond, and no file is saved; start the viewer with `rerun` and run again, or add --save FILE: the run then continues without a viewer and sends all data when it reconnects"
     )]
-    ViewerGone {
-        /// Its address.
+    ViewerLost {
+        /// Address of the viewer.
         url: String,
     },
-    /// Data that do not fit the format.
-    #[error("cannot encode the recording: {0}; this is a fault of the program, please report it")]
+    /// Data that cannot be encoded.
+    #[error("cannot encode the recording: {0}; this is a bug, please report it")]
     Encode(String),
-    /// Records in the wrong order.
-    #[error("a record came before the header; the sender must send the header first")]
+    /// A record before the header.
+    #[error("a record arrived before the header; send the header first")]
     NoHeader,
 }
 

@@ -1,4 +1,4 @@
-//! Lyapunov exponents as they converge: in time, as a spectrum with errors, and in words.
+//! Lyapunov exponents: running values, spectrum with errors, and text.
 
 use rerun::{Color, LineStrips2D, Points2D, Radius, Scalars, SeriesLines};
 
@@ -17,14 +17,14 @@ use crate::{
     plot::{self, Axis},
 };
 
-/// Size of the field of the spectrum, pixels.
+/// Size of the plot of the spectrum, pixels.
 const FIELD: [f32; 2] = [400.0, 260.0];
-/// The smallest full scale of the spectrum, 1/s.
+/// Smallest full scale of the spectrum, 1/s.
 const SMALLEST: f64 = 1.0;
-/// Half the width of the cross-bars at the ends of an interval, in exponents.
+/// Half-width of the caps of an error bar, in units of the index.
 const CROSS_BAR: f64 = 0.12;
 
-/// Draws exponents.
+/// Draws Lyapunov exponents.
 #[derive(Debug)]
 pub struct ExponentsPlot {
     scale: FullScale,
@@ -33,7 +33,7 @@ pub struct ExponentsPlot {
 }
 
 impl ExponentsPlot {
-    /// Starts without any.
+    /// Starts without exponents.
     pub fn new() -> Self {
         Self {
             scale: FullScale::new(SMALLEST),
@@ -42,12 +42,12 @@ impl ExponentsPlot {
         }
     }
 
-    /// What the view of the spectrum must show.
+    /// Bounds of the view of the spectrum.
     pub fn bounds() -> Bounds {
         spectrum_plot(1, 1.0).bounds()
     }
 
-    /// Draws the exponents of a run so far.
+    /// Draws the current exponents of a run.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -63,7 +63,7 @@ impl ExponentsPlot {
         log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
         self.draw_spectrum(rec, time, spectrum)?;
         let words = text::document(document(header, exponents));
-        stream::log_at(rec, paths::EXPONENTS_WORDS, time, &words)
+        stream::log_at(rec, paths::EXPONENTS_TEXT, time, &words)
     }
 
     fn draw_spectrum(
@@ -72,7 +72,7 @@ impl ExponentsPlot {
         time: f64,
         spectrum: &LyapunovSpectrum,
     ) -> Result<(), RecordError> {
-        // A direction that collapses has no place on the axis.
+        // Exponents of minus infinity have no position on the axis.
         let values = spectrum.exponents.iter().map(|exponent| exponent.value);
         let values = values.filter(|value| value.is_finite());
         let largest = values.fold(0.0, |a: f64, value| a.max(value.abs()));
@@ -111,12 +111,12 @@ impl ExponentsPlot {
     }
 }
 
-/// The colour of exponent `k`, from 0.
+/// Colour of exponent `k`, from 0.
 pub fn color(k: usize) -> Color {
-    style::meaning(plot::Color::Exponent(k))
+    style::on_dark(plot::Color::Exponent(k))
 }
 
-/// The interval of an exponent as an I, in one stroke.
+/// The error bar of an exponent with its caps, as one polyline.
 fn interval(plot: &Plot, k: f64, exponent: &Exponent) -> Vec<[f32; 2]> {
     let (low, high) = (exponent.low(), exponent.high());
     let corners = [
@@ -134,14 +134,14 @@ fn spectrum_plot(count: usize, full: f64) -> Plot {
     Plot {
         width: FIELD[0],
         height: FIELD[1],
-        head: CAPTION_HEIGHT,
-        x: Axis::counting("exponent", count),
+        top_margin: CAPTION_HEIGHT,
+        x: Axis::integers("index", count),
         y: Axis::linear("exponent, 1/s", [-full, full]),
         grid: true,
     }
 }
 
-/// Logs a row of exponents with their intervals, and of the zero to compare with.
+/// Logs a row of exponents with their intervals, and the zero line.
 pub fn log_exponents(
     rec: &RecordingStream,
     root: &Root,
@@ -194,11 +194,10 @@ pub fn name_exponents(rec: &RecordingStream, root: &Root, count: usize) -> Resul
     )
 }
 
-/// The exponents in words and numbers.
+/// The exponents as text and table.
 fn document(header: &Header, exponents: &Exponents) -> String {
     let spectrum = &exponents.spectrum;
-    let mut letters = exponents.attractor().to_string();
-    letters[..1].make_ascii_uppercase();
+    let attractor = style::capitalize(&exponents.attractor().to_string());
     let rows: String = spectrum
         .exponents
         .iter()
@@ -215,34 +214,34 @@ fn document(header: &Header, exponents: &Exponents) -> String {
         .collect();
     let dimension = match spectrum.kaplan_yorke() {
         Some(dimension) => format!("**{}**", with_error(&dimension, 1.0)),
-        None => "not known from these".to_owned(),
+        None => "not defined by these exponents".to_owned(),
     };
     format!(
-        "## {letters}\n\n{told} of {all} exponents, by the growth over {span} up to {now}.\n\n\
+        "## {attractor}\n\n{count} of {all} exponents, averaged over {span} up to {now}.\n\n\
          | | 1/s | 10⁻⁶ ω₁ | sign |\n|---|---|---|---|\n{rows}\n\
          Kaplan-Yorke dimension: {dimension}.\n\n\
-         *± is the 95 % interval; nearer to zero than {resolution} 1/s none can be told from zero \
-         in this time. ω₁ = {omega:.0} rad/s.*",
-        told = spectrum.exponents.len(),
+         *± is the 95 % interval. Exponents within ±{resolution} 1/s cannot be distinguished from zero \
+         in this averaging time. ω₁ = {omega:.0} rad/s.*",
+        count = spectrum.exponents.len(),
         all = spectrum.dimension,
-        span = style::Quantity::Time.words(spectrum.time),
-        now = style::moment(header, exponents.time),
+        span = style::Quantity::Time.format(spectrum.time),
+        now = style::format_time(header, exponents.time),
         resolution = short(spectrum.resolution),
         omega = exponents.omega_1,
     )
 }
 
-/// A sign in words.
+/// The sign of an exponent as text.
 pub fn sign_words(sign: Sign) -> &'static str {
     match sign {
-        Sign::Positive => "above zero",
+        Sign::Positive => "positive",
         Sign::Zero => "zero",
-        Sign::Negative => "below zero",
-        Sign::Doubtful => "doubtful",
+        Sign::Negative => "negative",
+        Sign::Undetermined => "undetermined",
     }
 }
 
-/// A value with its error, both times a factor.
+/// A value with its error, both multiplied by a factor.
 pub fn with_error(value: &Exponent, factor: f64) -> String {
     let number = short(factor * value.value);
     if value.half_width.is_finite() {
@@ -258,7 +257,7 @@ mod tests {
     use crate::{dynamics::Motion, record::tests::demo};
 
     #[test]
-    fn exponents_read_well() {
+    fn exponents_are_described() {
         let exponents = Exponents {
             time: 0.2,
             spectrum: LyapunovSpectrum {
@@ -281,11 +280,11 @@ mod tests {
             omega_1: 1e4,
         };
         let text = document(&demo::header(0.3), &exponents);
-        assert!(text.contains("2 of 22 exponents, by the growth over 150 ms up to 200 ms."));
+        assert!(text.contains("2 of 22 exponents, averaged over 150 ms up to 200 ms."));
         assert!(
-            text.contains("| λ1 | 71 ± 9 | 7100 ± 900 | above zero |"),
+            text.contains("| λ1 | 71 ± 9 | 7100 ± 900 | positive |"),
             "{text}"
         );
-        assert!(text.contains("| λ2 | 0.5 | 50 | doubtful |"), "{text}");
+        assert!(text.contains("| λ2 | 0.5 | 50 | undetermined |"), "{text}");
     }
 }

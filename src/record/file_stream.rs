@@ -1,4 +1,4 @@
-//! A recording stream whose end is a file: how it is opened, and how the file is made whole.
+//! A recording stream into a file: opening, flushing, closing.
 
 use std::{path::Path, sync::Arc, time::Duration};
 
@@ -6,29 +6,29 @@ use super::{
     check_memory,
     error::RecordError,
     part_file::PartFile,
-    rrd_file::{RrdFile, Writing},
+    rrd_file::{RrdEncoder, RrdFile},
     stream::RecordingStream,
 };
 
-/// Wall time that what is logged may wait for more of its kind where a viewer is watching: short enough
-/// that views agree.
+/// Maximum wall time that rows wait for a larger batch while a viewer is connected: short, so that views
+/// agree.
 const WATCHED: Duration = Duration::from_millis(30);
-/// The same where there is only a file, which is to be readable to within a second of its end
-/// whatever happens. What is logged meanwhile shares its chunks: each has a line in the index, which
-/// is kept in memory until the file's end and takes some 6 kB a line.
+/// The same for a file without a viewer. The file must be readable to within a second of its end at any time.
+/// Rows of this time share a chunk; each chunk has an entry in the index, which takes about 6 kB of memory
+/// until the end of the file.
 const UNWATCHED: Duration = Duration::from_millis(800);
 
-/// Wall time that what is logged may wait for more of its kind.
+/// Maximum wall time that rows wait for a larger batch.
 pub fn lag(watched: bool) -> Duration {
     if watched { WATCHED } else { UNWATCHED }
 }
 
-/// Saves a recording of an application that `draw` logs at once. The file takes its name only when it is
-/// whole.
+/// Saves a recording of an application; `draw` logs its content. The file appears under its name only when it
+/// is complete.
 ///
 /// # Errors
-/// [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and those of `draw`; what
-/// was at `path` before is then unchanged.
+/// [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`], and
+/// those of `draw`; an existing file at `path` is then unchanged.
 pub fn save(
     path: &Path,
     application: &'static str,
@@ -40,24 +40,24 @@ pub fn save(
     let rec = RecordingStream::new(application, Arc::new(rrd.writer()))?;
     draw(&rec)?;
     seal(&rec, &mut rrd, &file)?;
-    file.keep()
+    file.commit()
 }
 
-/// Begins to write into a part file.
+/// Starts to write a part file.
 pub fn begin(file: &PartFile) -> Result<RrdFile, RecordError> {
-    let writing = Writing::begin(file.part()).map_err(|source| file.refused(source))?;
-    RrdFile::start(writing).map_err(|source| file.without_thread(source))
+    let writing = RrdEncoder::begin(file.part()).map_err(|source| file.creation_error(source))?;
+    RrdFile::start(writing).map_err(|source| file.thread_error(source))
 }
 
-/// Pushes everything out, and learns of faults: logging itself never reports one.
+/// Writes all pending data and returns write errors, which logging does not report.
 pub fn flush(rec: &RecordingStream, rrd: &RrdFile, file: &PartFile) -> Result<(), RecordError> {
-    rec.send_waiting()?;
+    rec.send_pending()?;
     rrd.flush().map_err(|reason| file.write_error(reason))?;
-    // A file whose name is gone takes everything and keeps nothing.
-    file.still_there()
+    // A file that was removed accepts data that are lost when it is closed.
+    file.check_exists()
 }
 
-/// Pushes everything out and closes the file; its index is written then.
+/// Writes all pending data and the index, and closes the file.
 pub fn seal(rec: &RecordingStream, rrd: &mut RrdFile, file: &PartFile) -> Result<(), RecordError> {
     flush(rec, rrd, file)?;
     rrd.seal().map_err(|reason| file.write_error(reason))

@@ -1,4 +1,4 @@
-//! How the run is doing: how accurate its steps are, what they cost, what waits.
+//! State of the solver: accuracy of its steps, cost, queues.
 
 use rerun::Scalars;
 
@@ -15,22 +15,22 @@ use crate::pipeline::message::Health;
 /// Names the series.
 pub fn name(rec: &RecordingStream) -> Result<(), RecordError> {
     let entities: [(&str, &[&str]); 6] = [
-        (paths::HEALTH_ERROR, &["local error over the tolerance"]),
-        (paths::HEALTH_CALLS, &["right-hand sides per ms"]),
-        (paths::HEALTH_SPEED, &["simulated s per s"]),
+        (paths::SOLVER_ERROR, &["local error over tolerance"]),
+        (paths::SOLVER_RHS_EVALS, &["RHS evals per ms"]),
+        (paths::SOLVER_SPEED, &["simulated s per s"]),
         (
-            paths::HEALTH_WORK,
+            paths::SOLVER_STEPS,
             &[
                 "steps per ms",
-                "rejections per ms",
+                "rejected steps per ms",
                 "contact transitions per ms",
             ],
         ),
         (
-            paths::HEALTH_QUEUES,
-            &["frames waiting", "records waiting", "pictures replaced"],
+            paths::SOLVER_QUEUES,
+            &["frames in queue", "records in queue", "pictures replaced"],
         ),
-        (paths::HEALTH_AUDIT, &["relative energy residual"]),
+        (paths::SOLVER_ENERGY_RESIDUAL, &["relative energy residual"]),
     ];
     for (path, names) in entities {
         let names = names.iter().map(|name| (*name).to_owned());
@@ -40,19 +40,19 @@ pub fn name(rec: &RecordingStream) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Logs how the run is doing now; rare enough to go row by row.
+/// Logs the current state of the solver, row by row, because it is infrequent.
 pub fn log(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
     let log = |path, values: &[f64]| {
         let values = Scalars::new(values.iter().copied());
         stream::log_at(rec, path, health.time, &values)
     };
     if let Some(error) = health.error {
-        log(paths::HEALTH_ERROR, &[error.ratio])?;
+        log(paths::SOLVER_ERROR, &[error.ratio])?;
     }
-    log(paths::HEALTH_CALLS, &[health.calls_per_ms])?;
-    log(paths::HEALTH_SPEED, &[health.real_time_factor])?;
+    log(paths::SOLVER_RHS_EVALS, &[health.rhs_evals_per_ms])?;
+    log(paths::SOLVER_SPEED, &[health.real_time_factor])?;
     log(
-        paths::HEALTH_WORK,
+        paths::SOLVER_STEPS,
         &[
             health.steps_per_ms,
             health.rejections_per_ms,
@@ -60,7 +60,7 @@ pub fn log(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
         ],
     )?;
     log(
-        paths::HEALTH_QUEUES,
+        paths::SOLVER_QUEUES,
         &[
             health.frames_waiting as f64,
             health.records_waiting as f64,
@@ -68,36 +68,36 @@ pub fn log(rec: &RecordingStream, health: &Health) -> Result<(), RecordError> {
         ],
     )?;
     if let Some(audit) = health.audit {
-        log(paths::HEALTH_AUDIT, &[audit])?;
+        log(paths::SOLVER_ENERGY_RESIDUAL, &[audit])?;
     }
     let words = text::document(words(health));
-    stream::log_at(rec, paths::HEALTH_WORDS, health.time, &words)
+    stream::log_at(rec, paths::SOLVER_TEXT, health.time, &words)
 }
 
-/// How accurate the steps are and what they cost now, in a line.
+/// Accuracy and cost of the current steps as a line of text.
 fn words(health: &Health) -> String {
     let error = match health.error {
         Some(error) => format!(
-            "Local error of a step at most **{:.1e}** ({} of the tolerance {:.0e})",
+            "Largest local error of a step: **{:.1e}** ({} of the tolerance {:.0e})",
             error.relative(),
             short(error.ratio),
             error.tolerance
         ),
-        None => "Steps without an estimate of their error".to_owned(),
+        None => "The steps have no error estimate".to_owned(),
     };
-    let calls = many(1e3 * health.calls_per_ms);
+    let calls = many(1e3 * health.rhs_evals_per_ms);
     let speed = match health.real_time_factor {
         factor if factor > 0.0 => format!(
-            " and **{} s** of computing a simulated second ({} times real time)",
+            " and **{} s** of wall time per simulated second ({} times real time)",
             short(factor.recip()),
             short(factor)
         ),
-        _ => " a simulated second".to_owned(),
+        _ => " per simulated second".to_owned(),
     };
-    format!("{error}. **{calls}** calls of the right-hand side{speed}.")
+    format!("{error}. **{calls}** right-hand-side evaluations{speed}.")
 }
 
-/// A large number as people say it.
+/// A count, in millions if it is large.
 fn many(count: f64) -> String {
     if count >= 1e6 {
         format!("{} million", short(1e-6 * count))
@@ -112,10 +112,10 @@ mod tests {
     use crate::dynamics::ErrorEstimate;
 
     #[test]
-    fn accuracy_and_cost_are_a_line_of_words() {
+    fn accuracy_and_cost_are_a_line_of_text() {
         let health = Health {
             real_time_factor: 1.4,
-            calls_per_ms: 1100.0,
+            rhs_evals_per_ms: 1100.0,
             error: Some(ErrorEstimate {
                 ratio: 0.9,
                 tolerance: 1e-5,
@@ -124,17 +124,17 @@ mod tests {
         };
         assert_eq!(
             words(&health),
-            "Local error of a step at most **9.0e-6** (0.9 of the tolerance 1e-5). \
-             **1.1 million** calls of the right-hand side and **0.714 s** of computing a simulated \
+            "Largest local error of a step: **9.0e-6** (0.9 of the tolerance 1e-5). \
+             **1.1 million** right-hand-side evaluations and **0.714 s** of wall time per simulated \
              second (1.4 times real time)."
         );
         let fixed = Health {
-            calls_per_ms: 0.5,
+            rhs_evals_per_ms: 0.5,
             ..Health::default()
         };
         assert_eq!(
             words(&fixed),
-            "Steps without an estimate of their error. **500** calls of the right-hand side a \
+            "The steps have no error estimate. **500** right-hand-side evaluations per \
              simulated second."
         );
     }

@@ -1,5 +1,5 @@
-//! The lesson of a scene that shows a mechanism, and the pictures that prove it: the velocity level
-//! against the computed growth, the strongest line over the tilt, and computed curves.
+//! The lesson of a scene with a mechanism, and its plots: velocity level compared with the computed growth,
+//! strongest line over the tilt, and computed curves.
 
 use std::sync::Arc;
 
@@ -17,7 +17,8 @@ use super::{
 use crate::{
     analysis::range,
     pipeline::message::{
-        self, Computed, ComputedPicture, Course, CurveSubject, Header, TiltedTone, Way,
+        self, CurveQuantity, Header, LevelSample, MechanismPrediction, PredictedCurves,
+        TiltDirection, TiltedTone,
     },
     plot::Axis,
     scene::Mechanism,
@@ -27,37 +28,37 @@ use crate::{
 /// Colours of computed curves.
 const CURVES: [Color; 3] = [style::SIGNAL, style::SECOND, style::ROTATION];
 
-/// Draws a lesson.
+/// Draws the text and the plots of a lesson.
 #[derive(Debug)]
 pub struct Lesson {
     text: LessonText,
     level: Rows,
-    foretold: Rows,
-    /// The loop, where there is one.
-    turns: Option<Turns>,
+    predicted_level: Rows,
+    /// The hysteresis loop, if the tilt varies.
+    hysteresis: Option<HysteresisLoop>,
 }
 
-/// What is heard at which tilt.
+/// The strongest line over the tilt.
 #[derive(Debug)]
-struct Turns {
+struct HysteresisLoop {
     plot: Plot,
-    /// Points of the plot on the way up and on the way down.
+    /// Tilt and frequency for increasing and for decreasing tilt.
     heard: [Vec<[f64; 2]>; 2],
 }
 
 impl Lesson {
-    /// Names the series, and draws what was computed.
+    /// Names the series, and draws the computed values.
     pub fn new(
         rec: &RecordingStream,
         header: &Header,
-        computed: &Arc<Computed>,
+        computed: &Arc<MechanismPrediction>,
         spectrum: &SpectrumPlot,
     ) -> Result<Self, RecordError> {
         let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
-        one(paths::LESSON_LEVEL, "measured", style::SIGNAL)?;
-        one(paths::LESSON_FORETOLD, "computed growth", style::ACCENT)?;
+        one(paths::LESSON_VELOCITY_LEVEL, "measured", style::SIGNAL)?;
+        one(paths::LESSON_PREDICTED, "computed growth", style::ACCENT)?;
         let width = SeriesLines::update_fields().with_widths([2.4]);
-        rec.log_static(paths::LESSON_FORETOLD, &width)?;
+        rec.log_static(paths::LESSON_PREDICTED, &width)?;
         let compares = [Mechanism::WhichModeWins, Mechanism::Prediction];
         if compares.contains(&computed.mechanism) {
             draw_modes(rec, computed, spectrum)?;
@@ -65,23 +66,23 @@ impl Lesson {
         if let Some(picture) = &computed.picture {
             draw_picture(rec, picture)?;
         }
-        let turns = turns_plot(header);
-        if let Some(plot) = &turns {
-            plot.draw(rec, paths::LESSON_LOOP, None)?;
-            plot.draw_key(rec, paths::LESSON_LOOP, &turns_key())?;
+        let hysteresis = loop_plot(header);
+        if let Some(plot) = &hysteresis {
+            plot.draw(rec, paths::HYSTERESIS, None)?;
+            plot.draw_legend(rec, paths::HYSTERESIS, &loop_legend())?;
         }
         Ok(Self {
             text: LessonText::default(),
-            level: Rows::new(paths::LESSON_LEVEL, 1),
-            foretold: Rows::new(paths::LESSON_FORETOLD, 1),
-            turns: turns.map(|plot| Turns {
+            level: Rows::new(paths::LESSON_VELOCITY_LEVEL, 1),
+            predicted_level: Rows::new(paths::LESSON_PREDICTED, 1),
+            hysteresis: hysteresis.map(|plot| HysteresisLoop {
                 plot,
                 heard: [Vec::new(), Vec::new()],
             }),
         })
     }
 
-    /// Shows the lesson in words, if they have changed.
+    /// Logs the lesson as text if it has changed.
     pub fn write(
         &mut self,
         rec: &RecordingStream,
@@ -93,34 +94,34 @@ impl Lesson {
         }
     }
 
-    /// Takes a point of the course.
-    pub fn push(&mut self, rec: &RecordingStream, course: &Course) -> Result<(), RecordError> {
-        // Of the logarithm of the level in mm/s; a gap where there is none.
+    /// Adds a point of the velocity level or of the hysteresis loop.
+    pub fn push(&mut self, rec: &RecordingStream, course: &LevelSample) -> Result<(), RecordError> {
+        // Logarithm of the level in mm/s; a gap where it is not finite.
         let shown = |level: f64| match (1e3 * level).log10() {
             log if log.is_finite() => log,
             _ => f64::NAN,
         };
         if let Some(tone) = &course.tone {
-            return match &mut self.turns {
-                Some(turns) => turns.push(rec, course.time, tone),
+            return match &mut self.hysteresis {
+                Some(hysteresis) => hysteresis.push(rec, course.time, tone),
                 None => Ok(()),
             };
         }
         self.level.push(course.time, [shown(course.level)]);
-        let foretold = course.predicted.map_or(f64::NAN, shown);
-        self.foretold.push(course.time, [foretold]);
+        let predicted_level = course.predicted.map_or(f64::NAN, shown);
+        self.predicted_level.push(course.time, [predicted_level]);
         self.level.send_full(rec)?;
-        self.foretold.send_full(rec)
+        self.predicted_level.send_full(rec)
     }
 
-    /// Sends what is left.
+    /// Sends pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.level.send(rec)?;
-        self.foretold.send(rec)
+        self.predicted_level.send(rec)
     }
 }
 
-impl Turns {
+impl HysteresisLoop {
     fn push(
         &mut self,
         rec: &RecordingStream,
@@ -129,8 +130,8 @@ impl Turns {
     ) -> Result<(), RecordError> {
         let point = [tone.tilt.to_degrees(), 1e-3 * tone.frequency];
         let (way, path, color) = match tone.way {
-            Way::Up => (0, paths::LESSON_LOOP_UP, style::SIGNAL),
-            Way::Down => (1, paths::LESSON_LOOP_DOWN, style::ACCENT),
+            TiltDirection::Up => (0, paths::HYSTERESIS_UP, style::SIGNAL),
+            TiltDirection::Down => (1, paths::HYSTERESIS_DOWN, style::ACCENT),
         };
         self.heard[way].push(point);
         let heard = self.heard[way].iter().copied();
@@ -140,20 +141,20 @@ impl Turns {
             .with_colors([style::POLE])
             .with_radii([Radius::new_ui_points(5.0)])
             .with_draw_order(1.0);
-        stream::log_at(rec, paths::LESSON_LOOP_NOW, time, &now)
+        stream::log_at(rec, paths::HYSTERESIS_NOW, time, &now)
     }
 }
 
-fn turns_key() -> Vec<(String, Color)> {
+fn loop_legend() -> Vec<(String, Color)> {
     vec![
-        ("way up".to_owned(), style::SIGNAL),
-        ("way down".to_owned(), style::ACCENT),
-        ("now".to_owned(), style::POLE),
+        ("increasing tilt".to_owned(), style::SIGNAL),
+        ("decreasing tilt".to_owned(), style::ACCENT),
+        ("current".to_owned(), style::POLE),
     ]
 }
 
-/// The plot of pitch over tilt, of a joint whose tilt changes.
-fn turns_plot(header: &Header) -> Option<Plot> {
+/// The plot of the strongest line over the tilt; `None` if the tilt is constant or there is no joint.
+fn loop_plot(header: &Header) -> Option<Plot> {
     let joint = header.joint()?;
     let [low, high] = [joint.min_tilt, joint.max_tilt].map(f64::to_degrees);
     let frequencies = joint.modes.iter().map(|mode| 1e-3 * mode.frequency_hz);
@@ -161,9 +162,9 @@ fn turns_plot(header: &Header) -> Option<Plot> {
     (low < high).then(|| Plot {
         width: 400.0,
         height: 260.0,
-        head: plot::key_height(400.0, &turns_key()),
-        x: Axis::linear("tilt, degrees", [low, 1.05 * high]),
-        y: Axis::closely(
+        top_margin: plot::legend_height(400.0, &loop_legend()),
+        x: Axis::linear("tilt, deg", [low, 1.05 * high]),
+        y: Axis::rounded_logarithmic(
             "strongest line, kHz",
             [1.0, 1.2 * highest.max(2.0)].into_iter(),
         ),
@@ -171,59 +172,59 @@ fn turns_plot(header: &Header) -> Option<Plot> {
     })
 }
 
-/// What the view of the loop must show; `None` where the tilt is constant.
-pub fn turns_bounds(header: &Header) -> Option<Bounds> {
-    turns_plot(header).map(|plot| plot.bounds())
+/// Bounds of the view of the hysteresis loop; `None` if the tilt is constant.
+pub fn loop_bounds(header: &Header) -> Option<Bounds> {
+    loop_plot(header).map(|plot| plot.bounds())
 }
 
-/// The title of a computed picture.
-pub fn picture_title(picture: &ComputedPicture) -> &'static str {
+/// The title of a computed plot.
+pub fn picture_title(picture: &PredictedCurves) -> &'static str {
     match picture.subject {
-        CurveSubject::Friction => "Computed: friction over sliding speed; dots: steady sliding",
-        CurveSubject::Flutter => {
-            "Computed: two frequencies merge, and growth begins; dots: this run"
+        CurveQuantity::Friction => "Computed friction curve; dots: steady sliding",
+        CurveQuantity::Flutter => {
+            "Computed frequencies and growth rate of two coupled modes; dots: this run"
         }
     }
 }
 
-fn picture_key(picture: &ComputedPicture) -> Vec<(String, Color)> {
+fn curve_legend(picture: &PredictedCurves) -> Vec<(String, Color)> {
     let names: &[&str] = match (picture.subject, picture.curves.len()) {
-        (CurveSubject::Friction, 1) => &["the belt's friction"],
-        (CurveSubject::Friction, _) => &["as in the scene", "exchanged"],
-        (CurveSubject::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
+        (CurveQuantity::Friction, 1) => &["friction on the belt"],
+        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
     };
     let names = names.iter().map(|&name| name.to_owned());
     names.zip(CURVES).collect()
 }
 
-fn picture_plot(picture: &ComputedPicture) -> Plot {
+fn picture_plot(picture: &PredictedCurves) -> Plot {
     let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
     let [x, y] = match picture.subject {
-        CurveSubject::Friction => ["sliding speed, mm/s", "coefficient of friction"],
-        CurveSubject::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
+        CurveQuantity::Friction => ["sliding speed, mm/s", "coefficient of friction"],
+        CurveQuantity::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
     };
     Plot {
         width: 400.0,
         height: 260.0,
-        head: plot::key_height(400.0, &picture_key(picture)),
+        top_margin: plot::legend_height(400.0, &curve_legend(picture)),
         x: Axis::linear(x, [x_low, x_high]),
         y: Axis::linear(y, [y_low.min(0.0), 1.1 * y_high]),
         grid: true,
     }
 }
 
-/// What the view of a computed picture must show.
-pub fn picture_bounds(picture: &ComputedPicture) -> Bounds {
+/// Bounds of the view of a computed plot.
+pub fn picture_bounds(picture: &PredictedCurves) -> Bounds {
     picture_plot(picture).bounds()
 }
 
-/// Curves, and where the run is on them.
-fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), RecordError> {
+/// Draws the computed curves and the marks of this run.
+fn draw_picture(rec: &RecordingStream, picture: &PredictedCurves) -> Result<(), RecordError> {
     let plot = picture_plot(picture);
     plot.draw(rec, paths::LESSON_COMPUTED, None)?;
-    plot.draw_key(rec, paths::LESSON_COMPUTED, &picture_key(picture))?;
+    plot.draw_legend(rec, paths::LESSON_COMPUTED, &curve_legend(picture))?;
     let at = |points: &[[f64; 2]]| {
         points
             .iter()
@@ -231,7 +232,7 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
             .collect::<Vec<_>>()
     };
     let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(curve)))
-        .with_colors(picture_key(picture).into_iter().map(|(_, color)| color))
+        .with_colors(curve_legend(picture).into_iter().map(|(_, color)| color))
         .with_radii([Radius::new_ui_points(1.2)]);
     rec.log_static(paths::LESSON_COMPUTED_CURVES, &curves)?;
     let marks = Points2D::new(at(&picture.marks))
@@ -241,10 +242,10 @@ fn draw_picture(rec: &RecordingStream, picture: &ComputedPicture) -> Result<(), 
     rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)
 }
 
-/// The computed frequencies of the modes that grow, as lines across the spectrum.
+/// Draws the computed frequencies of the unstable modes as vertical lines in the spectrum.
 fn draw_modes(
     rec: &RecordingStream,
-    computed: &Computed,
+    computed: &MechanismPrediction,
     spectrum: &SpectrumPlot,
 ) -> Result<(), RecordError> {
     let plot = &spectrum.plot;
@@ -270,12 +271,12 @@ mod tests {
     use super::*;
     use crate::pipeline::{Monitor, run};
 
-    /// What the picture of each mechanism is made of.
-    fn proofs(mechanism: Mechanism) -> &'static [&'static str] {
+    /// Entities that show each mechanism.
+    fn evidence_entities(mechanism: Mechanism) -> &'static [&'static str] {
         match mechanism {
             Mechanism::NegativeSlope | Mechanism::ModeCoupling | Mechanism::ExchangedFriction => &[
-                paths::LESSON_LEVEL,
-                paths::LESSON_FORETOLD,
+                paths::LESSON_VELOCITY_LEVEL,
+                paths::LESSON_PREDICTED,
                 paths::LESSON_COMPUTED_CURVES,
                 paths::LESSON_COMPUTED_MARKS,
             ],
@@ -284,14 +285,14 @@ mod tests {
             Mechanism::WhichModeWins | Mechanism::Prediction => {
                 &[paths::SPECTRUM_COMPUTED, paths::MODES_ENERGY]
             }
-            Mechanism::Hysteresis => &[paths::LESSON_LOOP_UP, paths::LESSON_LOOP_NOW],
+            Mechanism::Hysteresis => &[paths::HYSTERESIS_UP, paths::HYSTERESIS_NOW],
             Mechanism::Torus => &[paths::SPECTRUM_PEAKS, paths::SECTION_POINTS],
-            Mechanism::Chaos => &[paths::BUTTERFLY_DISTANCE, paths::BUTTERFLY_FIRST],
+            Mechanism::Chaos => &[paths::DIVERGENCE_DISTANCE, paths::REFERENCE_TRAIL],
         }
     }
 
     #[test]
-    fn a_lesson_is_recorded_with_its_proof() {
+    fn a_lesson_is_recorded_with_its_plots() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.rrd");
         for preset in crate::scene::PRESETS {
@@ -308,10 +309,10 @@ mod tests {
                 assert!(!entities.keys().any(of_lesson), "{}", preset.name);
                 continue;
             };
-            let told = entities[paths::LESSON].rows;
-            assert!((2..=6).contains(&told), "{}: {told}", preset.name);
-            for proof in proofs(mechanism) {
-                assert!(entities.contains_key(*proof), "{}: {proof}", preset.name);
+            let texts = entities[paths::LESSON].rows;
+            assert!((2..=6).contains(&texts), "{}: {texts}", preset.name);
+            for entity in evidence_entities(mechanism) {
+                assert!(entities.contains_key(*entity), "{}: {entity}", preset.name);
             }
         }
     }

@@ -1,8 +1,9 @@
-//! The messages of a recording file, with every length checked.
+//! The messages of a recording file, with bounds checks on every length.
 //!
-//! A stream is a header of 12 bytes, then messages, each a header of 16 bytes (kind and length) and
-//! a payload in protobuf. An end mark closes it; newer streams have a footer of 32 bytes after it.
-//! Streams may follow one another. The library's own decoder allocates what such headers claim.
+//! A stream has a header of 12 bytes, then messages, each with a header of 16 bytes (kind and length) and a
+//! protobuf payload. An end mark closes the stream; newer streams have a footer of 32 bytes after it. Streams
+//! can be concatenated. The library's own decoder is not used, because it allocates the lengths that the
+//! headers claim.
 
 use std::fmt;
 use std::io::{self, BufReader, Read};
@@ -18,17 +19,17 @@ use rerun::log::Chunk;
 use crate::foreign::arrow::{ArrowStream, MAX_MESSAGE};
 use crate::foreign::{one_line, read_exactly, without_panic};
 
-/// LZ4 makes a byte of at most so many: a length goes on by bytes of 255.
+/// Maximum compression ratio of LZ4: each further byte of a length adds at most 255.
 const MAX_RATIO: u64 = 255;
 
-const BREAKS_OFF: &str = "it breaks off within a message";
+const TRUNCATED: &str = "the file is truncated within a message";
 
-/// Where a recording is damaged or breaks off. Nothing behind it is read.
+/// Position and reason of damage in a recording. The data behind it are not read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Bytes before it.
+    /// Offset of the first damaged message, bytes.
     pub at: u64,
-    /// What is wrong there.
+    /// Description of the damage.
     pub reason: String,
 }
 
@@ -38,11 +39,11 @@ impl fmt::Display for Damage {
     }
 }
 
-/// What may come next.
+/// The part of a stream expected next.
 #[derive(Clone, Copy)]
 enum Expected {
     Message,
-    /// Of the stream that an end mark has closed. Old streams have none.
+    /// The footer after an end mark; streams of old versions have none.
     Footer,
     Stream,
 }
@@ -50,14 +51,14 @@ enum Expected {
 /// The chunks of the first recording in a file, up to its end or the first damage.
 pub(super) struct Chunks<R> {
     file: R,
-    /// Bytes read.
+    /// Bytes read so far.
     at: u64,
-    /// Where the message begins that is read last.
+    /// Offset of the last message read.
     start: u64,
     expected: Expected,
-    /// The recording that is read.
+    /// Id of the recording that is read.
     recording: Option<String>,
-    /// Where reading ended before the end of the file.
+    /// Damage that ended the reading.
     damage: Option<Damage>,
 }
 
@@ -65,7 +66,7 @@ impl<R: Read> Chunks<BufReader<R>> {
     /// Reads the header.
     ///
     /// # Errors
-    /// If it is not that of a recording, or of one that this version of Rerun reads.
+    /// [`CodecError`] if the file is not a recording or its version is not supported.
     pub fn new(file: R) -> Result<Self, CodecError> {
         let mut file = BufReader::new(file);
         let header = read_exactly(&mut file, StreamHeader::ENCODED_SIZE_BYTES as u64);
@@ -80,31 +81,31 @@ impl<R: Read> Chunks<BufReader<R>> {
         })
     }
 
-    /// Where reading ended before the end of the file.
+    /// Damage that ended the reading before the end of the file.
     pub fn damage(self) -> Option<Damage> {
         self.damage
     }
 
-    /// Bytes of the file; fewer are left only if it breaks off.
+    /// Reads bytes of the file; an error if it is truncated.
     fn bytes(&mut self, count: u64) -> Result<Vec<u8>, String> {
         let bytes = read_exactly(&mut self.file, count).map_err(one_line)?;
         self.at += count;
-        bytes.ok_or_else(|| BREAKS_OFF.to_owned())
+        bytes.ok_or_else(|| TRUNCATED.to_owned())
     }
 
-    /// The bytes that begin with those that were read already.
+    /// Reads the remaining bytes of a header of `size` bytes.
     fn complete(&mut self, mut start: Vec<u8>, size: usize) -> Result<Vec<u8>, String> {
         start.extend(self.bytes((size - start.len()) as u64)?);
         Ok(start)
     }
 
-    /// Passes over bytes of the file.
+    /// Skips bytes of the file.
     fn skip(&mut self, count: u64) -> Result<(), String> {
         let skipped = io::copy(&mut (&mut self.file).take(count), &mut io::sink());
         self.at = self.at.saturating_add(count);
         match skipped.map_err(one_line)? == count {
             true => Ok(()),
-            false => Err(BREAKS_OFF.to_owned()),
+            false => Err(TRUNCATED.to_owned()),
         }
     }
 
@@ -117,18 +118,22 @@ impl<R: Read> Chunks<BufReader<R>> {
             self.at += file.read_to_end(&mut start).map_err(one_line)? as u64;
             if start.is_empty() {
                 return match self.expected {
-                    Expected::Message => Err("it breaks off without an end mark".to_owned()),
+                    Expected::Message => {
+                        Err("the file is truncated: it has no end mark".to_owned())
+                    }
                     Expected::Footer | Expected::Stream => Ok(None),
                 };
             }
-            // Streams may follow one another, without an end mark between them.
+            // Streams can be concatenated, also without an end mark between them.
             if start.starts_with(&RRD_FOURCC) {
                 check_header(&start).map_err(one_line)?;
                 self.expected = Expected::Message;
                 continue;
             }
             match self.expected {
-                Expected::Stream => return Err("something follows its end".to_owned()),
+                Expected::Stream => {
+                    return Err("there are data after the end of the recording".to_owned());
+                }
                 Expected::Footer => {
                     check_footer(&self.complete(start, StreamFooter::ENCODED_SIZE_BYTES)?)?;
                     self.expected = Expected::Stream;
@@ -186,7 +191,7 @@ impl<R: Read> Iterator for Chunks<BufReader<R>> {
         let reason = match without_panic(|| self.next_chunk()) {
             Some(Ok(chunk)) => return chunk,
             Some(Err(reason)) => reason,
-            None => "the library that decodes it fails".to_owned(),
+            None => "the decoder panicked".to_owned(),
         };
         self.damage = Some(Damage {
             at: self.start,
@@ -197,17 +202,17 @@ impl<R: Read> Iterator for Chunks<BufReader<R>> {
 }
 
 fn too_long(length: u64) -> String {
-    format!("a message claims {length} bytes; at most {MAX_MESSAGE} are read")
+    format!("a message claims {length} bytes; the limit is {MAX_MESSAGE}")
 }
 
-/// Whether a stream begins like this that can be read.
+/// Checks that the bytes are the header of a supported stream.
 fn check_header(bytes: &[u8]) -> Result<(), CodecError> {
     StreamHeader::from_rrd_bytes(bytes)?.to_version_and_options()?;
     Ok(())
 }
 
-/// Whether this is the footer of a stream: mark, name, and one entry before them. The library's own
-/// check believes the number of entries.
+/// Checks that the bytes are the footer of a stream: number of entries (1), identifier, magic number. The
+/// library's own check trusts the number of entries.
 fn check_footer(bytes: &[u8]) -> Result<(), String> {
     let end = [
         &RRD_FOURCC[..],
@@ -217,14 +222,14 @@ fn check_footer(bytes: &[u8]) -> Result<(), String> {
     .concat();
     match bytes.ends_with(&end) {
         true => Ok(()),
-        false => Err("its footer is damaged".to_owned()),
+        false => Err("the footer is damaged".to_owned()),
     }
 }
 
-/// The chunk in a message.
+/// Decodes the chunk of a message.
 fn decode(message: &ArrowMsg) -> Result<Chunk, String> {
     if message.encoding() != Encoding::ArrowIpc {
-        return Err("a message has an unknown encoding".to_owned());
+        return Err("the encoding of a message is unknown".to_owned());
     }
     let payload = &message.payload;
     let unpacked;

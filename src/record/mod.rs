@@ -1,26 +1,27 @@
-//! Rerun recordings: the only room that knows Rerun, and the only one that names an entity path.
+//! Rerun recordings. This is the only module that depends on Rerun and names entity paths.
 //!
-//! [`RerunSink`] takes the pipeline's records and writes them to a `.rrd` file, to a viewer, or
-//! to both. What each record draws is said in one file a subject; `paths` spells every entity,
-//! `blueprint` lays out the viewer's screen.
+//! [`RerunSink`] receives the records of the pipeline and writes them to a `.rrd` file, to a viewer, or to
+//! both. Each submodule draws one type of record; `paths` defines all entity paths, and `blueprint` defines
+//! the layout of the viewer.
 //!
-//! * Time: one timeline, `sim_time`, a duration in ns of simulated time. ([`sweep`] saves a sweep
-//!   instead of a run, with the swept parameter as its timeline, [`cost`] what accuracy costs, with none.)
-//! * Units: µm, mm/s, mm, kHz, degrees, µJ, as the names of the series say. (SI ends here.)
-//! * Rows: samples go as columns, about a thousand rows a call, which costs 10 to 20 bytes a
-//!   row; pictures go one by one at a fixed size.
-//! * Threads: none of Rerun's recording stream, see `stream`; a file has one of its own, which ends with it.
-//!   So a long session of recordings keeps neither threads nor memory, and the variable `RERUN`, which turns
-//!   Rerun's streams off, has no effect.
-//! * Safety: the file is written beside its place and renamed at the end ([`RerunSink`]), so an
-//!   existing recording is never replaced by a failed run.
+//! * Time: one timeline, `sim_time`, the simulated time as a duration in ns. [`sweep`] saves a sweep with the
+//!   swept parameter as its timeline, [`cost`] a cost study without a timeline.
+//! * Units: µm, mm/s, mm, kHz, degrees, µJ, as stated in the names of the series. All other modules use SI
+//!   units.
+//! * Rows: samples are sent as columns, about 1,000 rows per call, which takes 10 to 20 bytes per row. Plots
+//!   have a fixed size and are sent one by one.
+//! * Threads: Rerun's own recording stream is not used; see `stream`. Each file has one thread, which ends
+//!   when the file is complete. A long session with many recordings therefore leaks neither threads nor
+//!   memory, and the environment variable `RERUN`, which disables Rerun's streams, has no effect.
+//! * Safety: the file is written next to its final path and renamed at the end ([`RerunSink`]), so a failed
+//!   run never replaces an existing recording.
 //!
 //! ```no_run
 //! use squeakscope::{pipeline::Sink, record::{Output, RerunSink}, scene::RecordSpec};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
 //! # let (spec, records) = (RecordSpec {
-//! #     patch_rate: 20e3, body_rate: 2e3, energy_rate: 20e3, exaggeration: 3000.0,
+//! #     patch_rate: 20e3, body_rate: 2e3, energy_rate: 20e3, deformation_scale: 3000.0,
 //! # }, Vec::new());
 //! let output = Output { save: Some("squeak.rrd".into()), ..Output::default() };
 //! let mut sink = RerunSink::new(&output, spec)?;
@@ -32,30 +33,31 @@
 //! # }
 //! ```
 
-mod audience;
 mod blueprint;
 mod body;
-mod butterfly;
+mod camera;
 mod chaos;
 pub mod cost;
 mod delay;
-mod due;
 mod encode;
+mod encoded;
 mod error;
 mod exponents;
-mod figure;
 mod file_stream;
 mod health;
 mod lesson;
 mod messages;
+mod panel_view;
 mod part_file;
 mod patch;
 pub mod paths;
+mod perturbed;
 mod plot;
 mod portrait;
 mod quantification;
 mod read;
 mod recurrence;
+mod redraw;
 mod regime;
 mod rrd_file;
 mod samples;
@@ -67,32 +69,31 @@ mod stream;
 mod style;
 pub mod sweep;
 mod text;
-mod vantage;
 mod viewer;
 
 #[cfg(test)]
 mod tests;
 
-pub use audience::{Audience, Piece};
+pub use encoded::{EncodedMessage, MessageReceiver};
 pub use error::RecordError;
 pub use messages::Damage;
 pub(crate) use part_file::PartFile;
 pub use read::{ReadError, Series, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
-/// Address space that a recording may take, bytes. Its threads reserve nearly all of it; little is ever used.
+/// Address space required for a recording, bytes. Its threads reserve nearly all of it, but use little.
 const ADDRESS_SPACE: usize = 640 << 20;
 
-/// Makes sure that there is memory for a recording.
+/// Checks that enough address space for a recording is available.
 ///
 /// # Errors
-/// [`RecordError::Memory`].
+/// [`RecordError::Memory`] if it is not.
 pub fn check_memory() -> Result<(), RecordError> {
-    match crate::memory::is_granted(ADDRESS_SPACE) {
+    match crate::memory::can_reserve(ADDRESS_SPACE) {
         true => Ok(()),
         false => Err(RecordError::Memory),
     }
 }
 
-/// The version of Rerun that recordings are written with; a viewer of this version opens them.
+/// The Rerun version of the recordings; a viewer of this version opens them.
 pub const RERUN_VERSION: &str = "0.36.3";

@@ -1,4 +1,4 @@
-//! A file that takes its name only when it is whole.
+//! A file that appears under its name only when it is complete.
 
 use std::{
     fs::File,
@@ -11,26 +11,26 @@ use tempfile::TempPath;
 use super::error::RecordError;
 use crate::export::is_protected;
 
-/// The most parts that may lie beside one recording.
+/// Maximum number of part files next to one recording.
 const MOST_PARTS: u32 = 99;
 
-/// A recording being written beside the place where it will stand: `name.rrd.part`.
+/// A recording that is being written next to its final path, as `name.rrd.part`.
 ///
-/// Whatever stood at the final place stays untouched until [`PartFile::keep`]. A part that is
-/// not kept is left in place: it can be opened in the viewer, and its error names it.
+/// An existing file at the final path is unchanged until [`PartFile::commit`]. A part file that is not
+/// committed remains: the viewer can open it, and the error message names it.
 #[derive(Debug)]
 pub struct PartFile {
     path: PathBuf,
     part: PathBuf,
-    /// Whether it takes the place of a file that is there.
+    /// Whether it may replace an existing file.
     replaces: bool,
 }
 
 impl PartFile {
-    /// Makes sure that a file can be written beside `path` and that `path` can be replaced.
+    /// Creates a part file next to `path`, and checks that `path` can be replaced.
     ///
     /// # Errors
-    /// [`RecordError::Create`] when it cannot.
+    /// [`RecordError::Create`] if either is not possible.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let fault = |source| RecordError::Create {
             path: path.to_owned(),
@@ -45,7 +45,7 @@ impl PartFile {
         let Some(name) = path.file_name() else {
             return Err(fault(std::io::ErrorKind::InvalidFilename.into()));
         };
-        // A part that is there belongs to another run, or is all that is left of one: it is kept.
+        // An existing part file belongs to another run or is the remainder of one: it is not overwritten.
         let mut taken = 0;
         loop {
             let mut part_name = name.to_owned();
@@ -70,11 +70,11 @@ impl PartFile {
         }
     }
 
-    /// Reserves the first of some names that nobody has: no other run is given it, and a file that appears
-    /// there meanwhile is not replaced.
+    /// Reserves the first unused name. No other run gets the same name, and a file that appears there in the
+    /// meantime is not replaced.
     ///
     /// # Errors
-    /// [`RecordError::Create`] when no file can be made there.
+    /// [`RecordError::Create`] if no file can be created.
     pub fn reserve(names: impl IntoIterator<Item = PathBuf>) -> Result<Self, RecordError> {
         let mut last = PathBuf::new();
         for path in names {
@@ -93,7 +93,7 @@ impl PartFile {
                 part: part.into(),
                 replaces: false,
             };
-            // Asked only now: whoever had the part may just have given its file this name.
+            // Checked only now: the previous owner of the part file may just have committed it.
             if file.path.symlink_metadata().is_err() {
                 return Ok(file);
             }
@@ -105,26 +105,26 @@ impl PartFile {
         })
     }
 
-    /// Gives up what has not been begun; the name that it would have had.
+    /// Removes the empty part file and returns the final path.
     pub fn discard(self) -> PathBuf {
-        // An empty file that stays is no loss.
+        // A remaining empty file does no harm.
         let _ = std::fs::remove_file(&self.part);
         self.path
     }
 
-    /// Where the recording will stand.
+    /// Final path of the recording.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where the recording is being written.
+    /// Path of the part file.
     pub fn part(&self) -> &Path {
         &self.part
     }
 
-    /// Not even a beginning can be written: takes the empty part away.
-    pub fn refused(&self, source: std::io::Error) -> RecordError {
-        // Whoever asks for the recording is told of the first fault.
+    /// Removes the part file and returns the error of its first write.
+    pub fn creation_error(&self, source: std::io::Error) -> RecordError {
+        // The first error is reported.
         let _ = std::fs::remove_file(&self.part);
         RecordError::Create {
             path: self.path.clone(),
@@ -132,8 +132,8 @@ impl PartFile {
         }
     }
 
-    /// Nobody can write it: takes the empty part away.
-    pub fn without_thread(&self, source: std::io::Error) -> RecordError {
+    /// Removes the part file and returns the error of a thread that did not start.
+    pub fn thread_error(&self, source: std::io::Error) -> RecordError {
         let _ = std::fs::remove_file(&self.part);
         RecordError::Thread {
             path: self.path.clone(),
@@ -141,24 +141,24 @@ impl PartFile {
         }
     }
 
-    /// Makes sure that what is being written still has a name: without one it would end with the
-    /// program, and nothing that is written would tell.
+    /// Checks that the part file still exists. Data written to a removed file are lost without an error when
+    /// the program ends.
     ///
     /// # Errors
-    /// [`RecordError::Gone`].
-    pub fn still_there(&self) -> Result<(), RecordError> {
+    /// [`RecordError::Removed`] if it does not.
+    pub fn check_exists(&self) -> Result<(), RecordError> {
         let there = self.part.symlink_metadata();
-        there.map(drop).map_err(|source| RecordError::Gone {
+        there.map(drop).map_err(|source| RecordError::Removed {
             path: self.path.clone(),
             part: self.part.clone(),
             source,
         })
     }
 
-    /// Writing has failed.
+    /// The error of a failed write.
     pub fn write_error(&self, reason: String) -> RecordError {
-        if let Err(gone) = self.still_there() {
-            return gone;
+        if let Err(removed) = self.check_exists() {
+            return removed;
         }
         RecordError::Write {
             path: self.path.clone(),
@@ -167,16 +167,16 @@ impl PartFile {
         }
     }
 
-    /// Puts the whole recording in its place, on stable storage first.
+    /// Syncs the complete recording to storage and moves it to its final path.
     ///
     /// # Errors
-    /// [`RecordError::Write`] or [`RecordError::Rename`]; the part is left.
-    pub fn keep(&self) -> Result<(), RecordError> {
+    /// [`RecordError::Write`] or [`RecordError::Rename`]; the part file remains.
+    pub fn commit(&self) -> Result<(), RecordError> {
         let synced = File::open(&self.part).and_then(|file| file.sync_all());
         synced.map_err(|error| self.write_error(error.to_string()))?;
         let protected = is_protected(&self.path);
         let moved = match self.replaces {
-            // It may have been protected since.
+            // The existing file may have become write-protected during the run.
             true if protected => Err(ErrorKind::PermissionDenied.into()),
             true => std::fs::rename(&self.part, &self.path),
             false => self.move_to_free_name(),
@@ -191,7 +191,7 @@ impl PartFile {
     fn move_to_free_name(&self) -> std::io::Result<()> {
         let part = TempPath::try_from_path(&self.part)?;
         part.persist_noclobber(&self.path).map_err(|fault| {
-            // It would be removed with its handle.
+            // Keeps the part file, which the dropped handle would remove.
             let _ = fault.path.keep();
             fault.error
         })
@@ -202,9 +202,9 @@ impl PartFile {
 mod tests {
     use super::*;
 
-    /// A file without write permission is not replaced, whenever it lost it.
+    /// A write-protected file is not replaced, regardless of when it became protected.
     #[test]
-    fn a_protected_recording_stays() {
+    fn a_protected_recording_is_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.rrd");
         let part = PartFile::create(&path).unwrap();
@@ -215,13 +215,13 @@ mod tests {
         std::fs::set_permissions(&path, permissions).unwrap();
         let refused = PartFile::create(&path).unwrap_err();
         assert!(matches!(refused, RecordError::Create { .. }), "{refused}");
-        let refused = part.keep().unwrap_err();
+        let refused = part.commit().unwrap_err();
         assert!(matches!(refused, RecordError::Rename { .. }), "{refused}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read(part.part()).unwrap(), b"new");
     }
 
-    /// Names that are reserved belong to one run, and what appears there in spite of that is not replaced.
+    /// Reserved names belong to one run; a file that nevertheless appears there is not replaced.
     #[test]
     fn reserved_names_are_neither_shared_nor_replaced() {
         let folder = tempfile::tempdir().unwrap();
@@ -237,16 +237,17 @@ mod tests {
         assert!(matches!(none, RecordError::Create { .. }), "{none}");
 
         std::fs::write(first.part(), "first").unwrap();
-        std::fs::write(first.path(), "somebody else's").unwrap();
-        let refused = first.keep().unwrap_err();
+        std::fs::write(first.path(), "another file").unwrap();
+        let refused = first.commit().unwrap_err();
         assert!(matches!(refused, RecordError::Rename { .. }), "{refused}");
-        assert_eq!(std::fs::read(first.path()).unwrap(), b"somebody else's");
+        assert_eq!(std::fs::read(first.path()).unwrap(), b"another file");
         assert_eq!(std::fs::read(first.part()).unwrap(), b"first");
-        second.keep().unwrap();
+        second.commit().unwrap();
         assert!(second.path().exists() && !second.part().exists());
     }
 
-    /// Two runs to one place have a part each; what another run left is not touched.
+    /// Two runs with the same path have different part files; a remaining part file of another run is
+    /// unchanged.
     #[test]
     fn parts_are_not_shared() {
         let folder = tempfile::tempdir().unwrap();
@@ -259,9 +260,9 @@ mod tests {
         assert_ne!(first.part(), second.part());
         std::fs::write(first.part(), "first").unwrap();
         std::fs::write(second.part(), "second").unwrap();
-        first.keep().unwrap();
+        first.commit().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"first");
-        second.keep().unwrap();
+        second.commit().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"second");
         let left = std::fs::read(folder.path().join("run.rrd.part")).unwrap();
         assert_eq!(left, b"left by another");

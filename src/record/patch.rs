@@ -1,48 +1,49 @@
-//! The contact patch: nodes coloured by state, friction arrows, the patch's rim, the load, and
-//! how many nodes do what.
+//! The contact patch: nodes coloured by state, friction arrows, edge of the patch, load, and numbers of nodes
+//! in each state.
 //!
-//! Everything is drawn in the frame of the ball's centre, in mm: the patch lies where it really
-//! is on the ball, and wanders as the load tilts.
+//! All positions are relative to the ball centre, in mm: the patch is drawn at its true place on the ball and
+//! moves as the load tilts.
 
 use std::sync::Arc;
 
 use rerun::{Arrows3D, LineStrips3D, Points3D, Radius};
 
 use super::{
+    camera::Camera,
     error::RecordError,
     paths,
     samples::{Rows, name_series},
     stream::{self, RecordingStream},
     style::{self, short},
-    vantage::Vantage,
 };
 use crate::pipeline::message::{Frame, JointInfo, NodeState, PatchGeometry, PatchSnapshot};
 
-/// Nodes sent in one go, over all snapshots of the batch.
+/// Nodes per batch, summed over its snapshots.
 const BATCH_NODES: usize = 32_000;
-/// Height above the ball at which the patch is drawn, so that the surface does not hide it.
+/// Relative radius at which the patch is drawn: slightly above the ball, so that the surface does not hide
+/// it.
 const LIFT: f64 = 1.002;
-/// Height at which the circles are drawn: below the nodes.
+/// Relative radius of the tilt circles: below the nodes.
 const SUNK: f64 = 0.995;
-/// Height of the pole's mark: above the nodes.
+/// Relative radius of the mark of the beam axis: above the nodes.
 const RAISED: f64 = 1.02;
-/// Length of a friction arrow as large as a node's mean share of the load, relative to the
-/// radius of the patch. Steady friction, at a coefficient of about 1/2, reaches half of it.
+/// Length of an arrow for a friction force equal to the node's mean share of the load, relative to the radius
+/// of the patch. Steady friction with a coefficient of about 1/2 gives half of it.
 const ARROW: f64 = 0.8;
-/// Height of the row of the key below the middle of the view, relative to its reach.
+/// Vertical position of the legend, relative to the half-width of the view.
 const KEY: f64 = -1.02;
 
-/// Everything about the contact patch.
+/// The contact patch and its snapshots that are not sent yet.
 #[derive(Debug)]
 pub struct Patch {
-    /// What is drawn now; frames of one tilt and load share it.
+    /// Current geometry; frames of the same tilt and load share it.
     geometry: Arc<PatchGeometry>,
-    /// The largest load of the run, N, and the radius of the patch under it, m: what forces are drawn
-    /// against, so that they can be compared all along.
+    /// Largest load of the run, N, and radius of the patch under it, m. They are the fixed scale of the
+    /// forces, so that forces are comparable over the run.
     load: f64,
     radius: f64,
     ball_radius: f64,
-    vantage: Vantage,
+    camera: Camera,
     times: Vec<i64>,
     lengths: Vec<usize>,
     colors: Vec<rerun::Color>,
@@ -53,13 +54,13 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Draws what never changes and starts empty.
+    /// Draws the static elements and starts empty.
     pub fn new(rec: &RecordingStream, joint: &JointInfo) -> Result<Self, RecordError> {
         let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
         name_series(
             rec,
             paths::NODE_COUNTS,
-            ["slip", "stick", "separated (open)"].map(str::to_owned),
+            ["slip", "stick", "separated"].map(str::to_owned),
             states.map(style::node),
         )?;
         name_series(
@@ -75,7 +76,7 @@ impl Patch {
             load: joint.largest_load(),
             radius: joint.patch_radius,
             ball_radius: joint.ball_radius,
-            vantage: Vantage::new(joint),
+            camera: Camera::new(joint),
             times: Vec::new(),
             lengths: Vec::new(),
             colors: Vec::new(),
@@ -86,7 +87,7 @@ impl Patch {
         })
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         let same = Arc::ptr_eq(&self.geometry, &frame.geometry) || self.geometry == frame.geometry;
         if !same {
@@ -94,7 +95,7 @@ impl Patch {
             self.geometry = Arc::clone(&frame.geometry);
             self.draw_geometry(rec, frame.t0, frame.load)?;
             if first {
-                self.draw_key(rec)?;
+                self.draw_legend(rec)?;
             }
         }
         for snapshot in &frame.patch {
@@ -107,7 +108,7 @@ impl Patch {
         self.force.send_full(rec)
     }
 
-    /// Sends what is left.
+    /// Sends pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.send(rec)?;
         self.counts.send(rec)?;
@@ -122,8 +123,8 @@ impl Patch {
         self.colors
             .extend(snapshot.states.iter().map(|&state| style::node(state)));
 
-        // A node grows with the root of its pressure: an open one keeps a dot of a quarter of its
-        // cell's radius, one at twice the mean pressure (above the peak of Hertz) nearly fills
+        // The radius of a node grows with the square root of its pressure. A separated node has a quarter of
+        // the radius of its cell; a node at twice the mean pressure (above the peak of Hertz) nearly fills
         // its cell.
         let mean_pressure = self.load / (std::f64::consts::PI * self.radius.powi(2));
         let radius = |force: f64, area: f64| {
@@ -171,46 +172,45 @@ impl Patch {
         Ok(())
     }
 
-    /// Length of friction arrows, mm/N.
+    /// Scale of friction arrows, mm/N.
     fn arrow_scale(&self) -> f64 {
         let nodes = self.geometry.positions.len() as f64;
         1e3 * ARROW * self.radius * nodes / self.load
     }
 
-    /// The key to the colours of the nodes and to the arrows, in a row below all that the patch
-    /// visits.
-    fn draw_key(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+    /// Draws the legend of node colours and friction arrows, in a row below the region of the patch.
+    fn draw_legend(&self, rec: &RecordingStream) -> Result<(), RecordError> {
         let nodes = self.geometry.positions.len() as f64;
         let shown = style::round_up(0.5 * self.load / nodes);
         let entries = [
-            ("slides".to_owned(), style::node(NodeState::Slip)),
-            ("sticks (creeps)".to_owned(), style::node(NodeState::Stick)),
-            ("open".to_owned(), style::node(NodeState::Separated)),
+            ("slip".to_owned(), style::node(NodeState::Slip)),
+            ("stick (creep)".to_owned(), style::node(NodeState::Stick)),
+            ("separated".to_owned(), style::node(NodeState::Separated)),
             (format!("friction {} N", short(shown)), style::FRICTION),
         ];
         let places = [-0.95, -0.4, 0.1, 0.75].map(|right| [right, KEY, 0.0]);
-        let points = places.map(|place| self.vantage.point(place).map(|c| c as f32));
-        // The last entry has an arrow instead of a dot.
+        let points = places.map(|place| self.camera.point(place).map(|c| c as f32));
+        // The last entry has an arrow instead of a point.
         let dots = [4.0, 4.0, 4.0, 0.0].map(Radius::new_ui_points);
         let key = Points3D::new(points)
             .with_colors(entries.each_ref().map(|(_, color)| *color))
             .with_labels(entries.map(|(name, _)| name))
             .with_show_labels(true)
             .with_radii(dots);
-        rec.log_static(paths::NODE_KEY, &key)?;
+        rec.log_static(paths::NODE_LEGEND, &key)?;
 
         let [_, _, _, [right, up, near]] = places;
-        let half = 0.5 * shown * self.arrow_scale() / self.vantage.reach;
+        let half = 0.5 * shown * self.arrow_scale() / self.camera.reach;
         let [from, to] = [right - half, right + half]
-            .map(|right| self.vantage.point([right, up, near]).map(|c| c as f32));
+            .map(|right| self.camera.point([right, up, near]).map(|c| c as f32));
         let arrow = Arrows3D::from_vectors([std::array::from_fn::<f32, 3, _>(|i| to[i] - from[i])])
             .with_origins([from])
             .with_colors([style::FRICTION])
             .with_radii([Radius::new_ui_points(1.2)]);
-        rec.log_static(paths::FRICTION_KEY, &arrow)
+        rec.log_static(paths::FRICTION_LEGEND, &arrow)
     }
 
-    /// Where nodes, rim and load (N) are from now on.
+    /// Draws nodes, edge and load (N) from a time on.
     fn draw_geometry(
         &self,
         rec: &RecordingStream,
@@ -253,18 +253,18 @@ impl Patch {
     }
 }
 
-/// Degrees between circles of equal tilt.
+/// Spacing of the circles of equal tilt, degrees.
 pub fn circle_step(joint: &JointInfo) -> f64 {
     if largest_tilt(joint) > 12.0 { 5.0 } else { 2.0 }
 }
 
-/// The largest tilt to either side, degrees.
+/// Largest absolute tilt of the run, degrees.
 fn largest_tilt(joint: &JointInfo) -> f64 {
-    let [low, high] = joint.reach.unwrap_or([joint.min_tilt, joint.max_tilt]);
+    let [low, high] = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
     low.abs().max(high.abs()).to_degrees()
 }
 
-/// Circles on the ball at whole degrees from the beam's axis: a ruler for the tilt.
+/// Draws circles of equal tilt on the ball as a scale.
 fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
     let step = circle_step(joint);
     let count = (largest_tilt(joint) / step - 1e-9).ceil().max(1.0) as u32;
@@ -278,7 +278,7 @@ fn draw_circles(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordEr
     rec.log_static(paths::TILT_CIRCLES, &lines)
 }
 
-/// Where the beam's axis leaves the ball: tilt zero.
+/// Marks the beam axis on the ball: tilt zero.
 fn draw_pole(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
     let height = 1e3 * RAISED * joint.ball_radius;
     let pole = Points3D::new([[0.0, 0.0, height as f32]])
@@ -293,8 +293,8 @@ fn draw_pole(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError
 fn circle(axis: [f64; 3], radius: f64, angle: f64) -> Vec<[f32; 3]> {
     const CORNERS: usize = 96;
     let radius = 1e3 * radius;
-    // Any two unit vectors square to the axis and to one another, from the coordinate
-    // direction that the axis is least along.
+    // Two unit vectors perpendicular to the axis and to each other, starting from the coordinate direction
+    // with the smallest component along the axis.
     let least = (0..3).min_by(|&i, &j| axis[i].abs().total_cmp(&axis[j].abs()));
     let mut helper = [0.0; 3];
     helper[least.unwrap_or(0)] = 1.0;

@@ -1,5 +1,5 @@
-//! Axes for pictures. A 2-D view of the viewer has none of its own, so the frame, the ticks and
-//! their labels are logged as lines and points. Scene units are picture pixels; y points down.
+//! Axes of two-dimensional views. The viewer has none, so frame, ticks and labels are logged as lines and
+//! points. Scene units are pixels; y points down.
 
 use rerun::{Color, LineStrips2D, Points2D, Radius};
 
@@ -11,36 +11,36 @@ use super::{
 };
 use crate::plot::Axis;
 
-/// Width of a letter of a key and of the space after a word, pixels.
+/// Width of a character of a legend and of the space after an entry, pixels.
 const LETTER: f32 = 9.0;
 const SPACE: f32 = 22.0;
-/// Pixels that a tick and its label take along the width and along the height.
+/// Space for a tick and its label along the horizontal and the vertical axis, pixels.
 const TICKS: [f32; 2] = [75.0, 55.0];
 
 /// A plot of fixed size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// Width of the field, pixels.
+    /// Width of the plot area, pixels.
     pub width: f32,
-    /// Height of the field, pixels.
+    /// Height of the plot area, pixels.
     pub height: f32,
-    /// Room between the field and the name of the upright axis, pixels.
-    pub head: f32,
-    /// Axis along the width.
+    /// Space for legend, caption or labels between the plot area and the name of the vertical axis, pixels.
+    pub top_margin: f32,
+    /// Horizontal axis.
     pub x: Axis,
-    /// Axis along the height.
+    /// Vertical axis.
     pub y: Axis,
-    /// Whether ticks run on as lines across the field.
+    /// Whether grid lines are drawn.
     pub grid: bool,
 }
 
 impl Plot {
-    /// Space for labels round the field, pixels: left, right, above, below.
+    /// Space for labels around the plot area, pixels: left, right, above, below.
     const MARGINS: [f32; 4] = [52.0, 22.0, 42.0, 80.0];
 
-    /// The picture position of a pair of values; outside the axes, the nearest on them.
+    /// Position of a pair of values, clamped to the plot area.
     pub fn at(&self, x: f64, y: f64) -> [f32; 2] {
-        // Not-a-number is at the lower end.
+        // NaN is drawn at the lower end.
         let share = |share: f64| {
             if share > 0.0 {
                 share.min(1.0) as f32
@@ -49,30 +49,30 @@ impl Plot {
             }
         };
         [
-            self.width * share(self.x.share(x)),
-            self.height * (1.0 - share(self.y.share(y))),
+            self.width * share(self.x.fraction(x)),
+            self.height * (1.0 - share(self.y.fraction(y))),
         ]
     }
 
     /// Ticks of both axes.
     fn ticks(&self) -> [Vec<f64>; 2] {
-        let most = |length: f32, room: f32| ((length / room) as usize).max(3);
+        let most = |length: f32, spacing: f32| ((length / spacing) as usize).max(3);
         [
             self.x.ticks(most(self.width, TICKS[0])),
             self.y.ticks(most(self.height, TICKS[1])),
         ]
     }
 
-    /// What a view must show: the field and its labels.
+    /// Bounds of a view of the plot: the plot area and its labels.
     pub fn bounds(&self) -> Bounds {
         let [left, right, above, below] = Self::MARGINS;
         Bounds {
             x: [-left, self.width + right],
-            y: [-above - self.head, self.height + below],
+            y: [-above - self.top_margin, self.height + below],
         }
     }
 
-    /// Logs the axes of the picture at `path`, for all times or from a moment on.
+    /// Logs the axes of the plot at `path`, either static or from a moment on.
     pub fn draw(
         &self,
         rec: &RecordingStream,
@@ -93,7 +93,7 @@ impl Plot {
         }
     }
 
-    /// Frame, and ticks or grid.
+    /// Frame, and ticks or grid lines.
     fn lines(&self) -> LineStrips2D {
         let (w, h) = (self.width, self.height);
         let mut strips = Vec::new();
@@ -119,7 +119,7 @@ impl Plot {
             .with_draw_order(-1.0)
     }
 
-    /// Tick labels and names: invisible points that carry words.
+    /// Tick labels and names, as labels of invisible points.
     fn labels(&self) -> Points2D {
         let mut points = Vec::new();
         let mut words = Vec::new();
@@ -134,7 +134,7 @@ impl Plot {
         points.push([0.5 * self.width, self.height + 40.0]);
         words.push(self.x.label());
         if !self.y.label().is_empty() {
-            points.push([0.5 * self.width, -36.0 - self.head]);
+            points.push([0.5 * self.width, -36.0 - self.top_margin]);
             words.push(self.y.label());
         }
         let count = points.len();
@@ -147,7 +147,7 @@ impl Plot {
 }
 
 impl Plot {
-    /// Draws a curve of the given colour and width (half of it, in points of the screen).
+    /// Draws a curve; `radius` is half its width in screen points.
     pub fn draw_curve(
         &self,
         rec: &RecordingStream,
@@ -157,14 +157,14 @@ impl Plot {
         (color, radius): (Color, f32),
     ) -> Result<(), RecordError> {
         let curve = points.map(|[x, y]| self.at(x, y)).collect::<Vec<_>>();
-        // Nothing to draw is no strip, rather than one without points.
+        // An empty curve is logged as no strip instead of an empty one.
         let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
             .with_colors([color])
             .with_radii([Radius::new_ui_points(radius)]);
         stream::log_at(rec, path, at, &curve)
     }
 
-    /// Draws points of the given colour and radius (points of the screen).
+    /// Draws points; `radius` is in screen points.
     pub fn draw_points(
         &self,
         rec: &RecordingStream,
@@ -179,8 +179,8 @@ impl Plot {
         stream::log_at(rec, path, at, &points)
     }
 
-    /// Marks what was chosen: an upright line through the field at a point of a curve.
-    pub fn draw_stem(
+    /// Draws a vertical line through a point of a curve.
+    pub fn draw_marker_line(
         &self,
         rec: &RecordingStream,
         path: &str,
@@ -189,7 +189,7 @@ impl Plot {
     ) -> Result<(), RecordError> {
         let [across, height] = self.at(x, y);
         let gap = 6.0;
-        // Two pieces that leave the point itself free.
+        // Two segments that do not cover the point itself.
         let strips = [
             [[across, 0.0], [across, (height - gap).max(0.0)]],
             [
@@ -204,8 +204,8 @@ impl Plot {
         stream::log_at(rec, path, at, &stem)
     }
 
-    /// Writes words above the field of the picture at `path`, below the name of the upright axis: a plot that has both
-    /// needs a head of [`CAPTION_HEIGHT`].
+    /// Draws a caption above the plot area, below the name of the vertical axis; a plot with both needs a top
+    /// margin of [`CAPTION_HEIGHT`].
     pub fn draw_caption(
         &self,
         rec: &RecordingStream,
@@ -223,32 +223,32 @@ impl Plot {
 }
 
 impl Plot {
-    /// Says for all times what the colours of the picture at `path` mean, above the field: a plot that has such a key needs a head
-    /// of [`key_height`].
-    pub fn draw_key(
+    /// Draws a static legend above the plot area; a plot with a legend needs a top margin of
+    /// [`legend_height`].
+    pub fn draw_legend(
         &self,
         rec: &RecordingStream,
         path: &str,
         words: &[(String, Color)],
     ) -> Result<(), RecordError> {
-        let places = place_key(self.width, words);
+        let places = legend_positions(self.width, words);
         let key = Points2D::new(places)
             .with_labels(words.iter().map(|(name, _)| name.as_str()))
             .with_show_labels(true)
             .with_colors(words.iter().map(|(_, color)| *color))
             .with_radii([Radius::new_ui_points(0.0)]);
-        rec.log_static(paths::key(path), &key)
+        rec.log_static(paths::legend(path), &key)
     }
 }
 
-/// Width of a word of a key, with the space after it.
-fn room(word: &(String, Color)) -> f32 {
+/// Width of a legend entry with the space after it.
+fn entry_width(word: &(String, Color)) -> f32 {
     LETTER * word.0.chars().count() as f32 + SPACE
 }
 
-/// The lines of a key: a second one where the width does not hold all words.
-fn key_lines(width: f32, words: &[(String, Color)]) -> Vec<&[(String, Color)]> {
-    if words.iter().map(room).sum::<f32>() > width {
+/// The rows of a legend: two if the entries do not fit into one.
+fn legend_rows(width: f32, words: &[(String, Color)]) -> Vec<&[(String, Color)]> {
+    if words.iter().map(entry_width).sum::<f32>() > width {
         let (first, second) = words.split_at(words.len().div_ceil(2));
         vec![first, second]
     } else {
@@ -256,27 +256,27 @@ fn key_lines(width: f32, words: &[(String, Color)]) -> Vec<&[(String, Color)]> {
     }
 }
 
-/// What a key needs above a field of some width, pixels.
-pub fn key_height(width: f32, words: &[(String, Color)]) -> f32 {
-    key_lines(width, words).len() as f32 * CAPTION_HEIGHT
+/// Height of a legend above a plot area of some width, pixels.
+pub fn legend_height(width: f32, words: &[(String, Color)]) -> f32 {
+    legend_rows(width, words).len() as f32 * CAPTION_HEIGHT
 }
 
-/// Where the words of a key stand: side by side in the middle above a field.
-fn place_key(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
-    let lines = key_lines(width, words);
+/// Positions of the legend entries: side by side, centred above the plot area.
+fn legend_positions(width: f32, words: &[(String, Color)]) -> Vec<[f32; 2]> {
+    let lines = legend_rows(width, words);
     let mut places = Vec::new();
     for (above, line) in (0..lines.len()).rev().zip(lines) {
-        let mut left = 0.5 * (width - line.iter().map(room).sum::<f32>());
+        let mut left = 0.5 * (width - line.iter().map(entry_width).sum::<f32>());
         for word in line {
             let height = -36.0 - above as f32 * CAPTION_HEIGHT;
-            places.push([left + 0.5 * room(word), height]);
-            left += room(word);
+            places.push([left + 0.5 * entry_width(word), height]);
+            left += entry_width(word);
         }
     }
     places
 }
 
-/// Height of a line of words above the field, pixels.
+/// Height of a line of text above the plot area, pixels.
 pub const CAPTION_HEIGHT: f32 = 26.0;
 
 /// Axes that are logged only when they change.
@@ -284,7 +284,7 @@ pub const CAPTION_HEIGHT: f32 = 26.0;
 pub struct Axes(Option<Plot>);
 
 impl Axes {
-    /// Logs the axes of `plot`, the picture at `path`, from a moment on, unless they stand there already.
+    /// Logs the axes of `plot` at `path` from a moment on, unless they are unchanged.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -301,12 +301,12 @@ impl Axes {
     }
 }
 
-/// A rectangle of a picture, pixels; y points down.
+/// Bounds of a view in pixels; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Left and right.
     pub x: [f32; 2],
-    /// Upper and lower.
+    /// Top and bottom.
     pub y: [f32; 2],
 }
 
@@ -315,24 +315,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_stands_side_by_side_and_breaks_once() {
+    fn a_legend_has_one_or_two_rows() {
         let word = |name: &str| (name.to_owned(), style::AXIS);
         let words = [word("silent"), word("periodic")];
-        let one = place_key(560.0, &words);
+        let one = legend_positions(560.0, &words);
         assert!(one[0][0] < one[1][0] && one[0][1] == one[1][1]);
         let words = [word("quasi-periodic"), word("periodic")];
-        let two = place_key(200.0, &words);
+        let two = legend_positions(200.0, &words);
         assert_eq!((two[0][0], two[1][0]), (100.0, 100.0));
-        assert!(two[0][1] < two[1][1], "the first above the second");
-        assert_eq!(key_height(200.0, &words), 2.0 * CAPTION_HEIGHT);
+        assert!(two[0][1] < two[1][1], "the first entry is above the second");
+        assert_eq!(legend_height(200.0, &words), 2.0 * CAPTION_HEIGHT);
     }
 
     #[test]
-    fn values_map_into_the_field_with_y_upwards() {
+    fn positions_are_clamped_and_y_points_up() {
         let plot = Plot {
             width: 200.0,
             height: 100.0,
-            head: 0.0,
+            top_margin: 0.0,
             x: Axis::linear("x", [0.0, 10.0]),
             y: Axis::decades("y", [-2, 2]),
             grid: true,
@@ -340,7 +340,7 @@ mod tests {
         assert_eq!(plot.at(0.0, 1e-2), [0.0, 100.0]);
         assert_eq!(plot.at(5.0, 1.0), [100.0, 50.0]);
         assert_eq!(plot.at(99.0, 1e9), [200.0, 0.0]);
-        assert_eq!(plot.at(-1.0, -1.0), [0.0, 100.0], "clamped, no NaN");
+        assert_eq!(plot.at(-1.0, -1.0), [0.0, 100.0], "clamped, not NaN");
         assert_eq!(plot.at(0.0, 0.0), [0.0, 100.0]);
     }
 }

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use rerun::{Color, LineStrips2D, LineStrips3D, Points2D, Points3D, Radius};
 
 use super::{
-    due::Due,
     error::RecordError,
     paths::{self, Root},
     plot::Plot,
+    redraw::RedrawTimer,
     stream::{self, Moment, RecordingStream},
     style::{self, FullScale, Quantity, Unit, short},
 };
@@ -17,18 +17,18 @@ use crate::{
     plot::Axis,
 };
 
-/// Length of a joint's trail, s: eighty periods of a 4 kHz squeak, and some five of the beat of two
-/// tones a quarter of a kHz apart, so that a torus has closed before it fades.
+/// Length of a joint's trail, s: 80 periods of a 4 kHz squeak, and about five of the beat of two tones 0.25
+/// kHz apart, so that the trail covers a torus before it fades.
 pub const TRAIL: f64 = 20e-3;
-/// The present point is logged every this many samples.
+/// Interval of the logged current points, samples.
 const POINT_EVERY: usize = 10;
-/// Side of the field, pixels.
+/// Side of the plot area, pixels.
 const SIDE: f32 = 400.0;
 /// Smallest full scales: displacement in m and velocity in m/s.
 const SMALLEST: [f64; 2] = [1e-12, 1e-8];
-/// Pieces of the phase portrait's trail, at most, about.
+/// Approximate maximum number of pieces of the trail of the phase portrait.
 const FADES: f64 = 100.0;
-/// Pieces of the delay trail, each of one colour.
+/// Number of pieces of the delay trail, each with one colour.
 const PIECES: usize = 8;
 
 /// The phase portrait of the probe.
@@ -36,21 +36,21 @@ const PIECES: usize = 8;
 pub struct Portrait {
     /// Length of the trail, s.
     length: f64,
-    /// Colours of the trail by status; the first one where there is none.
+    /// Colours of the trail by status; the first one if there is no status.
     colors: Vec<Color>,
     /// The last frames, oldest first.
     trail: VecDeque<Piece>,
     scales: [FullScale; 2],
     drawn: bool,
-    due: Due,
+    redraw: RedrawTimer,
 }
 
-/// A stretch of the trail: a frame, or several short ones.
+/// A piece of the trail: one frame or several short ones.
 #[derive(Debug)]
 struct Piece {
     /// Displacement in m, velocity in m/s.
     points: Vec<[f64; 2]>,
-    /// Stretches of one status: the number of points and the status.
+    /// Runs of the same status: number of points and status.
     stretches: Vec<(usize, u8)>,
 }
 
@@ -72,7 +72,7 @@ impl Piece {
         self.points.iter()
     }
 
-    /// Goes on with the piece that follows.
+    /// Appends the next piece.
     fn append(&mut self, next: Self) {
         self.points.extend(next.points);
         self.stretches.extend(next.stretches);
@@ -80,8 +80,8 @@ impl Piece {
 }
 
 impl Portrait {
-    /// Starts empty; the axes are drawn with the first frame. The trail is `length` (s) long, and
-    /// has one of the colours by the status of the samples.
+    /// Starts empty; the axes are drawn with the first frame. The trail is `length` (s) long and coloured by
+    /// the status of the samples.
     pub fn new(length: f64, colors: Vec<Color>) -> Self {
         Self {
             length,
@@ -89,23 +89,23 @@ impl Portrait {
             trail: VecDeque::new(),
             scales: SMALLEST.map(FullScale::new),
             drawn: false,
-            due: Due::default(),
+            redraw: RedrawTimer::default(),
         }
     }
 
-    /// What the view must show, whatever the scale.
+    /// Bounds of the view; they do not depend on the scale.
     pub fn bounds() -> super::plot::Bounds {
         Field::new([1.0, 1.0]).plot.bounds()
     }
 
-    /// Takes a frame: the trail is drawn anew once a frame.
+    /// Adds a frame; the trail is redrawn once per frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         if frame.is_empty() {
             return Ok(());
         }
         self.lengthen(frame);
-        self.due.follow(frame);
-        if !self.due.is_due(frame.end()) {
+        self.redraw.set_rate(frame);
+        if !self.redraw.is_due(frame.end()) {
             return Ok(());
         }
 
@@ -126,12 +126,12 @@ impl Portrait {
         draw_point(rec, &field, frame)
     }
 
-    /// Adds a frame to the trail, and drops what is too old.
+    /// Adds a frame to the trail and removes frames that are too old.
     fn lengthen(&mut self, frame: &Frame) {
         let wanted = (self.length / frame.dt).ceil();
         let piece = Piece::new(frame);
         match self.trail.back_mut() {
-            // Many short pieces of one colour each would show no better how the trail fades.
+            // More pieces, each with its own colour, would not improve the fading.
             Some(last) if (last.points.len() as f64) < wanted / FADES => last.append(piece),
             _ => self.trail.push_back(piece),
         }
@@ -155,7 +155,7 @@ impl Portrait {
         let mut strips = Vec::new();
         let mut colors = Vec::new();
         for (k, piece) in self.trail.iter().enumerate() {
-            // Each stretch runs on to the first point of the next, without a gap.
+            // Each run ends at the first point of the next one, so that there is no gap.
             let next = self.trail.get(k + 1).and_then(|piece| piece.points.first());
             let mut start = 0;
             for &(length, status) in &piece.stretches {
@@ -173,7 +173,7 @@ impl Portrait {
     }
 }
 
-/// A plot of the phase plane, and the units of its axes.
+/// The plot of the phase plane and the units of its axes.
 pub(super) struct Field {
     pub plot: Plot,
     pub units: [Unit; 2],
@@ -193,7 +193,7 @@ impl Field {
         let plot = Plot {
             width: SIDE,
             height: SIDE,
-            head: 0.0,
+            top_margin: 0.0,
             x: axis("displacement", scales[0], &units[0]),
             y: axis("velocity", scales[1], &units[1]),
             grid: true,
@@ -201,7 +201,7 @@ impl Field {
         Self { plot, units }
     }
 
-    /// The picture position of a displacement (m) and a velocity (m/s).
+    /// Position of a displacement (m) and a velocity (m/s) in the plot.
     fn at(&self, point: [f64; 2]) -> [f32; 2] {
         let [x, y] = self.values(point);
         self.plot.at(x, y)
@@ -214,7 +214,7 @@ impl Field {
     }
 }
 
-/// The present point moves finely within the frame.
+/// Logs the current point several times within the frame.
 fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(), RecordError> {
     let chosen = (0..frame.len()).step_by(POINT_EVERY);
     let times: Vec<i64> = chosen
@@ -228,13 +228,13 @@ fn draw_point(rec: &RecordingStream, field: &Field, frame: &Frame) -> Result<(),
     stream::send_rows(rec, paths::PORTRAIT_NOW, &times, columns)
 }
 
-/// A colour in piece `k` (1 oldest) of `count`.
+/// The colour of piece `k` (1 is the oldest) of `count`.
 pub fn fade(color: Color, k: usize, count: usize) -> Color {
     let age = k as f32 / count as f32;
     style::faded(color, 0.18 + 0.82 * age.powi(2))
 }
 
-/// Looks of the present point, for all times.
+/// Logs the static style of the current point.
 pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
     let style = Points2D::update_fields()
         .with_colors([style::ACCENT])
@@ -248,16 +248,16 @@ pub fn style_point(rec: &RecordingStream) -> Result<(), RecordError> {
 pub struct Embedding {
     letter: &'static str,
     quantity: Quantity,
-    /// The value drawn in the middle of the cube.
+    /// Value at the centre of the cube.
     middle: f64,
-    /// The smallest full scale to either side.
+    /// Smallest full scale.
     smallest: f64,
     scale: FullScale,
     drawn: bool,
 }
 
 impl Embedding {
-    /// Starts empty. A displacement swings about zero; a signal may have any mean.
+    /// Starts empty. A displacement oscillates about zero; a signal can have any mean.
     pub fn new(subject: &Subject) -> Self {
         let (middle, smallest) = match subject {
             Subject::Joint(_) | Subject::Small(_) => (0.0, SMALLEST[0]),
@@ -306,9 +306,9 @@ impl Embedding {
         stream::log_at(rec, paths::EMBEDDING_TRAIL, time, &trail)
     }
 
-    /// What the axes are and what they span, such as `u(t), ±0.8 µm`.
+    /// Names and ranges of the axes, such as `u(t), ±0.8 µm`.
     fn names(&self) -> [String; 3] {
-        let mut range = format!("±{}", self.quantity.words(self.scale.get()));
+        let mut range = format!("±{}", self.quantity.format(self.scale.get()));
         if self.middle != 0.0 {
             range = format!("{} {range}", short(self.middle));
         }
@@ -316,12 +316,12 @@ impl Embedding {
     }
 }
 
-/// Names of the axes of delay vectors: what is delayed, and what each axis spans.
+/// Names of the axes of delay vectors: symbol, delay and range.
 pub fn delay_names(letter: &str, range: &str) -> [String; 3] {
     ["t", "t - τ", "t - 2τ"].map(|when| format!("{letter}({when}), {range}"))
 }
 
-/// Edges of the cube, and at their ends what the axes are.
+/// Draws the edges of the cube and the names of its axes.
 pub fn draw_cube(
     rec: &RecordingStream,
     root: &Root,

@@ -1,4 +1,4 @@
-//! Recurrence quantification along time: one series a measure, those of one kind in one view.
+//! Recurrence quantification over time, one series per measure.
 
 use rerun::Scalars;
 
@@ -12,17 +12,17 @@ use super::{
 };
 use crate::analysis::Measures;
 
-/// Durations longer than this many states are told in the larger unit.
+/// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
 
-/// Draws measures.
+/// Draws recurrence measures.
 #[derive(Debug, Default)]
 pub struct Quantification {
-    /// Units of short times, long times and rates; known with the first measures.
+    /// Units of short and long durations, determined by the first measures.
     units: Option<Units>,
 }
 
-/// How many of the unit of a series make the SI unit.
+/// Factors from SI to the units of the series.
 #[derive(Clone, Copy, Debug)]
 struct Units {
     short: f64,
@@ -30,8 +30,8 @@ struct Units {
 }
 
 impl Quantification {
-    /// Draws the measures of a window that ends at `time` (s), of states `dt` (s) apart; `period`
-    /// in s. What is not defined leaves a gap.
+    /// Draws the measures of a window that ends at `time` (s), with states `dt` (s) apart; `period` in s. An
+    /// undefined measure is a gap.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -71,7 +71,7 @@ impl Quantification {
                 paths::DIVERGENCE_RATE,
                 measures.divergence.map(|div| div / (units.long * dt)),
             ),
-            // Per thousand states, so per that many durations of one.
+            // TREND is per thousand states; converted to a rate over time.
             (
                 paths::TREND,
                 measures.trend.map(|trend| trend / (1e3 * units.long * dt)),
@@ -85,7 +85,7 @@ impl Quantification {
     }
 }
 
-/// Names the series, once the spacing of the states (s) is known.
+/// Names the series; the units depend on the spacing of the states (s).
 fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
     let short = Quantity::Time.unit(dt);
     let long = Quantity::Time.unit(LONG * dt);

@@ -1,8 +1,8 @@
-//! Reading back: one column of numbers of any recording, ours or anybody's.
+//! Reading a column of numbers from a recording of this program or of another one.
 //!
-//! A recording holds numbers as rows of the archetype `Scalars`, one or several series a row. A
-//! column is one series: `probe/displacement` is the only series of that entity, `modes/q[3]`
-//! the fourth (counted from 0) of `modes/q`.
+//! A recording stores numbers as rows of the archetype `Scalars`, with one or several series per row. A
+//! column is one series: `probe/displacement` is the only series of that entity, `modes/q[3]` the fourth
+//! series (counted from 0) of `modes/q`.
 
 use std::{
     collections::BTreeMap,
@@ -15,84 +15,83 @@ use super::messages::{Chunks, Damage};
 use super::paths;
 use crate::foreign::{open_file, without_panic};
 
-/// The most rows of a column that are read. A row takes 32 bytes until it is read.
+/// Maximum number of rows of a column. A row takes 32 bytes while it is read.
 const MAX_ROWS: usize = 100_000_000;
 
 /// A column of numbers with its times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Path of its entity, with the index of the series where there are several.
+    /// Path of the entity, with the index of the series if there are several.
     pub name: String,
-    /// Unit, if the recording names the series like `displacement, µm`; else empty.
+    /// Unit, if the name of the series has the form `displacement, µm`; else empty.
     pub unit: String,
-    /// When each value holds, s, not falling. On a timeline of wall-clock time they count from the
+    /// Time of each value, s, in ascending order. On a timeline of wall-clock time they are relative to the
     /// first row, because a date in s leaves too few digits for fractions.
     pub times: Vec<f64>,
-    /// The values; not always finite.
+    /// The values; they can be non-finite.
     pub values: Vec<f64>,
-    /// Where the recording is damaged or breaks off: what follows is not read.
+    /// Damage or truncation of the recording; the data after it are not read.
     pub damage: Option<Damage>,
 }
 
-/// Why there is no column.
+/// A column that cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The file cannot be opened.
     #[error("cannot open the recording {}; check the path", path.display())]
     Open {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// Why not.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The file cannot be decoded.
-    #[error("{} is no recording that Rerun {version} reads: {reason}; a recording comes from `--save FILE.rrd`", path.display(), version = super::RERUN_VERSION)]
+    #[error("{} is not a recording that Rerun {version} can read: {reason}; create one with `--save FILE.rrd`", path.display(), version = super::RERUN_VERSION)]
     Format {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         reason: String,
     },
-    /// The file is damaged before there are any numbers.
-    #[error("{} is damaged at {damage}; no numbers come before it", path.display())]
+    /// The file is damaged before the first column of numbers.
+    #[error("{} is damaged at {damage}; there are no numbers before the damage", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// Where, and how.
+        /// Position and reason.
         damage: Damage,
     },
-    /// Nothing was asked for and there is more than one column, or what was asked for is not
-    /// there.
-    #[error("{} {}; it has {}{}", path.display(), missing(asked.as_deref()), list(columns), damaged(damage.as_ref()))]
+    /// The requested column does not exist, or none was requested and there is not exactly one.
+    #[error("{} {}; available columns: {}{}", path.display(), missing(asked.as_deref()), list(columns), damaged(damage.as_ref()))]
     Column {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested column.
         asked: Option<String>,
-        /// What is there: entity by entity, such as `tilt` or `modes/q[0] to modes/q[10]`.
+        /// The available columns by entity, such as `tilt` or `modes/q[0] to modes/q[10]`.
         columns: Vec<String>,
-        /// Where the recording is damaged or breaks off: there may have been more.
+        /// Damage of the recording, which can hide further columns.
         damage: Option<Damage>,
     },
-    /// The column has more rows than are read.
+    /// The column has too many rows.
     #[error("column `{column}` of {} has more than {most} rows; split the recording", path.display())]
     TooLong {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
         /// The column.
         column: String,
-        /// So many are read.
+        /// Maximum number of rows.
         most: usize,
     },
-    /// The column has no time in seconds.
-    #[error("column `{column}` of {} has no time: its timelines only count ({}); log it with a duration or a date", path.display(), list(timelines))]
+    /// The column has no timeline in seconds.
+    #[error("column `{column}` of {} has no time: its timelines are sequence numbers ({}); log it with a duration or a date", path.display(), list(timelines))]
     Time {
-        /// The file.
+        /// Path of the recording.
         path: PathBuf,
         /// The column.
         column: String,
-        /// The timelines it has.
+        /// The available timelines.
         timelines: Vec<String>,
     },
 }
@@ -100,7 +99,7 @@ pub enum ReadError {
 fn missing(asked: Option<&str>) -> String {
     match asked {
         Some(column) => format!("has no column `{column}`"),
-        None => "has not one column but several, or none; say which".to_owned(),
+        None => "does not have exactly one column; specify one".to_owned(),
     }
 }
 
@@ -112,24 +111,26 @@ fn list(names: &[String]) -> String {
 }
 
 fn damaged(damage: Option<&Damage>) -> String {
-    damage.map_or_else(String::new, |damage| format!("; it is damaged at {damage}"))
+    damage.map_or_else(String::new, |damage| {
+        format!("; the recording is damaged at {damage}")
+    })
 }
 
-/// Reads a column of numbers of a recording: rows in the order of their times. The simulated
-/// time of this program is taken if it is there, else a timeline of durations, else one of
-/// dates (when a row was logged last of all). `None` takes the only column there is. Of several
-/// recordings in one file, the first is read.
+/// Reads a column of numbers of a recording, with the rows in the order of their times. The timeline is the
+/// simulated time of this program if available, else a timeline of durations, else one of dates (the log time
+/// of a row is the last choice). `None` selects the only column. Of several recordings in one file, the first
+/// is read.
 ///
-/// A recording that breaks off or is damaged is read as far as it goes, and [`Series::damage`] says
-/// where that is. No length in the file is trusted: memory is that of the column and of one message.
+/// A truncated or damaged recording is read up to the damage, which [`Series::damage`] describes. Lengths in
+/// the file are not trusted: the memory used is that of the column and of one message.
 ///
 /// # Errors
-/// [`ReadError`].
+/// [`ReadError`] if the file cannot be read or the column does not exist.
 pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadError> {
     without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
         Err(ReadError::Format {
             path: path.to_owned(),
-            reason: "the library that decodes it fails".to_owned(),
+            reason: "the decoder panicked".to_owned(),
         })
     })
 }
@@ -179,7 +180,7 @@ fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadEr
     })
 }
 
-/// Entity and index of a column's name.
+/// Splits the name of a column into entity and index.
 fn split(column: &str) -> (&str, Option<usize>) {
     let column = column.trim_start_matches('/');
     let indexed = column
@@ -189,22 +190,21 @@ fn split(column: &str) -> (&str, Option<usize>) {
     indexed.map_or((column, None), |(name, index)| (name, Some(index)))
 }
 
-/// What is known of one entity's numbers.
+/// The numbers of one entity.
 #[derive(Default)]
 struct Entity {
-    /// Series a row, at most.
+    /// Maximum number of series per row.
     width: usize,
-    /// Names of the series, as far as they are told.
+    /// Names of the series, if logged.
     names: Vec<String>,
     timelines: BTreeMap<TimelineName, TimeType>,
-    /// The best timeline in seconds so far.
+    /// The best timeline in seconds found so far.
     clock: Option<Clock>,
-    /// Time (ns on that timeline) and value of every row of the series that is wanted, in the order
-    /// of the file.
+    /// Time (ns on that timeline) and value of every row of the requested series, in the order of the file.
     rows: Vec<(i64, f64)>,
 }
 
-/// A timeline in seconds; the least serves best.
+/// A timeline in seconds; a lower rank is preferred.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Clock {
     rank: u8,
@@ -216,7 +216,7 @@ impl Clock {
         let rank = match kind {
             TimeType::DurationNs if timeline.as_str() == paths::TIMELINE => 0,
             TimeType::DurationNs => 1,
-            // Rerun's own, when a row was logged: not when it was measured.
+            // Rerun's log time is the time of logging, not of the measurement.
             TimeType::TimestampNs if timeline == TimelineName::log_time() => 3,
             TimeType::TimestampNs => 2,
             TimeType::Sequence => return None,
@@ -224,14 +224,14 @@ impl Clock {
         Some(Self { rank, timeline })
     }
 
-    /// Whether it tells dates.
+    /// Whether the timeline consists of dates.
     fn is_date(self) -> bool {
         self.rank >= 2
     }
 }
 
 impl Entity {
-    /// Takes what a chunk says of numbers, and those of the series that is wanted, if one is.
+    /// Adds the information of a chunk, and the rows of the requested series.
     fn take(&mut self, chunk: &Chunk, wanted: Option<usize>) {
         let names = SeriesLines::descriptor_names().component;
         for row in chunk.iter_slices::<String>(names) {
@@ -255,7 +255,7 @@ impl Entity {
         }
     }
 
-    /// Takes the rows of a chunk if no other has a better timeline.
+    /// Adds the rows of a chunk unless a better timeline is known.
     fn take_rows(&mut self, chunk: &Chunk, index: usize, here: Clock) {
         let known = *self.clock.get_or_insert(here);
         if here > known {
@@ -274,7 +274,7 @@ impl Entity {
         }
     }
 
-    /// The name of series `index` of the entity `name`.
+    /// Name of series `index` of the entity `name`.
     fn column(&self, name: &str, index: usize) -> String {
         if self.width == 1 {
             name.to_owned()
@@ -283,7 +283,7 @@ impl Entity {
         }
     }
 
-    /// All columns of the entity `name`.
+    /// Names of all columns of the entity `name`.
     fn columns(&self, name: &str) -> String {
         match self.width {
             1 => name.to_owned(),
@@ -298,8 +298,8 @@ impl Entity {
     }
 }
 
-/// The entities with numbers, by path, and where the recording is damaged. The numbers themselves
-/// are those of the series asked for, else of the first.
+/// The entities with numbers, by path, and the damage of the recording. The rows are those of the requested
+/// series, or of the first one.
 fn read_entities(
     path: &Path,
     asked: Option<(&str, Option<usize>)>,
@@ -352,15 +352,15 @@ mod tests {
     use crate::pipeline::Sink;
     use crate::record::{Output, RerunSink, tests::demo};
 
-    /// A recording of somebody else's, written by `log`.
+    /// A recording of another program, written by `log`.
     fn foreign(path: &Path, log: impl Fn(&RecordingStream)) {
-        let rec = RecordingStreamBuilder::new("somebody").save(path).unwrap();
+        let rec = RecordingStreamBuilder::new("other").save(path).unwrap();
         log(&rec);
         rec.flush_blocking().unwrap();
     }
 
     #[test]
-    fn our_own_recordings_give_back_their_samples() {
+    fn recordings_of_this_program_return_their_samples() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.rrd");
         let output = Output {
@@ -408,12 +408,12 @@ mod tests {
         ] {
             let error = read_series(&path, asked).unwrap_err().to_string();
             assert!(error.contains("modes/q[0] to modes/q[10]"), "{error}");
-            assert!(error.contains(asked.unwrap_or("say which")), "{error}");
+            assert!(error.contains(asked.unwrap_or("specify one")), "{error}");
         }
     }
 
     #[test]
-    fn the_only_column_needs_no_name_and_rows_are_put_in_order() {
+    fn the_only_column_needs_no_name_and_rows_are_sorted() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("foreign.rrd");
         foreign(&path, |rec| {
@@ -431,12 +431,12 @@ mod tests {
         assert_eq!(
             series.times,
             [0.0, 1e-9, 2e-9],
-            "dates count from the first"
+            "dates are relative to the first row"
         );
     }
 
     #[test]
-    fn a_count_is_no_time() {
+    fn a_sequence_is_not_a_time() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("foreign.rrd");
         foreign(&path, |rec| {
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_recording_is_told() {
+    fn files_that_are_not_recordings_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("missing.rrd");
         for path in [missing.as_path(), folder.path()] {

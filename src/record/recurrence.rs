@@ -1,9 +1,8 @@
-//! The recurrence plot, Eq. (26): bright where the state comes back to where it was, shaded by
-//! distance elsewhere.
+//! The recurrence plot, Eq. (26): recurrent pairs are bright, other pairs are shaded by distance.
 //!
-//! A pixel is a class, one byte: a shade of distance, or recurrence. The viewer looks the
-//! colour up and names the class under the cursor; colours in the picture would take three
-//! times the room.
+//! A pixel is a class index of one byte: a shade of distance, or recurrence. The viewer looks up the colour
+//! and displays the name of the class under the cursor. Colours instead of indices would take three times the
+//! space.
 
 use rerun::{
     AnnotationContext, SegmentationImage, Transform3D, components::ImageFormat,
@@ -21,9 +20,9 @@ use crate::analysis::RecurrenceImage;
 use crate::plot::Axis;
 use crate::plot::response::{SHADES, classes};
 
-/// Side of the field, pixels of the picture's plane.
+/// Side of the plot area, pixels.
 const SIDE: f32 = 400.0;
-/// Brightest shade of a pair that is not recurrent, as a share of the colour map.
+/// Brightest shade of a non-recurrent pair, as a position in the colour map.
 const BRIGHTEST: f32 = 0.5;
 
 /// Draws recurrence plots.
@@ -31,12 +30,12 @@ const BRIGHTEST: f32 = 0.5;
 pub struct Recurrence {
     root: Root,
     quantity: Quantity,
-    /// Window (s) and size for which axes and scale are drawn.
+    /// Window (s) and size of the current axes and scale.
     drawn: Option<(f64, usize)>,
 }
 
 impl Recurrence {
-    /// Says what the classes mean; axes come with the first picture.
+    /// Names the classes; the axes are drawn with the first plot.
     pub fn new(rec: &RecordingStream, root: Root, quantity: Quantity) -> Result<Self, RecordError> {
         let map = ColorMap::inferno();
         let shades = (0..SHADES).map(|shade| {
@@ -58,23 +57,23 @@ impl Recurrence {
     fn plot(window: f64) -> Plot {
         let unit = Quantity::Time.unit(window);
         let axis = |name: &str| Axis::linear(name, [-unit.per_si * window, 0.0]);
-        // The upright axis means the same; the caption takes the place of its name.
+        // The vertical axis is the same; the caption is drawn in place of its name.
         Plot {
             width: SIDE,
             height: SIDE,
-            head: 0.0,
-            x: axis(&format!("time before now, {}, on both axes", unit.symbol)),
+            top_margin: 0.0,
+            x: axis(&format!("time before present, {} (both axes)", unit.symbol)),
             y: axis(""),
             grid: false,
         }
     }
 
-    /// What the view must show, whatever the window.
+    /// Bounds of the view; they do not depend on the window.
     pub fn bounds() -> Bounds {
         Self::plot(1.0).bounds()
     }
 
-    /// Draws a plot; it stands at the end of its window.
+    /// Draws a plot at the end of its window.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
@@ -98,23 +97,25 @@ impl Recurrence {
             .with_draw_order(-2.0);
         stream::log_at(rec, image_path, at, &image)?;
 
-        let epsilon = match picture.threshold {
-            Some(threshold) => format!("ε = {}", self.quantity.words(threshold)),
-            None => "ε of each state its own".to_owned(),
-        };
-        let words = format!(
-            "{:.0} % recurrent, {epsilon}, m = {}, τ = {}",
-            1e2 * picture.rate,
-            picture.dimension,
-            Quantity::Time.words(picture.lag),
-        );
-        self.caption(rec, at, &words)
-    }
-
-    fn caption(&self, rec: &RecordingStream, at: Moment, words: &str) -> Result<(), RecordError> {
+        let caption = caption(picture, &self.quantity);
         let path = self.root.at(paths::RECURRENCE);
-        Self::plot(1.0).draw_caption(rec, &path, at, words)
+        Self::plot(1.0).draw_caption(rec, &path, at, &caption)
     }
+}
+
+/// Recurrence rate, threshold (a distance in the unit of `quantity`), dimension and delay of a recurrence
+/// plot.
+pub fn caption(plot: &RecurrenceImage, quantity: &Quantity) -> String {
+    let epsilon = match plot.threshold {
+        Some(threshold) => format!("ε = {}", quantity.format(threshold)),
+        None => "ε chosen for each state".to_owned(),
+    };
+    format!(
+        "RR = {:.0} %, {epsilon}, m = {}, τ = {}",
+        1e2 * plot.rate,
+        plot.dimension,
+        Quantity::Time.format(plot.lag),
+    )
 }
 
 /// A class with its name and colour.

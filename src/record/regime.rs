@@ -1,4 +1,4 @@
-//! The kind of motion: its history in colours by how sure it is, and the evidence in words.
+//! The type of motion: its confidence over time, and the evidence as text.
 
 use rerun::{Scalars, SeriesPoints};
 
@@ -14,30 +14,30 @@ use crate::{
     pipeline::message::Header,
 };
 
-/// All kinds, in the order of the key.
-const KINDS: [Regime; 7] = [
+/// The regimes in the order of the legend.
+const REGIMES: [Regime; 7] = [
     Regime::Silent,
     Regime::Transient,
     Regime::Periodic,
     Regime::QuasiPeriodic,
     Regime::Chaotic,
     Regime::Noise,
-    Regime::Unsure,
+    Regime::Undetermined,
 ];
 
-/// Names kinds and series.
-pub fn name_kinds(rec: &RecordingStream) -> Result<(), RecordError> {
-    let colors = KINDS.map(style::regime);
-    let names = KINDS.map(|kind| kind.to_string());
+/// Names the regimes and the series.
+pub fn name_regimes(rec: &RecordingStream) -> Result<(), RecordError> {
+    let colors = REGIMES.map(style::regime);
+    let names = REGIMES.map(|kind| kind.to_string());
     name_series(rec, paths::REGIME_CONFIDENCE, names, colors)?;
-    // A verdict between others has no line.
+    // A value between two gaps has no line segment.
     let points = SeriesPoints::new()
         .with_colors(colors)
-        .with_marker_sizes([3.0; KINDS.len()]);
+        .with_marker_sizes([3.0; REGIMES.len()]);
     rec.log_static(paths::REGIME_CONFIDENCE, &points)
 }
 
-/// Draws the verdict on a window of `window` (s) that ends at `time` (s).
+/// Draws the classification of a window of `window` (s) that ends at `time` (s).
 pub fn draw_verdict(
     rec: &RecordingStream,
     header: &Header,
@@ -49,30 +49,32 @@ pub fn draw_verdict(
         true => verdict.confidence,
         false => f64::NAN,
     };
-    let confidences = Scalars::new(KINDS.map(confidence));
+    let confidences = Scalars::new(REGIMES.map(confidence));
     stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
     let text = document(header, time, window, verdict);
     let document = text::document(text);
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
 }
 
-/// The verdict as a heading with a line on how sure it is.
+/// The classification as a heading, with its confidence.
 fn heading(verdict: &Verdict) -> String {
-    let name = verdict.regime.to_string();
-    let mut letters = name.chars();
-    let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    let name: String = first.chain(letters).collect();
-    format!("## {name}\n\n**{:.0} % sure**", 1e2 * verdict.confidence)
+    format!(
+        "## {}\n\n**Confidence {:.0} %**",
+        style::capitalize(&verdict.regime.to_string()),
+        1e2 * verdict.confidence
+    )
 }
 
-/// The verdict with the strongest evidence in words.
+/// The classification with the strongest evidence.
 pub fn words(verdict: &Verdict) -> String {
     let strongest = verdict.evidence.iter().take(3);
-    let words: String = strongest.map(|e| format!("* {}\n", e.words)).collect();
+    let words: String = strongest
+        .map(|e| format!("* {}\n", e.description))
+        .collect();
     format!("{}\n\n{words}", heading(verdict))
 }
 
-/// The verdict with its evidence, strongest first.
+/// The classification with all evidence, strongest first.
 fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
     let rows: String = verdict
         .evidence
@@ -81,22 +83,22 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
             format!(
                 "| {:.2} | {} | {} |\n",
                 evidence.weight,
-                evidence.what,
-                evidence.kinds(),
+                evidence.criterion,
+                evidence.supported_regimes(),
             )
         })
         .collect();
     let words: String = verdict
         .evidence
         .iter()
-        .map(|evidence| format!("* {}\n", evidence.words))
+        .map(|evidence| format!("* {}\n", evidence.description))
         .collect();
     format!(
-        "{heading}, from the {window} before {now}.\n\n\
-         | weight | evidence | speaks for |\n|---|---|---|\n{rows}\n{words}",
+        "{heading}, window of {window} before {now}.\n\n\
+         | weight | evidence | supports |\n|---|---|---|\n{rows}\n{words}",
         heading = heading(verdict),
-        window = style::Quantity::Time.words(window),
-        now = style::moment(header, time),
+        window = style::Quantity::Time.format(window),
+        now = style::format_time(header, time),
     )
 }
 
@@ -106,7 +108,7 @@ mod tests {
     use crate::{analysis::Evidence, record::tests::demo};
 
     #[test]
-    fn a_verdict_reads_well() {
+    fn a_classification_is_described() {
         let verdict = Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.874,
@@ -119,9 +121,9 @@ mod tests {
             )],
         };
         let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
-        assert!(
-            text.starts_with("## Quasi-periodic\n\n**87 % sure**, from the 40 ms before 120 ms.")
-        );
+        assert!(text.starts_with(
+            "## Quasi-periodic\n\n**Confidence 87 %**, window of 40 ms before 120 ms."
+        ));
         assert!(text.contains("| 0.50 | 0-1 test | periodic or quasi-periodic |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
     }

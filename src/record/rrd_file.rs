@@ -1,10 +1,9 @@
-//! The end of a stream that is a file, written by a thread of its own.
+//! A recording stream into a file, written by its own thread.
 //!
-//! Rerun has a sink of its own for files, but once it has met a fault it only says that its thread has
-//! ended, and half a message stays at the file's end. Here the fault keeps the system's own words, and
-//! a file that cannot be written further breaks off between two messages, where every reader finds its way.
-//! A disk that does not answer holds up nobody for longer than a stated time: only then is the thread left
-//! behind.
+//! Rerun's file sink is not used: after an error it reports only that its thread has ended, and half a
+//! message remains at the end of the file. Here the system's error is kept, and the file of a failed write
+//! ends after a complete message, so every reader can read it. A disk that does not respond delays the caller
+//! for a limited time only; in that case alone the thread is not joined.
 
 use std::{
     fs::{File, OpenOptions},
@@ -29,48 +28,48 @@ use rerun::{
 
 use super::stream::MessageSink;
 
-/// Messages that may wait for the disk.
-const WAITING: usize = 16;
-/// How long a disk may take to do what is asked of it before it counts as stuck.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Maximum number of messages in the queue.
+const QUEUE_LENGTH: usize = 16;
+/// Time without a response after which a disk counts as stuck.
+const DISK_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// A recording that is being written into a file. Dropped, it gets its index, as far as it can be written.
+/// A recording that is being written to a file. Dropping it writes the index if possible.
 #[derive(Debug)]
 pub struct RrdFile {
-    writer: ToRrdFile,
+    writer: RrdWriter,
     thread: Option<JoinHandle<Result<(), String>>>,
 }
 
-/// Sends messages to the thread that writes a file.
+/// The writer of an `.rrd` file: sends messages to the thread that writes it.
 #[derive(Clone, Debug)]
-pub struct ToRrdFile {
-    orders: Sender<Order>,
-    /// The disk has not answered for too long.
+pub struct RrdWriter {
+    commands: Sender<Command>,
+    /// The disk did not respond in time.
     stuck: Arc<AtomicBool>,
 }
 
-/// What the thread is asked to do.
-enum Order {
+/// A command for the writing thread.
+enum Command {
     Write(LogMsg),
-    /// Answer when all before has been written.
+    /// Reply when all previous messages are written.
     Flush(Sender<Result<(), String>>),
-    /// Write the index, and end.
+    /// Write the index and end.
     Seal,
 }
 
 impl RrdFile {
-    /// Writes what is sent from now on.
+    /// Starts the writing thread.
     ///
     /// # Errors
-    /// What the system says if there is no thread to be had.
-    pub fn start(writing: Writing) -> io::Result<Self> {
+    /// The error of the system if the thread cannot be started.
+    pub fn start(writing: RrdEncoder) -> io::Result<Self> {
         let state = State::Writing(Box::new(writing));
-        let (orders, asked) = bounded(WAITING);
+        let (commands, received) = bounded(QUEUE_LENGTH);
         let thread = thread::Builder::new()
             .name("recording".to_owned())
-            .spawn(move || write(state, &asked))?;
-        let writer = ToRrdFile {
-            orders,
+            .spawn(move || write(state, &received))?;
+        let writer = RrdWriter {
+            commands,
             stuck: Arc::default(),
         };
         Ok(Self {
@@ -79,43 +78,45 @@ impl RrdFile {
         })
     }
 
-    /// Takes messages for the file.
-    pub fn writer(&self) -> ToRrdFile {
+    /// A handle that sends messages to the file.
+    pub fn writer(&self) -> RrdWriter {
         self.writer.clone()
     }
 
-    /// Waits until all is written that was sent.
+    /// Waits until all messages sent so far are written.
     ///
     /// # Errors
-    /// Why it is not.
+    /// The reason why they are not.
     pub fn flush(&self) -> Result<(), String> {
         let (done, answer) = bounded(1);
-        self.writer.order(Order::Flush(done));
+        self.writer.submit(Command::Flush(done));
         if !self.writer.is_stuck() {
-            match answer.recv_timeout(PATIENCE) {
+            match answer.recv_timeout(DISK_TIMEOUT) {
                 Ok(result) => return result,
-                Err(RecvTimeoutError::Disconnected) => return Err("its thread ended".to_owned()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err("the writing thread ended".to_owned());
+                }
                 Err(RecvTimeoutError::Timeout) => self.writer.stuck.store(true, Ordering::Relaxed),
             }
         }
         Err(format!(
-            "the disk has not answered for {} s",
-            PATIENCE.as_secs()
+            "the disk has not responded for {} s",
+            DISK_TIMEOUT.as_secs()
         ))
     }
 
-    /// Writes the index, after which nothing more is taken.
+    /// Writes the index and ends the thread; later messages are ignored.
     ///
     /// # Errors
-    /// Why the file is not whole.
+    /// The reason why the file is incomplete.
     pub fn seal(&mut self) -> Result<(), String> {
         let flushed = self.flush();
-        // A disk that has just answered takes as long over the index as its length needs.
+        // No timeout: the disk responded just now, and the time for the index depends on its length.
         match self.thread.take_if(|_| !self.writer.is_stuck()) {
             Some(thread) => {
-                self.writer.order(Order::Seal);
+                self.writer.submit(Command::Seal);
                 let ended = thread.join();
-                ended.unwrap_or_else(|_| Err("its thread panicked".to_owned()))
+                ended.unwrap_or_else(|_| Err("the writing thread panicked".to_owned()))
             }
             None => flushed,
         }
@@ -125,59 +126,60 @@ impl RrdFile {
 impl Drop for RrdFile {
     fn drop(&mut self) {
         if self.thread.is_some() {
-            // Whoever drops it unsealed has an error of its own to report.
+            // The error that caused the drop is reported instead.
             let _ = self.seal();
         }
     }
 }
 
-impl ToRrdFile {
+impl RrdWriter {
     fn is_stuck(&self) -> bool {
         self.stuck.load(Ordering::Relaxed)
     }
 
-    fn order(&self, order: Order) {
+    fn submit(&self, command: Command) {
         if !self.is_stuck()
-            && matches!(self.orders.send_timeout(order, PATIENCE), Err(error) if error.is_timeout())
+            && matches!(self.commands.send_timeout(command, DISK_TIMEOUT), Err(error) if error.is_timeout())
         {
             self.stuck.store(true, Ordering::Relaxed);
         }
     }
 }
 
-impl MessageSink for ToRrdFile {
+impl MessageSink for RrdWriter {
     fn send(&self, message: LogMsg) {
-        self.order(Order::Write(message));
+        self.submit(Command::Write(message));
     }
 }
 
 enum State {
-    Writing(Box<Writing>),
-    /// No message can be added any more, and why.
+    Writing(Box<RrdEncoder>),
+    /// A write failed for this reason; no more messages are written.
     Broken(String),
 }
 
-/// A file that is being written.
-pub struct Writing {
+/// The encoder of an open `.rrd` file.
+pub struct RrdEncoder {
     encoder: Encoder<File>,
-    /// The same file, to cut off what a failed write leaves of a message.
+    /// The same file, used to remove an incomplete message after a failed write.
     file: File,
-    /// Bytes of whole messages.
-    whole: u64,
+    /// Size of the complete messages, bytes.
+    complete_bytes: u64,
 }
 
-/// Does what is asked until the last order, or until nobody is left who could ask; why the file is not whole.
-fn write(mut state: State, orders: &Receiver<Order>) -> Result<(), String> {
-    for order in orders {
-        let sealed = matches!(order, Order::Seal);
+/// Executes commands until the last one or until all senders are dropped. Returns the reason if the file is
+/// incomplete.
+fn write(mut state: State, commands: &Receiver<Command>) -> Result<(), String> {
+    for command in commands {
+        let sealed = matches!(command, Command::Seal);
         if let State::Writing(writing) = &mut state {
-            let written = match &order {
-                Order::Write(message) => writing.append(message),
-                Order::Flush(_) => Ok(()),
-                Order::Seal => writing.encoder.finish(),
+            let written = match &command {
+                Command::Write(message) => writing.append(message),
+                Command::Flush(_) => Ok(()),
+                Command::Seal => writing.encoder.finish(),
             };
             if let Err(fault) = written {
-                state = writing.broken(&fault);
+                state = writing.fail(&fault);
             }
         }
         let result = match &state {
@@ -187,19 +189,19 @@ fn write(mut state: State, orders: &Receiver<Order>) -> Result<(), String> {
         if sealed {
             return result;
         }
-        if let Order::Flush(done) = order {
-            // Whoever asked may have lost its patience meanwhile.
+        if let Command::Flush(done) = command {
+            // The caller may have timed out.
             let _ = done.send(result);
         }
     }
     Ok(())
 }
 
-impl Writing {
-    /// Begins a recording in a file that is there and empty.
+impl RrdEncoder {
+    /// Starts a recording in an existing empty file.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn begin(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).open(path)?;
         let encoder = Encoder::new_eager(
@@ -211,31 +213,31 @@ impl Writing {
             EncodeError::Write(source) => source,
             other => io::Error::other(other),
         })?;
-        let whole = file.metadata()?.len();
+        let complete_bytes = file.metadata()?.len();
         Ok(Self {
             encoder,
             file,
-            whole,
+            complete_bytes,
         })
     }
 
     fn append(&mut self, message: &LogMsg) -> Result<(), EncodeError> {
-        self.whole += self.encoder.append(message)?;
+        self.complete_bytes += self.encoder.append(message)?;
         Ok(())
     }
 
-    /// Gives up, with whole messages only.
-    fn broken(&mut self, fault: &EncodeError) -> State {
-        // The encoder adds an index when it is dropped, which would come after the gap.
+    /// Stops the encoding and removes an incomplete message.
+    fn fail(&mut self, fault: &EncodeError) -> State {
+        // The encoder would otherwise write an index when it is dropped.
         self.encoder.do_not_emit_footer();
-        let cut = self.file.set_len(self.whole);
+        let cut = self.file.set_len(self.complete_bytes);
         let said = match fault {
             EncodeError::Write(source) => source.to_string(),
             other => other.to_string(),
         };
         State::Broken(match cut {
             Ok(()) => said,
-            Err(uncut) => format!("{said}, and its last message is torn: {uncut}"),
+            Err(uncut) => format!("{said}, and the last message is incomplete: {uncut}"),
         })
     }
 }

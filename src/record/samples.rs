@@ -1,4 +1,4 @@
-//! Columns of plain numbers: probe, modes, energies, and what acts on the joint.
+//! Scalar series: probe, modes, energies, tilt, load and rotation.
 
 use rerun::{Points2D, Radius, Scalars, SeriesLines};
 
@@ -11,10 +11,10 @@ use super::{
 };
 use crate::pipeline::message::{Frame, JointInfo, ModeInfo, SignalInfo};
 
-/// Rows sent in one go, if nobody asks for them before: each go takes a line of the index of a file.
+/// Rows per batch. A larger batch needs fewer entries in the index of a file.
 const BATCH_ROWS: usize = 4000;
 
-/// Rows of equal width waiting to be sent to one entity.
+/// Pending rows of one entity, all of the same width.
 #[derive(Debug)]
 pub struct Rows {
     path: &'static str,
@@ -24,7 +24,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// No rows yet for an entity of `width` series.
+    /// No rows yet, for an entity of `width` series.
     pub fn new(path: &'static str, width: usize) -> Self {
         Self {
             path,
@@ -34,14 +34,14 @@ impl Rows {
         }
     }
 
-    /// Adds a row at a time (s); `row` yields as many values as the entity has series.
+    /// Adds a row at a time (s); `row` has as many values as the entity has series.
     pub fn push(&mut self, time: f64, row: impl IntoIterator<Item = f64>) {
         self.times.push(stream::nanos(time));
         self.values.extend(row);
         debug_assert_eq!(self.values.len(), self.times.len() * self.width);
     }
 
-    /// Sends the rows if there are enough of them.
+    /// Sends the rows if the batch is full.
     pub fn send_full(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         if self.times.len() < BATCH_ROWS {
             return Ok(());
@@ -62,7 +62,7 @@ impl Rows {
     }
 }
 
-/// All series of samples of a joint.
+/// The scalar series of a joint.
 #[derive(Debug)]
 pub struct Samples {
     displacement: Rows,
@@ -72,13 +72,13 @@ pub struct Samples {
     modal_energy: Rows,
     energy: Rows,
     tilt: Rows,
-    /// Where it varies.
+    /// Load, if it varies.
     load: Option<Rows>,
-    /// Where it varies.
+    /// Rotation factor, if it varies.
     rotation_factor: Option<Rows>,
 }
 
-/// Names and colours of the series of one entity; without it they are called by their path.
+/// Sets names and colours of the series of an entity; without names the viewer shows the path.
 pub fn name_series(
     rec: &RecordingStream,
     path: &str,
@@ -110,21 +110,21 @@ impl Samples {
         let rotation_factor = varying(
             joint.rotation_varies(),
             paths::ROTATION_FACTOR,
-            "factor on the rotation",
+            "rotation factor",
             style::ROTATION,
         )?;
         for path in [paths::MODES_Q, paths::MODES_QDOT, paths::MODES_ENERGY] {
             let colors = (0..joint.modes.len()).map(|i| style::MODES[i % style::MODES.len()]);
             name_series(rec, path, joint.modes.iter().map(mode_name), colors)?;
         }
-        draw_mode_key(rec, joint)?;
+        draw_mode_legend(rec, joint)?;
         name_series(
             rec,
             paths::ENERGY,
-            ["stored, µJ", "work of friction, µJ", "unaccounted, µJ"].map(str::to_owned),
+            ["stored, µJ", "work of friction, µJ", "residual, µJ"].map(str::to_owned),
             [style::SIGNAL, style::FRICTION, style::ACCENT],
         )?;
-        // The first two nearly coincide: the wide one shows at both sides of the narrow one.
+        // The first two nearly coincide; the wide line remains visible behind the narrow one.
         let widths = SeriesLines::update_fields().with_widths([3.6, 1.2, 1.2]);
         rec.log_static(paths::ENERGY, &widths)?;
         let modes = joint.modes.len();
@@ -141,7 +141,7 @@ impl Samples {
         })
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         let rows = frame.q.chunks_exact(frame.modes);
         let rates = frame.qdot.chunks_exact(frame.modes);
@@ -174,7 +174,7 @@ impl Samples {
         Ok(())
     }
 
-    /// Sends what is left.
+    /// Sends pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         for rows in self.all() {
             rows.send(rec)?;
@@ -197,7 +197,7 @@ impl Samples {
     }
 }
 
-/// The samples of a signal from a file, in its own unit.
+/// The samples of a signal from a file, in their own unit.
 #[derive(Debug)]
 pub struct Waveform(Rows);
 
@@ -209,7 +209,7 @@ impl Waveform {
         Ok(Self(Rows::new(paths::WAVEFORM, 1)))
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         for (k, &value) in frame.displacement.iter().enumerate() {
             self.0.push(frame.time(k), [value]);
@@ -217,28 +217,28 @@ impl Waveform {
         self.0.send_full(rec)
     }
 
-    /// Sends what is left.
+    /// Sends pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.0.send(rec)
     }
 }
 
-/// Height of a name in the key to the modes, pixels, and the width of the key.
+/// Line height and width of the legend of the modes, pixels.
 const KEY_LINE: f32 = 30.0;
 const KEY_WIDTH: f32 = 190.0;
-/// Lines of the key: as many as there are colours for.
+/// Number of lines of the legend: the number of colours.
 const KEY_LINES: usize = style::MODES.len();
 
-/// What the view of the key must show.
-pub fn mode_key_bounds() -> Bounds {
+/// Bounds of the view of the legend.
+pub fn mode_legend_bounds() -> Bounds {
     Bounds {
         x: [0.0, KEY_WIDTH],
         y: [0.0, KEY_LINE * (KEY_LINES as f32 + 1.0)],
     }
 }
 
-/// The names of the modes in their colours, one below the other.
-fn draw_mode_key(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
+/// Draws the labels of the modes in their colours, one below the other.
+fn draw_mode_legend(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordError> {
     let modes = || joint.modes.iter().take(KEY_LINES);
     let places = (0..modes().len()).map(|k| [0.5 * KEY_WIDTH, KEY_LINE * (k as f32 + 0.5)]);
     let key = Points2D::new(places)
@@ -246,7 +246,7 @@ fn draw_mode_key(rec: &RecordingStream, joint: &JointInfo) -> Result<(), RecordE
         .with_show_labels(true)
         .with_colors(style::MODES)
         .with_radii([Radius::new_ui_points(0.0)]);
-    rec.log_static(paths::MODES_KEY, &key)
+    rec.log_static(paths::MODES_LEGEND, &key)
 }
 
 /// Label and frequency of a mode.

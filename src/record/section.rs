@@ -1,18 +1,18 @@
-//! The Poincare section and its return map: passages as points, the newest brightest.
+//! The Poincaré section and its return map; the latest intersections are the brightest.
 //!
-//! A tone passes at one point (or a few), a torus along a closed curve, chaos all over a cloud.
-//! The return map sets each passage against the one before: points on the diagonal repeat.
+//! A periodic motion has one or a few points, a torus a closed curve, chaos a scattered set. The return map
+//! shows each intersection over the previous one; points on the diagonal are periodic.
 
 use std::collections::VecDeque;
 
 use rerun::{LineStrips2D, Points2D, Radius};
 
 use super::{
-    due::Due,
     error::RecordError,
     paths,
     plot::{Axes, Bounds, Plot},
     portrait,
+    redraw::RedrawTimer,
     stream::{self, RecordingStream},
     style::{self, Quantity},
 };
@@ -22,35 +22,35 @@ use crate::{
     plot::Axis,
 };
 
-/// Passages on show: a quarter of a second of a squeak at 4 kHz would be a thousand.
+/// Number of intersections shown; a 4 kHz squeak has 1,000 in 0.25 s.
 const PASSAGES: usize = 600;
-/// Room round the passages, as a share of their spread.
+/// Width of the axes over the range of the intersections.
 const MARGIN: f64 = 1.2;
-/// Half-width of an axis over the size of the motion, at the least.
+/// Smallest half-width of an axis over the amplitude of the motion.
 const LEAST_SHARE: f64 = 0.15;
-/// An axis this many times too wide is fitted anew.
+/// An axis is fitted again if it is this many times too wide.
 const OUTGROWN: f64 = 2.0;
-/// Side of both fields, pixels.
+/// Side of both plot areas, pixels.
 const SIDE: f32 = 400.0;
 
-/// Draws passages.
+/// Draws intersections.
 #[derive(Debug)]
 pub struct Section {
     coordinates: [Coordinate; 2],
-    /// The newest passages, oldest first.
+    /// The latest intersections, oldest first.
     recent: VecDeque<[f64; 2]>,
     /// Axes of the section and of its return map.
     axes: [Axes; 2],
-    /// When they are drawn.
-    pub due: Due,
+    /// Limits the redraw rate.
+    pub redraw: RedrawTimer,
 }
 
-/// How one coordinate is drawn.
+/// One coordinate of the section, with its axis.
 #[derive(Debug)]
 struct Coordinate {
     name: String,
     quantity: Quantity,
-    /// The value about which the motion swings, and the least half-width of an axis.
+    /// Mean of the motion, and smallest half-width of the axis.
     middle: f64,
     smallest: f64,
     /// Both ends of the axis.
@@ -69,7 +69,7 @@ impl Coordinate {
             SectionCoordinate::Delayed(0) => (format!("{letter}(t)"), None),
             SectionCoordinate::Delayed(1) => (format!("{letter}(t + τ)"), None),
             SectionCoordinate::Delayed(n) => (format!("{letter}(t + {n}τ)"), None),
-            // Of a mass of 1 kg the modal coordinate is the displacement.
+            // The modal coordinate of a mass of 1 kg is the displacement.
             SectionCoordinate::Q(_) if small => ("x".to_owned(), Some(Quantity::Length)),
             SectionCoordinate::Qdot(_) if small => ("dx/dt".to_owned(), Some(Quantity::Speed)),
             SectionCoordinate::Q(index) => (format!("q, {}", mode(index)), Some(Quantity::Modal)),
@@ -91,14 +91,14 @@ impl Coordinate {
         }
     }
 
-    /// Half the width that shows values from `low` to `high`, at least a share of the motion.
+    /// Half-width of an axis for values from `low` to `high`, at least a fraction of the motion.
     fn half_width(&self, [low, high]: [f64; 2]) -> f64 {
         let motion = (low - self.middle).abs().max((high - self.middle).abs());
         let spread = 0.5 * MARGIN * (high - low);
         spread.max(LEAST_SHARE * motion).max(self.smallest)
     }
 
-    /// Fits the axis. It stays as long as it serves, so that the picture does not jump.
+    /// Fits the axis. An axis that still fits is kept, so that the plot does not jump.
     fn fit(&mut self, [low, high]: [f64; 2], half: f64) {
         let [from, to] = self.range;
         let serves = from <= low && high <= to && to - from <= 2.0 * OUTGROWN * half;
@@ -108,7 +108,7 @@ impl Coordinate {
         }
     }
 
-    /// The axis, and how many of its units make an SI unit.
+    /// The axis, and the factor from SI to its unit.
     fn axis(&self, suffix: &str) -> (Axis, f64) {
         let [low, high] = self.range;
         let unit = self.quantity.unit(low.abs().max(high.abs()));
@@ -130,17 +130,17 @@ impl Section {
             coordinates: header.section.map(|c| Coordinate::new(header, c)),
             recent: VecDeque::with_capacity(PASSAGES),
             axes: Default::default(),
-            due: Due::default(),
+            redraw: RedrawTimer::default(),
         })
     }
 
-    /// What both views must show.
+    /// Bounds of both views.
     pub fn bounds() -> Bounds {
         let axis = || Axis::linear("", [-1.0, 1.0]);
         plot(axis(), axis()).bounds()
     }
 
-    /// Takes passages, complete up to `time` (s).
+    /// Adds intersections, complete up to `time` (s).
     pub fn push(
         &mut self,
         rec: &RecordingStream,
@@ -153,7 +153,7 @@ impl Section {
         self.recent.extend(points.iter().map(|point| point.at));
         let surplus = self.recent.len().saturating_sub(PASSAGES);
         self.recent.drain(..surplus);
-        if !self.due.is_due(time) {
+        if !self.redraw.is_due(time) {
             return Ok(());
         }
         self.scale();
@@ -161,8 +161,8 @@ impl Section {
         self.draw_map(rec, time)
     }
 
-    /// Fits the axes to the passages, but never closer than a share of the motion: those of a
-    /// tone must look like a point. Where both axes measure the same they have the same scale.
+    /// Fits the axes to the intersections, but at least to a fraction of the motion, so that a periodic
+    /// motion appears as a point. Two axes of the same quantity have the same scale.
     fn scale(&mut self) {
         let spans: [[f64; 2]; 2] =
             std::array::from_fn(|c| range(self.recent.iter().map(|point| point[c])));
@@ -185,7 +185,7 @@ impl Section {
 
     fn draw_map(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         let coordinate = &self.coordinates[0];
-        let (x, unit) = coordinate.axis(" at one passage");
+        let (x, unit) = coordinate.axis(" at an intersection");
         let (y, _) = coordinate.axis(" at the next");
         let plot = plot(x, y);
         self.axes[1].draw(rec, paths::RETURN_MAP, time, &plot)?;
@@ -195,7 +195,7 @@ impl Section {
     }
 }
 
-/// Points that fade with age, oldest first.
+/// Draws points that fade with age, oldest first.
 fn draw_cloud(
     rec: &RecordingStream,
     path: &str,
@@ -213,7 +213,7 @@ fn plot(x: Axis, y: Axis) -> Plot {
     Plot {
         width: SIDE,
         height: SIDE,
-        head: 0.0,
+        top_margin: 0.0,
         x,
         y,
         grid: true,
@@ -226,7 +226,7 @@ mod tests {
     use crate::record::{stream::in_memory, tests::demo};
 
     #[test]
-    fn axes_are_alike_and_hold_the_newest_passages() {
+    fn axes_have_the_same_scale_and_contain_the_latest_intersections() {
         let (rec, _) = in_memory();
         let mut section = Section::new(&rec, &demo::header(0.1)).unwrap();
         let point = |k: usize| SectionPoint {
@@ -237,14 +237,14 @@ mod tests {
         section.push(&rec, 0.05, &points[..PASSAGES + 5]).unwrap();
         assert_eq!(section.recent.len(), PASSAGES);
         let [x, y] = section.coordinates.each_ref().map(|c| c.axis("").0);
-        // The second strays by 0.2 um: all of it and a margin, on both axes.
+        // The second coordinate has a range of 0.2 µm; the margin is the same on both axes.
         for (axis, low, high) in [(&x, 0.1, 0.1), (&y, -0.4, -0.2)] {
             let [from, to] = axis.range;
             let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
             assert!((centre - 0.5 * (low + high)).abs() < 1e-12);
             assert!((half - 0.1 * MARGIN).abs() < 1e-12);
         }
-        // What still fits does not move the axes; what does not, does.
+        // A point within the axes keeps them; a point outside changes them.
         let drawn = section.coordinates[0].range;
         section.push(&rec, 0.06, &points[..1]).unwrap();
         assert_eq!(section.coordinates[0].range, drawn);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn modal_coordinates_have_axes_of_their_own() {
+    fn modal_coordinates_have_separate_axes() {
         let (rec, _) = in_memory();
         let header = Header {
             section: [SectionCoordinate::Q(2), SectionCoordinate::Qdot(2)],

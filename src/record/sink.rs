@@ -1,4 +1,4 @@
-//! The sink at the end of the road: owns the recording stream, its file and its viewer.
+//! The sink for recordings: it owns the recording stream, the file and the connection to the viewer.
 
 use std::{
     fmt,
@@ -8,15 +8,15 @@ use std::{
 };
 
 use super::{
-    audience::{Audience, ToAudience},
     blueprint, check_memory,
     encode::Encoder,
+    encoded::{EncodingSink, MessageReceiver},
     error::RecordError,
     file_stream,
     part_file::PartFile,
     rrd_file::RrdFile,
     stream::{MessageSink, RecordingStream},
-    viewer::{self, Feed, Live},
+    viewer::{self, Feed, LiveConnection},
 };
 use crate::{
     escape,
@@ -27,71 +27,71 @@ use crate::{
     scene::RecordSpec,
 };
 
-/// Application name: recordings of one application share their blueprint in the viewer.
+/// Application id: recordings with the same id share their layout in the viewer.
 pub const APPLICATION: &str = "squeakscope";
-/// Wall time between flushes: faults of disk or viewer are noticed after this long.
+/// Wall time between flushes, which detect errors of the disk or the viewer.
 const FLUSH_EVERY: Duration = Duration::from_millis(800);
 
-/// Where a recording goes; file and viewer may be given together.
+/// Destinations of a recording; a file and a viewer can be combined.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Output {
     /// File to save to, `.rrd`.
     pub save: Option<PathBuf>,
     /// Address of a running viewer, such as `rerun+http://127.0.0.1:9876/proxy`.
     pub connect: Option<String>,
-    /// Whether to start a viewer on this machine (it must be on the `PATH`).
+    /// Whether to start a viewer on this machine (`rerun` must be on the `PATH`).
     pub spawn: bool,
 }
 
 /// Writes records as a Rerun recording.
 ///
-/// The file appears under its name only after [`Sink::finish`], which an interrupted run calls
-/// too. A viewer is fed from the file where there is one: if it goes, the run goes on, and if it
-/// comes back, it is sent everything. Whatever becomes of it, its threads end with it; only a disk or a
-/// viewer that does not answer keeps the one that waits for it.
+/// The file appears under its name only after [`Sink::finish`], also after an interrupted run. If a file is
+/// saved, the viewer receives its data from the file: the run continues when the viewer disconnects, and a
+/// viewer that reconnects receives everything. All threads end with the sink, except the one that waits for a
+/// disk or a viewer that does not respond.
 #[derive(Debug)]
 pub struct RerunSink {
     rec: RecordingStream,
-    end: End,
+    destination: Destination,
     spec: RecordSpec,
     encoder: Option<Encoder>,
-    /// When what waits for more of its kind was last sent.
+    /// Wall time at which pending rows were last sent.
     sent: Instant,
     flushed: Instant,
     notice: Notice,
-    /// Whether it has been told that the viewer is away.
-    told_away: bool,
+    /// Whether the loss of the viewer was reported.
+    reported_away: bool,
 }
 
-/// Where a recording ends.
+/// The destination of a recording.
 #[derive(Debug)]
-enum End {
+enum Destination {
     File {
         part: PartFile,
         rrd: RrdFile,
         feed: Option<Feed>,
     },
-    Viewer(Live),
-    Audience(ToAudience),
+    Viewer(LiveConnection),
+    MessageReceiver(EncodingSink),
 }
 
-impl End {
+impl Destination {
     fn feed(&self) -> Option<&Feed> {
         match self {
             Self::File { feed, .. } => feed.as_ref(),
-            Self::Viewer(_) | Self::Audience(_) => None,
+            Self::Viewer(_) | Self::MessageReceiver(_) => None,
         }
     }
 
     fn is_watched(&self) -> bool {
         match self {
             Self::File { feed, .. } => feed.is_some(),
-            Self::Viewer(_) | Self::Audience(_) => true,
+            Self::Viewer(_) | Self::MessageReceiver(_) => true,
         }
     }
 }
 
-/// Takes words for whoever started the run.
+/// Callback for notices to the user.
 struct Notice(Box<dyn Fn(&str) + Send>);
 
 impl fmt::Debug for Notice {
@@ -101,15 +101,15 @@ impl fmt::Debug for Notice {
 }
 
 impl RerunSink {
-    /// Where the recording is until it is whole; `None` without a file.
+    /// Path of the part file; `None` without a file.
     pub fn part(&self) -> Option<&Path> {
-        match &self.end {
-            End::File { part, .. } => Some(part.part()),
-            End::Viewer(_) | End::Audience(_) => None,
+        match &self.destination {
+            Destination::File { part, .. } => Some(part.part()),
+            Destination::Viewer(_) | Destination::MessageReceiver(_) => None,
         }
     }
 
-    /// Opens file and viewer; nothing that exists is changed yet.
+    /// Opens the file and connects to the viewer; an existing recording is not changed yet.
     ///
     /// # Errors
     /// [`RecordError::NoOutput`], [`RecordError::Memory`], [`RecordError::Create`], [`RecordError::Address`],
@@ -119,7 +119,7 @@ impl RerunSink {
             return Err(RecordError::NoOutput);
         }
         check_memory()?;
-        // The viewer first: if it is missing, not even a part file is made.
+        // The viewer first, so that no part file is created if it is missing.
         let address = match &output.connect {
             Some(url) => Some(viewer::reachable(url)?),
             None if output.spawn => Some(viewer::spawn()?),
@@ -131,87 +131,87 @@ impl RerunSink {
                 let rrd = file_stream::begin(&part)?;
                 let feed = address.map(|address| Feed::start(part.part(), address));
                 let feed = feed.transpose()?;
-                End::File { part, rrd, feed }
+                Destination::File { part, rrd, feed }
             }
-            (None, Some(address)) => End::Viewer(Live::start(address)?),
+            (None, Some(address)) => Destination::Viewer(LiveConnection::start(address)?),
             (None, None) => return Err(RecordError::NoOutput),
         };
-        Self::ending(end, spec)
+        Self::with_destination(end, spec)
     }
 
-    /// Records into a file whose name is reserved.
+    /// Records into a file with a reserved name.
     ///
     /// # Errors
-    /// [`RecordError::Create`].
-    pub fn into_reserved(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
+    /// [`RecordError::Create`] if the file cannot be written.
+    pub fn into_reserved_file(part: PartFile, spec: RecordSpec) -> Result<Self, RecordError> {
         let rrd = file_stream::begin(&part)?;
         let feed = None;
-        Self::ending(End::File { part, rrd, feed }, spec)
+        Self::with_destination(Destination::File { part, rrd, feed }, spec)
     }
 
-    /// Hands the recording to an audience; nothing is kept.
+    /// Passes encoded messages to a receiver; no file is saved.
     ///
     /// # Errors
     /// [`RecordError::Memory`]; [`RecordError::Encode`] if no stream can be opened.
-    pub fn for_audience(
-        audience: Arc<dyn Audience>,
+    pub fn for_receiver(
+        audience: Arc<dyn MessageReceiver>,
         spec: RecordSpec,
     ) -> Result<Self, RecordError> {
         check_memory()?;
-        Self::ending(End::Audience(ToAudience(audience)), spec)
+        Self::with_destination(Destination::MessageReceiver(EncodingSink(audience)), spec)
     }
 
-    fn ending(end: End, spec: RecordSpec) -> Result<Self, RecordError> {
-        let sink: Arc<dyn MessageSink> = match &end {
-            End::File { rrd, .. } => Arc::new(rrd.writer()),
-            End::Viewer(live) => Arc::new(live.clone()),
-            End::Audience(audience) => Arc::new(audience.clone()),
+    fn with_destination(destination: Destination, spec: RecordSpec) -> Result<Self, RecordError> {
+        let sink: Arc<dyn MessageSink> = match &destination {
+            Destination::File { rrd, .. } => Arc::new(rrd.writer()),
+            Destination::Viewer(live) => Arc::new(live.clone()),
+            Destination::MessageReceiver(audience) => Arc::new(audience.clone()),
         };
         Ok(Self {
             rec: RecordingStream::new(APPLICATION, sink)?,
-            end,
+            destination,
             spec,
             encoder: None,
             sent: Instant::now(),
             flushed: Instant::now(),
             notice: Notice(Box::new(|_| ())),
-            told_away: false,
+            reported_away: false,
         })
     }
 
-    /// Tells `notice` in a line what happens that is no error: that the viewer has gone or is back.
+    /// Sets a callback for one-line notices that are not errors: loss and return of the viewer.
     #[must_use]
     pub fn with_notice(mut self, notice: impl Fn(&str) + Send + 'static) -> Self {
         self.notice = Notice(Box::new(notice));
         self
     }
 
-    /// Whether the viewer has gone while the recording is being saved.
+    /// Whether the viewer is disconnected while the recording is being saved.
     pub fn viewer_lost(&self) -> bool {
-        self.end.feed().is_some_and(Feed::is_away)
+        self.destination.feed().is_some_and(Feed::is_away)
     }
 
-    /// Tells when the viewer goes and when it is back.
-    fn look_after_viewer(&mut self) {
-        let Some(feed) = self.end.feed() else {
+    /// Reports the loss and the return of the viewer.
+    fn report_viewer_status(&mut self) {
+        let Some(feed) = self.destination.feed() else {
             return;
         };
         let (url, away) = (feed.url(), feed.is_away());
-        if away == self.told_away {
+        if away == self.reported_away {
             return;
         }
         (self.notice.0)(&match away {
             true => format!(
-                "the viewer at {url} has gone; the run goes on into the file, and a viewer that is \
-                 back there is sent everything"
+                "the viewer at {url} disconnected; the run continues to save the file, and a viewer that \
+                 reconnects there receives everything"
             ),
-            false => format!("the viewer at {url} is back"),
+            false => format!("the viewer at {url} has reconnected"),
         });
-        self.told_away = away;
+        self.reported_away = away;
     }
 
-    /// A broken stream is never touched again, not even to flush it.
-    fn or_broken(&mut self, result: Result<(), RecordError>) -> Result<(), SinkError> {
+    /// Drops the encoder after an error, so that the failed stream is not used again.
+    fn stop_after_error(&mut self, result: Result<(), RecordError>) -> Result<(), SinkError> {
         if result.is_err() {
             self.encoder = None;
         }
@@ -234,15 +234,15 @@ impl RerunSink {
         self.send_due()
     }
 
-    /// Sends what has waited long enough, and looks now and then whether it arrives.
+    /// Sends rows that have waited long enough, and flushes regularly.
     fn send_due(&mut self) -> Result<(), RecordError> {
         if let Some(encoder) = &mut self.encoder
-            && self.sent.elapsed() >= file_stream::lag(self.end.is_watched())
+            && self.sent.elapsed() >= file_stream::lag(self.destination.is_watched())
         {
-            encoder.send_waiting(&self.rec)?;
-            self.rec.send_waiting()?;
+            encoder.send_pending(&self.rec)?;
+            self.rec.send_pending()?;
             self.sent = Instant::now();
-            self.look_after_viewer();
+            self.report_viewer_status();
         }
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
@@ -250,61 +250,61 @@ impl RerunSink {
         Ok(())
     }
 
-    /// Pushes everything out, and learns of faults: logging itself never reports one.
+    /// Writes all pending data and returns write errors, which logging does not report.
     fn flush(&mut self) -> Result<(), RecordError> {
-        let result = match &self.end {
-            End::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
-            End::Audience(_) => self.rec.send_waiting(),
-            End::Viewer(live) => self.rec.send_waiting().and_then(|()| live.flush()),
+        let result = match &self.destination {
+            Destination::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
+            Destination::MessageReceiver(_) => self.rec.send_pending(),
+            Destination::Viewer(live) => self.rec.send_pending().and_then(|()| live.flush()),
         };
         self.flushed = Instant::now();
         result
     }
 
-    /// Sends what waits, and closes the file; its index is written then.
-    fn end_stream(&mut self) -> Result<(), RecordError> {
+    /// Sends pending rows and closes the file with its index.
+    fn close_stream(&mut self) -> Result<(), RecordError> {
         if let Some(mut encoder) = self.encoder.take() {
             encoder.finish(&self.rec)?;
         }
-        match &mut self.end {
-            End::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
-            End::Viewer(_) | End::Audience(_) => self.flush(),
+        match &mut self.destination {
+            Destination::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
+            Destination::Viewer(_) | Destination::MessageReceiver(_) => self.flush(),
         }
     }
 
     fn close(&mut self) -> Result<(), RecordError> {
-        self.end_stream()?;
-        match &self.end {
-            End::File { part, feed, .. } => {
-                // First of all: a viewer may take its time, and whoever waits for it may lose patience.
-                part.keep()?;
+        self.close_stream()?;
+        match &self.destination {
+            Destination::File { part, feed, .. } => {
+                // Before the viewer is served, because that can take time and the user can interrupt it.
+                part.commit()?;
                 let Some(feed) = feed else {
                     return Ok(());
                 };
-                let (tell, url) = (&self.notice.0, feed.url());
+                let (report, url) = (&self.notice.0, feed.url());
                 let waiting = || {
-                    tell(&format!(
-                        "all is in the file; the viewer at {url} is still taking it in; Ctrl-C, twice, \
-                         ends the wait"
+                    report(&format!(
+                        "the file is complete; the viewer at {url} is still receiving data; press \
+                         Ctrl-C twice to stop waiting"
                     ));
                 };
                 let served = feed.drain(waiting);
-                if !served && !self.told_away {
-                    tell(&format!(
-                        "the viewer at {url} was closed or takes nothing any more; all is in the file"
+                if !served && !self.reported_away {
+                    report(&format!(
+                        "the viewer at {url} was closed or does not respond; the file is complete"
                     ));
-                    self.told_away = true;
+                    self.reported_away = true;
                 }
             }
-            End::Viewer(live) => live.close()?,
-            End::Audience(_) => {}
+            Destination::Viewer(live) => live.close()?,
+            Destination::MessageReceiver(_) => {}
         }
-        self.look_after_viewer();
+        self.report_viewer_status();
         Ok(())
     }
 }
 
-/// A header whose names are safe as names of series, views and columns. The scene's text stays as it is.
+/// The header with control characters in its names escaped. The text of the scene is unchanged.
 fn shown(header: &Header) -> Header {
     let mut header = header.clone();
     let names = match &mut header.subject {
@@ -324,13 +324,13 @@ fn shown(header: &Header) -> Header {
 }
 
 impl Drop for RerunSink {
-    /// A run that failed elsewhere never calls `finish`: its part file still gets all there is.
+    /// A run that failed elsewhere does not call `finish`; its part file still receives all pending data.
     fn drop(&mut self) {
         if self.encoder.is_some() {
-            // The run already has an error to report, and this one could tell nothing more.
-            let _ = self.end_stream();
+            // The error that caused the drop is reported instead.
+            let _ = self.close_stream();
         }
-        if let Some(feed) = self.end.feed() {
+        if let Some(feed) = self.destination.feed() {
             feed.end();
         }
     }
@@ -339,23 +339,23 @@ impl Drop for RerunSink {
 impl Sink for RerunSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let taken = self.take(&record);
-        self.or_broken(taken)
+        self.stop_after_error(taken)
     }
 
-    /// What waits for more of its kind is seen although none comes.
+    /// Sends pending rows when no further records arrive.
     fn idle(&mut self) -> Result<(), SinkError> {
         let sent = self.send_due();
-        self.or_broken(sent)
+        self.stop_after_error(sent)
     }
 
     fn delivery(&self) -> Delivery {
-        match self.end {
-            End::File { .. } => Delivery::Everything,
-            End::Viewer(_) | End::Audience(_) => Delivery::LatestPictures,
+        match self.destination {
+            Destination::File { .. } => Delivery::Everything,
+            Destination::Viewer(_) | Destination::MessageReceiver(_) => Delivery::LatestPictures,
         }
     }
 
-    /// Sends what waits, closes the file and gives it its name.
+    /// Sends pending rows, closes the file and renames it.
     fn finish(&mut self) -> Result<(), SinkError> {
         Ok(self.close()?)
     }

@@ -1,4 +1,4 @@
-//! A small system: its samples in the colour of what it is doing, and that as a band.
+//! A small system: series and phase portrait coloured by status, and the status as a band.
 
 use rerun::{Color, SeriesLines, StateChange, StateConfiguration};
 
@@ -12,27 +12,27 @@ use super::{
 };
 use crate::pipeline::message::{Frame, SmallInfo, StatusKind};
 
-/// Natural periods that the trail of the phase portrait takes in.
+/// Natural periods in the trail of the phase portrait.
 const TRAIL: f64 = 40.0;
 
-/// What frames of a small system draw.
+/// The series, portrait and status of a small system.
 #[derive(Debug)]
 pub struct SmallFrames {
     small: SmallInfo,
     displacement: Rows,
     velocity: Rows,
     portrait: Portrait,
-    /// The status at the last sample.
+    /// Status at the last sample.
     last: Option<u8>,
-    seen: Seen,
+    stats: StatusStats,
 }
 
-/// What has been seen since it was last told.
+/// Statistics of the status since the last report.
 #[derive(Debug, Default)]
-struct Seen {
-    /// Time covered, s.
+struct StatusStats {
+    /// Duration, s.
     time: f64,
-    /// Samples in each status.
+    /// Number of samples in each status.
     samples: Vec<u64>,
     transitions: u64,
 }
@@ -45,7 +45,7 @@ impl SmallFrames {
             (paths::DISPLACEMENT, "displacement, µm"),
             (paths::VELOCITY, "velocity, mm/s"),
         ] {
-            // No colour for all times: it would hide the one that goes with the status.
+            // A static colour would override the colour of the status.
             let style = SeriesLines::new().with_names([name]).with_widths([1.2]);
             rec.log_static(path, &style)?;
         }
@@ -60,12 +60,12 @@ impl SmallFrames {
             velocity: Rows::new(paths::VELOCITY, 1),
             portrait: Portrait::new(TRAIL / small.frequency_hz, colors),
             last: None,
-            seen: Seen::default(),
+            stats: StatusStats::default(),
             small: small.clone(),
         })
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         self.draw_status(rec, frame)?;
         for k in (0..frame.len()).step_by(frame.shown.map_or(1, |shown| shown.every)) {
@@ -76,17 +76,17 @@ impl SmallFrames {
         self.displacement.send_full(rec)?;
         self.velocity.send_full(rec)?;
         self.portrait.push(rec, frame)?;
-        self.seen.push(frame, self.small.statuses.len());
+        self.stats.push(frame, self.small.statuses.len());
         Ok(())
     }
 
-    /// Sends what is left.
+    /// Sends pending rows.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.displacement.send(rec)?;
         self.velocity.send(rec)
     }
 
-    /// The changes of status, as a band and as the colour of the series.
+    /// Logs changes of the status, as a band and as the colour of the series.
     fn draw_status(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
         let mut times = Vec::new();
         let mut changed = Vec::new();
@@ -110,11 +110,11 @@ impl SmallFrames {
         Ok(())
     }
 
-    /// What it has been doing since this was last asked: a sentence, Markdown.
-    pub fn doing(&mut self) -> String {
-        let seen = std::mem::take(&mut self.seen);
-        let all: u64 = seen.samples.iter().sum();
-        let shares = self.small.statuses.iter().zip(&seen.samples);
+    /// Shares of each status since the last call, as a Markdown sentence.
+    pub fn status_summary(&mut self) -> String {
+        let stats = std::mem::take(&mut self.stats);
+        let all: u64 = stats.samples.iter().sum();
+        let shares = self.small.statuses.iter().zip(&stats.samples);
         let shares: Vec<String> = shares
             .filter(|(_, samples)| **samples > 0)
             .map(|(status, &samples)| {
@@ -126,16 +126,16 @@ impl SmallFrames {
             })
             .collect();
         format!(
-            "Of the last {}: {}; {} {}.",
-            style::Quantity::Time.words(seen.time),
+            "Last {}: {}; {} {}.",
+            style::Quantity::Time.format(stats.time),
             shares.join(", "),
-            seen.transitions,
+            stats.transitions,
             self.small.transition,
         )
     }
 }
 
-impl Seen {
+impl StatusStats {
     fn push(&mut self, frame: &Frame, statuses: usize) {
         self.time += frame.end() - frame.t0;
         self.samples.resize(statuses, 0);
@@ -146,7 +146,7 @@ impl Seen {
     }
 }
 
-/// The colour of a status: that of nodes which slide, stick, or neither.
+/// The colour of a status, as for slipping and sticking nodes.
 pub fn color(kind: StatusKind) -> Color {
     match kind {
         StatusKind::Free => style::SIGNAL,
@@ -155,7 +155,7 @@ pub fn color(kind: StatusKind) -> Color {
     }
 }
 
-/// The colours in words, for the names of views: `flying (blue), resting on the wall (orange)`.
+/// Legend of the statuses for titles: `flying (blue), resting on the wall (orange)`.
 pub fn key(small: &SmallInfo) -> String {
     let color = |kind| match kind {
         StatusKind::Free => "blue",

@@ -14,30 +14,30 @@ use crate::{
     plot::Axis,
 };
 
-/// Peaks that get a label; more would cover one another.
+/// Maximum number of labelled peaks; more labels would overlap.
 const LABELLED: usize = 6;
-/// Lines above the field for the names of peaks, and the height of one, pixels.
+/// Rows of peak labels above the plot area, and their height, pixels.
 const NAME_LINES: usize = 3;
 const NAME_HEIGHT: f32 = 24.0;
-/// Height of all lines of names above a field, pixels.
+/// Height of all rows of peak labels, pixels.
 pub const NAMES_HEIGHT: f32 = NAME_LINES as f32 * NAME_HEIGHT - 4.0;
-/// Width of a letter of a name and of the space round a name, pixels, on the generous side: the
-/// viewer writes at a fixed size whatever the size of the picture.
+/// Width of a character of a label and space around a label, pixels. They are upper limits, because the
+/// viewer uses a fixed font size.
 const LETTER: f32 = 8.0;
 const NAME_PADDING: f32 = 16.0;
-/// Levels at the two ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a
-/// file relative to its own scale.
+/// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
+/// relative to its full scale.
 const JOINT_LEVELS: [f32; 2] = [-70.0, 25.0];
 const SIGNAL_LEVELS: [f32; 2] = [-95.0, 0.0];
-/// Pixels of the spectrogram along time, in all and a tile.
+/// Pixels of the spectrogram along time, in total and per tile.
 const WIDTH: usize = 640;
 const TILE: usize = 16;
 /// Pixels along frequency.
 const HEIGHT: usize = 190;
-/// New pixels after which the present tile is logged again.
+/// Number of new pixels after which the current tile is logged again.
 const REFRESH: usize = 4;
 
-/// Highest frequency on show, Hz: a fifth above the highest mode, to whole 5 kHz.
+/// Highest frequency shown, Hz: 20 % above the highest mode, rounded up to a multiple of 5 kHz.
 fn highest_frequency(header: &Header) -> f64 {
     match &header.subject {
         Subject::Joint(joint) => {
@@ -49,28 +49,28 @@ fn highest_frequency(header: &Header) -> f64 {
     }
 }
 
-/// Half of what the samples span; positive.
+/// Half the range of the samples; positive.
 fn full_scale(signal: &SignalInfo) -> f64 {
     let [low, high] = signal.span;
     (0.5 * (high - low)).max(style::smallest_shown(signal.span))
 }
 
-/// A plot of a spectrum, and what its numbers mean.
+/// The plot of a spectrum and its units.
 #[derive(Clone, Debug)]
 pub struct SpectrumPlot {
-    /// Frame and axes.
+    /// Plot area and axes.
     pub plot: Plot,
     /// Unit of the frequencies.
     pub frequency: Unit,
     amplitude: Unit,
 }
 
-/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency; of a signal from a file, seven
-/// decades below its own scale.
+/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency; for a signal from a file, seven decades below
+/// its full scale.
 pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
     let amplitude = Quantity::velocity(&header.subject).unit(1.0);
     let (name, bottom, top) = match &header.subject {
-        Subject::Joint(_) | Subject::Small(_) => ("amplitude of the velocity", -4, 2),
+        Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", -4, 2),
         Subject::Signal(signal) => {
             let top = full_scale(signal).log10().ceil() as i32;
             ("amplitude", top - 7, top)
@@ -80,14 +80,14 @@ pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
 }
 
 impl SpectrumPlot {
-    /// Amplitudes called `name` from 10^`bottom` to 10^`top` of their unit, over frequencies up to
-    /// `highest` (Hz).
+    /// Amplitudes from 10^`bottom` to 10^`top` of their unit over frequencies up to `highest` (Hz); `name` is
+    /// the label of the amplitude axis.
     pub fn new(name: &str, amplitude: Unit, [bottom, top]: [i32; 2], highest: f64) -> Self {
         let frequency = Quantity::Frequency.unit(highest);
         let plot = Plot {
             width: 400.0,
             height: 150.0,
-            head: NAMES_HEIGHT,
+            top_margin: NAMES_HEIGHT,
             x: Axis::linear(
                 style::with_unit("frequency", &frequency.symbol),
                 [0.0, frequency.per_si * highest],
@@ -110,11 +110,11 @@ pub struct Spectrum<'a> {
     pub bin: f64,
     /// Amplitudes, SI.
     pub amplitude: &'a [f64],
-    /// Lines, the strongest first.
+    /// Spectral lines, strongest first.
     pub peaks: &'a [SpectralLine],
 }
 
-/// Draws a spectrum.
+/// Draws a spectrum with its labelled lines.
 pub fn draw_spectrum(
     rec: &RecordingStream,
     root: &Root,
@@ -164,7 +164,7 @@ pub fn draw_spectrum(
     stream::log_at(rec, root.at(paths::SPECTRUM_STEMS), at, &stems)
 }
 
-/// Names of peaks above the field, and lines from them to the peaks.
+/// Labels of peaks above the plot area, and lines from them to the peaks.
 pub fn names_and_stems(
     width: f32,
     named: impl Iterator<Item = Named>,
@@ -176,7 +176,7 @@ pub fn names_and_stems(
         .with_show_labels(true)
         .with_colors(vec![color; placed.len()])
         .with_radii([Radius::new_ui_points(0.0)]);
-    // From the foot of the name: a point's words hang below it.
+    // The lines start below the label, which the viewer draws below its position.
     let stems = placed.iter().map(|name| {
         let [x, tip] = name.named.tip;
         [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
@@ -187,25 +187,25 @@ pub fn names_and_stems(
     (names, stems)
 }
 
-/// A peak's tip and its name.
+/// Position and label of a peak.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
-    /// Where the peak is.
+    /// Position of the peak.
     pub tip: [f32; 2],
-    /// Its name.
+    /// Label of the peak.
     pub name: String,
 }
 
-/// A name and the point that it hangs from, its middle.
+/// A label and its position.
 #[derive(Clone, Debug, PartialEq)]
 struct Placed {
     named: Named,
     at: [f32; 2],
 }
 
-/// Places names above the field, each over its peak as far as it goes, in the order given: the
-/// first to come takes the lowest line where it covers no other. One without room is left out;
-/// its peak keeps its mark.
+/// Places labels above the plot area, centred over their peaks if possible, in the given order. Each label
+/// takes the lowest row in which it overlaps no other; a label without space is omitted, its peak keeps its
+/// mark.
 fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
     let mut placed: Vec<Placed> = Vec::new();
     let mut taken: [Vec<[f32; 2]>; NAME_LINES] = Default::default();
@@ -223,7 +223,7 @@ fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
     placed
 }
 
-/// What it is, where that is known, and its frequency.
+/// Label and frequency of a peak; only the frequency if it has no label.
 fn peak_label(peak: &SpectralLine, unit: &Unit) -> String {
     let frequency = unit.per_si * peak.frequency;
     if peak.label.is_empty() {
@@ -233,30 +233,29 @@ fn peak_label(peak: &SpectralLine, unit: &Unit) -> String {
     }
 }
 
-/// The spectrogram of the whole run, on a picture of fixed size.
+/// The spectrogram of the whole run in a plot of fixed size.
 ///
-/// The picture is cut into tiles along time, each its own entity, so that only the tile that
-/// grows is logged again. A pixel shows the highest level of the columns that fall into it; where
-/// columns are rarer than pixels, each holds until the next.
+/// The image is divided into tiles along time, each a separate entity, so that only the current tile is
+/// logged again. A pixel shows the highest level of its columns; if there are fewer columns than pixels, a
+/// column extends to the next one.
 #[derive(Debug)]
 pub struct Spectrogram {
     picture: SpectrogramPlot,
     map: ColorMap,
-    /// Levels of the present tile, dB, `TILE x HEIGHT`, one column of pixels after the other.
+    /// Levels of the current tile, dB, `TILE x HEIGHT`, column by column.
     levels: Vec<f32>,
-    /// First pixel of the present tile not yet logged, and the first not yet filled, both
-    /// counted over the whole picture.
+    /// Index of the first pixel that is not logged, and of the first that has no data, along the whole image.
     logged: usize,
     filled: usize,
-    /// Time of the newest column, s.
+    /// Time of the latest column, s.
     time: f64,
 }
 
 impl Spectrogram {
-    /// Draws axes and places the tiles.
+    /// Draws the axes and places the tiles.
     pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
         let picture = spectrogram_plot(header);
-        // What never changes hides all that comes later.
+        // Static data would override data that are logged later.
         let from = picture.endless.then(|| Moment::from(picture.start));
         picture.plot.draw(rec, paths::SPECTROGRAM, from)?;
         for tile in 0..WIDTH / TILE {
@@ -273,8 +272,8 @@ impl Spectrogram {
         })
     }
 
-    /// Takes a column: centre of its window (s), bins `bin` (Hz) apart from 0 Hz, levels in dB
-    /// relative to 1 mm/s.
+    /// Adds a column: centre of its window (s), bins `bin` (Hz) apart from 0 Hz, levels in dB relative to 1
+    /// mm/s.
     pub fn push(
         &mut self,
         rec: &RecordingStream,
@@ -296,7 +295,7 @@ impl Spectrogram {
             self.merge(self.filled - 1, &column);
             return Ok(());
         }
-        // Nothing is known before the first column.
+        // There are no data before the first column.
         let first = if self.filled == 0 { pixel } else { self.filled };
         for pixel in first..=pixel {
             if pixel / TILE > self.filled.saturating_sub(1) / TILE {
@@ -312,12 +311,12 @@ impl Spectrogram {
         Ok(())
     }
 
-    /// Logs what is not yet logged.
+    /// Logs pixels that are not logged yet.
     pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
         self.log(rec)
     }
 
-    /// Begins an empty sheet that holds a time (s), as long as the one before.
+    /// Starts an empty image of the same duration that contains a time (s).
     fn turn_over(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
         self.log(rec)?;
         let SpectrogramPlot {
@@ -342,7 +341,7 @@ impl Spectrogram {
         }
     }
 
-    /// Levels at the pixels' frequencies, highest first, linear between bins.
+    /// Levels at the frequencies of the pixels, highest first, linearly interpolated between bins.
     fn resample(&self, bin: f64, level_db: &[f32]) -> Vec<f32> {
         let highest = self.picture.highest;
         (0..HEIGHT)
@@ -382,19 +381,19 @@ impl Spectrogram {
     }
 }
 
-/// A plot of a spectrogram, and what its numbers mean.
+/// The plot of a spectrogram and its scales.
 #[derive(Clone, Debug)]
 pub struct SpectrogramPlot {
-    /// Frame and axes.
+    /// Plot area and axes.
     pub plot: Plot,
-    /// Time at the left end, and how much follows, s.
+    /// Time at the left end, and duration, s.
     start: f64,
     duration: f64,
-    /// Whether another sheet follows.
+    /// Whether the run has no planned end, so that another image follows.
     endless: bool,
     /// Frequency at the upper end, Hz.
     highest: f64,
-    /// Levels at the two ends of the colour map, as records tell levels.
+    /// Levels at the ends of the colour map, dB.
     levels: [f32; 2],
 }
 
@@ -423,19 +422,19 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
         Subject::Signal(signal) => {
             let full = full_scale(signal);
-            let words = Quantity::velocity(&header.subject).words(full);
-            // Records tell levels relative to a thousandth.
+            let words = Quantity::velocity(&header.subject).format(full);
+            // Levels of records are relative to 1e-3 of the unit.
             (SIGNAL_LEVELS, words, (20.0 * (1e3 * full).log10()) as f32)
         }
     };
     let plot = Plot {
         width: WIDTH as f32,
         height: HEIGHT as f32,
-        head: 0.0,
+        top_margin: 0.0,
         x: time_axis(start, duration),
         y: Axis::linear(
             format!(
-                "frequency, {}   (dark {} dB to bright {} dB, 0 dB = {zero})",
+                "frequency, {}   (colour scale {} dB to {} dB, 0 dB = {zero})",
                 hz.symbol,
                 short(low.into()),
                 short(high.into()),
@@ -459,7 +458,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_do_not_cover_one_another() {
+    fn labels_do_not_overlap() {
         let named = |x: f32, name: &str| Named {
             tip: [x, 50.0],
             name: name.to_owned(),
@@ -475,7 +474,7 @@ mod tests {
         assert_eq!([line(0), line(1), line(2), line(3)], [1, 2, 1, 3]);
         assert_eq!(placed[0].at[0], 100.0, "over its peak");
         assert!(placed[2].at[0] < 390.0, "within the view");
-        // A fourth at the same place has no room.
+        // There is no space for a fourth label at the same place.
         let five = [100.0, 101.0, 102.0, 103.0, 300.0].map(|x| named(x, "f1: 4.12"));
         let kept: Vec<_> = place_names(400.0, five.into_iter())
             .iter()
@@ -485,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn peaks_are_named() {
+    fn peaks_are_labelled() {
         let mut peak = SpectralLine {
             frequency: 4117.0,
             amplitude: 1e-3,

@@ -1,10 +1,9 @@
-//! A recording stream: rows, one or many at a time, on the one timeline that a recording has.
+//! A recording stream: single rows or batches of rows on the timeline of a recording.
 //!
-//! Rerun has a stream of its own, which is not used here. It starts two threads that wait for its sink when it
-//! is dropped, without end if that is a disk or a viewer that does not answer; it keeps both for good if it
-//! records into memory, as its blueprints do; and the environment variable `RERUN` turns it off. This one
-//! gathers rows as that does, in chunks of one entity each, but on the thread of its caller, and holds
-//! nothing that outlives it.
+//! Rerun's own stream is not used. When it is dropped, its two threads wait for the sink without a timeout,
+//! also for a disk or a viewer that does not respond; a stream into memory, such as that of a blueprint,
+//! never ends its threads; and the environment variable `RERUN` disables it. This stream batches rows into
+//! chunks of one entity like Rerun's, but on the caller's thread, and holds no resources after it is dropped.
 
 use std::{cell::RefCell, collections::BTreeMap, fmt, sync::Arc};
 
@@ -18,12 +17,12 @@ use rerun::{
 
 use super::{error::RecordError, paths};
 
-/// Nanoseconds on the timeline of a simulated time in s.
+/// A simulated time (s) in nanoseconds on the timeline.
 pub fn nanos(time: f64) -> i64 {
     (time * 1e9).round() as i64
 }
 
-/// A place on a timeline. A time in s is one on that of simulated time.
+/// A moment: a position on a timeline. An `f64` converts to a simulated time in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     timeline: TimelineName,
@@ -31,7 +30,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// A tick of a timeline that counts.
+    /// A tick of a timeline of sequence numbers.
     pub fn tick(timeline: TimelineName, tick: i64) -> Self {
         Self {
             timeline,
@@ -49,53 +48,53 @@ impl From<f64> for Moment {
     }
 }
 
-/// Takes the messages of a recording, in order.
+/// Receives the messages of a recording in order.
 pub trait MessageSink: Send + Sync {
-    /// Takes a message. What goes wrong is told by whoever owns the sink.
+    /// Receives a message. The owner of the sink reports errors.
     fn send(&self, message: LogMsg);
 }
 
-/// Gathers rows into chunks, and sends these to a sink. What still waits when it is dropped is lost:
-/// [`RecordingStream::send_waiting`] comes first.
+/// Stream of a recording: batches rows into chunks and sends them to a sink. Pending rows are lost when the
+/// stream is dropped; call [`RecordingStream::send_pending`] first.
 pub struct RecordingStream {
     store: StoreId,
     sink: Arc<dyn MessageSink>,
-    waiting: RefCell<BTreeMap<EntityPath, Waiting>>,
+    waiting: RefCell<BTreeMap<EntityPath, PendingRows>>,
 }
 
-/// Rows of an entity that wait for more of them.
+/// Rows of an entity that wait for a larger batch.
 #[derive(Default)]
-struct Waiting {
+struct PendingRows {
     rows: Vec<PendingRow>,
     bytes: u64,
 }
 
 impl RecordingStream {
-    /// A new recording of an application; it begins at once.
+    /// Starts a new recording of an application.
     ///
     /// # Errors
-    /// [`RecordError::Encode`].
+    /// [`RecordError::Encode`] if its properties cannot be encoded.
     pub fn new(application: &'static str, sink: Arc<dyn MessageSink>) -> Result<Self, RecordError> {
-        let rec = Self::of_kind(StoreKind::Recording, application.into(), sink);
+        let rec = Self::with_kind(StoreKind::Recording, application.into(), sink);
         let began = rerun::components::Timestamp::now();
         let info = RecordingInfo::new().with_start_time(began);
         rec.log_static(EntityPath::properties(), &info)?;
         Ok(rec)
     }
 
-    /// A new blueprint for the recording's application, into the same sink.
+    /// A new blueprint for the application of this recording, with the same sink.
     pub fn blueprint(&self) -> Self {
         let application = self.store.application_id().clone();
-        Self::of_kind(StoreKind::Blueprint, application, Arc::clone(&self.sink))
+        Self::with_kind(StoreKind::Blueprint, application, Arc::clone(&self.sink))
     }
 
-    /// Has a blueprint shown that has been sent.
-    pub fn show(&self, blueprint: &Self) {
+    /// Activates a blueprint that has been sent.
+    pub fn activate_blueprint(&self, blueprint: &Self) {
         let shown = BlueprintActivationCommand::make_active(blueprint.store.clone());
         self.sink.send(LogMsg::BlueprintActivationCommand(shown));
     }
 
-    fn of_kind(kind: StoreKind, application: ApplicationId, sink: Arc<dyn MessageSink>) -> Self {
+    fn with_kind(kind: StoreKind, application: ApplicationId, sink: Arc<dyn MessageSink>) -> Self {
         let made_by = rerun::new_store_info(application.clone()).store_source;
         let store = StoreId::random(kind, application);
         let info = StoreInfo::new(store.clone(), made_by);
@@ -110,10 +109,10 @@ impl RecordingStream {
         }
     }
 
-    /// Logs what holds at all times.
+    /// Logs static data.
     ///
     /// # Errors
-    /// [`RecordError::Encode`].
+    /// [`RecordError::Encode`] if they cannot be encoded.
     pub fn log_static(
         &self,
         path: impl Into<EntityPath>,
@@ -122,10 +121,10 @@ impl RecordingStream {
         self.push(path.into(), TimePoint::STATIC, what)
     }
 
-    /// Sends many rows at once.
+    /// Sends a batch of rows.
     ///
     /// # Errors
-    /// [`RecordError::Encode`].
+    /// [`RecordError::Encode`] if it cannot be encoded.
     pub fn send_columns(
         &self,
         path: impl Into<EntityPath>,
@@ -140,18 +139,18 @@ impl RecordingStream {
         self.send_chunk(&chunk)
     }
 
-    /// Sends the rows that wait for more of their entity.
+    /// Sends all pending rows.
     ///
     /// # Errors
-    /// [`RecordError::Encode`].
-    pub fn send_waiting(&self) -> Result<(), RecordError> {
+    /// [`RecordError::Encode`] if they cannot be encoded.
+    pub fn send_pending(&self) -> Result<(), RecordError> {
         let waiting = self.waiting.take();
         waiting
             .into_iter()
             .try_for_each(|(path, waiting)| self.send_chunks(path, waiting.rows))
     }
 
-    /// Adds a row.
+    /// Adds a row, and sends the batch if it is full.
     fn push(
         &self,
         path: EntityPath,
@@ -194,7 +193,7 @@ impl fmt::Debug for RecordingStream {
     }
 }
 
-/// Logs one row at a simulated time (s), or at another place on a timeline.
+/// Logs a row at a simulated time (s) or another position on a timeline.
 pub fn log_at(
     rec: &RecordingStream,
     path: impl Into<EntityPath>,
@@ -206,7 +205,7 @@ pub fn log_at(
     rec.push(path.into(), timepoint, what)
 }
 
-/// Sends many rows at once; `times` in ns, one a row.
+/// Sends a batch of rows; `times` in ns, one per row.
 pub fn send_rows<I>(
     rec: &RecordingStream,
     path: &str,
@@ -223,7 +222,7 @@ where
 #[cfg(test)]
 type Messages = Arc<std::sync::Mutex<Vec<LogMsg>>>;
 
-/// A recording whose messages are kept.
+/// A recording stream into memory.
 #[cfg(test)]
 pub fn in_memory() -> (RecordingStream, Messages) {
     struct Kept(Messages);

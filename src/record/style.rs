@@ -1,5 +1,5 @@
-//! Colours, the same in every view, legible on the viewer's dark background and to the
-//! colour-blind (after the palette of Okabe and Ito), and the scales that keep pictures still.
+//! Colours and full scales. Colours are the same in every view, legible on the viewer's dark background and
+//! distinguishable by colour-blind readers (after the palette of Okabe and Ito).
 
 use rerun::Color;
 
@@ -12,21 +12,21 @@ use crate::{
 
 pub use crate::plot::round_up;
 
-/// Behind three-dimensional pictures.
+/// Background of three-dimensional views.
 pub const BACKGROUND: Color = rgb(0x10, 0x12, 0x16);
-/// Axes, ticks and words.
+/// Axes, ticks and text.
 pub const AXIS: Color = rgb(0x9a, 0xa4, 0xb2);
 /// Grid lines.
 pub const GRID: Color = rgb(0x2e, 0x34, 0x3d);
 /// Circles of equal tilt.
 pub const RULER: Color = rgb(0x55, 0x5f, 0x6d);
-/// Where the beam's axis meets the ball.
+/// Mark of the beam axis, and other neutral marks.
 pub const POLE: Color = rgb(0xf4, 0xf6, 0xf8);
-/// The signal: probe, portrait, spectrum.
+/// The main signal: probe, phase portrait, spectrum.
 pub const SIGNAL: Color = rgb(0x56, 0xb4, 0xe9);
 /// The second signal of a pair.
 pub const SECOND: Color = rgb(0xf5, 0xc7, 0x4a);
-/// What calls for attention: peaks, the present point.
+/// Highlights: peaks, the current point.
 pub const ACCENT: Color = rgb(0xff, 0x8c, 0x42);
 /// The load.
 pub const LOAD: Color = rgb(0xf5, 0xc7, 0x4a);
@@ -35,7 +35,7 @@ pub const ROTATION: Color = rgb(0x4c, 0xd0, 0x9e);
 /// Friction.
 pub const FRICTION: Color = rgb(0xd9, 0x8c, 0xc3);
 
-/// One colour a mode, repeated past the end.
+/// Colours of modes, repeated cyclically.
 pub const MODES: [Color; 11] = [
     rgb(0x56, 0xb4, 0xe9),
     rgb(0x2a, 0x78, 0xb8),
@@ -50,7 +50,7 @@ pub const MODES: [Color; 11] = [
     rgb(0xd0, 0xd4, 0xda),
 ];
 
-/// The colour of a contact node.
+/// The colour of a contact node by its state.
 pub const fn node(state: NodeState) -> Color {
     match state {
         NodeState::Stick => rgb(0xff, 0x9f, 0x1c),
@@ -61,11 +61,11 @@ pub const fn node(state: NodeState) -> Color {
 
 /// The colour of a type of motion.
 pub fn regime(regime: Regime) -> Color {
-    meaning(plot::Color::Regime(regime))
+    on_dark(plot::Color::Regime(regime))
 }
 
-/// The colour that figures have for something, on the viewer's background.
-pub fn meaning(color: plot::Color) -> Color {
+/// The colour of figures on the viewer's dark background.
+pub fn on_dark(color: plot::Color) -> Color {
     let [r, g, b] = color.on_dark();
     rgb(r, g, b)
 }
@@ -80,19 +80,19 @@ pub const fn rgba(r: u8, g: u8, b: u8, a: u8) -> Color {
     Color(rerun::datatypes::Rgba32(u32::from_be_bytes([r, g, b, a])))
 }
 
-/// The same colour, `share` (0 to 1) of it over the dark background.
+/// A colour blended with the dark background; `share` (0 to 1) is the fraction of the colour.
 pub fn faded(color: Color, share: f32) -> Color {
     let [r, g, b, _] = color.to_array();
     let mix = |c: u8| (f32::from(c) * share + 18.0 * (1.0 - share)) as u8;
     rgb(mix(r), mix(g), mix(b))
 }
 
-/// A perceptually uniform colour map: 256 colours, dark to bright.
+/// A perceptually uniform colour map: 256 colours from dark to bright.
 #[derive(Clone, Debug)]
 pub struct ColorMap([[u8; 3]; 256]);
 
 impl ColorMap {
-    /// Black over purple and orange to pale yellow (the nodes of matplotlib's "inferno").
+    /// Black through purple and orange to pale yellow (nodes of matplotlib's "inferno").
     pub fn inferno() -> Self {
         Self::through(&[
             [0x00, 0x00, 0x04],
@@ -108,7 +108,7 @@ impl ColorMap {
         ])
     }
 
-    /// The grey of steel over teal to yellow: a body at rest looks like what it is.
+    /// Steel grey through teal to yellow, so that a body at rest has the colour of steel.
     pub fn steel() -> Self {
         Self::through(&[
             [0x5a, 0x66, 0x78],
@@ -119,13 +119,13 @@ impl ColorMap {
         ])
     }
 
-    /// Linear between equally spaced nodes.
+    /// Linear interpolation between equally spaced nodes.
     fn through(nodes: &[[u8; 3]]) -> Self {
         let last = nodes.len() - 1;
         Self(std::array::from_fn(|i| {
-            let at = i as f32 / 255.0 * last as f32;
-            let k = (at as usize).min(last - 1);
-            let part = at - k as f32;
+            let position = i as f32 / 255.0 * last as f32;
+            let k = (position as usize).min(last - 1);
+            let part = position - k as f32;
             std::array::from_fn(|c| {
                 let [low, high] = [nodes[k][c], nodes[k + 1][c]].map(f32::from);
                 (low + (high - low) * part).round() as u8
@@ -133,30 +133,30 @@ impl ColorMap {
         }))
     }
 
-    /// The colour of `share`, 0 (darkest) to 1 (brightest); clamped, not-a-number is darkest.
+    /// The colour at `share`, 0 (darkest) to 1 (brightest), clamped; NaN is darkest.
     pub fn at(&self, share: f32) -> [u8; 3] {
-        // A cast to u8 saturates and takes not-a-number to 0.
+        // A cast to u8 saturates and converts NaN to 0.
         self.0[usize::from((share * 255.0) as u8)]
     }
 }
 
-/// The full scale of a picture: a round number, changed only when the data outgrow it or shrink
-/// far below it, so that a picture does not breathe with the signal.
+/// The full scale of a plot: a round number that changes only if the data exceed it or fall far below it, so
+/// that the plot does not rescale continuously.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FullScale(f64);
 
 impl FullScale {
-    /// Starts at the smallest scale ever shown.
+    /// Starts at the smallest scale.
     pub fn new(smallest: f64) -> Self {
         Self(round_up(smallest))
     }
 
-    /// The present full scale.
+    /// The current full scale.
     pub fn get(self) -> f64 {
         self.0
     }
 
-    /// Takes the largest magnitude now on show; true if the scale changed.
+    /// Updates the scale with the largest magnitude shown; returns whether it changed.
     pub fn update(&mut self, peak: f64, smallest: f64) -> bool {
         let before = self.0;
         if peak.is_finite() && (peak > self.0 || peak < 0.3 * self.0) {
@@ -166,36 +166,36 @@ impl FullScale {
     }
 }
 
-/// A unit that values are drawn in.
+/// A unit of displayed values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// Its symbol; may be empty.
+    /// Symbol; may be empty.
     pub symbol: String,
-    /// How many of it make the SI unit (or the signal's own).
+    /// Factor from SI (or the signal's own unit) to this unit.
     pub per_si: f64,
 }
 
-/// What a value measures: says in which units it is drawn.
+/// The quantity of a value; it determines the units of display.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// A length, m: drawn in µm down to pm.
+    /// A length, m: µm to pm.
     Length,
-    /// A speed, m/s: mm/s down to nm/s.
+    /// A speed, m/s: mm/s to nm/s.
     Speed,
-    /// A modal coordinate, sqrt(kg) m: √kg µm down to √kg pm.
+    /// A modal coordinate, sqrt(kg) m: √kg µm to √kg pm.
     Modal,
-    /// A modal velocity, sqrt(kg) m/s: √kg mm/s down to √kg nm/s.
+    /// A modal velocity, sqrt(kg) m/s: √kg mm/s to √kg nm/s.
     ModalSpeed,
-    /// A frequency, Hz: kHz down to µHz.
+    /// A frequency, Hz: kHz to µHz.
     Frequency,
-    /// A duration, s: s down to µs.
+    /// A duration, s: s to µs.
     Time,
-    /// What a signal from a file measures, in its own unit; empty if that is unknown.
+    /// A signal from a file in its own unit; empty if the unit is unknown.
     Own(String),
 }
 
 impl Quantity {
-    /// What displacements of this subject measure.
+    /// The quantity of the displacement of a subject.
     pub fn displacement(subject: &Subject) -> Self {
         match subject {
             Subject::Joint(_) | Subject::Small(_) => Self::Length,
@@ -203,7 +203,7 @@ impl Quantity {
         }
     }
 
-    /// What velocities of this subject measure.
+    /// The quantity of the velocity of a subject.
     pub fn velocity(subject: &Subject) -> Self {
         match subject {
             Subject::Joint(_) | Subject::Small(_) => Self::Speed,
@@ -211,7 +211,7 @@ impl Quantity {
         }
     }
 
-    /// The unit in which `full` is a number that reads well.
+    /// The unit for values up to `full`.
     pub fn unit(&self, full: f64) -> Unit {
         let (units, least): (&[(&str, f64)], f64) = match self {
             Self::Length => (&[("µm", 1e6), ("nm", 1e9), ("pm", 1e12)], 0.1),
@@ -228,7 +228,7 @@ impl Quantity {
             Self::Time => (&[("s", 1.0), ("ms", 1e3), ("µs", 1e6)], 1.0),
             Self::Own(symbol) => (&[(symbol, 1.0)], 0.0),
         };
-        // The largest in which it is not too small a number, else the smallest.
+        // The largest unit in which the value is not too small, else the smallest unit.
         let fits = |(_, per_si): &&(&str, f64)| full * per_si >= least * (1.0 - 1e-9);
         let (symbol, per_si) = units.iter().find(fits).unwrap_or(&units[units.len() - 1]);
         Unit {
@@ -238,7 +238,7 @@ impl Quantity {
     }
 
     /// A value with its unit, such as `3.2 µm`.
-    pub fn words(&self, value: f64) -> String {
+    pub fn format(&self, value: f64) -> String {
         let unit = self.unit(value.abs());
         let number = short(unit.per_si * value);
         if unit.symbol.is_empty() {
@@ -249,28 +249,28 @@ impl Quantity {
     }
 }
 
-/// The middle of a signal that spans so much, and the smallest range worth showing to either side.
+/// Mean of a signal's range, and the smallest half-range worth showing.
 pub fn range_shown(span: [f64; 2]) -> (f64, f64) {
     (0.5 * (span[0] + span[1]), smallest_shown(span))
 }
 
-/// A time of the run in words: in the unit of its length, to a thousandth or so of it.
-pub fn moment(header: &Header, time: f64) -> String {
+/// A time of the run with its unit, to about a thousandth of the duration.
+pub fn format_time(header: &Header, time: f64) -> String {
     let unit = Quantity::Time.unit(header.duration);
     let length = unit.per_si * header.duration;
     let decimals = (2.0 - length.log10().floor()).clamp(0.0, 3.0) as usize;
     format!("{:.decimals$} {}", unit.per_si * time, unit.symbol)
 }
 
-/// The smallest full scale worth showing of a signal that spans so much: a ten-thousandth of
-/// half the span, and something positive for a constant.
+/// Smallest full scale of a signal with a given range: 1e-4 of half the range, and a positive value for a
+/// constant signal.
 pub fn smallest_shown([low, high]: [f64; 2]) -> f64 {
     let size = low.abs().max(high.abs());
     let least = if size > 0.0 { 1e-9 * size } else { 1e-9 };
     (1e-4 * 0.5 * (high - low)).max(least)
 }
 
-/// The letter of the samples on axes: u for a joint's displacement, x for others.
+/// Symbol of the samples: u for a joint's displacement, x otherwise.
 pub fn letter(subject: &Subject) -> &'static str {
     match subject {
         Subject::Joint(_) => "u",
@@ -278,7 +278,7 @@ pub fn letter(subject: &Subject) -> &'static str {
     }
 }
 
-/// What a signal from a file is called: its column, else where it was read from.
+/// Name of a signal from a file: its column, else its source.
 pub fn signal_name(signal: &SignalInfo) -> &str {
     if signal.column.is_empty() {
         &signal.source
@@ -287,7 +287,7 @@ pub fn signal_name(signal: &SignalInfo) -> &str {
     }
 }
 
-/// The name of an axis or series, such as `displacement, µm`.
+/// Label of an axis or series, such as `displacement, µm`.
 pub fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() {
         name.to_owned()
@@ -296,15 +296,15 @@ pub fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
-/// The first letter large.
-pub fn capital(words: &str) -> String {
+/// The text with its first letter in upper case.
+pub fn capitalize(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
     first.chain(letters).collect()
 }
 
-/// The smallest and the largest value of something: `100 to 150`, or the one that it always has.
-pub fn span(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
+/// A range of values such as `100 to 150`; a single value if both ends are equal.
+pub fn format_range(ends: [f64; 2], words: impl Fn(f64) -> String) -> String {
     match ends.map(words) {
         [low, high] if low == high => low,
         [low, high] => format!("{low} to {high}"),
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colour_maps_start_dark_and_end_bright() {
+    fn colour_maps_are_monotonic_in_brightness() {
         for map in [ColorMap::inferno(), ColorMap::steel()] {
             let light = |share| map.at(share).map(f32::from).iter().sum::<f32>();
             assert!((0..10).all(|i| light(i as f32 / 10.0) < light((i + 1) as f32 / 10.0)));
@@ -328,14 +328,17 @@ mod tests {
     }
 
     #[test]
-    fn full_scale_holds_still_within_its_band() {
+    fn full_scale_is_constant_within_its_band() {
         let mut scale = FullScale::new(1e-3);
         assert!(scale.update(0.9, 1e-3));
         assert!((scale.get() - 1.0).abs() < 1e-12);
         assert!(!scale.update(0.31, 1e-3), "within the band");
         assert!(scale.update(0.1, 1e-3));
         assert!((scale.get() - 0.1).abs() < 1e-12);
-        assert!(scale.update(0.0, 1e-3), "silence goes to the smallest");
+        assert!(
+            scale.update(0.0, 1e-3),
+            "a zero signal has the smallest scale"
+        );
         assert!((scale.get() - 1e-3).abs() < 1e-12);
         assert!(!scale.update(f64::NAN, 1e-3));
     }
@@ -344,10 +347,10 @@ mod tests {
     fn units_fit_the_scale() {
         let symbols = [1e-6, 1e-7, 5e-8, 2e-11, 0.0].map(|full| Quantity::Length.unit(full).symbol);
         assert_eq!(symbols, ["µm", "µm", "nm", "pm", "pm"]);
-        assert_eq!(Quantity::Speed.words(3e-6), "3 µm/s");
-        assert_eq!(Quantity::Frequency.words(50.0), "50 Hz");
-        assert_eq!(Quantity::Time.words(0.3), "300 ms");
-        assert_eq!(Quantity::Own("V".to_owned()).words(-2e-5), "-2e-5 V");
-        assert_eq!(Quantity::Own(String::new()).words(0.0), "0");
+        assert_eq!(Quantity::Speed.format(3e-6), "3 µm/s");
+        assert_eq!(Quantity::Frequency.format(50.0), "50 Hz");
+        assert_eq!(Quantity::Time.format(0.3), "300 ms");
+        assert_eq!(Quantity::Own("V".to_owned()).format(-2e-5), "-2e-5 V");
+        assert_eq!(Quantity::Own(String::new()).format(0.0), "0");
     }
 }

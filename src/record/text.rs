@@ -1,4 +1,4 @@
-//! The words beside the pictures.
+//! The texts of a recording: description, narration and log.
 
 use rerun::{EntityPath, RecordingInfo, TextDocument, TextLog, TextLogLevel};
 
@@ -13,32 +13,32 @@ use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
 use crate::scene::Scene;
 use crate::{VERSION, escape};
 
-/// A document of Markdown for the viewer. Names in it are escaped where they are put in; here, whatever else changes
-/// how text is shown, and pictures, which a viewer would fetch from anywhere.
+/// A Markdown document for the viewer. Names are escaped when they are inserted. This function escapes
+/// control characters, and images, because a viewer would fetch them from any address.
 pub fn document(markdown: impl AsRef<str>) -> TextDocument {
     TextDocument::from_markdown(escape::lines(markdown.as_ref()).replace("![", "!\\["))
 }
 
-/// How to move in time.
+/// How to use the time cursor.
 fn moving(header: &Header) -> &'static str {
     match header.subject {
         Subject::Joint(_) => {
-            "Drag the cursor at the bottom, or press play: it runs a hundred times slower than life."
+            "Drag the time cursor, or press play: playback is 100 times slower than real time."
         }
-        Subject::Small(_) | Subject::Signal(_) => "Drag the cursor at the bottom, or press play.",
+        Subject::Small(_) | Subject::Signal(_) => "Drag the time cursor, or press play.",
     }
 }
 
-/// Where a recording is from.
+/// The origin of a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Origin<'a> {
-    /// What it is called in the viewer.
+    /// Name of the recording in the viewer.
     pub name: &'a str,
     /// Name of the scene.
     pub scene: &'a str,
-    /// The scene file's text.
+    /// Text of the scene file.
     pub scene_text: &'a str,
-    /// How the program was started.
+    /// Command line.
     pub command: &'a str,
 }
 
@@ -53,7 +53,7 @@ impl<'a> From<&'a Header> for Origin<'a> {
     }
 }
 
-/// Properties of the recording: versions, scene, command.
+/// Logs the properties of the recording: versions, scene, command.
 pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), RecordError> {
     let name = RecordingInfo::update_fields().with_name(&*escape::line(origin.name));
     rec.log_static(EntityPath::properties(), &name)?;
@@ -74,11 +74,11 @@ pub fn send_properties(rec: &RecordingStream, origin: Origin<'_>) -> Result<(), 
     rec.log_static(path, &run)
 }
 
-/// What is known before the first frame.
+/// Logs the description of the run, and the initial narration.
 pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordError> {
     let about = format!(
-        "# {title}\n\n{about}\n\n## Reading the screen\n\n{reading}\n{moving}\n\n{subject}\
-         squeakscope {version}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+        "# {title}\n\n{about}\n\n## Views\n\n{reading}\n{moving}\n\n{subject}\
+         squeakscope {version}, Rerun {RERUN_VERSION}. Command: {command}.\n",
         title = escape::markdown(&header.title),
         about = header.about,
         reading = crate::text::views(header),
@@ -94,17 +94,17 @@ pub fn log_about(rec: &RecordingStream, header: &Header) -> Result<(), RecordErr
     rec.log_static(paths::ABOUT, &document(about))?;
     let opening = match header.subject {
         Subject::Joint(_) => {
-            "## A small kick\n\nThe run starts from steady sliding, ever so slightly disturbed."
+            "## Start of the run\n\nThe joint slides steadily; a small kick excites its modes."
         }
         Subject::Small(_) => {
-            "## It starts\n\nA few periods pass before its kind of motion can be told."
+            "## Start of the run\n\nThe type of motion is classified after a few periods."
         }
-        Subject::Signal(_) => "## A signal\n\nNothing is known of it yet.",
+        Subject::Signal(_) => "## Start of the signal\n\nNo data analysed yet.",
     };
     narrate(rec, header, header.start(), opening)
 }
 
-/// Modes and scene.
+/// Table of the modes, scene and reference of the model.
 fn joint_about(header: &Header, joint: &JointInfo) -> String {
     let modes: String = joint
         .modes
@@ -120,7 +120,7 @@ fn joint_about(header: &Header, joint: &JointInfo) -> String {
     )
 }
 
-/// The scene.
+/// The scene file.
 fn scene_about(header: &Header) -> String {
     format!(
         "## Scene {scene}\n\n{text}\n\n",
@@ -129,11 +129,11 @@ fn scene_about(header: &Header) -> String {
     )
 }
 
-/// The scene of a study, and how the study was started.
+/// The scene of a study, and its command line.
 pub fn study_about(scene: &Scene, command: &str) -> String {
     format!(
         "## Scene {name}: {title}\n\n{about}\n\n{text}\n\n\
-         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Started as {command}.\n",
+         squeakscope {VERSION}, Rerun {RERUN_VERSION}. Command: {command}.\n",
         name = escape::code(&scene.name),
         title = escape::markdown(&scene.title),
         about = scene.about,
@@ -142,29 +142,32 @@ pub fn study_about(scene: &Scene, command: &str) -> String {
     )
 }
 
-/// Where the signal is from, and its size.
+/// Source and properties of a signal.
 fn signal_about(header: &Header, signal: &SignalInfo) -> String {
     let quantity = Quantity::displacement(&header.subject);
-    let [low, high] = signal.span.map(|value| quantity.words(value));
+    let [low, high] = signal.span.map(|value| quantity.format(value));
     let rows = [
         ("source", escape::markdown(&signal.source)),
         ("column", escape::markdown(&signal.column)),
-        ("samples a second", style::short(header.sample_rate)),
-        ("first sample at", style::moment(header, header.start())),
-        ("length", Quantity::Time.words(header.duration)),
-        ("smallest sample", low),
-        ("largest sample", high),
+        ("sample rate, Hz", style::short(header.sample_rate)),
+        (
+            "time of the first sample",
+            style::format_time(header, header.start()),
+        ),
+        ("duration", Quantity::Time.format(header.duration)),
+        ("minimum", low),
+        ("maximum", high),
     ];
     let rows: String = rows
         .iter()
         .filter(|(_, value)| !value.is_empty())
         .map(|(name, value)| format!("| {name} | {value} |\n"))
         .collect();
-    format!("## Signal\n\n| what | value |\n|---|---|\n{rows}\n")
+    format!("## Signal\n\n| property | value |\n|---|---|\n{rows}\n")
 }
 
-/// What is being seen now, between the scene's title and its description. `words` are Markdown
-/// with a heading of their own.
+/// Logs the narration: the title of the scene, an observation as Markdown with its own heading, and the
+/// description of the scene.
 pub fn narrate(
     rec: &RecordingStream,
     header: &Header,
@@ -173,49 +176,49 @@ pub fn narrate(
 ) -> Result<(), RecordError> {
     let facts = match &header.subject {
         Subject::Joint(joint) => format!(
-            "Ball {ball:.2} mm across, pressed by {load} N, sliding at {speed} mm/s.",
+            "Ball diameter {ball:.2} mm, load {load} N, sliding speed {speed} mm/s.",
             ball = 2e3 * joint.ball_radius,
-            load = style::span(joint.load_span, style::short),
-            speed = style::span(joint.rotation_span, |factor| {
+            load = style::format_range(joint.load_span, style::short),
+            speed = style::format_range(joint.rotation_span, |factor| {
                 format!("{:.1}", 1e3 * factor * joint.sliding_speed)
             }),
         ),
         Subject::Small(small) => format!(
-            "This is {}, with a natural frequency of {}.",
+            "System: {}, natural frequency {}.",
             small.words,
-            Quantity::Frequency.words(small.frequency_hz),
+            Quantity::Frequency.format(small.frequency_hz),
         ),
         Subject::Signal(signal) => format!(
-            "{}, {} samples a second, {} long.",
+            "{}, sample rate {} Hz, duration {}.",
             escape::code(style::signal_name(signal)),
             style::short(header.sample_rate),
-            Quantity::Time.words(header.duration),
+            Quantity::Time.format(header.duration),
         ),
     };
     let text = format!(
-        "**{title}**\n\n{words}\n\n*Seen at {now}.*\n\n---\n\n{about}\n\n\
-         *{facts} How to read the views: tab “About”.*\n\n`squeakscope {version}`",
+        "**{title}**\n\n{words}\n\n*Observed at {now}.*\n\n---\n\n{about}\n\n\
+         *{facts} The views are described in the tab “About”.*\n\n`squeakscope {version}`",
         title = escape::markdown(&header.title),
-        now = style::moment(header, time),
+        now = style::format_time(header, time),
         about = header.about,
         version = VERSION,
     );
     stream::log_at(rec, paths::NARRATION, time, &document(text))
 }
 
-/// A line of the log: what was done to the run.
+/// Logs an event of the run.
 pub fn note(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
     let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::INFO);
     stream::log_at(rec, paths::LOG, time, &line)
 }
 
-/// A line of the log: what the user should know.
+/// Logs a warning.
 pub fn warn(rec: &RecordingStream, time: f64, words: &str) -> Result<(), RecordError> {
     let line = TextLog::new(&*escape::line(words)).with_level(TextLogLevel::WARN);
     stream::log_at(rec, paths::LOG, time, &line)
 }
 
-/// The last line of the log.
+/// Logs the summary of the run.
 pub fn summarise(
     rec: &RecordingStream,
     header: &Header,
@@ -236,46 +239,46 @@ pub fn summarise(
         "Finished"
     };
     let lines = if lines.is_empty() {
-        "no line".to_owned()
+        "no spectral line".to_owned()
     } else {
-        lines.join(", ")
+        format!("spectral lines {}", lines.join(", "))
     };
     let end = format!(
         "{end} after {}: {lines}",
-        style::moment(header, summary.simulated)
+        style::format_time(header, summary.simulated)
     );
     let words = match header.subject {
         Subject::Joint(_) => format!(
-            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \
-             time; {steps} steps, {rejections} rejected, {calls} right-hand sides, {transitions} \
+            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
+             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
              contact transitions; {audit}",
             amplitude = 1e6 * summary.amplitude,
             peak = 1e3 * summary.peak_velocity,
             factor = summary.real_time_factor,
-            steps = summary.tally.steps,
-            rejections = summary.tally.rejections,
-            calls = summary.tally.calls,
+            steps = summary.stats.steps,
+            rejections = summary.stats.rejections,
+            calls = summary.stats.rhs_evals,
             transitions = summary.transitions,
             audit = match summary.audit {
-                Some(residual) => format!("energy audit {residual:.1e}"),
-                None => "energy not audited".to_owned(),
+                Some(residual) => format!("energy residual {residual:.1e}"),
+                None => "no energy audit".to_owned(),
             },
         ),
         Subject::Small(ref small) => format!(
-            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} of real \
-             time; {steps} steps, {rejections} rejected, {calls} right-hand sides, {transitions} {what}",
+            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
+             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} {what}",
             amplitude = 1e6 * summary.amplitude,
             peak = 1e3 * summary.peak_velocity,
             factor = summary.real_time_factor,
-            steps = summary.tally.steps,
-            rejections = summary.tally.rejections,
-            calls = summary.tally.calls,
+            steps = summary.stats.steps,
+            rejections = summary.stats.rejections,
+            calls = summary.stats.rhs_evals,
             transitions = summary.transitions,
             what = small.transition,
         ),
         Subject::Signal(_) => {
             let quantity = Quantity::displacement(&header.subject);
-            format!("{end}; amplitude {}", quantity.words(summary.amplitude))
+            format!("{end}; amplitude {}", quantity.format(summary.amplitude))
         }
     };
     let line = TextLog::new(words).with_level(TextLogLevel::INFO);

@@ -1,12 +1,12 @@
-//! Viewers: how one is reached, and how messages come to it without holding up what matters more.
+//! Connections to viewers, and delivery of messages without blocking the run.
 //!
-//! Rerun's connection blocks whoever sends to a viewer that does not read, without end, and so does
-//! closing it. So a viewer has a thread of its own here, which may be left behind:
+//! Rerun's connection blocks without a timeout if a viewer does not read, when sending and when closing. A
+//! viewer therefore has its own thread, which is not joined:
 //!
-//! * [`Feed`] reads the file that is being saved, and sends what is in it. A slow viewer lags behind, a
-//!   dead one is no fault, and one that is back is sent everything from the start.
-//! * [`Live`] takes messages where nothing is saved. The sender waits for a slow viewer, as long as it
-//!   takes anything at all; a viewer that has gone is the end of the run.
+//! * [`Feed`] reads the file that is being saved and sends its messages. A slow viewer lags behind, a
+//!   disconnected one is not an error, and one that reconnects receives everything from the start.
+//! * [`LiveConnection`] sends messages if no file is saved. The sender waits for a slow viewer as long as the
+//!   viewer makes progress; the loss of the viewer ends the run.
 
 use std::{
     fs::File,
@@ -31,44 +31,45 @@ use rerun::{
 
 use super::{error::RecordError, stream::MessageSink};
 
-/// How long to wait for a viewer's port.
-const CONNECT_PATIENCE: Duration = Duration::from_secs(2);
-/// How long a viewer may take nothing before it counts as stuck.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// How long it may take to say that it has everything: what is under way by then is seen by nobody.
-const LAST_PATIENCE: Duration = Duration::from_secs(10);
-/// A wait that nobody notices.
-const UNNOTICED: Duration = Duration::from_secs(1);
-/// How often a viewer that has gone is looked for.
-const KNOCK_EVERY: Duration = Duration::from_millis(500);
-/// How long a viewer must have been back to be believed.
-const STAYS: Duration = Duration::from_secs(1);
-/// How often the end of a growing file is looked at: often enough to seem live.
-const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Messages that may wait for the thread of a viewer.
-const WAITING: usize = 16;
-/// Messages that may wait in Rerun's connection, which would hold a hundred without a sign of progress.
+/// Timeout of a connection to a viewer's port.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(2);
+/// Time without progress after which a viewer counts as stuck.
+const SEND_TIMEOUT: Duration = Duration::from_secs(5);
+/// Timeout for the viewer's confirmation that it has received everything; later data are discarded.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(10);
+/// Waiting time at the end that is not reported to the user.
+const QUIET_WAIT: Duration = Duration::from_secs(1);
+/// Interval of the attempts to reconnect to a viewer.
+const RECONNECT_EVERY: Duration = Duration::from_millis(500);
+/// Time after which a new connection counts as that of a viewer.
+const STABLE_AFTER: Duration = Duration::from_secs(1);
+/// Polling interval at the end of a growing file; short, so that the display appears live.
+const POLL_EVERY: Duration = Duration::from_millis(10);
+/// Maximum number of messages in the queue of a viewer's thread.
+const QUEUE_LENGTH: usize = 16;
+/// Maximum number of messages in Rerun's connection, which would otherwise queue 100 without reporting
+/// progress.
 const IN_CONNECTION: u64 = 8;
 
-/// Reads a viewer's address and makes sure that something listens there.
+/// Parses a viewer's address and checks that a server listens there.
 pub fn reachable(url: &str) -> Result<ProxyUri, RecordError> {
     let address: ProxyUri = url.parse().map_err(|error| RecordError::Address {
         url: url.to_owned(),
         reason: format!("{error}"),
     })?;
-    answers(&address).map_err(|error| RecordError::Viewer {
+    check_reachable(&address).map_err(|error| RecordError::Viewer {
         url: url.to_owned(),
         reason: error.to_string(),
     })?;
     Ok(address)
 }
 
-/// Whether something listens at an address.
-fn answers(address: &ProxyUri) -> IoResult<()> {
+/// Checks that a server listens at an address.
+fn check_reachable(address: &ProxyUri) -> IoResult<()> {
     let host = address.origin.host.to_string();
     let mut result = Err(ErrorKind::AddrNotAvailable.into());
     for socket in (host.trim_matches(['[', ']']), address.origin.port).to_socket_addrs()? {
-        result = TcpStream::connect_timeout(&socket, CONNECT_PATIENCE).map(drop);
+        result = TcpStream::connect_timeout(&socket, CONNECT_TIMEOUT).map(drop);
         if result.is_ok() {
             break;
         }
@@ -76,18 +77,18 @@ fn answers(address: &ProxyUri) -> IoResult<()> {
     result
 }
 
-/// Starts a viewer and gives its address.
+/// Starts a viewer and returns its address.
 pub fn spawn() -> Result<ProxyUri, RecordError> {
     let fault = |reason: String| RecordError::Spawn { reason };
     let options = SpawnOptions {
         wait_for_bind: true,
         hide_welcome_screen: true,
-        // Left alone, the viewer would listen to the whole network.
+        // By default the viewer listens on all network interfaces.
         extra_args: vec!["--bind".to_owned(), "127.0.0.1".to_owned()],
         ..SpawnOptions::default()
     };
     let info = rerun::spawn(&options).map_err(|error| {
-        // The full text of the error is a page on installing; its first line is the reason.
+        // The full error text includes installation instructions; its first line is the reason.
         let text = error.to_string();
         fault(
             text.lines()
@@ -102,20 +103,20 @@ pub fn spawn() -> Result<ProxyUri, RecordError> {
         .map_err(|error| fault(error.to_string()))
 }
 
-/// What a viewer's thread and the recorder tell each other.
+/// State shared by a viewer's thread and the recorder.
 #[derive(Debug, Default)]
 struct Shared {
-    /// Messages handed on: tells a slow viewer from a stuck one.
+    /// Number of messages forwarded; its growth distinguishes a slow viewer from a stuck one.
     sent: AtomicU64,
-    /// There is no viewer now.
+    /// No viewer is connected.
     away: AtomicBool,
     /// Nothing more will be written.
-    over: AtomicBool,
+    finished: AtomicBool,
 }
 
 impl Shared {
-    fn is_over(&self) -> bool {
-        self.over.load(Ordering::Acquire)
+    fn is_finished(&self) -> bool {
+        self.finished.load(Ordering::Acquire)
     }
 
     fn is_away(&self) -> bool {
@@ -126,20 +127,20 @@ impl Shared {
         self.away.store(away, Ordering::Release);
     }
 
-    /// Sends a message, and waits for a viewer that has too many of them before it; whether there is one.
-    fn hand_on(&self, viewer: &GrpcSink, message: LogMsg) -> bool {
+    /// Sends a message and waits if too many are queued; returns whether the viewer is connected.
+    fn forward(&self, viewer: &GrpcSink, message: LogMsg) -> bool {
         LogSink::send(viewer, message);
         let sent = self.sent.fetch_add(1, Ordering::Relaxed);
         let full = sent.is_multiple_of(IN_CONNECTION);
         let flushed = !full || LogSink::flush_blocking(viewer, Duration::MAX).is_ok();
-        flushed && !hung_up(viewer)
+        flushed && !is_disconnected(viewer)
     }
 
-    /// Waits for an answer as long as messages go out meanwhile.
-    fn wait<T>(&self, answer: &Receiver<T>, patience: Duration) -> Option<T> {
+    /// Waits for an answer as long as messages are being forwarded.
+    fn wait<T>(&self, answer: &Receiver<T>, timeout: Duration) -> Option<T> {
         loop {
             let before = self.sent.load(Ordering::Relaxed);
-            match answer.recv_timeout(patience) {
+            match answer.recv_timeout(timeout) {
                 Ok(answer) => return Some(answer),
                 Err(RecvTimeoutError::Timeout) if self.sent.load(Ordering::Relaxed) > before => {}
                 Err(_) => return None,
@@ -148,22 +149,23 @@ impl Shared {
     }
 }
 
-/// Opens a connection. Rerun panics where there is no thread for it, so that one is asked for before.
+/// Opens a connection. Rerun panics if it cannot start a thread, so one is started first as a test.
 fn open(address: ProxyUri) -> IoResult<GrpcSink> {
     let spare = thread::Builder::new().spawn(|| ())?;
-    // It does nothing that could fail.
+    // The closure cannot panic.
     let _ = spare.join();
     Ok(GrpcSink::new(address))
 }
 
-fn hung_up(viewer: &GrpcSink) -> bool {
+fn is_disconnected(viewer: &GrpcSink) -> bool {
     matches!(viewer.status(), GrpcSinkConnectionState::Disconnected(_))
 }
 
-/// Closes a connection once the viewer has said that it has everything; whether it did.
-fn part_in_peace(viewer: GrpcSink) -> bool {
-    let flushed = LogSink::flush_blocking(&viewer, Duration::MAX).is_ok() && !hung_up(&viewer);
-    // Ends the stream, and waits for the answer to it.
+/// Closes a connection after the viewer has confirmed all data; returns whether it did.
+fn close_gracefully(viewer: GrpcSink) -> bool {
+    let flushed =
+        LogSink::flush_blocking(&viewer, Duration::MAX).is_ok() && !is_disconnected(&viewer);
+    // Dropping the connection ends the stream and waits for the reply.
     drop(viewer);
     flushed
 }
@@ -171,75 +173,77 @@ fn part_in_peace(viewer: GrpcSink) -> bool {
 fn thread_error(url: &str, error: &std::io::Error) -> RecordError {
     RecordError::Viewer {
         url: url.to_owned(),
-        reason: format!("no thread for it, {error}; raise the limit of processes (ulimit -u)"),
+        reason: format!(
+            "cannot start a thread, {error}; raise the limit of processes (`ulimit -u`)"
+        ),
     }
 }
 
-/// Sends a growing file to a viewer.
+/// A feed that sends a growing file to a viewer.
 #[derive(Debug)]
 pub struct Feed {
     url: String,
     shared: Arc<Shared>,
-    /// Whether the viewer has everything.
+    /// Receives whether the viewer has everything.
     ended: Receiver<bool>,
 }
 
 impl Feed {
-    /// Begins with what is in the file.
+    /// Starts sending the content of the file.
     ///
     /// # Errors
-    /// [`RecordError::Viewer`] if there is no thread to be had.
+    /// [`RecordError::Viewer`] if the thread cannot be started.
     pub fn start(file: &Path, address: ProxyUri) -> Result<Self, RecordError> {
         let url = address.to_string();
         let shared = Arc::<Shared>::default();
-        let (tell, ended) = bounded(1);
+        let (result, ended) = bounded(1);
         let (file, to_feed) = (file.to_owned(), Arc::clone(&shared));
-        // Not joined: it may be stuck with a viewer that does not read.
+        // Not joined: it can block on a viewer that does not read.
         thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
                 let served = feed(&file, &address, &to_feed);
-                // Nobody asks after a run that failed.
-                let _ = tell.send(served);
+                // After a failed run there is no receiver.
+                let _ = result.send(served);
             })
             .map_err(|error| thread_error(&url, &error))?;
         Ok(Self { url, shared, ended })
     }
 
-    /// The viewer's address.
+    /// Address of the viewer.
     pub fn url(&self) -> &str {
         &self.url
     }
 
-    /// Whether there is no viewer now.
+    /// Whether no viewer is connected.
     pub fn is_away(&self) -> bool {
         self.shared.is_away()
     }
 
-    /// To be called when nothing more will be written.
+    /// Marks the file as complete.
     pub fn end(&self) {
-        self.shared.over.store(true, Ordering::Release);
+        self.shared.finished.store(true, Ordering::Release);
     }
 
-    /// Waits until the viewer has everything, as long as it takes any of it; whether it has. A wait
-    /// that whoever started the run will notice is told.
+    /// Waits until the viewer has everything, as long as it makes progress; returns whether it has. `waiting`
+    /// is called if the user would notice the wait.
     pub fn drain(&self, waiting: impl FnOnce()) -> bool {
         self.end();
-        if let Ok(served) = self.ended.recv_timeout(UNNOTICED) {
+        if let Ok(served) = self.ended.recv_timeout(QUIET_WAIT) {
             self.shared.set_away(!served);
             return served;
         }
         waiting();
         let served = self
             .shared
-            .wait(&self.ended, LAST_PATIENCE)
+            .wait(&self.ended, CLOSE_TIMEOUT)
             .unwrap_or(false);
         self.shared.set_away(!served);
         served
     }
 }
 
-/// Serves one viewer after another at the same address; whether the last one has everything.
+/// Serves viewers at an address one after the other; returns whether the last one has everything.
 fn feed(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
     loop {
         if serve(file, address, shared) {
@@ -247,18 +251,18 @@ fn feed(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
         }
         shared.set_away(true);
         loop {
-            if shared.is_over() {
+            if shared.is_finished() {
                 return false;
             }
-            thread::sleep(KNOCK_EVERY);
-            if answers(address).is_ok() {
+            thread::sleep(RECONNECT_EVERY);
+            if check_reachable(address).is_ok() {
                 break;
             }
         }
     }
 }
 
-/// Sends the file from its start to its end; whether the viewer has it all.
+/// Sends the file from start to end; returns whether the viewer has all of it.
 fn serve(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
     let Ok(file) = File::open(file) else {
         return false;
@@ -274,17 +278,17 @@ fn serve(file: &Path, address: &ProxyUri, shared: &Shared) -> bool {
     let began = Instant::now();
     let mut messages = DecoderApp::decode_lazy(BufReader::with_capacity(1 << 16, tail));
     let sent_all = messages.all(|message| {
-        // Whatever takes connections and hangs up is no viewer that is back.
-        if began.elapsed() > STAYS {
+        // A server that accepts connections and closes them is not a viewer.
+        if began.elapsed() > STABLE_AFTER {
             shared.set_away(false);
         }
-        message.is_ok_and(|message| shared.hand_on(&viewer, message))
+        message.is_ok_and(|message| shared.forward(&viewer, message))
     });
     drop(messages);
-    sent_all && part_in_peace(viewer)
+    sent_all && close_gracefully(viewer)
 }
 
-/// Reads a file that is still being written: its end is where the run ends.
+/// Reader of a file that is still being written; its end is the end of the run.
 struct Tail<'a> {
     file: File,
     viewer: &'a GrpcSink,
@@ -294,52 +298,52 @@ struct Tail<'a> {
 impl Read for Tail<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
         loop {
-            // Asked first: what is written before the end is read before it.
-            let over = self.shared.is_over();
+            // Read the flag before the file, so that data written before the end are not missed.
+            let over = self.shared.is_finished();
             let count = self.file.read(buffer)?;
             if count > 0 || over {
                 return Ok(count);
             }
-            if hung_up(self.viewer) {
+            if is_disconnected(self.viewer) {
                 return Err(ErrorKind::ConnectionAborted.into());
             }
-            thread::sleep(LOOK_EVERY);
+            thread::sleep(POLL_EVERY);
         }
     }
 }
 
-/// What the thread of a live viewer is asked to do.
+/// A command for the thread of a live viewer.
 enum Command {
     Send(LogMsg),
-    /// Answer when all before has been sent.
+    /// Reply when all previous messages have been sent.
     Flush(Sender<()>),
-    /// Answer when the viewer has everything, and end.
+    /// Reply when the viewer has everything, and end.
     Close(Sender<()>),
 }
 
-/// Sends to a viewer while nothing is saved; the clones send to the same one.
+/// A live connection to a viewer if no file is saved; clones share it.
 #[derive(Clone, Debug)]
-pub struct Live {
+pub struct LiveConnection {
     url: String,
     shared: Arc<Shared>,
     commands: Sender<Command>,
 }
 
-impl Live {
+impl LiveConnection {
     /// Connects to a viewer.
     ///
     /// # Errors
-    /// [`RecordError::Viewer`] if there is no thread to be had.
+    /// [`RecordError::Viewer`] if the thread cannot be started.
     pub fn start(address: ProxyUri) -> Result<Self, RecordError> {
         let url = address.to_string();
         let shared = Arc::<Shared>::default();
-        let (commands, to_do) = bounded(WAITING);
+        let (commands, received) = bounded(QUEUE_LENGTH);
         let to_viewer = Arc::clone(&shared);
         let viewer = open(address).map_err(|error| thread_error(&url, &error))?;
-        // Not joined: it may be stuck with a viewer that does not read.
+        // Not joined: it can block on a viewer that does not read.
         thread::Builder::new()
             .name("viewer".to_owned())
-            .spawn(move || live(viewer, &to_do, &to_viewer))
+            .spawn(move || run_connection(viewer, &received, &to_viewer))
             .map_err(|error| thread_error(&url, &error))?;
         Ok(Self {
             url,
@@ -348,65 +352,66 @@ impl Live {
         })
     }
 
-    /// Why nothing is sent any more, if so.
+    /// The error if the viewer is lost.
     fn fault(&self) -> Option<RecordError> {
-        self.shared.is_away().then(|| RecordError::ViewerGone {
+        self.shared.is_away().then(|| RecordError::ViewerLost {
             url: self.url.clone(),
         })
     }
 
-    /// Takes as long as the viewer takes anything: that is what makes a fast simulation wait.
+    /// Waits until all messages are sent, as long as the viewer makes progress; this throttles a fast
+    /// simulation.
     ///
     /// # Errors
-    /// [`RecordError::ViewerGone`].
+    /// [`RecordError::ViewerLost`] if the viewer is lost.
     pub fn flush(&self) -> Result<(), RecordError> {
-        self.ask(Command::Flush, PATIENCE);
+        self.request(Command::Flush, SEND_TIMEOUT);
         self.fault().map_or(Ok(()), Err)
     }
 
-    /// Waits until the viewer has everything, as long as it takes any of it.
+    /// Waits until the viewer has everything, as long as it makes progress.
     ///
     /// # Errors
-    /// [`RecordError::ViewerGone`].
+    /// [`RecordError::ViewerLost`] if the viewer is lost.
     pub fn close(&self) -> Result<(), RecordError> {
-        self.ask(Command::Close, LAST_PATIENCE);
+        self.request(Command::Close, CLOSE_TIMEOUT);
         self.fault().map_or(Ok(()), Err)
     }
 
-    /// Has a command carried out; a viewer that does not do it is away.
-    fn ask(&self, command: impl FnOnce(Sender<()>) -> Command, patience: Duration) {
+    /// Executes a command; a viewer that does not reply counts as lost.
+    fn request(&self, command: impl FnOnce(Sender<()>) -> Command, timeout: Duration) {
         let (done, answer) = bounded(1);
-        self.order(command(done));
-        if !self.shared.is_away() && self.shared.wait(&answer, patience).is_none() {
+        self.submit(command(done));
+        if !self.shared.is_away() && self.shared.wait(&answer, timeout).is_none() {
             self.shared.set_away(true);
         }
     }
 
-    fn order(&self, command: Command) {
-        if !self.shared.is_away() && self.commands.send_timeout(command, PATIENCE).is_err() {
+    fn submit(&self, command: Command) {
+        if !self.shared.is_away() && self.commands.send_timeout(command, SEND_TIMEOUT).is_err() {
             self.shared.set_away(true);
         }
     }
 }
 
-impl MessageSink for Live {
+impl MessageSink for LiveConnection {
     fn send(&self, message: LogMsg) {
-        self.order(Command::Send(message));
+        self.submit(Command::Send(message));
     }
 }
 
-/// Carries out commands until the last one, or until the viewer hangs up.
-fn live(viewer: GrpcSink, commands: &Receiver<Command>, shared: &Shared) {
+/// Executes commands until the last one or until the viewer disconnects.
+fn run_connection(viewer: GrpcSink, commands: &Receiver<Command>, shared: &Shared) {
     for command in commands {
         let there = match command {
-            Command::Send(message) => shared.hand_on(&viewer, message),
+            Command::Send(message) => shared.forward(&viewer, message),
             Command::Flush(done) => {
-                // The recorder may have lost its patience meanwhile.
+                // The recorder may have timed out.
                 let _ = done.send(());
-                !hung_up(&viewer)
+                !is_disconnected(&viewer)
             }
             Command::Close(done) => {
-                shared.set_away(!part_in_peace(viewer));
+                shared.set_away(!close_gracefully(viewer));
                 let _ = done.send(());
                 return;
             }

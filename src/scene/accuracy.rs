@@ -1,19 +1,19 @@
-//! Settings of the integrator for a wanted accuracy, as `squeakscope cost` advises them.
+//! Integrator settings for a required accuracy, as found by `squeakscope cost`.
 
-use super::error::{Fault, Place, SceneError};
+use super::error::{Fault, Location, SceneError};
 use toml_edit::Value;
 
 use super::schema::join;
 use super::spec::Scene;
 use super::tables::accuracy::ADVICE;
 
-/// The longest step of an advised method that chooses its own, s: a limit in the way of none. Advice is
-/// found with it.
-pub const LONGEST_STEP: f64 = 1e-4;
+/// Maximum step of an advised adaptive method, s. The advice is determined with this limit, which is large
+/// enough not to restrict the step control.
+pub const MAX_ADVISED_STEP: f64 = 1e-4;
 
 impl Scene {
-    /// The same scene with advice on its integrator: the error, the method by its name, its tolerance or
-    /// step in s. Errors that a scene has no key for are left out.
+    /// Returns the scene with new integrator advice. Each entry gives the error, the name of the method and
+    /// its tolerance or fixed step (s). Errors without a key in `[accuracy]` are ignored.
     ///
     /// # Errors
     /// As [`Scene::parse`].
@@ -26,12 +26,12 @@ impl Scene {
         self.with_entries(entries)
     }
 
-    /// The same scene with the cheapest integrator for an error that it has advice for.
+    /// Returns the scene with the cheapest advised integrator whose error does not exceed `error`.
     ///
     /// # Errors
-    /// If it has none for an error so small.
+    /// If the scene has no advice for an error this small.
     pub fn with_accuracy(&self, error: f64) -> Result<Self, SceneError> {
-        // The largest error that is allowed is the cheapest.
+        // The advice with the largest permitted error is the cheapest.
         let fitting = self
             .advice
             .iter()
@@ -46,23 +46,27 @@ impl Scene {
                 error: format!("{error:e}"),
                 remedy: match error < finest * (1.0 - 1e-9) {
                     true => format!(
-                        "advice goes down to {finest:e}: for less give the scene a time.tolerance"
+                        "advice is available down to {finest:e}; for a smaller error set time.tolerance in the scene"
                     ),
                     false => {
-                        "find one by `squeakscope cost SCENE --write FILE.toml`, SCENE being this \
-                              one's name or file, and take that file"
+                        "run `squeakscope cost SCENE --write FILE.toml` with the name or file of this scene as SCENE, \
+                         and use FILE.toml"
                             .to_owned()
                     }
                 },
             };
-            return Err(fault.at(Place {
+            return Err(fault.at(Location {
                 file: "--accuracy".to_owned(),
                 line: None,
             }));
         };
         let fixed = advised.method.has_fixed_step();
-        let step = if fixed { advised.value } else { LONGEST_STEP };
-        // Sums of decimals are written as decimals.
+        let step = if fixed {
+            advised.value
+        } else {
+            MAX_ADVISED_STEP
+        };
+        // Rounding to 1 ps keeps the decimal short in the text.
         let step_us = (1e9 * step).round() / 1e3;
         let mut entries = vec![
             ("time.method", Value::from(advised.method.name())),
@@ -79,10 +83,10 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::dynamics::MethodName;
-    use crate::scene::Advised;
+    use crate::scene::IntegratorAdvice;
 
     #[test]
-    fn scenes_with_advice_take_that_for_1e_4_by_default() {
+    fn default_integrators_are_the_advice_for_1e_4() {
         let scenes = crate::scene::PRESETS
             .iter()
             .map(|preset| preset.scene().unwrap());
@@ -101,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_is_written_read_and_followed() {
+    fn advice_round_trips_through_the_text() {
         let text = Scene::load("mode-shift-3.5deg").unwrap().text;
         let (without, _) = text.split_once("[accuracy]").unwrap();
         let scene = Scene::parse("mine.toml", without).unwrap();
@@ -120,11 +124,11 @@ mod tests {
         let found = |error: f64| advised.with_accuracy(error).unwrap().integrator;
         let fine = found(1e-4);
         assert_eq!((fine.method, fine.tolerance), (MethodName::Dop853, 1e-4));
-        assert_eq!(fine.max_step, LONGEST_STEP);
+        assert_eq!(fine.max_step, MAX_ADVISED_STEP);
         let coarse = found(0.3);
         assert_eq!(coarse.method, MethodName::Rk4);
         assert!((coarse.max_step / 1.6e-6 - 1.0).abs() < 1e-12);
-        // Between two the better one.
+        // An error between two entries takes the more accurate one.
         assert_eq!(found(5e-3).method, MethodName::Dop853);
         let refused = |error: f64| advised.with_accuracy(error).unwrap_err().to_string();
         assert!(
@@ -132,7 +136,7 @@ mod tests {
             "{}",
             refused(1e-6)
         );
-        assert!(refused(1e-9).contains("goes down to 1e-6"));
+        assert!(refused(1e-9).contains("down to 1e-6"));
         for text in [
             "dop853",
             "dop 1e-3",
@@ -142,7 +146,7 @@ mod tests {
             "rk4 1e-12",
             "auto 1e-99",
         ] {
-            assert_eq!(Advised::read(1e-2, text), None, "{text}");
+            assert_eq!(IntegratorAdvice::read(1e-2, text), None, "{text}");
         }
     }
 }

@@ -1,7 +1,7 @@
-//! A scene file as parsed: TOML whose every key and value knows the line it stands on.
+//! A parsed scene file: TOML in which every key and value keeps its position in the text.
 //!
-//! Reading is by [`Key`]: a [`Table`] finds the value, the key's kind reads it, and whatever is
-//! wrong becomes a [`SceneError`] that names file, line and key.
+//! Values are read by [`Key`]: a [`Table`] finds the value, and the kind of the key converts it. A fault
+//! becomes a [`SceneError`] with file, line and key.
 
 use std::ops::Range;
 use std::path::Path;
@@ -9,32 +9,35 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::error::{CLOSE, Fault, Place, SceneError, VERY_CLOSE, nearest};
+use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, VERY_CLOSE, nearest};
 use super::schema::kind::{Kind, Mismatch, Tables};
-use super::schema::{Key, Otherwise, Schema, join, split};
+use super::schema::{IfAbsent, Key, Schema, join, split};
 
-/// A parsed scene file in which every key is known.
+/// A parsed scene file that contains declared keys only, under their current names.
 pub(super) struct Document<'t> {
     file: &'t str,
     text: &'t str,
     root: DeTable<'t>,
-    /// The keys that it can have.
+    /// The declared keys.
     pub schema: &'static Schema,
+    /// The old names of keys and tables that the text uses, in reading order.
+    pub deprecated: Vec<DeprecatedKey>,
 }
 
-/// A table of a scene file, given or not; or one of a list of tables, such as a knot of `[[load.tilt]]`.
+/// A table of a scene file, present or absent, or an element of a list of tables such as `[[load.tilt]]`.
 #[derive(Clone, Copy)]
 pub(super) struct Table<'d> {
     pub document: &'d Document<'d>,
     /// Dotted path.
     path: &'d str,
     given: Option<&'d DeTable<'d>>,
-    /// Where it begins, or else the nearest given one that should hold it.
+    /// Byte offset of the table, or of the nearest enclosing table that is present.
     offset: usize,
 }
 
 impl<'t> Document<'t> {
-    /// Parses a text and refuses keys that the schema has not. `file` names the source in messages.
+    /// Parses a text, replaces old names of keys and rejects undeclared keys. `file` names the source in
+    /// messages.
     pub fn parse(
         file: &'t str,
         text: &'t str,
@@ -43,27 +46,31 @@ impl<'t> Document<'t> {
         let root = DeTable::parse(text).map_err(|error| {
             let message = error.message().replace('\n', " ");
             let line = error.span().map(|span| line_of(text, span.start));
-            Fault::Syntax { message }.at(Place {
+            Fault::Syntax { message }.at(Location {
                 file: file.to_owned(),
                 line,
             })
         })?;
-        let document = Self {
+        let mut document = Self {
             file,
             text,
-            root: root.into_inner(),
+            root: DeTable::new(),
             schema,
+            deprecated: Vec::new(),
         };
-        document.refuse_unknown(&document.root, "")?;
+        let mut root = root.into_inner();
+        document.use_current_names(&mut root, "", "")?;
+        document.reject_unknown(&root, "")?;
+        document.root = root;
         Ok(document)
     }
 
-    /// The folder in which the files that the scene names are.
+    /// Folder of the scene file; paths of other files are relative to it.
     pub fn folder(&self) -> &'t Path {
         Path::new(self.file).parent().unwrap_or(Path::new(""))
     }
 
-    /// The table at a dotted path.
+    /// Returns the table at a dotted path.
     pub fn table<'d>(&'d self, path: &'d str) -> Table<'d> {
         let mut table = Table {
             document: self,
@@ -79,24 +86,24 @@ impl<'t> Document<'t> {
         table
     }
 
-    /// Whether a table or key is given.
+    /// Whether the file contains a table or key.
     pub fn has(&self, path: &str) -> bool {
         self.at(path).is_some()
     }
 
-    /// The error of a key that must be given here and is not.
+    /// Returns the error for an absent key that is required here.
     pub fn missing(&self, path: &str) -> SceneError {
         let (table, name) = split(path);
         self.table(table).missing(name)
     }
 
-    /// Where the last given one of some keys stands, or else the top of the file.
-    pub fn place_of<'p>(&self, paths: impl IntoIterator<Item = &'p str>) -> Place {
+    /// Position of the last of the given keys that is present, else the first line of the file.
+    pub fn place_of<'p>(&self, paths: impl IntoIterator<Item = &'p str>) -> Location {
         let spans = paths.into_iter().filter_map(|path| self.at(path));
         self.place(spans.map(|value| value.span().start).max().unwrap_or(0))
     }
 
-    /// As [`Table::inconsistent`], of keys by their paths.
+    /// As [`Table::inconsistent`], with dotted paths.
     pub fn inconsistent(
         &self,
         key: &str,
@@ -107,14 +114,14 @@ impl<'t> Document<'t> {
         self.table("").inconsistent(key, others, problem, remedy)
     }
 
-    fn place(&self, offset: usize) -> Place {
-        Place {
+    fn place(&self, offset: usize) -> Location {
+        Location {
             file: self.file.to_owned(),
             line: Some(line_of(self.text, offset)),
         }
     }
 
-    /// The value at a dotted path.
+    /// Returns the value at a dotted path.
     fn at<'d>(&'d self, path: &'d str) -> Option<&'d Spanned<DeValue<'d>>> {
         if cfg!(test) {
             assert!(
@@ -126,7 +133,7 @@ impl<'t> Document<'t> {
         self.table(table).given?.get(name)
     }
 
-    /// The text of a value as written: its first line, shortened.
+    /// First line of a value as written, shortened for messages.
     fn excerpt(&self, span: Range<usize>) -> String {
         const LONGEST: usize = 40;
         let written = self.text.get(span).unwrap_or_default();
@@ -138,8 +145,54 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// Refuses the first key of the text, in reading order, that no scene has.
-    fn refuse_unknown(&self, table: &DeTable<'_>, path: &str) -> Result<(), SceneError> {
+    /// Replaces old names of keys and tables by the current ones. `written` is the path of the table in the
+    /// text, `current` its current path.
+    fn use_current_names(
+        &mut self,
+        table: &mut DeTable<'t>,
+        written: &str,
+        current: &str,
+    ) -> Result<(), SceneError> {
+        let mut names: Vec<_> = table.keys().cloned().collect();
+        names.sort_by_key(|name| name.span().start);
+        for name in names {
+            let old = join(written, name.get_ref());
+            let path = join(current, name.get_ref());
+            // A quoted name can contain dots, but is not a path.
+            let new = match name.get_ref().contains('.') {
+                true => path.clone(),
+                false => self.schema.current(&path),
+            };
+            let new_name = match new == path {
+                true => &name.get_ref()[..],
+                false => split(&new).1,
+            };
+            if new != path {
+                let at = self.place(name.span().start);
+                if table.contains_key(new_name) {
+                    let problem =
+                        format!("this is the old name of `{new}`, which the scene also contains");
+                    return Err(Fault::inconsistent(old, problem, "remove the old key").at(at));
+                }
+                if let Some(value) = table.remove(&name.get_ref()[..]) {
+                    let current_name = DeString::from(new_name.to_owned());
+                    table.insert(Spanned::new(name.span(), current_name), value);
+                }
+                self.deprecated.push(DeprecatedKey {
+                    at,
+                    old: old.clone(),
+                    new: new.clone(),
+                });
+            }
+            if let Some(DeValue::Table(inner)) = table.get_mut(new_name).map(Spanned::get_mut) {
+                self.use_current_names(inner, &old, &new)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Rejects the first undeclared key of the text, in reading order.
+    fn reject_unknown(&self, table: &DeTable<'_>, path: &str) -> Result<(), SceneError> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(name, _)| name.span().start);
         for (name, value) in entries {
@@ -150,16 +203,16 @@ impl<'t> Document<'t> {
                 (_, false, false) => {
                     return Err(self.unknown(path, name));
                 }
-                (DeValue::Table(inner), false, true) => self.refuse_unknown(inner, &full)?,
+                (DeValue::Table(inner), false, true) => self.reject_unknown(inner, &full)?,
                 (DeValue::Array(items), true, true) => {
                     for inner in items.iter().filter_map(|item| item.get_ref().as_table()) {
-                        self.refuse_unknown(inner, &full)?;
+                        self.reject_unknown(inner, &full)?;
                     }
                 }
                 (_, false, true) => {
                     return Err(Fault::NotATable { key: full }.at(self.place(name.span().start)));
                 }
-                // A key: its kind says whether the value fits, once it is read.
+                // A declared key: its kind checks the value when it is read.
                 (_, true, _) => {}
             }
         }
@@ -167,7 +220,7 @@ impl<'t> Document<'t> {
     }
 
     fn unknown(&self, table: &str, name: &Spanned<DeString<'_>>) -> SceneError {
-        // As written and shortened, since a name can be as long as the file.
+        // As written and shortened: a name can be as long as the file.
         let name_written = self.excerpt(name.span());
         let siblings = self.schema.names_in(table);
         let named = |wanted: &str| {
@@ -183,8 +236,8 @@ impl<'t> Document<'t> {
             let names = self.schema.0.iter().map(|declared| declared.key.name);
             nearest(&name_written, names, VERY_CLOSE).and_then(named)
         };
-        // A likely misspelling of a key of this table, else the right name in the wrong table, else what
-        // may be a misspelling of a key of this table, else a likely one of a key of another.
+        // Suggestions in this order: a very similar key of this table, the same name in another table, a
+        // similar key of this table, a very similar key of another table.
         let nearest = here(VERY_CLOSE)
             .or_else(|| named(name.get_ref()))
             .or_else(|| here(CLOSE))
@@ -196,24 +249,24 @@ impl<'t> Document<'t> {
         let unknown = Fault::UnknownKey {
             key: join(table, &name_written),
             nearest,
-            known: format!("{place} knows {}", siblings.join(", ")),
+            known: format!("{place} has the keys {}", siblings.join(", ")),
         };
         unknown.at(self.place(name.span().start))
     }
 }
 
 impl<'d> Table<'d> {
-    /// Whether the file has it.
+    /// Whether the file contains this table.
     pub fn is_given(self) -> bool {
         self.given.is_some()
     }
 
-    /// Whether it has a key.
+    /// Whether the table contains a key.
     pub fn has(self, name: &str) -> bool {
         self.given.is_some_and(|table| table.contains_key(name))
     }
 
-    /// The dotted path of one of its keys; of a key of another table it is the name already.
+    /// Dotted path of a key of this table. A name with a dot is already a path.
     pub fn path_of(self, name: &str) -> String {
         match name.contains('.') {
             true => name.to_owned(),
@@ -221,17 +274,17 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// Where it stands, or the nearest given one that should hold it.
-    pub fn place(self) -> Place {
+    /// Position of the table, or of the nearest enclosing table that is present.
+    pub fn place(self) -> Location {
         self.document.place(self.offset)
     }
 
-    /// The value of a key, or its default.
+    /// Reads a key, or its default if it is absent.
     pub fn get<K: Kind>(self, key: &Key<K>) -> Result<K::Value, SceneError> {
-        match (self.find(key)?, key.otherwise) {
+        match (self.find(key)?, key.if_absent) {
             (Some(value), _) => Ok(value),
-            // The same way as a value of the file; a test shows that no default fails on it.
-            (None, Otherwise::Default(literal)) => {
+            // The default is read like a value of the file; a test checks all defaults.
+            (None, IfAbsent::Default(literal)) => {
                 let value = DeValue::parse(literal).map_err(|_| Mismatch::Type);
                 let value = value.and_then(|value| key.kind.read(value.get_ref()));
                 value.map_err(|mismatch| {
@@ -247,19 +300,19 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// The value of a key, if it is given.
+    /// Reads a key if it is present.
     pub fn find<K: Kind>(self, key: &Key<K>) -> Result<Option<K::Value>, SceneError> {
         let value = self.given.and_then(|table| table.get(key.name));
         value.map(|value| self.read(key, value)).transpose()
     }
 
-    /// A value that the other keys of the table make necessary.
+    /// Returns a value that other keys of the table require, or the error for its absence.
     pub fn needed<T>(self, name: &str, value: Option<T>) -> Result<T, SceneError> {
         value.ok_or_else(|| self.missing(name))
     }
 
-    /// Refuses keys that do not go with others.
-    pub fn refuse(
+    /// Rejects keys that are incompatible with `others`.
+    pub fn reject(
         self,
         names: &[&str],
         others: &[&str],
@@ -272,8 +325,8 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// The error of a value that does not fit together with those of other keys. The last given
-    /// one of them all is taken to be the culprit.
+    /// Returns the error for values that are inconsistent with each other. The position is that of the last
+    /// key of the group in the file.
     pub fn inconsistent(
         self,
         name: &str,
@@ -287,7 +340,7 @@ impl<'d> Table<'d> {
         Fault::inconsistent(self.path_of(name), problem, remedy).at(place)
     }
 
-    /// The error of a key that must be given here and is not.
+    /// Returns the error for an absent key that is required here.
     fn missing(self, name: &str) -> SceneError {
         let key = self.path_of(name);
         let declared = self
@@ -299,7 +352,7 @@ impl<'d> Table<'d> {
         Fault::Missing { key, expected }.at(self.place())
     }
 
-    /// The tables of a list of tables; none if it is not given.
+    /// Elements of a list of tables; empty if the list is absent.
     pub fn list(self, key: &'d Key<Tables>) -> Result<Vec<Table<'d>>, SceneError> {
         self.find(key)?;
         let path = self.path_of(key.name);
@@ -333,12 +386,12 @@ impl<'d> Table<'d> {
     }
 }
 
-/// What the keys of a table say.
+/// A type that is read from the keys of a table.
 pub(super) trait FromTable: Sized {
-    /// Adds its keys to those of all tables.
+    /// Adds the keys to the schema.
     fn declare(schema: &mut Schema, table: &str);
 
-    /// Reads its keys; what is not given has its default.
+    /// Reads the keys; absent ones take their defaults.
     fn read(table: Table<'_>) -> Result<Self, SceneError>;
 }
 
@@ -353,7 +406,7 @@ impl<T: FromTable> FromTable for Option<T> {
     }
 }
 
-/// The line, counted from 1, of a byte of a text.
+/// Line of a byte offset, counted from 1.
 pub(super) fn line_of(text: &str, offset: usize) -> usize {
     let before = &text.as_bytes()[..offset.min(text.len())];
     before.iter().filter(|&&byte| byte == b'\n').count() + 1

@@ -1,12 +1,12 @@
-//! Changes to the text of a scene that leave the rest of it as it is, comments included.
+//! Edits of a scene's text that preserve layout and comments.
 
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
-use super::error::{Fault, Place, SceneError};
-use super::schema::{join, split};
-use super::tables::course::FileKnots;
+use super::error::{Fault, Location, SceneError};
+use super::schema::{Schema, join, split};
+use super::tables::quantity::FileKnots;
 
-/// Takes a key out of its table, if it is there.
+/// Removes a key from its table if it is present.
 pub fn remove(document: &mut DocumentMut, path: &str) {
     let (table, name) = split(path);
     if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
@@ -14,15 +14,15 @@ pub fn remove(document: &mut DocumentMut, path: &str) {
     }
 }
 
-/// A scene's text with knots (time in ms, value) in place of the file that holds them, so that it says
-/// all by itself: in a recording, and for whoever changes a value of it.
+/// Replaces the name of a CSV file in a scene's text by the knots (time in ms, value) of that file. The text
+/// is then self-contained and can be recorded and edited without the file.
 ///
 /// # Errors
-/// When the text is no TOML.
+/// If the text is not valid TOML.
 pub fn with_knots(
     text: &str,
     FileKnots { keys, knots }: &FileKnots,
-    place: impl FnOnce() -> Place,
+    place: impl FnOnce() -> Location,
 ) -> Result<String, SceneError> {
     let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
     let mut list = Array::new();
@@ -51,13 +51,69 @@ pub fn with_knots(
     Ok(text)
 }
 
+/// Replaces old names of keys and tables in a scene's text by the current ones.
+///
+/// # Errors
+/// If the text is not valid TOML.
+pub fn with_current_names(
+    text: &str,
+    schema: &Schema,
+    place: impl FnOnce() -> Location,
+) -> Result<String, SceneError> {
+    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
+    rename_keys(document.as_table_mut(), "", schema);
+    Ok(document.to_string())
+}
+
+/// Replaces old names in a table. All entries are removed and inserted again, which preserves their order.
+fn rename_keys(table: &mut Table, path: &str, schema: &Schema) {
+    let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
+    for name in names {
+        let Some((key, mut item)) = table.remove_entry(&name) else {
+            continue;
+        };
+        let current = schema.current(&join(path, &name));
+        match &mut item {
+            Item::Table(inner) => rename_keys(inner, &current, schema),
+            Item::Value(Value::InlineTable(inner)) => rename_inline_keys(inner, &current, schema),
+            _ => {}
+        }
+        table.insert_formatted(&renamed(key, path, &current), item);
+    }
+}
+
+/// [`rename_keys`] of an inline table.
+fn rename_inline_keys(table: &mut InlineTable, path: &str, schema: &Schema) {
+    let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
+    for name in names {
+        let Some((key, mut value)) = table.remove_entry(&name) else {
+            continue;
+        };
+        let current = schema.current(&join(path, &name));
+        if let Value::InlineTable(inner) = &mut value {
+            rename_inline_keys(inner, &current, schema);
+        }
+        table.insert_formatted(&renamed(key, path, &current), value);
+    }
+}
+
+/// The key with its current path; the formatting is preserved. `table` is the path of its table.
+fn renamed(key: Key, table: &str, current: &str) -> Key {
+    if join(table, key.get()) == current {
+        return key;
+    }
+    Key::new(split(current).1)
+        .with_leaf_decor(key.leaf_decor().clone())
+        .with_dotted_decor(key.dotted_decor().clone())
+}
+
 pub fn syntax(error: &toml_edit::TomlError) -> Fault {
     Fault::Syntax {
         message: error.message().replace('\n', " "),
     }
 }
 
-/// A number as a scene file has it: a whole one stands for a count as well as for a number.
+/// TOML literal of a number. Integral values are written as integers, which count and float keys both accept.
 pub fn number(value: f64) -> Value {
     if value.fract() == 0.0 && value.abs() < 1e15 {
         Value::from(value as i64)
@@ -66,7 +122,7 @@ pub fn number(value: f64) -> Value {
     }
 }
 
-/// Sets the value at a dotted path and makes the tables on the way to it.
+/// Sets the value at a dotted path and creates missing tables.
 pub fn set(root: &mut Table, path: &str, mut value: Value) {
     let (tables, name) = split(path);
     let mut table: &mut dyn TableLike = root;
@@ -78,7 +134,7 @@ pub fn set(root: &mut Table, path: &str, mut value: Value) {
         });
         match item.as_table_like_mut() {
             Some(inner) => table = inner,
-            // The scene was valid: this is a table.
+            // Not reached: the scene is valid, so this entry is a table.
             None => return,
         }
     }

@@ -1,22 +1,22 @@
-//! What can be wrong with a scene, said in one message: what, where, and the remedy.
+//! Errors and warnings of scenes. Each message states the fault, its position and the remedy.
 
 use std::fmt;
 use std::io;
 
 use thiserror::Error;
 
-use crate::joint::OwnModesError;
+use crate::joint::ImportedModesError;
 
-/// Where in its source a scene is at fault.
+/// Location of a fault in its source.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     /// The file as the user named it, or the name of a built-in scene.
     pub file: String,
-    /// Line, counted from 1; `None` for a value that did not come from the text.
+    /// Line, counted from 1; `None` if the value does not come from the text.
     pub line: Option<usize>,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {
             Some(line) => write!(f, "{}:{line}", self.file),
@@ -25,22 +25,22 @@ impl fmt::Display for Place {
     }
 }
 
-/// A scene that cannot be run. The message names the place, the key, what is allowed and, where
-/// something was probably misspelt, the nearest known name.
+/// A scene that cannot be run. The message contains position, key, permitted values and, for a likely
+/// misspelling, the most similar known name.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// Neither a built-in scene nor a file has the given name.
+    /// The name is neither a built-in scene nor a file.
     #[error(
-        "no scene is called `{name}`{}; the scenes are {known}, or give the path of a scene file",
+        "no scene is called `{name}`{}; choose one of {known}, or give the path of a scene file",
         did_you_mean(nearest)
     )]
     UnknownScene {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The built-in scene spelt most like it, if any is close.
+        /// The most similar built-in scene, if any is similar enough.
         nearest: Option<String>,
-        /// All built-in scenes, for the message.
+        /// Names of all built-in scenes.
         known: String,
     },
     /// The file cannot be read.
@@ -48,181 +48,181 @@ pub enum SceneError {
         "cannot read the scene file `{file}`; give a readable TOML file or the name of a built-in scene"
     )]
     Unreadable {
-        /// The path asked for.
+        /// The requested path.
         file: String,
-        /// Why not.
+        /// Cause.
         source: io::Error,
     },
-    /// The file is far larger than a scene can sensibly be.
+    /// The file exceeds the size limit for scenes.
     #[error(
         "the scene file `{file}` is larger than {limit} bytes; a scene is a few kilobytes of TOML"
     )]
     TooLarge {
-        /// The path asked for.
+        /// The requested path.
         file: String,
-        /// The largest size read, bytes.
+        /// Size limit, bytes.
         limit: u64,
     },
-    /// A joint is needed, and the scene runs something else.
+    /// The operation requires a ball joint, and the scene defines another system.
     #[error(
-        "the scene `{scene}` runs {subject}, and this needs a ball joint; take a scene with a [load] \
+        "a ball joint is required, but the scene `{scene}` defines {subject}; choose a scene with a [load] \
          table, such as `{}`",
         super::DEFAULT_SCENE
     )]
     NoJoint {
         /// Name of the scene.
         scene: String,
-        /// What it runs.
+        /// The system that the scene defines.
         subject: &'static str,
     },
-    /// A ball on a beam is needed, and the scene takes its modes from a file.
+    /// The operation requires the finite-element model of ball and beam, and the scene imports its modes.
     #[error(
-        "the scene `{scene}` takes its modes and its contact patch from `{file}`, and this needs \
-         those of ball and beam; take a scene without body.modes, such as `{}`",
+        "modes and contact patch of ball and beam are required, but the scene `{scene}` imports them \
+         from `{file}`; choose a scene without body.modes, such as `{}`",
         super::DEFAULT_SCENE
     )]
     NoBeam {
         /// Name of the scene.
         scene: String,
-        /// The file of the modes.
+        /// File of the modes.
         file: String,
     },
-    /// The file of the modes is at fault.
+    /// The file of the modes is invalid.
     #[error("{at}: `body.modes`: {file}: {problem}")]
     Modes {
-        /// Where the scene names it.
-        at: Place,
-        /// The file.
+        /// Position of `body.modes` in the scene.
+        at: Location,
+        /// The file of the modes.
         file: String,
-        /// What is wrong with it, and what to do.
-        problem: Box<OwnModesError>,
+        /// Fault and remedy.
+        problem: Box<ImportedModesError>,
     },
-    /// A small system is needed, and the scene runs a joint.
+    /// The operation requires a small system, and the scene defines a ball joint.
     #[error(
-        "the scene `{scene}` runs a ball joint, and this needs a small system; take a scene with a \
-         table such as [impact_oscillator]"
+        "a small system is required, but the scene `{scene}` defines a ball joint; choose a scene with \
+         a table such as [impact_oscillator]"
     )]
     NoSmallSystem {
         /// Name of the scene.
         scene: String,
     },
-    /// The content is at fault.
+    /// The content is invalid.
     #[error("{at}: {fault}")]
     Content {
-        /// Where: the value or key at fault, or the table that lacks a key.
-        at: Place,
-        /// What is wrong.
+        /// Position of the faulty value or key, or of the table that lacks a key.
+        at: Location,
+        /// The fault.
         fault: Box<Fault>,
     },
 }
 
-/// What is wrong with the content of a scene.
+/// A fault in the content of a scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
-    /// The bytes are not text.
+    /// The file is not UTF-8 text.
     #[error("the scene file is not UTF-8 text; save it as UTF-8")]
     NotText,
-    /// The text is not TOML.
+    /// The text is not valid TOML.
     #[error(
         "not valid TOML: {message}; `squeakscope scenes NAME` prints a valid scene to start from"
     )]
     Syntax {
-        /// What the parser said.
+        /// Message of the TOML parser.
         message: String,
     },
-    /// A key or table that no scene has.
+    /// An undeclared key or table.
     #[error("unknown key `{key}`{}; {known}", did_you_mean(nearest))]
     UnknownKey {
-        /// Full path of the key.
+        /// Dotted path of the key.
         key: String,
-        /// Full path of the known key spelt most like it, if any is close.
+        /// Dotted path of the most similar declared key, if any is similar enough.
         nearest: Option<String>,
-        /// The keys known in its table, for the message.
+        /// The declared keys of the table.
         known: String,
     },
-    /// A plain value under a name that is a table's.
+    /// A plain value in place of a table.
     #[error("`{key}` is a table, not a value; write `[{key}]` and its keys below")]
     NotATable {
-        /// Full path of the table.
+        /// Dotted path of the table.
         key: String,
     },
     /// A required key is absent.
     #[error("`{key}` is missing; it must be {expected}")]
     Missing {
-        /// Full path of the key.
+        /// Dotted path of the key.
         key: String,
-        /// What the value must be.
+        /// Permitted values.
         expected: String,
     },
-    /// A value of another type than the key's.
+    /// A value of the wrong type.
     #[error("`{key}` is {found}; it must be {expected}")]
     WrongType {
-        /// Full path of the key.
+        /// Dotted path of the key.
         key: String,
         /// The value as written, shortened.
         found: String,
-        /// What the value must be.
+        /// Permitted values.
         expected: String,
     },
-    /// A key that is no single number, or part of a function of time, where one is to be varied.
+    /// A key that cannot be varied: it is not a single number, or it is part of a function of time.
     #[error(
-        "`{key}` is no single number that holds for a whole run; only such can be varied, \
-         `squeakscope scenes --keys` lists them"
+        "`{key}` cannot be varied: it is not a single number that is constant in time; choose a numeric \
+         key from `squeakscope scenes --keys`"
     )]
     NotANumber {
-        /// Its dotted path.
+        /// Dotted path of the key.
         key: String,
     },
-    /// No advice for an error so small.
-    #[error("the scene `{scene}` knows no integrator for an error of {error}; {remedy}")]
+    /// The scene has no integrator advice for an error this small.
+    #[error("the scene `{scene}` has no integrator advice for an error of {error}; {remedy}")]
     NoAdvice {
         /// Name of the scene.
         scene: String,
-        /// The error wanted.
+        /// The required error.
         error: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
-    /// A number outside its range, or not finite.
+    /// A number that is out of range or not finite.
     #[error("`{key}` = {found} is out of range; it must be {expected}")]
     OutOfRange {
-        /// Full path of the key.
+        /// Dotted path of the key.
         key: String,
         /// The value as written, shortened.
         found: String,
-        /// What the value must be.
+        /// Permitted values.
         expected: String,
     },
-    /// A word that is none of the choices.
+    /// A word that is not among the choices.
     #[error(
-        "`{key}` = {found} is not a choice{}; it must be {expected}",
+        "`{key}` = {found} is not a valid choice{}; it must be {expected}",
         did_you_mean(nearest)
     )]
     UnknownChoice {
-        /// Full path of the key.
+        /// Dotted path of the key.
         key: String,
         /// The value as written, shortened.
         found: String,
-        /// The choice spelt most like it, if any is close.
+        /// The most similar choice, if any is similar enough.
         nearest: Option<String>,
-        /// What the value must be.
+        /// Permitted values.
         expected: String,
     },
-    /// Values that are each allowed, but not together.
+    /// Values that are valid individually but inconsistent with each other.
     #[error("`{key}`: {problem}; {remedy}")]
     Inconsistent {
-        /// Full path of its key.
+        /// Dotted path of the key.
         key: String,
-        /// What does not fit together.
+        /// The inconsistency.
         problem: String,
-        /// What to do about it.
+        /// Remedy.
         remedy: String,
     },
 }
 
 impl Fault {
-    /// Values that are each allowed, but not together.
+    /// Builds [`Fault::Inconsistent`].
     pub(super) fn inconsistent(
         key: impl Into<String>,
         problem: impl Into<String>,
@@ -235,8 +235,8 @@ impl Fault {
         }
     }
 
-    /// The error of this fault at a place.
-    pub(super) fn at(self, at: Place) -> SceneError {
+    /// Builds the error for this fault at a position.
+    pub(super) fn at(self, at: Location) -> SceneError {
         SceneError::Content {
             at,
             fault: Box::new(self),
@@ -244,8 +244,8 @@ impl Fault {
     }
 }
 
-/// Refuses values that do not fit together, unless the condition holds. After it come the key at fault,
-/// other keys that take part, the problem, and the remedy.
+/// Returns an error for inconsistent values unless the condition holds. The arguments after the condition
+/// are the key, the other keys involved, the problem and the remedy.
 macro_rules! ensure {
     (
         $document:expr, $holds:expr => $key:expr, $others:expr;
@@ -262,7 +262,7 @@ macro_rules! ensure {
 
 pub(super) use ensure;
 
-/// The part of a message that offers another spelling.
+/// Part of a message that suggests a similar name.
 fn did_you_mean(nearest: &Option<String>) -> String {
     nearest
         .as_ref()
@@ -270,12 +270,12 @@ fn did_you_mean(nearest: &Option<String>) -> String {
         .unwrap_or_default()
 }
 
-/// Below this likeness (0 to 1) a suggestion confuses more than it helps.
+/// Minimum similarity (0 to 1) of a suggestion; a less similar name does not help the user.
 pub(super) const CLOSE: f64 = 0.5;
-/// From this likeness (0 to 1) on it is hardly anything but a misspelling.
+/// Similarity (0 to 1) from which a name is almost certainly a misspelling.
 pub(super) const VERY_CLOSE: f64 = 0.75;
 
-/// The candidate spelt most like `word`, if any is as `close` (0 to 1) as that.
+/// Returns the candidate most similar to `word` if its similarity is at least `close` (0 to 1).
 pub(super) fn nearest<'c>(
     word: &str,
     candidates: impl IntoIterator<Item = &'c str>,
@@ -292,43 +292,64 @@ pub(super) fn nearest<'c>(
         .map(|(_, candidate)| candidate)
 }
 
-/// Something in a valid scene that the user probably did not mean.
+/// A deprecated name of a key or table in a scene or an override. The display is one line with the old and
+/// the current name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeprecatedKey {
+    /// Position of the old name.
+    pub at: Location,
+    /// Dotted path as written.
+    pub old: String,
+    /// Current dotted path.
+    pub new: String,
+}
+
+impl fmt::Display for DeprecatedKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { at, old, new } = self;
+        write!(f, "{at}: the key `{old}` is deprecated; use `{new}`")
+    }
+}
+
+/// A warning about a valid scene: a property that is probably unintended.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SceneWarning {
-    /// The kinetic coefficient of friction exceeds the static one, so friction grows with speed
-    /// and the negative slope that drives the squeak is gone.
+    /// The scene uses an old name of a key or table.
+    Deprecated(DeprecatedKey),
+    /// The kinetic coefficient of friction exceeds the static one. Friction then increases with speed, and no
+    /// negative slope excites vibration.
     KineticAboveStatic {
-        /// Static coefficient.
+        /// Static coefficient of friction.
         mu_s: f64,
-        /// Kinetic coefficient.
+        /// Kinetic coefficient of friction.
         mu_d: f64,
     },
-    /// The run ends before tilt, load or rotation have gone through their whole schedule.
+    /// The run ends before the schedule of tilt, load or rotation ends.
     ///
-    /// A change at the very end counts, too: no sample is later.
+    /// This includes a step at the end of the run: no sample follows it.
     ScheduleCutShort {
-        /// Which of them.
+        /// The quantity.
         of: &'static str,
         /// Simulated time, s.
         duration: f64,
-        /// Time of the schedule's last knot or step, s.
+        /// Time of the last knot or step of the schedule, s.
         last: f64,
     },
-    /// Points of tilt, load or rotation follow each other faster than the joint follows them.
+    /// Two knots of tilt, load or rotation lie within one frame, in which the joint is constant.
     PointsWithinFrame {
-        /// Which of them.
+        /// The quantity.
         of: &'static str,
-        /// Time of the later of the two points, s.
+        /// Time of the later knot, s.
         time: f64,
         /// Length of a frame, s.
         frame: f64,
     },
-    /// The run ends before something that it asks for has begun.
-    NeverBegins {
-        /// Path of the key that says when.
+    /// The run ends before an analysis starts.
+    AnalysisNeverStarts {
+        /// Path of the key that sets the start.
         key: &'static str,
-        /// When it would begin, s.
+        /// Start of the analysis, s.
         start: f64,
         /// Simulated time, s.
         duration: f64,
@@ -338,36 +359,38 @@ pub enum SceneWarning {
 impl fmt::Display for SceneWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Deprecated(key) => key.fmt(f),
             Self::KineticAboveStatic { mu_s, mu_d } => write!(
                 f,
-                "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction then grows with \
-                 speed, and the falling part of the curve that drives squeak is absent"
+                "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, \
+                 and no negative slope excites vibration"
             ),
             Self::ScheduleCutShort { of, duration, last } => write!(
                 f,
-                "the run ends at {} ms, {} the last change of the {of} at {} ms",
+                "the run ends at {} ms, {} the last change of the {of} at {} ms; increase time.duration_ms",
                 duration * 1e3,
                 match last > duration {
                     true => "before",
-                    false => "too early for",
+                    false => "without a sample after",
                 },
                 last * 1e3
             ),
             Self::PointsWithinFrame { of, time, frame } => write!(
                 f,
-                "the {of} has a knot at {} ms that is less than a frame after the one before, and is looked at \
-                 only where a frame starts, every {} ms: what is between is not seen; make time.frame_samples \
-                 smaller, or use steps",
+                "the {of} has a knot at {} ms that follows the previous knot by less than a frame; the {of} is \
+                 updated once per frame, every {} ms, and knots within a frame have no effect; reduce \
+                 time.frame_samples, or use steps",
                 time * 1e3,
                 frame * 1e3
             ),
-            Self::NeverBegins {
+            Self::AnalysisNeverStarts {
                 key,
                 start,
                 duration,
             } => write!(
                 f,
-                "the run ends at {} ms, before {key} = {}: nothing comes of its table",
+                "the run ends at {} ms, before {key} = {}, so this analysis has no result; increase \
+                 time.duration_ms",
                 duration * 1e3,
                 start * 1e3
             ),

@@ -1,39 +1,49 @@
-//! The mechanisms by which friction makes things squeal: what a scene can teach.
+//! Mechanisms of friction-induced vibration that a scene can demonstrate.
 
 use strum::VariantArray;
 
-/// A mechanism that a scene shows. Its lesson explains it beside the picture that proves it, with
-/// numbers measured in the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, strum::VariantArray, strum::IntoStaticStr)]
+/// A mechanism that a scene demonstrates. Its lesson explains the mechanism next to the view that shows it,
+/// with numbers measured in the run.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Hash,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Mechanism {
-    /// Friction that falls with the sliding speed feeds one mode.
+    /// Friction that decreases with sliding speed excites one mode.
     NegativeSlope,
-    /// Two modes flutter together under a constant coefficient of friction.
+    /// Two modes couple and flutter at a constant coefficient of friction.
     ModeCoupling,
-    /// What slides comes to rest on what drags it, and tears itself off again.
+    /// A mass or contact node sticks to the moving surface and slips periodically.
     StickSlip,
-    /// The contact opens and hammers.
+    /// Contact nodes separate and impact.
     LiftOff,
-    /// The two slope factors of Eq. (5) as printed, and exchanged: silence or squeal.
+    /// The two slope factors of Eq. (5) as printed and exchanged: stable sliding or squeak.
     ExchangedFriction,
-    /// Several modes are unstable, and the kick decides which one is heard.
+    /// Several modes are unstable, and the initial kick determines the mode that dominates.
     WhichModeWins,
-    /// The motion changes at another tilt on the way up than on the way down.
+    /// The regime changes at a higher tilt on the upward ramp than on the downward ramp.
     Hysteresis,
-    /// Two tones without a common period, and their difference.
+    /// Two incommensurate frequencies and their combination frequencies.
     Torus,
-    /// Two copies that start almost alike part.
+    /// A perturbed trajectory diverges exponentially from the original.
     Chaos,
-    /// What the complex eigenvalues foretell, against what is heard.
+    /// Predictions of the complex eigenvalues compared with the simulated vibration.
     Prediction,
 }
 
 impl Mechanism {
-    /// All of them.
+    /// All mechanisms.
     pub const ALL: &[Self] = Self::VARIANTS;
 
-    /// Its name in a scene file.
+    /// Name in a scene file.
     pub fn name(self) -> &'static str {
         self.into()
     }

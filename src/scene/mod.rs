@@ -1,4 +1,4 @@
-#![doc = include_str!("../guide/scenes.md")]
+#![doc = include_str!("../guide/reference/scenes.md")]
 
 mod accuracy;
 mod document;
@@ -19,18 +19,18 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use accuracy::LONGEST_STEP;
-pub use error::{Fault, Place, SceneError, SceneWarning};
+pub use accuracy::MAX_ADVISED_STEP;
+pub use error::{DeprecatedKey, Fault, Location, SceneError, SceneWarning};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use setting::{SectionSurface, Setting, StateCoordinate};
+pub use setting::{AutoOr, SectionSurface, StateCoordinate};
 pub use spec::Scene;
-pub use subject::{Held, Loading, ScaledRotation, SmallSystem, SubjectSpec, TiltedJoint};
+pub use subject::{FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
-    AnalysisSpec, ButterflySpec, ChaosSpec, DelaySpec, EmbeddingSpec, ExponentsSpec, NearnessSpec,
-    QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec, SlidingSpec, SpectrogramSpec,
-    SpectrumSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, PerturbedTrajectorySpec,
+    QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec, SpectrogramSpec, SpectrumSpec,
+    ThresholdSpec, WindowSpec,
 };
-pub use tables::{Advised, Events, Integrator, RecordSpec, Start, key_reference};
+pub use tables::{Events, Integrator, IntegratorAdvice, RecordSpec, Start, key_reference};

@@ -1,85 +1,87 @@
-//! What a command line may change of a scene, under the same ranges as in a file.
+//! Overrides of a scene by the command line, with the ranges of the scene file; warnings about a scene.
 
-use super::error::{Place, SceneError, SceneWarning};
+use super::error::{Location, SceneError, SceneWarning};
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
 use super::spec::Scene;
 use super::tables::analysis::AnalysisSpec;
 use super::tables::load::{FACTOR, LOAD, TILT};
-use super::tables::{SCHEMA, patch_stays, shown_mechanism, sliding};
+use super::tables::{SCHEMA, check_imported_patch, check_sliding, demonstrated_mechanism};
 use crate::joint::Friction;
 
 impl Scene {
-    /// The same scene at a constant tilt, in degrees; -90 to 90.
+    /// Returns the scene with a constant tilt, -90 to 90 degrees.
     ///
     /// # Errors
-    /// When the scene has no joint, the tilt is out of range, or the central contact point would
-    /// not slide.
+    /// If the scene has no joint, the tilt is out of range, or the central contact point would not slide.
     pub fn with_tilt(mut self, tilt_deg: f64) -> Result<Self, SceneError> {
         let mut joint = self.joint()?.clone();
         joint.tilt = Schedule::constant(self.overridden("load.tilt_deg", tilt_deg)?);
-        sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
-        patch_stays(&joint, || self.place_of_override())?;
+        check_sliding(&joint.spec, &joint.tilt, || self.place_of_override())?;
+        check_imported_patch(&joint, || self.place_of_override())?;
         *self.joint_mut()? = joint;
-        self.mechanism = shown_mechanism(&self);
+        self.mechanism = demonstrated_mechanism(&self);
         Ok(self)
     }
 
-    /// The same scene run for another time, in milliseconds; 0.1 to 100,000.
+    /// Returns the scene with another simulated time, 0.1 to 100,000 ms.
     ///
     /// # Errors
-    /// When the time is out of range.
+    /// If the time is out of range.
     pub fn with_duration(mut self, duration_ms: f64) -> Result<Self, SceneError> {
         self.duration = self.overridden("time.duration_ms", duration_ms)?;
         Ok(self)
     }
 
-    /// The same scene with another relative tolerance of its integrator; 1e-13 to 0.01.
+    /// Returns the scene with another relative tolerance of the integrator, 1e-13 to 0.01.
     ///
     /// # Errors
-    /// When the tolerance is out of range.
+    /// If the tolerance is out of range.
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SceneError> {
         self.integrator.tolerance = self.overridden("time.tolerance", tolerance)?;
         Ok(self)
     }
 
-    /// The same scene with another seed of its random kick.
+    /// Returns the scene with another seed of the random kick.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.start.seed = seed;
         self.note("start.seed", seed);
         self
     }
 
-    /// The same motion with nothing analysed along it and no lesson told of it, and no tangent vectors or
-    /// second copy beside it.
+    /// Returns the scene without analyses and without a lesson; the motion is unchanged.
     pub fn without_analyses(mut self) -> Self {
         self.analysis = AnalysisSpec::default();
         self.mechanism = None;
         self
     }
 
-    /// Whether neighbours of the motion are followed: tangent vectors, or a second copy.
-    pub fn follows_neighbours(&self) -> bool {
-        self.analysis.exponents.is_some() || self.analysis.butterfly.is_some()
+    /// Whether the run integrates tangent vectors or a perturbed trajectory.
+    pub fn computes_lyapunov(&self) -> bool {
+        self.analysis.exponents.is_some() || self.analysis.perturbed_trajectory.is_some()
     }
 
-    /// The same scene without tangent vectors and second copy, which cost most; a mechanism that needs them is
-    /// not shown.
-    pub fn without_neighbours(mut self) -> Self {
+    /// Returns the scene without Lyapunov exponents and perturbed trajectory, the most expensive analyses. A
+    /// mechanism that requires one of them is removed.
+    pub fn without_lyapunov(mut self) -> Self {
         let paths = [
-            (self.analysis.exponents.take().is_some(), "exponents"),
-            (self.analysis.butterfly.take().is_some(), "butterfly"),
+            (self.analysis.exponents.take().is_some(), "lyapunov"),
+            (
+                self.analysis.perturbed_trajectory.take().is_some(),
+                "perturbed_trajectory",
+            ),
         ];
         for (_, name) in paths.into_iter().filter(|(was_there, _)| *was_there) {
-            self.note(&format!("[analysis.{name}]"), "left out");
+            self.note(&format!("[analysis.{name}]"), "omitted");
         }
-        self.mechanism = shown_mechanism(&self);
+        self.mechanism = demonstrated_mechanism(&self);
         self
     }
 
-    /// What is allowed in this scene but probably not meant.
+    /// Properties of this valid scene that are probably unintended, and its deprecated names of keys.
     pub fn warnings(&self) -> Vec<SceneWarning> {
-        let mut warnings = Vec::new();
+        let deprecated = self.deprecated_keys.iter().cloned();
+        let mut warnings: Vec<_> = deprecated.map(SceneWarning::Deprecated).collect();
         let Ok(joint) = self.joint() else {
             return warnings;
         };
@@ -101,7 +103,7 @@ impl Scene {
             let steps = schedule
                 .and_then(|schedule| schedule.jumps().last())
                 .is_some();
-            // A knot at the very end has its line before it; a step there has nothing after it.
+            // The segment before a knot at the end of the run is simulated; no sample follows a step there.
             let too_late = |last: &f64| *last > self.duration || steps && *last == self.duration;
             if let Some(last) = last.filter(too_late) {
                 warnings.push(SceneWarning::ScheduleCutShort {
@@ -111,7 +113,7 @@ impl Scene {
                 });
             }
             let frame = self.frame_samples as f64 / self.sample_rate;
-            if let Some(time) = schedule.and_then(|schedule| schedule.knot_within(frame)) {
+            if let Some(time) = schedule.and_then(|schedule| schedule.first_knot_within(frame)) {
                 warnings.push(SceneWarning::PointsWithinFrame {
                     of: keys.word,
                     time,
@@ -122,17 +124,17 @@ impl Scene {
         let analysis = &self.analysis;
         let starts = [
             (
-                "analysis.exponents.settle_ms",
+                "analysis.lyapunov.transient_ms",
                 analysis.exponents.map(|spec| spec.settle),
             ),
             (
-                "analysis.butterfly.start_ms",
-                analysis.butterfly.map(|spec| spec.start),
+                "analysis.perturbed_trajectory.start_ms",
+                analysis.perturbed_trajectory.map(|spec| spec.start),
             ),
         ];
         for (key, start) in starts {
             if let Some(start) = start.filter(|start| *start >= self.duration) {
-                warnings.push(SceneWarning::NeverBegins {
+                warnings.push(SceneWarning::AnalysisNeverStarts {
                     key,
                     start,
                     duration: self.duration,
@@ -142,7 +144,7 @@ impl Scene {
         warnings
     }
 
-    /// Takes a value in place of a number's, and notes it at the end of the recorded text.
+    /// Converts an override of a number and appends a note to the recorded text.
     fn overridden(&mut self, path: &str, stated: f64) -> Result<f64, SceneError> {
         let declared = SCHEMA.find(path).expect("a declared key");
         let number = declared.key.kind.as_number().expect("a plain number");
@@ -154,7 +156,7 @@ impl Scene {
         Ok(value)
     }
 
-    /// Notes a value taken in place of a key's at the end of the recorded text.
+    /// Appends a note about an override to the recorded text.
     fn note(&mut self, path: &str, stated: impl std::fmt::Display) {
         if !self.text.ends_with('\n') {
             self.text.push('\n');
@@ -163,8 +165,8 @@ impl Scene {
             .push_str(&format!("# overridden for this run: {path} = {stated}\n"));
     }
 
-    pub(super) fn place_of_override(&self) -> Place {
-        Place {
+    pub(super) fn place_of_override(&self) -> Location {
+        Location {
             file: format!("override of scene {}", self.name),
             line: None,
         }

@@ -1,4 +1,4 @@
-//! One number of a scene by its path: what a study varies.
+//! A numeric key of a scene that studies vary.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
@@ -6,48 +6,55 @@ use std::fmt;
 use toml_edit::{DocumentMut, Value};
 
 use super::edit::{number, remove, set, syntax};
-use super::error::{CLOSE, Fault, Place, SceneError, nearest};
-use super::schema::Declared;
+use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, nearest};
+use super::schema::{Declared, join};
 use super::spec::Scene;
 use super::tables::SCHEMA;
-use super::tables::load::{FACTOR, LOAD, TILT, is_of_a_schedule};
+use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 
 const LOAD_PATH: &str = "load.load_n";
 const TILT_PATH: &str = "load.tilt_deg";
-const ROTATION_PATH: &str = "rotation.rad_s";
+const ROTATION_PATH: &str = "rotation.angular_velocity_rad_per_s";
 
-/// The axis about which the ball of the paper turns.
+/// Axis of rotation in the paper.
 const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 
-/// A number of a scene file that can be given another value.
+/// A numeric key of a scene that can take other values.
 #[derive(Clone, Copy)]
 pub struct Parameter {
     key: &'static Declared,
+    /// Whether it was named by the old name of the key.
+    by_old_name: bool,
 }
 
 impl Parameter {
-    /// The parameter of a dotted path, such as `contact.stiffness_factor`, or of the key's own name
-    /// where only one table has it.
+    /// Returns the parameter with a dotted path, such as `contact.stiffness_factor`, or with a key name that
+    /// occurs in one table only. Old names of keys are accepted; see [`Parameter::deprecation`].
     ///
     /// # Errors
-    /// When no scene has such a number; the error names the nearest one.
+    /// If no scene has such a number. The error suggests the most similar one.
     pub fn named(name: &str) -> Result<Self, SceneError> {
         let keys = || SCHEMA.0.iter().filter(|key| is_free(key));
-        if let Some(key) = keys().find(|key| key.path == name) {
-            return Ok(Self { key });
+        let path = SCHEMA.current(name);
+        if let Some(key) = keys().find(|key| key.path == path) {
+            let by_old_name = path != name;
+            return Ok(Self { key, by_old_name });
         }
-        let place = Place {
-            file: "the parameter to vary".to_owned(),
-            line: None,
-        };
         let key = name.to_owned();
-        // A key of the file, but no number.
-        if SCHEMA.find(name).is_some() {
-            return Err(Fault::NotANumber { key }.at(place));
+        // A declared key that is not a number.
+        if SCHEMA.find(&path).is_some() {
+            return Err(Fault::NotANumber { key }.at(place()));
         }
         let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
-        if let [key] = namesakes[..] {
-            return Ok(Self { key });
+        let old_namesakes: Vec<_> = keys()
+            .filter(|key| key.key.old_name == Some(name))
+            .collect();
+        let by_old_name = namesakes.is_empty();
+        if let ([key], _) | ([], [key]) = (&namesakes[..], &old_namesakes[..]) {
+            return Ok(Self {
+                key: *key,
+                by_old_name,
+            });
         }
         let nearest = match namesakes.first() {
             Some(namesake) => Some(&namesake.path[..]),
@@ -56,39 +63,58 @@ impl Parameter {
         let unknown = Fault::UnknownKey {
             key,
             nearest: nearest.map(str::to_owned),
-            known: "`squeakscope scenes --keys` lists every number of a scene".to_owned(),
+            known: "`squeakscope scenes --keys` lists all keys".to_owned(),
         };
-        Err(unknown.at(place))
+        Err(unknown.at(place()))
     }
 
-    /// The tilt of the load, constant in time.
+    /// The constant tilt of the load.
     pub fn tilt() -> Self {
         Self {
             key: SCHEMA.find(TILT_PATH).expect("a declared key"),
+            by_old_name: false,
         }
     }
 
-    /// The dotted path.
+    /// Dotted path of the key.
     pub fn path(self) -> &'static str {
         &self.key.path
     }
 
-    /// What it is, in a sentence.
+    /// The deprecated name, if the parameter was named by it.
+    pub fn deprecation(self) -> Option<DeprecatedKey> {
+        let old = self.key.key.old_name.filter(|_| self.by_old_name)?;
+        Some(DeprecatedKey {
+            at: place(),
+            old: join(&self.key.table, old),
+            new: self.key.path.clone(),
+        })
+    }
+
+    /// Meaning, in one sentence.
     pub fn meaning(self) -> &'static str {
         self.key.key.meaning
     }
 
-    /// The unit in which it is stated; empty for a pure number.
+    /// Unit of the value in a scene file; empty for a dimensionless number.
     pub fn unit(self) -> &'static str {
         self.key.key.kind.unit().symbol
     }
 }
 
-/// Whether a key is a number that holds for a whole run, not a part of a function of time; or the rotation,
-/// which is varied by its size.
+/// Whether a key can be varied: a number that is constant in time, or the angular velocity, which is varied
+/// in magnitude.
 fn is_free(key: &Declared) -> bool {
-    let number = key.key.kind.is_number() && !is_of_a_schedule(&key.path);
+    let number = key.key.kind.is_number() && !is_schedule_key(&key.path);
     number || key.path == ROTATION_PATH
+}
+
+/// Position of a parameter in messages.
+fn place() -> Location {
+    Location {
+        file: "parameter to vary".to_owned(),
+        line: None,
+    }
 }
 
 impl PartialEq for Parameter {
@@ -104,17 +130,17 @@ impl fmt::Debug for Parameter {
 }
 
 impl Scene {
-    /// The same scene with other values of some parameters, each in the unit in which a scene file
-    /// states it. The scene's text says them, too. A tilt given takes the place of a function of time; the
-    /// value of `rotation.rad_s` is the size of the rotation, whose axis stays; a scene at rest has none,
-    /// and takes the paper's.
+    /// Returns the scene with other values of some parameters, in the units of a scene file. The text of the
+    /// scene changes accordingly. A tilt replaces a tilt that is a function of time. The value of
+    /// `rotation.angular_velocity_rad_per_s` is the magnitude of the angular velocity; its axis is preserved.
+    /// For a scene at rest the axis is that of the paper.
     ///
     /// # Errors
-    /// As [`Scene::parse`]: values out of range, and values that do not fit together. A load or a
-    /// rotation that is a function of time in this scene takes no value.
+    /// As [`Scene::parse`]: values that are out of range or inconsistent. A load or rotation that is a
+    /// function of time in this scene cannot take a value.
     pub fn with_values(&self, values: &[(Parameter, f64)]) -> Result<Self, SceneError> {
         for (parameter, _) in values {
-            self.refuse_function(*parameter)?;
+            self.reject_function(*parameter)?;
         }
         let values = values
             .iter()
@@ -125,8 +151,8 @@ impl Scene {
         self.with_entries(values)
     }
 
-    /// The same scene with other words for some keys, such as `"pre-stress"` for
-    /// `contact.stiffness`.
+    /// Returns the scene with other choices for some keys, such as `"pre-stress"` for
+    /// `contact.stiffness_distribution`.
     ///
     /// # Errors
     /// As [`Scene::parse`].
@@ -134,9 +160,9 @@ impl Scene {
         self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
     }
 
-    /// Refuses a value for what is a function of time. A tilt is not among it: its steady values are
-    /// what studies go through.
-    fn refuse_function(&self, parameter: Parameter) -> Result<(), SceneError> {
+    /// Rejects a value for a load or rotation that is a function of time. A tilt is accepted: studies run
+    /// through constant tilts.
+    fn reject_function(&self, parameter: Parameter) -> Result<(), SceneError> {
         let Ok(joint) = self.joint() else {
             return Ok(());
         };
@@ -147,13 +173,13 @@ impl Scene {
             _ => return Ok(()),
         };
         let problem = format!(
-            "the {word} of this scene is a function of time, and a value would hold for the whole run"
+            "the {word} of this scene is a function of time and cannot take a constant value"
         );
-        let remedy = format!("take a scene in which the {word} is constant");
+        let remedy = format!("use a scene with a constant {word}");
         Err(Fault::inconsistent(path, problem, remedy).at(self.place_of_override()))
     }
 
-    /// The scene's rotation with another size, rad/s.
+    /// The scene's angular velocity with another magnitude, rad/s.
     fn rotation_of(&self, size: f64) -> Value {
         let rotation = self.joint().map_or([0.0; 3], |joint| joint.spec.rotation);
         let before = rotation.iter().map(|w| w * w).sum::<f64>().sqrt();
@@ -174,7 +200,7 @@ impl Scene {
             .parse()
             .map_err(|error| syntax(&error).at(self.place_of_override()))?;
         for (path, value) in entries {
-            let path = path.as_ref();
+            let path = &SCHEMA.current(path.as_ref());
             set(document.as_table_mut(), path, value);
             if path == TILT_PATH {
                 for form in TILT.paths().filter(|form| *form != TILT_PATH) {
@@ -182,8 +208,11 @@ impl Scene {
                 }
             }
         }
-        // A file of modes is not read again: it is the same, wherever the scene came from.
-        Self::parse_changed(&self.name, &document.to_string(), self.own_modes())
+        // The file of modes is unchanged and is not read again.
+        let mut scene =
+            Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())?;
+        scene.deprecated_keys.clone_from(&self.deprecated_keys);
+        Ok(scene)
     }
 }
 
@@ -192,13 +221,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parameters_are_found_by_path_or_by_a_name_of_their_own() {
+    fn parameters_are_found_by_path_or_unique_name() {
         let factor = Parameter::named("contact.stiffness_factor").unwrap();
         assert_eq!(Parameter::named("stiffness_factor").unwrap(), factor);
         assert_eq!(factor.unit(), "");
         assert_eq!(Parameter::tilt().unit(), "deg");
         assert_eq!(Parameter::named("tilt_deg").unwrap(), Parameter::tilt());
-        // Several tables have a window.
+        // Several tables have this key.
         for name in ["window_ms", "contact.stifness_factor"] {
             let error = Parameter::named(name).unwrap_err().to_string();
             assert!(
@@ -209,14 +238,14 @@ mod tests {
     }
 
     #[test]
-    fn the_rotation_is_varied_by_its_size() {
-        let rotation = Parameter::named("rotation.rad_s").unwrap();
+    fn the_angular_velocity_is_varied_in_magnitude() {
+        let rotation = Parameter::named("rotation.angular_velocity_rad_per_s").unwrap();
         let scene = Scene::load("torus-3deg").unwrap();
         let slow = scene.with_values(&[(rotation, 0.5)]).unwrap();
         let spun = slow.joint().unwrap().spec.rotation;
         let size = spun.iter().map(|w| w * w).sum::<f64>().sqrt();
         assert!((size - 0.5).abs() < 1e-15 && spun[0] > 0.3 && spun[2] == 0.0);
-        // From rest it turns about the paper's axis: a sweep may start at zero.
+        // A scene at rest takes the axis of the paper, so that a sweep can start at zero.
         let rest = slow.with_values(&[(rotation, 0.0)]).unwrap();
         assert_eq!(rest.joint().unwrap().spec.rotation, [0.0; 3]);
         let again = rest.with_values(&[(rotation, 0.5)]).unwrap();
@@ -229,11 +258,11 @@ mod tests {
         let word = Parameter::named("contact.stiffness")
             .unwrap_err()
             .to_string();
-        assert!(word.contains("no single number"), "{word}");
+        assert!(word.contains("is not a single number"), "{word}");
     }
 
     #[test]
-    fn a_scene_takes_values_and_says_so() {
+    fn new_values_are_written_to_the_text() {
         let ramp = Scene::load("tilt-ramp").unwrap();
         let factor = Parameter::named("stiffness_factor").unwrap();
         let nodes = Parameter::named("nodes").unwrap();
@@ -254,12 +283,12 @@ mod tests {
             Scene::parse("tilt-ramp", scene.text.clone()).unwrap(),
             scene
         );
-        // What was not asked for stays, comments included.
+        // The rest of the text is unchanged, including comments.
         assert!(scene.text.lines().filter(|line| line.contains('#')).count() > 3);
     }
 
     #[test]
-    fn values_out_of_range_are_refused() {
+    fn values_out_of_range_are_rejected() {
         let scene = Scene::load("chaos-5deg").unwrap();
         let nodes = Parameter::named("nodes").unwrap();
         for (parameter, value) in [(Parameter::tilt(), 91.0), (nodes, 2.5), (nodes, 0.0)] {

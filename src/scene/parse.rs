@@ -1,26 +1,26 @@
-//! From the text of a scene to a validated [`Scene`]: values by key first, then what must fit together.
+//! Parsing of a scene's text to a validated [`Scene`]: first single values, then their consistency.
 
 use std::sync::Arc;
 
 use super::document::{Document, FromTable, line_of};
-use super::edit::with_knots;
-use super::error::{Fault, Place, SceneError};
+use super::edit::{with_current_names, with_knots};
+use super::error::{Fault, Location, SceneError};
 use super::spec::Scene;
-use super::subject::SubjectSpec;
+use super::subject::SystemSpec;
 use super::tables::{
-    Frames, Header, SCHEMA, accuracy, analysis, joint, load, mechanism, patch_stays, run, sliding,
-    small,
+    Frames, Header, SCHEMA, accuracy, analysis, check_imported_patch, check_sliding, joint, load,
+    mechanism, run, small,
 };
-use crate::joint::OwnModes;
+use crate::joint::ImportedModes;
 
 impl Scene {
-    /// Parses and validates a scene file's content. `file` is the name it goes by in messages;
-    /// its stem names the scene if the text does not, and files that the scene names are looked for
-    /// in its folder. What tables of such a file hold takes their place in [`Scene::text`].
+    /// Parses and validates the content of a scene file. `file` names it in messages; its stem is the
+    /// default name of the scene, and paths in the scene are relative to its folder. In [`Scene::text`] the
+    /// content of CSV files and the current names of keys replace the file names and old names.
     ///
     /// # Errors
-    /// The first fault found, in the order: not text, not TOML, an unknown key, a value that is
-    /// missing, mistyped or out of range, values or files that do not fit together.
+    /// The first fault found, in this order: not text, not TOML, an unknown key, a value that is missing, of
+    /// the wrong type or out of range, inconsistent values or files.
     pub fn parse(file: &str, content: impl AsRef<[u8]>) -> Result<Self, SceneError> {
         let text = decoded(file, content.as_ref())?;
         let document = Document::parse(file, text, &SCHEMA)?;
@@ -29,30 +29,29 @@ impl Scene {
         Ok(scene)
     }
 
-    /// [`Scene::parse`] of the text of a scene that was changed, without reading a file of modes that is
-    /// known already. A mechanism that it can no longer show it no longer has: a study that changes it
-    /// is after other things.
+    /// As [`Scene::parse`] for a modified text, without reading a known file of modes again. A mechanism that
+    /// the modified scene cannot demonstrate is removed.
     pub(super) fn parse_changed(
         file: &str,
         text: &str,
-        known: Option<&Arc<OwnModes>>,
+        known: Option<&Arc<ImportedModes>>,
     ) -> Result<Self, SceneError> {
         let mut scene = build(&Document::parse(file, text, &SCHEMA)?, file, text, known)?;
-        scene.mechanism = mechanism::shown(&scene);
+        scene.mechanism = mechanism::demonstrated(&scene);
         Ok(scene)
     }
 }
 
-/// A file's content as text.
+/// Decodes the content of a file as text.
 fn decoded<'a>(file: &str, content: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let valid = String::from_utf8_lossy(&content[..error.valid_up_to()]);
-        Fault::NotText.at(Place {
+        Fault::NotText.at(Location {
             file: file.to_owned(),
             line: Some(line_of(&valid, valid.len())),
         })
     })?;
-    // Some editors put a byte-order mark first; it is no part of the text.
+    // Some editors write a byte-order mark, which is not part of the text.
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
@@ -60,7 +59,7 @@ fn build(
     document: &Document<'_>,
     file: &str,
     text: &str,
-    known: Option<&Arc<OwnModes>>,
+    known: Option<&Arc<ImportedModes>>,
 ) -> Result<Scene, SceneError> {
     let header = Header::read(document.table(""))?;
     let stem = std::path::Path::new(file).file_stem().unwrap_or_default();
@@ -68,11 +67,15 @@ fn build(
         .name
         .unwrap_or_else(|| stem.to_string_lossy().into_owned());
     let (subject, tables) = match small::small(document)? {
-        Some(small) => (SubjectSpec::Small(small), Vec::new()),
+        Some(small) => (SystemSpec::Small(small), Vec::new()),
         None => {
-            let (joint, tables) = joint::tilted(document, file, known)?;
-            (SubjectSpec::Joint(joint), tables)
+            let (joint, tables) = joint::read_joint(document, file, known)?;
+            (SystemSpec::Joint(joint), tables)
         }
+    };
+    let current = match document.deprecated.is_empty() {
+        true => text.to_owned(),
+        false => with_current_names(text, document.schema, || document.place_of([]))?,
     };
     let start = run::start(document, &subject)?;
     let frames = Frames::read(document.table("time"))?;
@@ -81,7 +84,7 @@ fn build(
         about: header.about.unwrap_or_default(),
         mechanism: header.mechanism,
         name,
-        text: tables.iter().try_fold(text.to_owned(), |text, table| {
+        text: tables.iter().try_fold(current, |text, table| {
             with_knots(&text, table, || document.place_of(table.keys.paths()))
         })?,
         start,
@@ -92,14 +95,15 @@ fn build(
         advice: accuracy::advice(document)?,
         analysis: analysis::read(document, frames.sample_rate, subject.modes())?,
         record: run::record(document, frames.sample_rate, &subject)?,
+        deprecated_keys: document.deprecated.clone(),
         subject,
     };
-    if let SubjectSpec::Joint(joint) = &scene.subject {
+    if let SystemSpec::Joint(joint) = &scene.subject {
         let tilt = || ["load.azimuth_deg"].into_iter().chain(load::TILT.paths());
         let loading = || tilt().chain(load::LOAD.paths()).chain(["body.modes"]);
-        patch_stays(joint, || document.place_of(loading()))?;
-        let motion = || document.place_of(tilt().chain(["rotation.rad_s"]));
-        sliding(&joint.spec, &joint.tilt, motion)?;
+        check_imported_patch(joint, || document.place_of(loading()))?;
+        let motion = || document.place_of(tilt().chain(["rotation.angular_velocity_rad_per_s"]));
+        check_sliding(&joint.spec, &joint.tilt, motion)?;
     }
     Ok(scene)
 }

@@ -1,4 +1,4 @@
-//! The scenes that come with the program, and scenes from files.
+//! Built-in scenes, and scenes from files.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -7,20 +7,20 @@ use std::path::Path;
 use super::error::{CLOSE, SceneError, nearest};
 use super::spec::Scene;
 
-/// A scene that comes with the program.
+/// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
     /// Name, as in `squeakscope run NAME`.
     pub name: &'static str,
-    /// The scene file's text.
+    /// Text of the scene file.
     pub text: &'static str,
 }
 
 impl Preset {
-    /// Parses and validates it.
+    /// Parses and validates the scene.
     ///
     /// # Errors
-    /// None as long as the crate's tests pass; the type says so because it is parsed like a file.
+    /// None: the tests check all presets. The preset is parsed like a file, which can fail.
     pub fn scene(&self) -> Result<Scene, SceneError> {
         Scene::parse(self.name, self.text)
     }
@@ -35,7 +35,7 @@ macro_rules! presets {
     };
 }
 
-/// The scenes that come with the program: the joint from silence to chaos, then small systems.
+/// The built-in scenes: ball joints from stable sliding to chaos, then small systems.
 pub const PRESETS: &[Preset] = presets![
     "tilt-ramp",
     "printed-friction",
@@ -56,10 +56,10 @@ pub const PRESETS: &[Preset] = presets![
     "damped-contact",
 ];
 
-/// Name of the scene that runs if none is asked for.
+/// Name of the default scene.
 pub const DEFAULT_SCENE: &str = "tilt-ramp";
 
-/// The preset of the given name.
+/// Returns the preset with the given name.
 pub fn preset(name: &str) -> Option<&'static Preset> {
     PRESETS.iter().find(|preset| preset.name == name)
 }
@@ -68,7 +68,7 @@ impl Scene {
     /// Loads a scene by the name of a preset or the path of a file.
     ///
     /// # Errors
-    /// When there is neither, the file cannot be read, or its content is no valid scene.
+    /// If neither exists, the file cannot be read, or its content is not a valid scene.
     pub fn load(name: &str) -> Result<Self, SceneError> {
         match preset(name) {
             Some(preset) => preset.scene(),
@@ -77,9 +77,9 @@ impl Scene {
     }
 }
 
-/// Reads a file of a sensible size; endless devices included.
+/// Reads a file up to a size limit, so that reading an endless device ends.
 fn read(name: &str) -> Result<Vec<u8>, SceneError> {
-    /// A scene is a few kilobytes; ten thousand knots are a few hundred.
+    /// A typical scene has a few kilobytes; 10,000 knots take a few hundred.
     const LIMIT: u64 = 4 << 20;
 
     let mut content = Vec::new();
@@ -104,7 +104,7 @@ fn read(name: &str) -> Result<Vec<u8>, SceneError> {
     Ok(content)
 }
 
-/// Whether a name that is no file was still meant as one.
+/// Whether a name without a file was probably meant as a path.
 fn looks_like_a_path(name: &str) -> bool {
     let path = Path::new(name);
     path.components().count() > 1

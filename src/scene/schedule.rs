@@ -2,27 +2,27 @@
 
 use std::f64::consts::TAU;
 
-/// A number as a function of time.
+/// A scalar function of time: piecewise linear, a step function or a sine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Schedule(Course);
+pub struct Schedule(Form);
 
-/// The forms of a schedule. Points are (time in s, value), times strictly increasing; never none.
+/// Forms of a schedule. Points are (time in s, value) with strictly increasing times; at least one.
 #[derive(Clone, Debug, PartialEq)]
-enum Course {
-    /// Straight lines from knot to knot, constant before the first and after the last.
+enum Form {
+    /// Linear interpolation between knots, constant before the first and after the last.
     Lines(Vec<(f64, f64)>),
-    /// Each value holds from its time on, the first one before it as well.
+    /// Each value holds from its time on; the first value also holds before its time.
     Steps(Vec<(f64, f64)>),
-    /// A sine about a mean.
+    /// A sine with an offset.
     Sine(Sine),
 }
 
 /// `mean + amplitude sin(2 pi frequency t + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
-    /// The value that it swings about.
+    /// Mean value.
     pub mean: f64,
-    /// The farthest that it goes from there.
+    /// Amplitude.
     pub amplitude: f64,
     /// Frequency, Hz.
     pub frequency: f64,
@@ -31,34 +31,35 @@ pub struct Sine {
 }
 
 impl Schedule {
-    /// The same value at all times.
+    /// Builds a constant function.
     pub fn constant(value: f64) -> Self {
-        Self(Course::Lines(vec![(0.0, value)]))
+        Self(Form::Lines(vec![(0.0, value)]))
     }
 
-    /// Straight lines through the given knots (time in s, value), constant before the first and after
-    /// the last; `None` if there is none, a number is not finite, or the times do not increase strictly.
-    pub fn through(knots: Vec<(f64, f64)>) -> Option<Self> {
-        is_rising(&knots).then_some(Self(Course::Lines(knots)))
+    /// Builds the piecewise linear function through the given knots (time in s, value), constant before the
+    /// first and after the last. Returns `None` if there is no knot, a number is not finite, or the times do
+    /// not increase strictly.
+    pub fn piecewise_linear(knots: Vec<(f64, f64)>) -> Option<Self> {
+        is_rising(&knots).then_some(Self(Form::Lines(knots)))
     }
 
-    /// Each of the given values from its time (s) on, the first one before it as well; `None` as for
-    /// [`Schedule::through`].
+    /// Builds a step function from (time in s, value). The first value also holds before its time. Returns
+    /// `None` as [`Schedule::piecewise_linear`].
     pub fn steps(steps: Vec<(f64, f64)>) -> Option<Self> {
-        is_rising(&steps).then_some(Self(Course::Steps(steps)))
+        is_rising(&steps).then_some(Self(Form::Steps(steps)))
     }
 
-    /// A sine; `None` if one of its numbers is not finite.
+    /// Builds a sine; `None` if a parameter is not finite.
     pub fn sine(sine: Sine) -> Option<Self> {
         let numbers = [sine.mean, sine.amplitude, sine.frequency, sine.phase];
         let finite = numbers.iter().all(|x| x.is_finite());
-        finite.then_some(Self(Course::Sine(sine)))
+        finite.then_some(Self(Form::Sine(sine)))
     }
 
-    /// The value at time `t` (s).
+    /// Value at time `t` (s).
     pub fn at(&self, t: f64) -> f64 {
         match &self.0 {
-            Course::Lines(knots) => {
+            Form::Lines(knots) => {
                 let after = knots.partition_point(|&(knot, _)| knot <= t);
                 if after == 0 {
                     return knots[0].1;
@@ -69,87 +70,86 @@ impl Schedule {
                     Some(&(t1, x1)) => x0 + (x1 - x0) * (t - t0) / (t1 - t0),
                 }
             }
-            Course::Steps(steps) => {
+            Form::Steps(steps) => {
                 let after = steps.partition_point(|&(step, _)| step <= t);
                 steps[after.saturating_sub(1)].1
             }
-            Course::Sine(sine) => {
+            Form::Sine(sine) => {
                 let angle = TAU * sine.frequency * t + sine.phase;
                 sine.mean + sine.amplitude * angle.sin()
             }
         }
     }
 
-    /// The values that it is made of: those of its knots or steps; of a sine the lowest, the mean and
-    /// the highest.
+    /// Values of the knots or steps; for a sine minimum, mean and maximum.
     pub fn values(&self) -> Vec<f64> {
         match &self.0 {
-            Course::Lines(points) | Course::Steps(points) => points.iter().map(|p| p.1).collect(),
-            Course::Sine(_) => {
+            Form::Lines(points) | Form::Steps(points) => points.iter().map(|p| p.1).collect(),
+            Form::Sine(_) => {
                 let (low, high) = (self.min(), self.max());
                 vec![low, 0.5 * (low + high), high]
             }
         }
     }
 
-    /// The smallest value it reaches.
+    /// Minimum.
     pub fn min(&self) -> f64 {
         match &self.0 {
-            Course::Lines(points) | Course::Steps(points) => {
+            Form::Lines(points) | Form::Steps(points) => {
                 points.iter().map(|p| p.1).fold(f64::INFINITY, f64::min)
             }
-            Course::Sine(sine) => sine.mean - sine.amplitude.abs(),
+            Form::Sine(sine) => sine.mean - sine.amplitude.abs(),
         }
     }
 
-    /// The largest value it reaches.
+    /// Maximum.
     pub fn max(&self) -> f64 {
         match &self.0 {
-            Course::Lines(points) | Course::Steps(points) => {
+            Form::Lines(points) | Form::Steps(points) => {
                 points.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
             }
-            Course::Sine(sine) => sine.mean + sine.amplitude.abs(),
+            Form::Sine(sine) => sine.mean + sine.amplitude.abs(),
         }
     }
 
-    /// Whether the value changes.
+    /// Whether the value changes with time.
     pub fn varies(&self) -> bool {
         self.min() != self.max()
     }
 
-    /// The times at which it jumps, s, in order.
+    /// Times of the discontinuities, s, ascending.
     pub fn jumps(&self) -> impl Iterator<Item = f64> {
         let steps = match &self.0 {
-            Course::Steps(steps) => &steps[..],
-            Course::Lines(_) | Course::Sine(_) => &[],
+            Form::Steps(steps) => &steps[..],
+            Form::Lines(_) | Form::Sine(_) => &[],
         };
         let pairs = steps.windows(2).filter(|pair| pair[0].1 != pair[1].1);
         pairs.map(|pair| pair[1].0)
     }
 
-    /// Time (s) of the first knot that follows the one before by less than `span` (s) and has another value.
-    /// Steps are not looked at: they are landed on.
-    pub fn knot_within(&self, span: f64) -> Option<f64> {
-        let Course::Lines(knots) = &self.0 else {
+    /// Time (s) of the first knot that differs in value from the previous one and follows it by less than
+    /// `span` (s). Always `None` for steps: frames end exactly at steps.
+    pub fn first_knot_within(&self, span: f64) -> Option<f64> {
+        let Form::Lines(knots) = &self.0 else {
             return None;
         };
         let mut pairs = knots.windows(2);
-        // A knot a frame, however rounded, is allowed.
+        // One knot per frame is permitted, within rounding.
         let close = |pair: &&[(f64, f64)]| pair[1].0 - pair[0].0 < span * (1.0 - 1e-9);
         let pair = pairs.find(|pair| pair[0].1 != pair[1].1 && close(pair))?;
         Some(pair[1].0)
     }
 
-    /// Time of the last knot or step, s; `None` for a sine, which has none.
+    /// Time of the last knot or step, s; `None` for a sine.
     pub fn last_point(&self) -> Option<f64> {
         match &self.0 {
-            Course::Lines(points) | Course::Steps(points) => points.last().map(|p| p.0),
-            Course::Sine(_) => None,
+            Form::Lines(points) | Form::Steps(points) => points.last().map(|p| p.0),
+            Form::Sine(_) => None,
         }
     }
 }
 
-/// Whether there are points, all of finite numbers, at times that increase strictly.
+/// Whether there is at least one point, all numbers are finite and the times increase strictly.
 fn is_rising(points: &[(f64, f64)]) -> bool {
     let finite = points.iter().all(|(t, x)| t.is_finite() && x.is_finite());
     let increasing = points.windows(2).all(|w| w[0].0 < w[1].0);
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn lines_join_their_knots_and_stay_beyond_them() {
-        let lines = Schedule::through(POINTS.to_vec()).unwrap();
+        let lines = Schedule::piecewise_linear(POINTS.to_vec()).unwrap();
         let at = [0.0, 1.0, 2.0, 3.0, 3.5, 4.0, 9.0].map(|t| lines.at(t));
         assert_eq!(at, [2.0, 2.0, 4.0, 6.0, 2.5, -1.0, -1.0]);
         assert_eq!((lines.min(), lines.max()), (-1.0, 6.0));
@@ -219,7 +219,7 @@ mod tests {
         let points = || vec![(0.0, value), (0.7, value)];
         for level in [
             Schedule::constant(value),
-            Schedule::through(points()).unwrap(),
+            Schedule::piecewise_linear(points()).unwrap(),
             Schedule::steps(points()).unwrap(),
             Schedule::sine(sine).unwrap(),
         ] {
@@ -236,7 +236,7 @@ mod tests {
             vec![(f64::NAN, 0.0)],
             vec![(0.0, f64::INFINITY)],
         ] {
-            assert_eq!(Schedule::through(points.clone()), None);
+            assert_eq!(Schedule::piecewise_linear(points.clone()), None);
             assert_eq!(Schedule::steps(points), None);
         }
         let endless = Sine {

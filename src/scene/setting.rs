@@ -1,16 +1,17 @@
-//! What some keys of an analysis give.
+//! Types of some analysis parameters.
 
-/// A value that the scene gives or the signal decides.
+/// A parameter that the scene specifies, or that is determined from the signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Setting<T> {
-    /// As given.
+pub enum AutoOr<T> {
+    /// The specified value.
     Given(T),
-    /// As [`AnalysisSpec::delay`](super::AnalysisSpec::delay) last chose it; there is none before its first choice.
+    /// The latest choice of [`AnalysisSpec::delay`](super::AnalysisSpec::delay); undefined before the first
+    /// choice.
     Auto,
 }
 
-impl<T> Setting<T> {
-    /// The value given, or else another.
+impl<T> AutoOr<T> {
+    /// Returns the specified value, or else `auto`.
     pub fn or(self, auto: T) -> T {
         match self {
             Self::Given(value) => value,
@@ -18,27 +19,27 @@ impl<T> Setting<T> {
         }
     }
 
-    /// The same in other terms.
-    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Setting<U> {
+    /// Applies a function to a specified value.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> AutoOr<U> {
         match self {
-            Self::Given(value) => Setting::Given(convert(value)),
-            Self::Auto => Setting::Auto,
+            Self::Given(value) => AutoOr::Given(convert(value)),
+            Self::Auto => AutoOr::Auto,
         }
     }
 }
 
-/// The surface of a Poincare section, and what is shown of a passage.
+/// Surface of a Poincare section, and the coordinates shown of each crossing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SectionSurface {
-    /// `y(t + lag) = level` of the delay trajectory (Fig. 10); shown are `(y(t), y(t + 2 lag))`.
+    /// `y(t + lag) = level` of the delay trajectory (Fig. 10); the coordinates are `(y(t), y(t + 2 lag))`.
     Delay {
         /// Delay, s.
-        lag: Setting<f64>,
-        /// Level of the displacement, m.
+        lag: AutoOr<f64>,
+        /// Displacement at the surface, m.
         level: f64,
     },
-    /// The plane `normal_q . q + normal_qdot . dq/dt = offset` of the modal state. Modes that a
-    /// normal does not reach have a zero in it. A signal without modes has no such section.
+    /// The plane `normal_q . q + normal_qdot . dq/dt = offset` of the modal state. Missing components of a
+    /// normal are zero. Not available for a signal without modes.
     State {
         /// Components of the normal along the modal coordinates.
         normal_q: Vec<f64>,
@@ -46,7 +47,7 @@ pub enum SectionSurface {
         normal_qdot: Vec<f64>,
         /// Offset, sqrt(kg) m.
         offset: f64,
-        /// The two coordinates shown, sqrt(kg) m or sqrt(kg) m/s.
+        /// The two coordinates of the section plot, sqrt(kg) m or sqrt(kg) m/s.
         shown: [StateCoordinate; 2],
     },
 }

@@ -2,89 +2,92 @@
 
 use std::sync::Arc;
 
-use super::error::SceneError;
+use super::error::{DeprecatedKey, SceneError};
 use super::mechanism::Mechanism;
-use super::subject::{SmallSystem, SubjectSpec, TiltedJoint};
+use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
-use super::tables::{Advised, Integrator, RecordSpec, Start};
-use crate::joint::{BallOnBeam, BodySpec, OwnModes};
+use super::tables::{Integrator, IntegratorAdvice, RecordSpec, Start};
+use crate::joint::{BallOnBeam, BodySpec, ImportedModes};
 
-/// A validated scene. SI units and radians.
+/// A validated scene, in SI units and radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Name, as in `squeakscope run NAME`.
     pub name: String,
-    /// One line that says what the scene shows.
+    /// One line that states the content of the scene.
     pub title: String,
-    /// A few sentences (Markdown): what to look for.
+    /// A few sentences (Markdown) on what to observe.
     pub about: String,
-    /// The mechanism that the scene shows, if it is one of those that have a lesson.
+    /// The mechanism that the scene demonstrates, if it has a lesson.
     pub mechanism: Option<Mechanism>,
-    /// The scene's whole text as read, with what the command line changed at its end as comments.
+    /// Complete text of the scene, with current names of keys. Overrides of the command line are appended
+    /// as comments.
     pub text: String,
-    /// What is run.
-    pub subject: SubjectSpec,
-    /// How the run starts.
+    /// The simulated system.
+    pub subject: SystemSpec,
+    /// Initial state.
     pub start: Start,
     /// Simulated time, s.
     pub duration: f64,
-    /// Samples a second, Hz.
+    /// Sampling rate, Hz.
     pub sample_rate: f64,
-    /// Samples a frame.
+    /// Samples in a frame.
     pub frame_samples: usize,
-    /// The integrator.
+    /// Integrator and accuracy.
     pub integrator: Integrator,
-    /// The cheapest integrators for some errors, where the scene knows them.
-    pub advice: Vec<Advised>,
-    /// Which analyses run.
+    /// Cheapest integrators for given errors, if the scene contains this advice.
+    pub advice: Vec<IntegratorAdvice>,
+    /// Analyses.
     pub analysis: AnalysisSpec,
-    /// What is recorded, and how often.
+    /// Contents and rates of the recording.
     pub record: RecordSpec,
+    /// Old names of keys that the text used; see [`Scene::warnings`].
+    pub deprecated_keys: Vec<DeprecatedKey>,
 }
 
 impl Scene {
-    /// The number of samples of the whole run, at least one.
+    /// Number of samples of the whole run, at least one.
     pub fn samples(&self) -> u64 {
         (self.duration * self.sample_rate).round().max(1.0) as u64
     }
 
-    /// The joint and what acts on it.
+    /// Returns the joint and its loading.
     ///
     /// # Errors
-    /// [`SceneError::NoJoint`] when the scene runs a small system.
-    pub fn joint(&self) -> Result<&TiltedJoint, SceneError> {
+    /// [`SceneError::NoJoint`] if the scene defines a small system.
+    pub fn joint(&self) -> Result<&LoadedJoint, SceneError> {
         match &self.subject {
-            SubjectSpec::Joint(joint) => Ok(joint),
-            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
+            SystemSpec::Joint(joint) => Ok(joint),
+            SystemSpec::Small(small) => Err(no_joint(&self.name, small)),
         }
     }
 
-    /// The joint and what acts on it, to be changed. Nothing checks the result.
+    /// Returns the joint and its loading for modification. The result is not validated.
     ///
     /// # Errors
-    /// [`SceneError::NoJoint`] when the scene runs a small system.
-    pub fn joint_mut(&mut self) -> Result<&mut TiltedJoint, SceneError> {
+    /// [`SceneError::NoJoint`] if the scene defines a small system.
+    pub fn joint_mut(&mut self) -> Result<&mut LoadedJoint, SceneError> {
         match &mut self.subject {
-            SubjectSpec::Joint(joint) => Ok(joint),
-            SubjectSpec::Small(small) => Err(no_joint(&self.name, small)),
+            SystemSpec::Joint(joint) => Ok(joint),
+            SystemSpec::Small(small) => Err(no_joint(&self.name, small)),
         }
     }
 
-    /// Ball and beam, whose mesh and contact patch are made here.
+    /// Returns the finite-element model of ball and beam.
     ///
     /// # Errors
-    /// When the scene has no joint, or takes modes and patch from a file.
+    /// If the scene has no joint, or imports modes and patch from a file.
     pub fn ball_on_beam(&self) -> Result<&BallOnBeam, SceneError> {
         match &self.joint()?.spec.body {
             BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Own(modes) => Err(SceneError::NoBeam {
+            BodySpec::Imported(modes) => Err(SceneError::NoBeam {
                 scene: self.name.clone(),
                 file: modes.name().to_owned(),
             }),
         }
     }
 
-    /// [`Scene::ball_on_beam`], to be changed. Nothing checks the result.
+    /// As [`Scene::ball_on_beam`], for modification. The result is not validated.
     ///
     /// # Errors
     /// As [`Scene::ball_on_beam`].
@@ -92,15 +95,15 @@ impl Scene {
         self.ball_on_beam()?;
         match &mut self.joint_mut()?.spec.body {
             BodySpec::BallOnBeam(body) => Ok(body),
-            BodySpec::Own(_) => unreachable!("refused above"),
+            BodySpec::Imported(_) => unreachable!("rejected above"),
         }
     }
 
-    /// The modes from a file, if the scene takes them from one.
-    pub fn own_modes(&self) -> Option<&Arc<OwnModes>> {
+    /// Returns the imported modes, if the scene imports them from a file.
+    pub fn imported_modes(&self) -> Option<&Arc<ImportedModes>> {
         match &self.joint().ok()?.spec.body {
             BodySpec::BallOnBeam(_) => None,
-            BodySpec::Own(modes) => Some(modes),
+            BodySpec::Imported(modes) => Some(modes),
         }
     }
 }
@@ -108,6 +111,6 @@ impl Scene {
 fn no_joint(scene: &str, small: &SmallSystem) -> SceneError {
     SceneError::NoJoint {
         scene: scene.to_owned(),
-        subject: small.words(),
+        subject: small.description(),
     }
 }

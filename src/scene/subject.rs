@@ -1,4 +1,4 @@
-//! What a scene runs: the ball joint, or a small system.
+//! The simulated system: the ball joint or a small system.
 
 use serde::Serialize;
 
@@ -6,79 +6,78 @@ use super::schedule::Schedule;
 use crate::joint::JointSpec;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
-/// What is run.
+/// The simulated system.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
     reason = "a scene has one subject: its size does not matter"
 )]
-pub enum SubjectSpec {
+pub enum SystemSpec {
     /// A ball joint under a load and a rotation that may change with time.
-    Joint(TiltedJoint),
+    Joint(LoadedJoint),
     /// A small system.
     Small(SmallSystem),
 }
 
-/// A ball joint, and what acts on it as functions of time.
+/// A ball joint and its loading as functions of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TiltedJoint {
-    /// The joint, with the load and the rotation that it has at the start: whoever holds them there
-    /// needs nothing else.
+pub struct LoadedJoint {
+    /// The joint with its load and rotation at time 0.
     pub spec: JointSpec,
     /// Tilt of the load, rad.
     pub tilt: Schedule,
-    /// Load, N, where it is a function of time.
+    /// Load, N, if it is a function of time.
     pub load: Option<Schedule>,
-    /// Rotation where it is a function of time.
+    /// Rotation, if it is a function of time.
     pub rotation: Option<ScaledRotation>,
 }
 
-/// A rotation about a fixed axis whose speed is a function of time.
+/// A rotation about a fixed axis with a speed that is scaled over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScaledRotation {
-    /// The rotation vector where the factor is 1, rad/s.
+    /// Angular velocity vector at a factor of 1, rad/s.
     pub rad_s: [f64; 3],
-    /// The factor on it, above 0.
+    /// Factor on the angular velocity, not negative.
     pub factor: Schedule,
 }
 
-/// What acts on a joint at one instant.
+/// Loading of a joint at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
     /// Tilt of the load, rad.
     pub tilt: f64,
     /// Load, N.
     pub load: f64,
-    /// Rotation vector, rad/s.
+    /// Angular velocity vector, rad/s.
     pub rotation: [f64; 3],
-    /// Factor on the scene's rotation; 1 where that is constant.
+    /// Factor on the angular velocity of the scene; 1 if that is constant.
     pub rotation_factor: f64,
 }
 
-/// Values of what varies in a scene, at which a study holds it that takes one state of the joint;
-/// `None` for what is constant anyhow.
+/// Values fixed at one instant: a study of a single state holds the time-dependent quantities of a scene; `None` for
+/// quantities that are constant in the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Held {
+pub struct FixedAt {
     /// Tilt, rad.
     #[serde(rename = "tilt_rad")]
     pub tilt: Option<f64>,
     /// Load, N.
     #[serde(rename = "load_n")]
     pub load: Option<f64>,
-    /// Factor on the rotation.
+    /// Factor on the angular velocity.
     pub rotation_factor: Option<f64>,
 }
 
 impl ScaledRotation {
-    /// The rotation vector at time `t` (s), rad/s.
+    /// Angular velocity vector at time `t` (s), rad/s.
     pub fn at(&self, t: f64) -> [f64; 3] {
         let factor = self.factor.at(t);
         self.rad_s.map(|w| factor * w)
     }
 }
 
-impl TiltedJoint {
-    /// What acts on the joint at time `t` (s).
+impl LoadedJoint {
+    /// Loading of the joint at time `t` (s).
     pub fn loading(&self, t: f64) -> Loading {
         let (load, rotation) = (self.load.as_ref(), self.rotation.as_ref());
         Loading {
@@ -89,7 +88,7 @@ impl TiltedJoint {
         }
     }
 
-    /// The smallest and the largest load that is reached, N.
+    /// Minimum and maximum load, N.
     pub fn load_span(&self) -> [f64; 2] {
         match &self.load {
             Some(load) => [load.min(), load.max()],
@@ -97,7 +96,7 @@ impl TiltedJoint {
         }
     }
 
-    /// The smallest and the largest factor on the rotation that is reached.
+    /// Minimum and maximum factor on the angular velocity.
     pub fn rotation_span(&self) -> [f64; 2] {
         match &self.rotation {
             Some(rotation) => [rotation.factor.min(), rotation.factor.max()],
@@ -105,7 +104,7 @@ impl TiltedJoint {
         }
     }
 
-    /// The times at which anything jumps, s, in order, each once.
+    /// Times of all discontinuities of tilt, load and rotation, s, ascending, without duplicates.
     pub fn jumps(&self) -> Vec<f64> {
         let factor = self.rotation.as_ref().map(|r| &r.factor);
         let courses = [Some(&self.tilt), self.load.as_ref(), factor];
@@ -119,18 +118,18 @@ impl TiltedJoint {
         jumps
     }
 
-    /// The first values of what varies: there a study holds it that takes one state of the joint.
-    pub fn held_at_first(&self) -> Held {
-        self.held_at(self.loading(0.0))
+    /// Initial values of all time-dependent quantities, at which a study of a single state holds them.
+    pub fn fixed_at_start(&self) -> FixedAt {
+        self.fixed_at(self.loading(0.0))
     }
 
-    /// What varies, where it is held at a loading.
-    pub fn held_at(&self, loading: Loading) -> Held {
+    /// Values of the time-dependent quantities under the given loading.
+    pub fn fixed_at(&self, loading: Loading) -> FixedAt {
         let load = self.load.as_ref();
         let factor = self.rotation.as_ref().map(|rotation| &rotation.factor);
         let if_varies =
             |course: Option<&Schedule>, value| course.filter(|c| c.varies()).map(|_| value);
-        Held {
+        FixedAt {
             tilt: if_varies(Some(&self.tilt), loading.tilt),
             load: if_varies(load, loading.load),
             rotation_factor: if_varies(factor, loading.rotation_factor),
@@ -138,49 +137,53 @@ impl TiltedJoint {
     }
 }
 
-impl Held {
-    /// What is held where, such as `tilt 3 deg, load 150 N`; `None` where nothing is.
-    pub fn words(&self) -> Option<String> {
-        // Radians and back are good for twelve digits.
+impl FixedAt {
+    /// Fixed values as text, such as `tilt 3 deg, load 150 N`; `None` if no quantity depends on time.
+    pub fn description(&self) -> Option<String> {
+        // The conversion to radians and back is accurate to about twelve digits.
         let short = |x: f64| (1e9 * x).round() / 1e9;
         let tilt = self
             .tilt
             .map(|x| format!("tilt {} deg", short(x.to_degrees())));
         let load = self.load.map(|x| format!("load {} N", short(x)));
         let factor = self.rotation_factor;
-        let rotation =
-            factor.map(|x| format!("rotation {} times that of rotation.rad_s", short(x)));
+        let rotation = factor.map(|x| {
+            format!(
+                "rotation {} times rotation.angular_velocity_rad_per_s",
+                short(x)
+            )
+        });
         let all: Vec<String> = [tilt, load, rotation].into_iter().flatten().collect();
         (!all.is_empty()).then(|| all.join(", "))
     }
 }
 
-/// A system of one mass whose motion is known well enough to test a program by. Its mass counts as
-/// 1 kg, so that modal coordinate and displacement are the same number.
+/// A small system with well-known dynamics, used to verify the program. Its mass is 1 kg, so that modal
+/// coordinate and displacement have the same value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SmallSystem {
-    /// A driven oscillator with a wall that it bounces off.
+    /// A driven oscillator with impacts on a rigid wall.
     ImpactOscillator(ImpactOscillator),
-    /// A mass that a belt drags along.
+    /// A mass on a moving belt.
     MassOnBelt(MassOnBelt),
-    /// Two modes of a mass that a belt drags along.
+    /// A mass with two modes on a moving belt.
     TwoModesOnBelt(TwoModesOnBelt),
-    /// A driven oscillator that meets a spring with a damper.
+    /// A driven oscillator with a one-sided viscoelastic contact.
     DampedContact(DampedContact),
 }
 
 impl SmallSystem {
-    /// What it is, in a few words: `an impact oscillator`.
-    pub fn words(&self) -> &'static str {
+    /// Short description, such as `an impact oscillator`.
+    pub fn description(&self) -> &'static str {
         match self {
             Self::ImpactOscillator(_) => "an impact oscillator",
             Self::MassOnBelt(_) => "a mass on a belt",
-            Self::TwoModesOnBelt(_) => "two modes on a belt",
-            Self::DampedContact(_) => "an oscillator that meets a spring with a damper",
+            Self::TwoModesOnBelt(_) => "a mass with two modes on a belt",
+            Self::DampedContact(_) => "an oscillator with a viscoelastic contact",
         }
     }
 
-    /// Number of modes of its state.
+    /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {
             Self::TwoModesOnBelt(_) => 2,
@@ -189,8 +192,8 @@ impl SmallSystem {
     }
 }
 
-impl SubjectSpec {
-    /// Number of modes of its state.
+impl SystemSpec {
+    /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {
             Self::Joint(joint) => joint.spec.body.modes(),

@@ -1,16 +1,16 @@
-//! Motions to listen to: from samples at a simulation's rate to sound at [`RATE`].
+//! Audio of a vibration: from samples at the rate of the simulation to audio at [`RATE`].
 //!
-//! What is heard is stated by [`Source`], and picked up by a [`Pickup`]. Played slower than life, a motion
-//! sounds lower by as much. The filter of the resampler is a windowed sinc: what a loudspeaker could not play
-//! is taken away, not folded back.
+//! [`Source`] selects quantity and point, and [`SurfaceProbe`] evaluates them. Playback slower than real time
+//! lowers the pitch by the same factor. The resampling filter is a windowed sinc, which removes frequencies
+//! above the Nyquist frequency of the output instead of aliasing them.
 
-mod pickup;
+mod probe;
 mod resample;
 mod wav;
 
-pub use pickup::{NoSurface, Pickup, Place, Quantity, Source};
+pub use probe::{NoSurface, Place, Quantity, Source, SurfaceProbe};
 pub use resample::Resampler;
 pub use wav::WavSink;
 
-/// Samples of sound a second, Hz.
+/// Sample rate of the audio, Hz.
 pub const RATE: u32 = 48_000;

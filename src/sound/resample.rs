@@ -1,4 +1,4 @@
-//! From one rate to another, a piece at a time.
+//! Sample-rate conversion, block by block.
 
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
 use rubato::{
@@ -8,32 +8,32 @@ use rubato::{
 
 use super::RATE;
 
-/// Samples that go through the filter together.
+/// Number of samples per block.
 const PIECE: usize = 256;
-/// Length of the filter at the lower of the two rates, in its samples.
+/// Length of the filter at the lower of the two rates, in samples of that rate.
 const FILTER: usize = 128;
-/// How much slower and faster the rate may become before the filter is made anew, which is heard: faster,
-/// something would be folded back; slower, the highest would be lost.
+/// Range of relative rate changes without a new filter, whose replacement is audible: a higher rate would
+/// alias, a lower rate would lose high frequencies.
 const SLACK: [f64; 2] = [0.75, 1.05];
-/// The same, as the library asks for it.
+/// The corresponding parameter of the library.
 const LARGEST_CHANGE: f64 = 1.4;
 
 /// Resamples a signal to [`RATE`].
 pub struct Resampler {
     inner: Async<f32>,
-    /// Samples a second of what comes in, for which the filter was made.
+    /// Input rate for which the filter was designed, Hz.
     rate: f64,
     waiting: Vec<f32>,
-    /// Sound to be left out: what the filter's delay puts before the first sample.
-    early: usize,
+    /// Number of output samples to drop: the delay of the filter before the first sample.
+    delay: usize,
 }
 
 impl Resampler {
-    /// For samples of which `rate` are played a second, Hz.
+    /// For an input rate `rate`, Hz.
     pub fn new(rate: f64) -> Self {
         let ratio = f64::from(RATE) / rate;
-        // The filter is counted in samples of what comes in: where these are denser than sound, it must be
-        // longer to be as steep.
+        // The filter length is in input samples: a higher input rate needs a longer filter for the same
+        // steepness.
         let length = (FILTER as f64 / ratio.min(1.0)).min(4096.0);
         let length = (length / 8.0).ceil() as usize * 8;
         let parameters = SincInterpolationParameters::new(length, WindowFunction::BlackmanHarris2);
@@ -48,21 +48,21 @@ impl Resampler {
         .expect("the ratio of two rates is positive");
         Self {
             // The first sample counts for the delay, too.
-            early: inner.output_delay().saturating_sub(1),
+            delay: inner.output_delay().saturating_sub(1),
             inner,
             rate,
             waiting: Vec::with_capacity(2 * PIECE),
         }
     }
 
-    /// Plays `rate` samples a second from now on, Hz.
+    /// Changes the input rate, Hz.
     pub fn set_rate(&mut self, rate: f64) {
         let change = rate / self.rate;
         if (SLACK[0]..=SLACK[1]).contains(&change) {
             let ratio = f64::from(RATE) / rate;
-            // Gradually, so that it is not heard as a step.
+            // A gradual change avoids an audible step.
             let changed = self.inner.set_resample_ratio(ratio, true);
-            return changed.expect("the change is within what was agreed");
+            return changed.expect("the change is within the configured range");
         }
         let waiting = std::mem::take(&mut self.waiting);
         *self = Self {
@@ -71,7 +71,7 @@ impl Resampler {
         };
     }
 
-    /// Takes samples, and appends the sound that is complete.
+    /// Processes samples and appends the complete audio.
     pub fn push(&mut self, samples: impl Iterator<Item = f64>, sound: &mut Vec<f32>) {
         self.waiting.extend(samples.map(|x| x as f32));
         let mut taken = 0;
@@ -82,11 +82,11 @@ impl Resampler {
         self.waiting.drain(..taken);
     }
 
-    /// Appends the sound that still waits: all of it comes to `count` samples or fewer from here.
+    /// Appends the remaining audio, at most `count` samples.
     pub fn finish(mut self, sound: &mut Vec<f32>, count: usize) {
         let end = sound.len() + count;
         let mut left = self.waiting.len();
-        // Silence pushes out what is in the filter.
+        // Zeros flush the filter.
         while sound.len() < end {
             self.waiting.resize(PIECE, 0.0);
             self.piece(0, Some(left), sound);
@@ -98,7 +98,7 @@ impl Resampler {
 
     fn piece(&mut self, from: usize, count: Option<usize>, sound: &mut Vec<f32>) {
         let piece = &self.waiting[from..from + PIECE];
-        let piece = InterleavedSlice::new(piece, 1, PIECE).expect("one channel of so many samples");
+        let piece = InterleavedSlice::new(piece, 1, PIECE).expect("one channel of PIECE samples");
         let mut indexing = Indexing::new();
         if let Some(count) = count {
             indexing = indexing.partial_len(count);
@@ -106,10 +106,10 @@ impl Resampler {
         let out = self
             .inner
             .process(&piece, Some(&indexing))
-            .expect("the piece has the size that was agreed");
+            .expect("the block has the configured size");
         let out = out.take_data();
-        let skipped = self.early.min(out.len());
-        self.early -= skipped;
+        let skipped = self.delay.min(out.len());
+        self.delay -= skipped;
         sound.extend_from_slice(&out[skipped..]);
     }
 }
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// Sound of a sine of `frequency` (Hz) as `rate` samples a second play it.
+    /// Audio of a sine of `frequency` (Hz) sampled at `rate` (Hz).
     fn heard(frequency: f64, rate: f64, seconds: f64) -> Vec<f32> {
         let count = (seconds * rate) as usize;
         let samples: Vec<f64> = (0..count)
@@ -138,12 +138,12 @@ mod tests {
     }
 
     #[test]
-    fn a_tone_keeps_pitch_level_and_place() {
+    fn a_tone_keeps_frequency_amplitude_and_phase() {
         for rate in [200e3, 48e3, 20e3] {
             let frequency = 4117.0;
             let sound = heard(frequency, rate, 0.2);
             let angle = |k: usize| TAU * frequency * k as f64 / f64::from(RATE);
-            // Whole periods, so that sine and cosine are square to one another.
+            // Over whole periods sine and cosine are orthogonal.
             let part = 2000..2000 + 48_000 / 4117 * 300;
             let sum = |of: fn(f64) -> f64| {
                 let products = part.clone().map(|k| f64::from(sound[k]) * of(angle(k)));
@@ -154,8 +154,8 @@ mod tests {
                 (sine.hypot(cosine) - 1.0).abs() < 5e-3,
                 "{rate} Hz: {sine}, {cosine}"
             );
-            let early = cosine.atan2(sine) / (TAU * frequency) * f64::from(RATE);
-            assert!(early.abs() < 1.0, "{rate} Hz: {early} samples off");
+            let delay = cosine.atan2(sine) / (TAU * frequency) * f64::from(RATE);
+            assert!(delay.abs() < 1.0, "{rate} Hz: {delay} samples off");
             for k in part {
                 let due = sine * angle(k).sin() + cosine * angle(k).cos();
                 assert!((f64::from(sound[k]) - due).abs() < 1e-2, "{rate} Hz, {k}");
@@ -163,9 +163,9 @@ mod tests {
         }
     }
 
-    /// Beyond half the rate of the sound nothing is folded back.
+    /// Frequencies above half the audio rate are not aliased.
     #[test]
-    fn what_cannot_be_played_is_silent() {
+    fn frequencies_above_nyquist_are_removed() {
         for frequency in [30e3, 43e3, 52e3, 95e3] {
             let sound = heard(frequency, 200e3, 0.1);
             let loudest = sound[1000..4000]
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slower_pace_sounds_lower() {
+    fn a_lower_rate_lowers_the_pitch() {
         let (rate, mut sound) = (200e3, Vec::new());
         let mut resampler = Resampler::new(rate);
         let mut samples = (0..).map(|k| (TAU * 4e3 * f64::from(k) / rate).sin());

@@ -6,26 +6,26 @@ use std::sync::{Arc, OnceLock};
 
 use hound::{SampleFormat, WavSpec, WavWriter};
 
-use super::{NoSurface, Pickup, RATE, Resampler, Source};
+use super::{NoSurface, RATE, Resampler, Source, SurfaceProbe};
 use crate::export::{OutputError, replace_file};
 use crate::pipeline::message::{Header, Record};
 use crate::pipeline::{Sink, SinkError};
 
-/// The loudest sample, of full scale: -1 dB.
+/// Peak level, relative to full scale: -1 dB.
 const LOUDEST: f32 = 0.891;
-/// Full scale of 24 bits.
+/// Full scale of 24-bit samples.
 const FULL: f32 = 8_388_607.0;
-/// Sound that is faded in and out, ms, so that it neither begins nor ends with a click.
+/// Duration of the fade-in and fade-out, ms, which prevents clicks.
 const FADE: usize = 5;
 
-/// Writes what is heard of a run into a WAV file: one channel of 24 bits at [`RATE`], the loudest sample at
-/// -1 dB. The file takes its name when the run ends well or is interrupted.
+/// Writes the audio of a run to a WAV file: one channel of 24 bits at [`RATE`], normalised to a peak of -1
+/// dB. The file gets its name when the run has been completed or stopped.
 pub struct WavSink {
     path: PathBuf,
-    /// How many times slower than life it is played.
+    /// Time stretch.
     slower: f64,
-    pickup: Pickup,
-    /// Until the run is over.
+    probe: SurfaceProbe,
+    /// `None` after the end of the run.
     resampler: Option<Resampler>,
     sound: Vec<f32>,
     /// Simulated time so far, s.
@@ -34,10 +34,10 @@ pub struct WavSink {
 }
 
 impl WavSink {
-    /// Of a run into a file, played so many times slower than life (1 for real time, above 0).
+    /// Writes the audio of a run to a file with a time stretch `slower` (1 for real time, above 0).
     ///
     /// # Errors
-    /// When the run has no surface, and that is to be heard.
+    /// If a surface point is selected and the run has no surface.
     pub fn new(
         path: PathBuf,
         source: Source,
@@ -47,7 +47,7 @@ impl WavSink {
         Ok(Self {
             path,
             slower,
-            pickup: Pickup::new(source, header)?,
+            probe: SurfaceProbe::new(source, header)?,
             resampler: Some(Resampler::new(header.sample_rate / slower)),
             sound: Vec::new(),
             time: 0.0,
@@ -55,18 +55,18 @@ impl WavSink {
         })
     }
 
-    /// What is heard, in a few words.
+    /// Description of the audio signal.
     pub fn words(&self) -> String {
-        self.pickup.words()
+        self.probe.description()
     }
 
-    /// What the loudest sample stands for, with its unit; from the end of the run on. The file does not tell: a
-    /// motion that is dying out is as loud there as a squeak.
+    /// Value of the peak with its unit, from the end of the run on. The file does not contain it: because of
+    /// the normalisation, a decaying vibration is as loud as a squeak.
     pub fn loudest(&self) -> Arc<OnceLock<String>> {
         Arc::clone(&self.loudest)
     }
 
-    /// Sound that comes to a time of the run, samples.
+    /// Number of audio samples up to the present simulated time.
     fn due(&self) -> usize {
         (self.time * self.slower * f64::from(RATE)).round() as usize
     }
@@ -85,8 +85,8 @@ impl WavSink {
             edge * self.sound[k]
         };
         let loudest = (0..count).fold(0.0, |m: f32, k| faded(k).abs().max(m));
-        let _ = self.loudest.set(self.pickup.amount(loudest));
-        // Silence stays silence.
+        let _ = self.loudest.set(self.probe.format_value(loudest));
+        // A silent signal is not amplified.
         let gain = if loudest > 0.0 {
             FULL * LOUDEST / loudest
         } else {
@@ -109,7 +109,7 @@ impl Sink for WavSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if let Record::Samples(frame) = record {
             if let Some(resampler) = &mut self.resampler {
-                resampler.push(self.pickup.hear(&frame), &mut self.sound);
+                resampler.push(self.probe.samples(&frame), &mut self.sound);
             }
             self.time += frame.end() - frame.t0;
         }

@@ -1,70 +1,72 @@
-//! Which attractors coexist, and how many of many kicks lead to each.
+//! Coexisting attractors, and the share of random initial kicks that leads to each.
 
 use serde::Serialize;
 
-use super::response::Response;
+use super::response::SettledResponse;
 use super::sweep::{SweepPlan, SweepPoint};
 use crate::analysis::Regime;
 
-/// Motions are of one attractor if the frequencies of their strongest lines differ by no more than
-/// this share.
+/// Two motions belong to the same attractor if the frequencies of their strongest lines differ by no more
+/// than this fraction.
 const SAME_FREQUENCY: f64 = 0.005;
 
-/// And if their amplitudes differ by no more than this share.
+/// And if their amplitudes differ by no more than this fraction.
 const SAME_AMPLITUDE: f64 = 0.05;
 
-/// The standard normal deviate of a 95 % interval.
+/// Standard normal quantile of a 95 % interval.
 const Z: f64 = 1.96;
 
-/// One attractor.
+/// An attractor, characterised by its regime, frequency and amplitude.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Attractor {
-    /// Kind of motion.
+    /// Regime: the type of motion.
     pub regime: Regime,
-    /// Frequency of its strongest line, Hz; `None` at rest.
+    /// Frequency of the strongest line, Hz; `None` at rest.
     #[serde(rename = "frequency_hz")]
     pub frequency: Option<f64>,
-    /// Amplitude at the probe, m.
+    /// Displacement amplitude at the probe, m.
     #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
-    /// Places in the list of points of those that came to it; the first stands for all of them.
+    /// Indices of the sweep points that reached this attractor; the first represents it.
     #[serde(skip)]
     pub members: Vec<usize>,
-    /// Seeds of the kicks that led to it: the values of the parameter that is swept.
+    /// Seeds of the kicks that led to this attractor.
     pub seeds: Vec<u64>,
-    /// Its share of all kicks, 0 to 1.
+    /// Share of all kicks that led to this attractor, 0 to 1 (an estimate of its basin stability).
     pub share: f64,
     /// The share's 95 % interval (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
+    #[serde(rename = "share_interval")]
     pub interval: [f64; 2],
 }
 
-/// What random kicks of a scene have come to.
+/// Basins of attraction: the attractors that random kicks of a scene reach.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Basins {
     /// Tilt of the load, rad; `None` for a scene without a load.
     #[serde(rename = "tilt_rad")]
     pub tilt: Option<f64>,
-    /// Kicks in all.
+    /// Number of kicks planned.
     pub kicks: usize,
-    /// Kicks that have been followed.
-    pub followed: usize,
-    /// Kicks whose motion still changed when it was measured, or could not be followed.
+    /// Number of kicks simulated.
+    pub simulated: usize,
+    /// Number of undecided kicks, without a settled response: the motion still changed, or the simulation
+    /// failed.
     pub undecided: usize,
-    /// Whether it was stopped before its end.
+    /// Whether the study was stopped early.
     pub interrupted: bool,
-    /// The attractors, the commonest first.
+    /// The attractors in descending order of share.
     pub attractors: Vec<Attractor>,
 }
 
 impl Basins {
-    /// Of the points so far of a sweep over the seed of the kick.
+    /// Collects the attractors from the points so far of a sweep over the seed of the kick.
     pub fn new(plan: &SweepPlan, points: &[SweepPoint], interrupted: bool) -> Self {
         let attractors = attractors(points);
         let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
         Self {
             tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
             kicks: plan.len(),
-            followed: points.len(),
+            simulated: points.len(),
             undecided: points.len() - decided,
             interrupted,
             attractors,
@@ -72,9 +74,8 @@ impl Basins {
     }
 }
 
-/// The attractors that points at the same parameters have come to, the commonest first. Points
-/// without a response, and those that still changed when they were measured, count among all but
-/// come to none.
+/// Groups the points of a sweep at constant parameters by attractor, in descending order of share. Points
+/// without a settled response belong to no attractor but count in the total.
 pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
     let mut found: Vec<Attractor> = Vec::new();
     for (place, point) in points.iter().enumerate() {
@@ -114,20 +115,20 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
 }
 
 impl Attractor {
-    fn is_that_of(&self, response: &Response) -> bool {
+    fn is_that_of(&self, response: &SettledResponse) -> bool {
         let frequency = response.lines.first().map(|line| line.frequency);
         let same_frequency = match (self.frequency, frequency) {
             (Some(one), Some(other)) => (one - other).abs() <= SAME_FREQUENCY * one,
             (one, other) => one.is_none() && other.is_none(),
         };
-        // At rest, amplitudes are what is left of the decay.
+        // At rest, the amplitude is the residue of the decay.
         let same_amplitude = self.regime == Regime::Silent
             || (self.amplitude - response.amplitude).abs() <= SAME_AMPLITUDE * self.amplitude;
         self.regime == response.regime && same_frequency && same_amplitude
     }
 }
 
-/// A share with its interval.
+/// A share and its Wilson interval.
 fn share(count: usize, all: usize) -> (f64, [f64; 2]) {
     let n = all.max(1) as f64;
     let p = count as f64 / n;
@@ -146,7 +147,7 @@ mod tests {
     use crate::study::sweep::{Axis, Shard, Start};
 
     #[test]
-    fn shares_have_wilsons_interval() {
+    fn shares_have_the_wilson_interval() {
         let (p, [low, high]) = share(0, 20);
         assert_eq!((p, low), (0.0, 0.0));
         // z^2 / (n + z^2)
@@ -172,14 +173,14 @@ mod tests {
                 Parameter::named("start.seed").unwrap(),
                 (1..=6).map(f64::from),
             )],
-            starts: vec![Start::Cold],
+            starts: vec![Start::Fresh],
             response: ResponsePlan {
-                least: 0.05,
-                most: 0.4,
-                measure: 0.06,
+                min_transient: 0.05,
+                max_transient: 0.4,
+                measurement_time: 0.06,
                 exponents: 0,
                 portrait: false,
-                most_calls: None,
+                max_rhs_evals: None,
             },
         };
         let mut points = run(&plan, Shard::WHOLE, &[], 2);
@@ -190,7 +191,7 @@ mod tests {
         assert!(members <= 6 && found[0].members.len() >= found[1].members.len());
         let shares: f64 = found.iter().map(|attractor| attractor.share).sum();
         assert!((shares - members as f64 / 6.0).abs() < 1e-12);
-        // The order of the points decides nothing but which of them stands for the others.
+        // The order of the points only selects the representative.
         points.reverse();
         let mut backwards: Vec<usize> = attractors(&points)
             .iter()

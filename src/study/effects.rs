@@ -1,13 +1,13 @@
-//! Which effects a scene calls for, and what each costs in it: measured, not told.
+//! Measured cost of each effect of a scene.
 //!
-//! An effect is taken away where it is on, and added where it is off, and the same work is timed with and
-//! without it: passes over the contact nodes at a state of the scene's own vibration, the simulation from
-//! its start, the analyses on the frames of that simulation, the recording. What is off costs nothing; what
-//! is told of it is what it would cost.
+//! An active effect is removed and an inactive one is added; the same work is timed with and without it. The
+//! work is evaluations of the right-hand side at states of the scene's own vibration, the simulation from its
+//! start, the analyses of that simulation's frames, or the recording. An inactive effect is not computed; its
+//! reported cost is what it would add.
 //!
-//! Work with and work without take turns, round after round, so that a machine that slows down slows down both;
-//! what is told is the mean of the differences, and the half-width of its interval of 95 %. What is done once,
-//! before the first sample, is not part of the cost of a simulated second, and is told apart.
+//! Runs with and without an effect alternate in rounds, so that a machine that slows down affects both
+//! alike. The result is the mean difference and the half-width of its 95 % interval. Setup before the first
+//! sample is not part of the cost per simulated second and is reported separately.
 
 mod bench;
 mod effect;
@@ -22,59 +22,60 @@ use serde::Serialize;
 
 use bench::{Bench, Rounds, timed};
 pub use bench::{Cause, Measured};
-use effect::words;
-pub use effect::{Effect, Untold};
-use joint::of_the_joint;
+use effect::setting_text;
+pub use effect::{Effect, Unavailable};
+use joint::joint_effects;
 
 use crate::pipeline::message::{self, Frame, Header};
 use crate::pipeline::{Analyser, PipelineError, Sink, SinkError, Source, source};
 use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
-use crate::study::Watch;
+use crate::study::OnProgress;
 
-/// The effects of a scene.
+/// Cost of the effects of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effects {
-    /// Each of them.
+    /// The effects, active and inactive.
     pub effects: Vec<Effect>,
-    /// CPU time of a simulated second with all that is on, without the recording, s.
+    /// CPU time per simulated second with all active effects, without the recording, s/s.
     #[serde(rename = "cpu_s_per_s")]
     pub whole: f64,
-    /// CPU time until the first sample, without the recording, s.
+    /// Setup: CPU time before the first sample, without the recording, s.
     #[serde(rename = "setup_s")]
     pub setup: f64,
-    /// Calls of the right-hand side in a simulated second.
-    #[serde(rename = "calls_per_s")]
-    pub calls: f64,
-    /// CPU time of a call, s.
-    #[serde(rename = "call_s")]
-    pub call: f64,
+    /// Right-hand-side evaluations per simulated second, 1/s.
+    #[serde(rename = "rhs_evals_per_s")]
+    pub rhs_evals: f64,
+    /// CPU time of one right-hand-side evaluation, s.
+    #[serde(rename = "rhs_eval_s")]
+    pub rhs_eval: f64,
 }
 
-/// Runs a scene with its analyses, and records it where nobody looks.
+/// Function that makes the record of a scene: it runs the scene with its analyses, and discards the
+/// recording.
 pub type Record<'a> = &'a mut dyn FnMut(&Scene) -> Result<(), Cause>;
 
-/// The longest stretch that is simulated, s, where no window is longer.
-const STRETCH: f64 = 0.1;
+/// Maximum simulated time, s, unless an analysis window is longer.
+const MAX_TIME: f64 = 0.1;
 
-/// The longest stretch over the longest window of what is on.
-const WINDOWS: f64 = 1.5;
+/// Simulated time relative to the longest active analysis window.
+const WINDOW_FACTOR: f64 = 1.5;
 
-/// A recording that is this part of another tells what both take once.
-const SHORT: f64 = 0.125;
+/// Length of the short recording relative to the full one; the two separate setup cost from running cost.
+const SHORT_SHARE: f64 = 0.125;
 
-/// The shortest run whose recording is measured, s.
-const SHORTEST: f64 = 5e-3;
+/// Minimum simulated time for measuring a recording, s.
+const MIN_TIME: f64 = 5e-3;
 
-/// The rate of a picture that is off, Hz.
-const USUAL_RATE: f64 = 2e3;
+/// Recording rate used for an inactive picture, Hz.
+const DEFAULT_RATE: f64 = 2e3;
 
-/// An analysis of its own table, and how to take it away.
+/// An analysis with its own table in the scene, and how to remove it.
 struct Analysis {
     name: &'static str,
     table: &'static str,
     is_on: fn(&AnalysisSpec) -> bool,
-    take_away: fn(&mut AnalysisSpec),
-    /// How long it takes until something comes of it, s.
+    remove: fn(&mut AnalysisSpec),
+    /// Window length before the first result, s.
     window: fn(&AnalysisSpec) -> Option<f64>,
 }
 
@@ -84,13 +85,13 @@ macro_rules! analyses {
             name: $name,
             table: concat!("analysis.", stringify!($field)),
             is_on: |spec| spec.$field.is_some(),
-            take_away: |spec| spec.$field = None,
+            remove: |spec| spec.$field = None,
             window: |spec| spec.$field.as_ref().map($window),
         }),*]
     };
 }
 
-/// Those that look at samples.
+/// Analyses of the samples.
 const ANALYSES: [Analysis; 8] = analyses! {
     "spectrum", spectrum, |of| of.sliding.window;
     "spectrogram", spectrogram, |of| of.sliding.window;
@@ -102,13 +103,13 @@ const ANALYSES: [Analysis; 8] = analyses! {
     "regime", regime, |of| of.sliding.window;
 };
 
-/// Those that go along with the simulation.
+/// Analyses that are integrated together with the state.
 const COMPANIONS: [Analysis; 2] = analyses! {
     "Lyapunov exponents", exponents, |of| of.settle + of.every;
-    "butterfly: a second copy", butterfly, |of| of.start + of.every;
+    "perturbed trajectory", perturbed_trajectory, |of| of.start + of.every;
 };
 
-/// What is recorded at a rate of its own.
+/// A part of the recording with its own rate.
 struct Picture {
     name: &'static str,
     key: &'static str,
@@ -133,17 +134,17 @@ const PICTURES: [Picture; 3] = [
     },
 ];
 
-/// Keeps nothing.
-struct Nowhere;
+/// A sink that discards everything.
+struct NullSink;
 
-impl Sink for Nowhere {
+impl Sink for NullSink {
     fn accept(&mut self, _: message::Record) -> Result<(), SinkError> {
         Ok(())
     }
 }
 
-/// Measures the effects of a scene; `stop` is heeded within runs, too. `None` if `watch`, which is told the share
-/// of the work that is done, says no.
+/// Measures the effects of a scene. `stop` also ends a run in progress. `watch` receives the fraction of the
+/// work done; the result is `None` if it returns `false`.
 ///
 /// # Errors
 /// If the scene cannot be simulated, analysed or recorded.
@@ -151,31 +152,31 @@ pub fn effects(
     scene: &Scene,
     record: Record<'_>,
     stop: &Arc<AtomicBool>,
-    watch: Watch<'_, f64>,
+    watch: OnProgress<'_, f64>,
 ) -> Result<Option<Effects>, Cause> {
-    let bare = bare(scene);
+    let base = base_scene(scene);
     let mut bench = Bench { watch, stage: 0.0 };
-    if !bench.goes_on(0.0) {
+    if !bench.should_continue(0.0) {
         return Ok(None);
     }
-    let Some(simulated) = of_the_simulation(scene, &bare, stop, &mut bench)? else {
+    let Some(simulated) = simulation_effects(scene, &base, stop, &mut bench)? else {
         return Ok(None);
     };
-    let (mut all, mut call) = (Vec::new(), 0.0);
+    let (mut all, mut rhs_eval) = (Vec::new(), 0.0);
     if let Ok(tilted) = scene.joint() {
         let Simulated { frames, calls, .. } = &simulated.one;
-        let Some(found) = of_the_joint(scene, tilted, frames, *calls, &mut bench)? else {
+        let Some(found) = joint_effects(scene, tilted, frames, *calls, &mut bench)? else {
             return Ok(None);
         };
-        (call, all) = found;
+        (rhs_eval, all) = found;
     }
     all.extend(simulated.effects);
-    let Some((seconds, found)) = of_the_samples(scene, &bare, &simulated.one, &mut bench)? else {
+    let Some((seconds, found)) = analysis_effects(scene, &base, &simulated.one, &mut bench)? else {
         return Ok(None);
     };
     all.extend(found);
     if scene.joint().is_ok() {
-        let Some(found) = of_the_pictures(&bare, record, &mut bench)? else {
+        let Some(found) = recording_effects(&base, record, &mut bench)? else {
             return Ok(None);
         };
         all.extend(found);
@@ -184,59 +185,59 @@ pub fn effects(
         effects: all,
         whole: simulated.seconds + seconds,
         setup: simulated.setup,
-        calls: simulated.one.calls,
-        call,
+        rhs_evals: simulated.one.calls,
+        rhs_eval,
     }))
 }
 
-/// What the simulation takes, and what goes along with it.
-struct OfTheSimulation {
-    /// The bare scene, simulated.
+/// Cost of the simulation and of the analyses integrated with it.
+struct SimulationEffects {
+    /// The simulated base scene.
     one: Simulated,
     effects: Vec<Effect>,
-    /// CPU time of a simulated second with all of them that are on, s.
+    /// CPU time per simulated second with all active effects, s/s.
     seconds: f64,
-    /// CPU time until the first sample, s.
+    /// CPU time before the first sample, s.
     setup: f64,
 }
 
-/// The effects beside the simulation, each by itself. `None` if it was told to stop.
-fn of_the_simulation(
+/// Measures the event location and each analysis integrated with the state, one at a time; `None` if stopped.
+fn simulation_effects(
     scene: &Scene,
-    bare: &Scene,
+    base: &Scene,
     stop: &Arc<AtomicBool>,
     bench: &mut Bench<'_>,
-) -> Result<Option<OfTheSimulation>, Cause> {
+) -> Result<Option<SimulationEffects>, Cause> {
     let exact = scene.integrator.events == Events::Exact;
-    let mut variants = vec![bare.clone(), bare.clone()];
+    let mut variants = vec![base.clone(), base.clone()];
     variants[1].integrator.events = match exact {
         true => Events::Through,
         false => Events::Exact,
     };
     let companions = COMPANIONS.map(|kind| {
-        variants.push(beside(scene, bare, &kind)?);
+        variants.push(with_companion(scene, base, &kind)?);
         Ok(variants.len() - 1)
     });
     let (mut simulated, mut setups) = (None, Vec::new());
     let runs = bench.rounds(variants.len(), &mut |variant| {
         let (source, setup) = timed(|| source(&variants[variant]));
         let source = source?;
-        let (ran, seconds) = timed(|| simulate(source, bare.duration, stop));
+        let (ran, seconds) = timed(|| simulate(source, base.duration, stop));
         let ran = ran?;
         if variant == 0 {
             setups.push(setup);
             simulated = Some(ran);
         }
-        Ok(seconds / bare.duration)
+        Ok(seconds / base.duration)
     })?;
     let (Some(runs), Some(simulated)) = (runs, simulated) else {
         return Ok(None);
     };
     let mut effects = vec![Effect {
-        name: "steps that end at events",
+        name: "exact event location",
         key: "time.events",
         on: exact,
-        setting: words(exact, "exact"),
+        setting: setting_text(exact, "exact"),
         cost: Ok(runs.effect(exact, 0, 1)),
         setup: None,
     }];
@@ -249,33 +250,35 @@ fn of_the_simulation(
         }
         effects.push(kind.effect(on, cost));
     }
-    Ok(Some(OfTheSimulation {
+    Ok(Some(SimulationEffects {
         one: simulated,
         effects,
         seconds,
-        // The first one found the caches cold, as that of a run does.
+        // The first setup runs with cold caches, like the setup of a normal run.
         setup: setups.first().copied().unwrap_or(0.0),
     }))
 }
 
-/// The bare scene with one companion.
-fn beside(scene: &Scene, bare: &Scene, kind: &Analysis) -> Result<Scene, Untold> {
-    let mut beside = Scene {
-        analysis: added(scene, kind).ok_or(Untold::NoRoom)?.analysis,
-        ..bare.clone()
+/// The base scene with one analysis that is integrated with the state.
+fn with_companion(scene: &Scene, base: &Scene, kind: &Analysis) -> Result<Scene, Unavailable> {
+    let mut with_one = Scene {
+        analysis: with_analysis(scene, kind)
+            .ok_or(Unavailable::CannotAdd)?
+            .analysis,
+        ..base.clone()
     };
-    if (kind.window)(&beside.analysis).is_some_and(|window| window > bare.duration) {
-        return Err(Untold::ShorterThanWindow);
+    if (kind.window)(&with_one.analysis).is_some_and(|window| window > base.duration) {
+        return Err(Unavailable::ShorterThanWindow);
     }
     let others = COMPANIONS.iter().chain(&ANALYSES);
     for other in others.filter(|other| other.table != kind.table) {
-        (other.take_away)(&mut beside.analysis);
+        (other.remove)(&mut with_one.analysis);
     }
-    Ok(beside)
+    Ok(with_one)
 }
 
-/// The scene without analyses, as long as it takes to measure it.
-fn bare(scene: &Scene) -> Scene {
+/// The base scene: without analyses, and as long as the measurement needs.
+fn base_scene(scene: &Scene) -> Scene {
     let spec = &scene.analysis;
     let windows = ANALYSES
         .iter()
@@ -284,35 +287,35 @@ fn bare(scene: &Scene) -> Scene {
     let longest = windows
         .filter(|window| *window <= scene.duration)
         .fold(0.0, f64::max);
-    let mut bare = scene.clone().without_analyses();
-    bare.duration = scene.duration.min(STRETCH.max(WINDOWS * longest));
-    bare
+    let mut base = scene.clone().without_analyses();
+    base.duration = scene.duration.min(MAX_TIME.max(WINDOW_FACTOR * longest));
+    base
 }
 
 impl Analysis {
-    fn effect(&self, on: bool, cost: Result<Measured, Untold>) -> Effect {
+    fn effect(&self, on: bool, cost: Result<Measured, Unavailable>) -> Effect {
         Effect {
             name: self.name,
             key: self.table,
             on,
-            setting: words(on, "on"),
+            setting: setting_text(on, "on"),
             cost,
             setup: None,
         }
     }
 }
 
-/// CPU time of the analyses of samples that are on, of a simulated second (s), and the effect of each. `None` if
-/// it was told to stop.
-fn of_the_samples(
+/// CPU time per simulated second of the active analyses of samples, s/s, and the effect of each; `None` if
+/// stopped.
+fn analysis_effects(
     scene: &Scene,
-    bare: &Scene,
+    base: &Scene,
     Simulated { header, frames, .. }: &Simulated,
     bench: &mut Bench<'_>,
 ) -> Result<Option<(f64, Vec<Effect>)>, Cause> {
     let of_samples = |mut spec: AnalysisSpec| {
         for kind in COMPANIONS {
-            (kind.take_away)(&mut spec);
+            (kind.remove)(&mut spec);
         }
         spec
     };
@@ -322,24 +325,28 @@ fn of_the_samples(
         let other = match (kind.is_on)(&spec) {
             true => {
                 let mut without = spec.clone();
-                (kind.take_away)(&mut without);
+                (kind.remove)(&mut without);
                 without
             }
-            false => of_samples(added(scene, &kind).ok_or(Untold::NoRoom)?.analysis),
+            false => of_samples(
+                with_analysis(scene, &kind)
+                    .ok_or(Unavailable::CannotAdd)?
+                    .analysis,
+            ),
         };
         let window = (kind.window)(&spec).or_else(|| (kind.window)(&other));
-        if window.is_some_and(|window| window > bare.duration) {
-            return Err(Untold::ShorterThanWindow);
+        if window.is_some_and(|window| window > base.duration) {
+            return Err(Unavailable::ShorterThanWindow);
         }
-        // What takes its choice from it goes, too: then they cannot be told apart.
-        analyse(&other, header, &frames[..1]).map_err(|_| Untold::Needed)?;
+        // Analyses that depend on it would be removed as well, so its own cost cannot be measured.
+        analyse(&other, header, &frames[..1]).map_err(|_| Unavailable::Needed)?;
         variants.push(other);
         Ok(variants.len() - 1)
     });
     let rounds = bench.rounds(variants.len(), &mut |variant| {
         let (ran, seconds) = timed(|| analyse(&variants[variant], header, frames));
         ran?;
-        Ok(seconds / bare.duration)
+        Ok(seconds / base.duration)
     })?;
     let Some(rounds) = rounds else {
         return Ok(None);
@@ -352,22 +359,22 @@ fn of_the_samples(
     Ok(Some((rounds.of(0).mean, effects.collect())))
 }
 
-/// The effects of what is recorded at rates of its own. `None` if it was told to stop.
-fn of_the_pictures(
-    bare: &Scene,
+/// Effects of the parts of the recording with their own rates; `None` if stopped.
+fn recording_effects(
+    base: &Scene,
     record: Record<'_>,
     bench: &mut Bench<'_>,
 ) -> Result<Option<Vec<Effect>>, Cause> {
-    let mut variants = vec![bare.clone()];
+    let mut variants = vec![base.clone()];
     for kind in PICTURES {
-        let mut other = bare.clone();
+        let mut other = base.clone();
         let rate = (kind.rate)(&mut other.record);
-        *rate = if *rate > 0.0 { 0.0 } else { USUAL_RATE };
+        *rate = if *rate > 0.0 { 0.0 } else { DEFAULT_RATE };
         variants.push(other);
     }
-    // A short run and a whole one tell what is done once from what each second takes.
+    // A short and a full run separate the setup cost from the cost per second.
     let short = variants.iter().map(|whole| Scene {
-        duration: SHORT * bare.duration,
+        duration: SHORT_SHARE * base.duration,
         ..whole.clone()
     });
     let short: Vec<Scene> = short.collect();
@@ -381,42 +388,44 @@ fn of_the_pictures(
     let Some(Rounds(taken)) = rounds else {
         return Ok(None);
     };
-    // What a variant takes of a simulated second, and once.
+    // Cost of each variant: per simulated second, and once.
     let (mut steady, mut once) = (Vec::new(), Vec::new());
     for (whole, short) in taken.iter().zip(&taken[count..]) {
         let pairs = || whole.iter().zip(short);
-        let rate = |(whole, short): (&f64, &f64)| (whole - short) / ((1.0 - SHORT) * bare.duration);
+        let rate =
+            |(whole, short): (&f64, &f64)| (whole - short) / ((1.0 - SHORT_SHARE) * base.duration);
         steady.push(pairs().map(rate).collect());
         once.push(
             pairs()
-                .map(|pair| pair.1 - SHORT * bare.duration * rate(pair))
+                .map(|pair| pair.1 - SHORT_SHARE * base.duration * rate(pair))
                 .collect(),
         );
     }
     let (steady, once) = (Rounds(steady), Rounds(once));
     let mut effects = Vec::new();
     for (k, kind) in PICTURES.iter().enumerate() {
-        let mut spec = bare.record;
+        let mut spec = base.record;
         let khz = 1e-3 * *(kind.rate)(&mut spec);
         let on = khz > 0.0;
         effects.push(Effect {
             name: kind.name,
             key: kind.key,
             on,
-            setting: words(on, &format!("{khz} a ms, with the recording of it")),
-            cost: match bare.duration < SHORTEST {
-                true => Err(Untold::TooShort),
+            setting: setting_text(on, &format!("{khz} kHz, including its recording")),
+            cost: match base.duration < MIN_TIME {
+                true => Err(Unavailable::TooShort),
                 false => Ok(steady.effect(on, 0, k + 1)),
             },
-            setup: Some(once.effect(on, 0, k + 1)).filter(|once| once.is_told() && once.mean > 0.0),
+            setup: Some(once.effect(on, 0, k + 1))
+                .filter(|once| once.is_significant() && once.mean > 0.0),
         });
     }
     Ok(Some(effects))
 }
 
-/// The scene with an analysis of the usual numbers, if it has not got it; `None` where its file leaves no
-/// room for the table.
-fn added(scene: &Scene, kind: &Analysis) -> Option<Scene> {
+/// The scene with an analysis at its default settings, if it does not have it already; `None` if the table
+/// cannot be added to its file.
+fn with_analysis(scene: &Scene, kind: &Analysis) -> Option<Scene> {
     if (kind.is_on)(&scene.analysis) {
         return Some(scene.clone());
     }
@@ -428,23 +437,23 @@ fn added(scene: &Scene, kind: &Analysis) -> Option<Scene> {
 struct Simulated {
     header: Header,
     frames: Vec<Arc<Frame>>,
-    /// Calls of the right-hand side in a simulated second.
+    /// Right-hand-side evaluations per simulated second, 1/s.
     calls: f64,
 }
 
-/// Runs to the end, or until told to stop; `duration` is that of the run, s.
+/// Runs to the end, or until stopped; `duration` is the length of the run, s.
 fn simulate(
     mut source: impl Source,
     duration: f64,
     stop: &Arc<AtomicBool>,
 ) -> Result<Simulated, PipelineError> {
-    source.heed(stop);
+    source.set_stop_flag(stop);
     let header = source.header("");
     let mut frames = Vec::new();
     while let Some(frame) = source.next_frame()? {
         frames.push(Arc::new(frame));
     }
-    let calls = frames.last().map_or(0, |frame| frame.tally.calls);
+    let calls = frames.last().map_or(0, |frame| frame.stats.rhs_evals);
     Ok(Simulated {
         header,
         frames,
@@ -459,7 +468,7 @@ fn analyse(
 ) -> Result<(), PipelineError> {
     let mut analyser = Analyser::new(spec, header);
     for frame in frames {
-        analyser.push(frame, &mut Nowhere)?;
+        analyser.push(frame, &mut NullSink)?;
     }
-    Ok(analyser.finish(&mut Nowhere)?)
+    Ok(analyser.finish(&mut NullSink)?)
 }

@@ -1,7 +1,7 @@
-//! How cost grows: with contact nodes, modes, exponents, states of a recurrence plot, threads, and the
-//! length of a run; in time, and in memory.
+//! Growth of the cost with problem size: CPU time and peak memory against contact nodes, modes, exponents,
+//! states of a recurrence plot, threads, and the length of a run.
 //!
-//! Accuracy is left aside: what it costs is told by [`cost`](super::cost).
+//! Accuracy is constant here; its cost is the subject of [`cost`](super::cost).
 
 #[cfg(test)]
 mod tests;
@@ -10,40 +10,42 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::Watch;
+use super::OnProgress;
 use super::cost::{
-    CostError, DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for, timed,
+    CostError, DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for, timed,
 };
-use super::pool::NoThread;
-use super::response::{From, ResponsePlan, response};
-use super::sweep::{Audience, Axis, Shard, Start, SweepPlan, SweepPoint, SweepProgress, sweep};
+use super::pool::ThreadSpawnError;
+use super::response::{InitialState, ResponsePlan, response};
+use super::sweep::{
+    Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
+};
 use crate::analysis::{DelayVectors, deviation, quantify};
 use crate::joint::{BallJoint, Frequencies};
-use crate::pipeline::{Prepared, prepare_on};
+use crate::pipeline::{Prepared, prepare_reusing_body};
 use crate::scene::{Parameter, Scene};
 
-/// What grows.
+/// The problem size that is varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Size {
-    /// Contact nodes.
+    /// Number of contact nodes.
     Nodes,
-    /// Modes of the body.
+    /// Number of modes of the body.
     Modes,
-    /// Lyapunov exponents that are followed.
+    /// Number of Lyapunov exponents computed.
     Exponents,
-    /// States of a recurrence plot.
+    /// Number of states of a recurrence plot.
     Recurrence,
-    /// Threads of a sweep.
+    /// Number of threads of a sweep.
     Threads,
     /// Simulated time of a run, s.
     Duration,
 }
 
 impl Size {
-    /// All of them.
+    /// All sizes.
     pub const ALL: [Self; 6] = [
-        // First, while the program holds nothing else.
+        // First, while the process holds little memory.
         Self::Recurrence,
         Self::Nodes,
         Self::Modes,
@@ -52,7 +54,7 @@ impl Size {
         Self::Duration,
     ];
 
-    /// Its name, with its unit.
+    /// Name of the size, with its unit.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nodes => "contact nodes",
@@ -69,56 +71,59 @@ impl Size {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Work {
-    /// One call of the right-hand side.
-    Call,
-    /// A millisecond of the settled vibration, by the scene's integrator.
+    /// One evaluation of the right-hand side.
+    RhsEvaluation,
+    /// Integration of 1 ms of the settled vibration with the scene's integrator.
     Vibration,
-    /// The quantification of a recurrence plot.
+    /// Quantification of a recurrence plot.
     Quantification,
-    /// A sweep of [`SWEPT`] points, by the clock.
+    /// A sweep of [`SWEPT`] points; wall-clock time.
     Sweep,
-    /// A whole run with its analyses and its recording, by the clock.
+    /// A complete run with its analyses and its recording; wall-clock time.
     Run,
 }
 
 impl Work {
-    /// In words.
+    /// Name of the work, for tables and figures.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Call => "a call of the right-hand side",
+            Self::RhsEvaluation => "one right-hand-side evaluation",
             Self::Vibration => "1 ms of the settled vibration",
-            Self::Quantification => "the quantification",
-            Self::Sweep => "a sweep, by the clock",
-            Self::Run => "a run with analyses and recording, by the clock",
+            Self::Quantification => "recurrence quantification",
+            Self::Sweep => "a sweep, wall-clock time",
+            Self::Run => "a run with analyses and recording, wall-clock time",
         }
     }
 }
 
-/// One work at rising sizes.
+/// Growth of the cost of one work with one size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Growth {
-    /// What grows.
+    /// The size that is varied.
     pub size: Size,
-    /// What is timed.
+    /// The work that is timed.
     pub work: Work,
-    /// The points.
+    /// The points in ascending order of size.
     pub points: Vec<GrowthPoint>,
 }
 
-/// One size.
+/// A point of the growth: the cost at one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GrowthPoint {
     /// The size, in the unit of [`Size::name`].
     pub value: f64,
-    /// CPU time of all threads (of a sweep: time by the clock), s: the median of the repeated runs.
+    /// CPU time of all threads (for sweeps and runs: wall-clock time), s; the median of the repeats.
+    #[serde(rename = "time_s")]
     pub seconds: f64,
-    /// The most memory that the program held meanwhile, bytes; `None` where the system does not tell, and
-    /// for sizes with which it hardly grows.
+    /// Peak memory of the process, bytes; `None` if the system does not report it, and for sizes on which it
+    /// hardly depends.
+    #[serde(rename = "peak_memory_bytes")]
     pub memory: Option<u64>,
 }
 
 impl Growth {
-    /// The exponent `p` of `seconds ~ size^p` over the upper half of the points; `None` for fewer than two.
+    /// Exponent `p` of `seconds ~ size^p` over the upper half of the points; `None` for fewer than two
+    /// points.
     pub fn exponent(&self) -> Option<f64> {
         let half = self.points.len().saturating_sub(1) / 2;
         let [a, .., b] = &self.points[half..] else {
@@ -128,29 +133,29 @@ impl Growth {
     }
 }
 
-/// What is measured, and at which sizes. Sizes that a scene does not have are left out.
+/// Plan of a growth study: the sizes to measure. Sizes that a scene does not have are omitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowthPlan {
-    /// The scene, held at its first tilt, load and rotation.
+    /// The scene; tilt, load and rotation are fixed at their initial values.
     pub scene: Scene,
-    /// Runs of each size, 1 or more.
+    /// Repeats at each size, at least 1.
     pub repeats: usize,
-    /// Contact nodes.
+    /// Numbers of contact nodes.
     pub nodes: Vec<usize>,
-    /// Bending pairs, torsion modes, axial modes: of finite elements, as the paper has few.
+    /// Numbers of bending pairs, torsion modes and axial modes of the finite-element body.
     pub modes: Vec<[usize; 3]>,
-    /// Exponents.
+    /// Numbers of Lyapunov exponents.
     pub exponents: Vec<usize>,
-    /// States of a recurrence plot.
+    /// Numbers of states of a recurrence plot.
     pub states: Vec<usize>,
-    /// Threads of a sweep.
+    /// Numbers of threads of a sweep.
     pub threads: Vec<usize>,
     /// Simulated times of a run, s.
     pub durations: Vec<f64>,
 }
 
 impl GrowthPlan {
-    /// The usual sizes, with threads up to so many.
+    /// The default sizes, with up to `threads` threads.
     pub fn new(scene: Scene, threads: usize) -> Self {
         Self {
             scene,
@@ -172,56 +177,58 @@ impl GrowthPlan {
     }
 }
 
-/// Runs a scene for so long (s) with its analyses and its recording: best in a process of its own, which
-/// holds nothing else. Asks now and then whether to go on; `None` if it was told to stop.
+/// Runs a scene for a simulated time (s) with its analyses and its recording; for the memory figure, best in
+/// a separate process. It calls back to ask whether to continue; `None` if stopped.
 pub type Run<'a> =
-    &'a mut dyn FnMut(&Scene, f64, &mut dyn FnMut() -> bool) -> Result<Option<Taken>, Cause>;
+    &'a mut dyn FnMut(&Scene, f64, &mut dyn FnMut() -> bool) -> Result<Option<RunCost>, Cause>;
 
-/// What a run took.
+/// Cost of one run: time and memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Taken {
-    /// Time by the clock, s.
+pub struct RunCost {
+    /// Wall-clock time, s.
     pub seconds: f64,
-    /// The most memory that it held, bytes; `None` where the system does not tell.
+    /// Peak memory, bytes; `None` if the system does not report it.
     pub memory: Option<u64>,
 }
 
-/// Why a run failed.
+/// Cause of a failed run.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// What was measured, and whether that is all.
-pub type Grown = (Vec<Growth>, bool);
+/// Result of a growth study: the growths measured, and whether it is complete.
+pub type GrowthResult = (Vec<Growth>, bool);
 
-/// Points of the sweep that is timed.
+/// Number of points of the timed sweep.
 pub const SWEPT: usize = 8;
 
-/// Calls of the right-hand side that are timed together: for so many nodes times modes.
+/// Right-hand-side evaluations timed together, times nodes times modes.
 const CALLS: usize = 20_000_000;
 
-/// Vibration that is timed, s: at many modes or nodes, and with exponents.
+/// Length of the timed vibration, s.
 const TIMED: f64 = 4e-3;
 
-/// Measures how the work of a scene grows. If `watch` says no, what is done by then; whether all is.
+/// Measures how the cost of a scene grows with each size. If `watch` returns `false`, returns the results so
+/// far and `false`.
 ///
 /// # Errors
-/// If something of a size cannot be set up or run.
+/// If a scene with one of the sizes cannot be built or run.
 pub fn growth(
     plan: &GrowthPlan,
     run: Run<'_>,
-    watch: Watch<'_, (Size, f64)>,
-) -> Result<Grown, CostError> {
+    watch: OnProgress<'_, (Size, f64)>,
+) -> Result<GrowthResult, CostError> {
     let held = plan.scene.clone().without_analyses();
     let has_joint = held.joint().is_ok();
-    // Modes and nodes from a file are as many as they are.
+    // Modes and nodes from a file cannot be varied.
     let has_beam = held.ball_on_beam().is_ok();
-    let mut meter = Meter {
+    let mut timer = Timer {
         repeats: plan.repeats,
         ball: None,
     };
     let mut found = Vec::new();
     for (done, size) in Size::ALL.into_iter().enumerate() {
-        let mut goes_on = |part: f64| watch((size, (done as f64 + part) / Size::ALL.len() as f64));
-        if !goes_on(0.0) {
+        let mut should_continue =
+            |part: f64| watch((size, (done as f64 + part) / Size::ALL.len() as f64));
+        if !should_continue(0.0) {
             return Ok((found, false));
         }
         let grown = match size {
@@ -233,7 +240,7 @@ pub fn growth(
                     scene.joint_mut()?.spec.contact.nodes = *nodes;
                     Ok(scene)
                 };
-                meter.system(size, &plan.nodes, with, &mut goes_on)?
+                timer.system(size, &plan.nodes, with, &mut should_continue)?
             }
             Size::Modes => {
                 let with = |[bending, torsion, axial]: &[usize; 3]| {
@@ -245,12 +252,12 @@ pub fn growth(
                     body.families.axial = *axial;
                     Ok(scene)
                 };
-                meter.system(size, &plan.modes, with, &mut goes_on)?
+                timer.system(size, &plan.modes, with, &mut should_continue)?
             }
-            Size::Exponents => meter.exponents(&held, &plan.exponents, &mut goes_on)?,
-            Size::Recurrence => meter.recurrence(&held, &plan.states, &mut goes_on)?,
-            Size::Threads => meter.threads(&held, &plan.threads, &mut goes_on)?,
-            Size::Duration => runs(&plan.scene, &plan.durations, run, &mut goes_on)?,
+            Size::Exponents => timer.exponents(&held, &plan.exponents, &mut should_continue)?,
+            Size::Recurrence => timer.recurrence(&held, &plan.states, &mut should_continue)?,
+            Size::Threads => timer.threads(&held, &plan.threads, &mut should_continue)?,
+            Size::Duration => runs(&plan.scene, &plan.durations, run, &mut should_continue)?,
         };
         let Some(grown) = grown else {
             return Ok((found, false));
@@ -260,25 +267,25 @@ pub fn growth(
     Ok((found, true))
 }
 
-/// Measures.
-struct Meter {
+/// Measures the points.
+struct Timer {
     repeats: usize,
-    /// The joint before, whose body may serve again.
+    /// The previous joint, whose body may be reused.
     ball: Option<BallJoint>,
 }
 
-impl Meter {
-    /// The CPU time of some work, as a point. `None` if it was told to stop.
+impl Timer {
+    /// Times some work (CPU time); returns the point, or `None` if stopped.
     fn point<T>(
         &self,
         value: f64,
         share: f64,
-        goes_on: &mut dyn FnMut() -> bool,
+        should_continue: &mut dyn FnMut() -> bool,
         mut work: impl FnMut() -> T,
     ) -> Option<(GrowthPoint, T)> {
         let mut goes = true;
         let (result, seconds) = timed(self.repeats, || {
-            goes = goes && goes_on();
+            goes = goes && should_continue();
             goes.then(&mut work)
         });
         let point = GrowthPoint {
@@ -289,42 +296,42 @@ impl Meter {
         Some((point, result?))
     }
 
-    /// A scene made ready in the state that it settles to.
+    /// A scene prepared in its settled state.
     fn settled(
         &mut self,
         scene: &Scene,
-        goes_on: &mut dyn FnMut() -> bool,
+        should_continue: &mut dyn FnMut() -> bool,
     ) -> Result<Option<Prepared>, CostError> {
         let look = ResponsePlan {
             exponents: 0,
             portrait: false,
-            most: 0.1,
-            measure: 0.01,
+            max_transient: 0.1,
+            measurement_time: 0.01,
             ..ResponsePlan::default()
         };
-        let on = &mut |_| goes_on();
-        let Some(settled) = response(scene, From::Cold, &look, &mut self.ball, on)? else {
+        let on = &mut |_| should_continue();
+        let Some(settled) = response(scene, InitialState::Fresh, &look, &mut self.ball, on)? else {
             return Ok(None);
         };
-        let prepared = prepare_on(scene, &mut self.ball)?;
+        let prepared = prepare_reusing_body(scene, &mut self.ball)?;
         Ok(Some(prepared.starting_from(&settled.state)))
     }
 
-    /// Sizes of the system itself: what a call costs, and a millisecond.
+    /// Times one right-hand-side evaluation and 1 ms of vibration for each setting of the system.
     fn system<T>(
         &mut self,
         size: Size,
         settings: &[T],
         with: impl Fn(&T) -> Result<Scene, CostError>,
-        goes_on: Watch<'_, f64>,
+        should_continue: OnProgress<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
-        let [mut call, mut vibration] = [Work::Call, Work::Vibration].map(|work| Growth {
+        let [mut call, mut vibration] = [Work::RhsEvaluation, Work::Vibration].map(|work| Growth {
             size,
             work,
             points: Vec::new(),
         });
         for (k, setting) in settings.iter().enumerate() {
-            let mut on = || goes_on(k as f64 / settings.len() as f64);
+            let mut on = || should_continue(k as f64 / settings.len() as f64);
             let scene = with(setting)?;
             let Some(prepared) = self.settled(&scene, &mut on)? else {
                 return Ok(None);
@@ -350,7 +357,7 @@ impl Meter {
             call.points.push(point);
             let timed = self.point(value, 1e-3 / TIMED, &mut on, || {
                 integrator.start(&*system, 0.0, &state)?;
-                integrator.land(&*system, TIMED)
+                integrator.integrate_to(&*system, TIMED)
             });
             let Some((point, done)) = timed else {
                 return Ok(None);
@@ -365,11 +372,11 @@ impl Meter {
         &mut self,
         scene: &Scene,
         counts: &[usize],
-        goes_on: Watch<'_, f64>,
+        should_continue: OnProgress<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let mut points = Vec::new();
         for (k, &count) in counts.iter().enumerate() {
-            let mut on = || goes_on(k as f64 / counts.len() as f64);
+            let mut on = || should_continue(k as f64 / counts.len() as f64);
             let Some(prepared) = self.settled(scene, &mut on)? else {
                 return Ok(None);
             };
@@ -383,7 +390,7 @@ impl Meter {
                     .with_tangents(system, count, scene.start.seed)?;
             let timed = self.point(count as f64, 1e-3 / TIMED, &mut on, || {
                 integrator.start(system, 0.0, state)?;
-                integrator.land(system, TIMED)
+                integrator.integrate_to(system, TIMED)
             });
             let Some((point, done)) = timed else {
                 return Ok(None);
@@ -402,22 +409,22 @@ impl Meter {
         &mut self,
         scene: &Scene,
         states: &[usize],
-        goes_on: Watch<'_, f64>,
+        should_continue: OnProgress<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let longest = states.iter().copied().max().unwrap_or(0);
-        let Some(prepared) = self.settled(scene, &mut || goes_on(0.0))? else {
+        let Some(prepared) = self.settled(scene, &mut || should_continue(0.0))? else {
             return Ok(None);
         };
-        let on = &mut |share| goes_on(0.3 * share);
+        let on = &mut |share| should_continue(0.3 * share);
         let Some(samples) = displacement(scene, prepared, samples_for(longest), on)? else {
             return Ok(None);
         };
         let rule = recurrence_rule(0.5 * deviation(&samples));
         let mut points = Vec::new();
         for (k, &size) in states.iter().enumerate() {
-            let mut on = || goes_on(0.3 + 0.7 * k as f64 / states.len() as f64);
+            let mut on = || should_continue(0.3 + 0.7 * k as f64 / states.len() as f64);
             let vectors =
-                DelayVectors::new(&samples[..samples_for(size)], SAMPLES_A_LAG, DIMENSION)?;
+                DelayVectors::new(&samples[..samples_for(size)], SAMPLES_PER_LAG, DIMENSION)?;
             forget_peak_memory();
             let timed = self.point(size as f64, 1.0, &mut on, || quantify(&vectors, &rule));
             let Some((mut point, counted)) = timed else {
@@ -434,36 +441,42 @@ impl Meter {
         }]))
     }
 
-    /// A sweep over the tilt on so many threads, by the clock. Each point is short: what is measured is
-    /// how they share the machine.
+    /// Times a tilt sweep (wall clock) for each number of threads. The points are short, because only the
+    /// scaling with threads matters.
     fn threads(
         &mut self,
         scene: &Scene,
         counts: &[usize],
-        goes_on: Watch<'_, f64>,
+        should_continue: OnProgress<'_, f64>,
     ) -> Result<Option<Vec<Growth>>, CostError> {
         let look = ResponsePlan {
-            least: 0.0,
-            most: 0.02,
-            measure: 0.02,
+            min_transient: 0.0,
+            max_transient: 0.02,
+            measurement_time: 0.02,
             exponents: 1,
             portrait: false,
-            most_calls: None,
+            max_rhs_evals: None,
         };
         let tilts = (0..SWEPT).map(|k| 1.0 + 0.5 * k as f64);
         let plan = SweepPlan {
             scene: scene.clone(),
             axes: vec![Axis::new(Parameter::tilt(), tilts)],
-            starts: vec![Start::Cold],
+            starts: vec![Start::Fresh],
             response: look,
         };
         let mut points = Vec::new();
         for (k, &threads) in counts.iter().enumerate() {
             let mut times = Vec::new();
             for _ in 0..self.repeats {
-                let mut on = || goes_on(k as f64 / counts.len() as f64);
+                let mut on = || should_continue(k as f64 / counts.len() as f64);
                 let began = Instant::now();
-                let all = sweep(&plan, Shard::WHOLE, &[], threads, &mut Nobody(&mut on))?;
+                let all = sweep(
+                    &plan,
+                    Shard::WHOLE,
+                    &[],
+                    threads,
+                    &mut ProgressOnly(&mut on),
+                )?;
                 times.push(began.elapsed().as_secs_f64());
                 if !all {
                     return Ok(None);
@@ -484,16 +497,16 @@ impl Meter {
     }
 }
 
-/// Whole runs; each once, as they are long.
+/// Complete runs, once per duration because they are long.
 fn runs(
     scene: &Scene,
     durations: &[f64],
     run: Run<'_>,
-    goes_on: Watch<'_, f64>,
+    should_continue: OnProgress<'_, f64>,
 ) -> Result<Option<Vec<Growth>>, CostError> {
     let mut points = Vec::new();
     for (k, &duration) in durations.iter().enumerate() {
-        let mut on = || goes_on(k as f64 / durations.len() as f64);
+        let mut on = || should_continue(k as f64 / durations.len() as f64);
         let Some(taken) = run(scene, duration, &mut on).map_err(CostError::Run)? else {
             return Ok(None);
         };
@@ -510,23 +523,23 @@ fn runs(
     }]))
 }
 
-/// Does not listen, but may stop.
-struct Nobody<'a>(&'a mut dyn FnMut() -> bool);
+/// An observer that ignores the points but may stop the sweep.
+struct ProgressOnly<'a>(&'a mut dyn FnMut() -> bool);
 
-impl Audience for Nobody<'_> {
-    type Error = NoThread;
+impl SweepObserver for ProgressOnly<'_> {
+    type Error = ThreadSpawnError;
 
-    fn point(&mut self, _: SweepPoint) -> Result<(), NoThread> {
+    fn on_point(&mut self, _: SweepPoint) -> Result<(), ThreadSpawnError> {
         Ok(())
     }
 
-    fn progress(&mut self, _: SweepProgress) -> bool {
+    fn on_progress(&mut self, _: SweepProgress) -> bool {
         (self.0)()
     }
 }
 
-/// The most memory that this program has held since it began, or since it was told to forget that, bytes;
-/// `None` where the system does not tell (Linux does).
+/// Peak memory of this process since its start or the last reset, bytes. `None` if the system does not report
+/// it (Linux does).
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -536,7 +549,7 @@ pub fn peak_memory() -> Option<u64> {
     Some(1024 * kilobytes)
 }
 
-/// Starts anew from what is held now; where that cannot be done, the peak since the start counts.
+/// Resets the peak memory. Where that is impossible, the peak since the start of the process counts.
 fn forget_peak_memory() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }

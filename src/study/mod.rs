@@ -1,4 +1,4 @@
-//! Many answers from one scene.
+//! Studies: many simulations of one scene.
 
 pub mod basins;
 pub mod calibrate;
@@ -13,8 +13,8 @@ pub mod signal;
 mod stability;
 pub mod sweep;
 
-/// Is told how far a study is, and answers whether to go on.
-pub type Watch<'a, P> = &'a mut dyn FnMut(P) -> bool;
+/// Callback on the progress of a study; it returns whether to continue.
+pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;
 
-pub use pool::{NoThread, threads, wait_for};
+pub use pool::{ThreadSpawnError, threads, wait_for};
 pub use stability::{StabilityAt, StudyError, growth_causes, stability};

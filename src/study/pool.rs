@@ -1,5 +1,5 @@
-//! Independent jobs on several threads, their results told one by one on the caller's own; a job in
-//! another process.
+//! A pool of threads for independent jobs, with results delivered one by one on the caller's thread; waiting
+//! for a child process.
 
 use std::io;
 use std::num::NonZero;
@@ -11,22 +11,22 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
-/// The number of threads asked for, or as many as there are cores.
+/// Number of threads: as requested, or the number of cores.
 pub fn threads(asked: Option<NonZero<usize>>) -> usize {
     let cores = || thread::available_parallelism().ok();
     asked.or_else(cores).map_or(1, NonZero::get)
 }
 
-/// How often the caller is asked whether to go on.
+/// Interval between progress calls.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Waits for another process, and ends it where `goes_on` says no.
+/// Waits for a child process, and kills it when `should_continue` returns `false`.
 ///
 /// # Errors
-/// What the system says.
-pub fn wait_for(process: &mut Child, goes_on: &mut dyn FnMut() -> bool) -> io::Result<()> {
+/// The error of the operating system.
+pub fn wait_for(process: &mut Child, should_continue: &mut dyn FnMut() -> bool) -> io::Result<()> {
     while process.try_wait()?.is_none() {
-        if !goes_on() {
+        if !should_continue() {
             process.kill()?;
         }
         thread::sleep(TICK);
@@ -34,15 +34,15 @@ pub fn wait_for(process: &mut Child, goes_on: &mut dyn FnMut() -> bool) -> io::R
     Ok(())
 }
 
-/// Says when the caller is to be asked: by the clock, since what is done between two questions may take
-/// microseconds or seconds.
+/// Timer that says when progress is due. It uses the clock because the time between two polls varies from
+/// microseconds to seconds.
 #[derive(Debug, Default)]
-pub(super) struct Heed {
+pub(super) struct PollTimer {
     last: Option<Instant>,
 }
 
-impl Heed {
-    /// Whether the last time was a while ago, or there was none.
+impl PollTimer {
+    /// Whether the last call that returned `true` is at least one interval ago, or there was none.
     pub fn is_due(&mut self) -> bool {
         let due = self.last.is_none_or(|last| last.elapsed() >= TICK);
         if due {
@@ -52,52 +52,52 @@ impl Heed {
     }
 }
 
-/// Not one thread can be started.
+/// Error of starting (spawning) the threads: not one could be started.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no thread can be started ({0}); raise the limit of processes (ulimit -u) or free some memory"
-)]
-pub struct NoThread(String);
+#[error("cannot start a thread ({0}); raise the process limit (ulimit -u) or free some memory")]
+pub struct ThreadSpawnError(String);
 
-/// What the caller is told.
+/// Event delivered to the caller.
 pub(super) enum Event<R> {
-    /// A result; they come in any order.
+    /// A result; results arrive in any order.
     Result(R),
-    /// Nothing but that some time has passed.
+    /// One interval has passed.
     Tick,
 }
 
-/// Where a thread hands its results over, and learns whether to go on.
-pub(super) struct Hand<'a, R> {
+/// Sends a job's results, and says whether to continue.
+pub(super) struct ResultSender<'a, R> {
     sender: &'a Sender<R>,
     stop: &'a AtomicBool,
 }
 
-impl<R> Hand<'_, R> {
-    /// Hands a result over; whether to go on.
-    pub fn over(&self, result: R) -> bool {
-        self.sender.send(result).is_ok() && self.goes_on()
+impl<R> ResultSender<'_, R> {
+    /// Sends a result; returns whether to continue.
+    pub fn send(&self, result: R) -> bool {
+        self.sender.send(result).is_ok() && self.should_continue()
     }
 
-    /// Whether to go on.
-    pub fn goes_on(&self) -> bool {
+    /// Whether to continue.
+    pub fn should_continue(&self) -> bool {
         !self.stop.load(Ordering::Relaxed)
     }
 }
 
-/// Does the jobs in their order, on so many threads (at least one), or fewer if the system gives no more. A job takes what its thread keeps
-/// from one job to the next, at first its default; the job's place; and where it hands its results
-/// over. `tell` answers whether to go on, and is asked every now and then.
+/// Runs the jobs in order on `threads` threads (at least one), or on fewer if the system cannot start more.
 ///
-/// Whether it always said so.
+/// A job receives a value cached by its thread (initially the default), the index of the thread, the index
+/// of the job, and the sender for its results. `on_event` is called for each event and returns whether to
+/// continue.
+///
+/// Returns `false` if `on_event` requested a stop.
 ///
 /// # Errors
-/// What `tell` says; no job is begun after that. [`NoThread`].
-pub(super) fn work<K: Default, R: Send, E: From<NoThread>>(
+/// The error of `on_event`, after which no job is started. [`ThreadSpawnError`].
+pub(super) fn run_jobs<K: Default, R: Send, E: From<ThreadSpawnError>>(
     jobs: usize,
     threads: usize,
-    job: impl Fn(&mut K, usize, usize, &Hand<'_, R>) + Sync,
-    mut tell: impl FnMut(Event<R>) -> Result<bool, E>,
+    job: impl Fn(&mut K, usize, usize, &ResultSender<'_, R>) + Sync,
+    mut on_event: impl FnMut(Event<R>) -> Result<bool, E>,
 ) -> Result<bool, E> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
@@ -107,24 +107,26 @@ pub(super) fn work<K: Default, R: Send, E: From<NoThread>>(
             let (sender, next, stop, job) = (sender.clone(), &next, &stop, &job);
             let worker = move || {
                 let _watch = StopOnPanic(stop);
-                let hand = Hand {
+                let sender = ResultSender {
                     sender: &sender,
                     stop,
                 };
                 let mut kept = K::default();
-                while hand.goes_on() {
+                while sender.should_continue() {
                     let place = next.fetch_add(1, Ordering::Relaxed);
                     if place >= jobs {
                         break;
                     }
-                    job(&mut kept, thread, place, &hand);
+                    job(&mut kept, thread, place, &sender);
                 }
             };
             let named = thread::Builder::new().name(format!("study {thread}"));
             match named.spawn_scoped(scope, worker) {
                 Ok(worker) => workers.push(worker),
-                // The results do not depend on how many there are.
-                Err(fault) if workers.is_empty() => return Err(NoThread(fault.to_string()).into()),
+                // The results do not depend on the number of threads.
+                Err(fault) if workers.is_empty() => {
+                    return Err(ThreadSpawnError(fault.to_string()).into());
+                }
                 Err(_) => break,
             }
         }
@@ -136,10 +138,10 @@ pub(super) fn work<K: Default, R: Send, E: From<NoThread>>(
                 Err(RecvTimeoutError::Timeout) => Event::Tick,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            // After an error there is nobody to tell.
-            if let Ok(goes_on) = &mut outcome {
-                match tell(event) {
-                    Ok(yes) => *goes_on &= yes,
+            // After an error, remaining events are dropped.
+            if let Ok(should_continue) = &mut outcome {
+                match on_event(event) {
+                    Ok(yes) => *should_continue &= yes,
                     Err(error) => outcome = Err(error),
                 }
             }
@@ -156,7 +158,7 @@ pub(super) fn work<K: Default, R: Send, E: From<NoThread>>(
     })
 }
 
-/// Stops all threads when its own panics: what they would do meanwhile is in vain.
+/// Stops all threads if its own thread panics, since their results would be discarded.
 struct StopOnPanic<'a>(&'a AtomicBool);
 
 impl Drop for StopOnPanic<'_> {
@@ -173,25 +175,25 @@ mod tests {
 
     use super::*;
 
-    /// Why an audience has had enough.
+    /// An error of the caller.
     #[derive(Debug, PartialEq)]
     struct Fault(&'static str);
 
-    impl From<NoThread> for Fault {
-        fn from(_: NoThread) -> Self {
+    impl From<ThreadSpawnError> for Fault {
+        fn from(_: ThreadSpawnError) -> Self {
             Self("no thread")
         }
     }
 
     #[test]
-    fn every_job_is_done_once() {
+    fn every_job_runs_once() {
         for threads in [0, 1, 3, 50] {
             let mut results = Vec::new();
-            let job = |kept: &mut usize, _, place: usize, hand: &Hand<'_, usize>| {
+            let job = |kept: &mut usize, _, place: usize, sender: &ResultSender<'_, usize>| {
                 *kept += 1;
-                hand.over(place);
+                sender.send(place);
             };
-            let done = work(20, threads, job, |event| {
+            let done = run_jobs(20, threads, job, |event| {
                 if let Event::Result(result) = event {
                     results.push(result);
                 }
@@ -200,49 +202,49 @@ mod tests {
             results.sort_unstable();
             assert_eq!((done, results), (Ok(true), (0..20).collect()));
         }
-        let none = work(
+        let none = run_jobs(
             0,
             2,
-            |(): &mut (), _, _, _: &Hand<'_, ()>| (),
+            |(): &mut (), _, _, _: &ResultSender<'_, ()>| (),
             |_| Ok::<bool, Fault>(true),
         );
         assert_eq!(none, Ok(true));
     }
 
     #[test]
-    fn it_stops_when_told_to_and_when_it_fails() {
-        let job = |(): &mut (), _, place: usize, hand: &Hand<'_, usize>| {
-            while !hand.over(place) && hand.goes_on() {}
+    fn the_pool_stops_on_request_and_on_an_error() {
+        let job = |(): &mut (), _, place: usize, sender: &ResultSender<'_, usize>| {
+            while !sender.send(place) && sender.should_continue() {}
         };
-        let mut told = 0;
-        let stopped = work(1000, 2, job, |_| {
-            told += 1;
-            Ok::<bool, Fault>(told < 5)
+        let mut events = 0;
+        let stopped = run_jobs(1000, 2, job, |_| {
+            events += 1;
+            Ok::<bool, Fault>(events < 5)
         });
         assert_eq!(stopped, Ok(false));
-        assert!(told < 20, "{told}");
-        let failed = work(1000, 2, job, |_| Err::<bool, Fault>(Fault("full")));
+        assert!(events < 20, "{events}");
+        let failed = run_jobs(1000, 2, job, |_| Err::<bool, Fault>(Fault("full")));
         assert_eq!(failed, Err(Fault("full")));
     }
 
     #[test]
     #[should_panic(expected = "the third")]
-    fn a_panic_in_a_job_is_the_callers() {
-        let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
+    fn a_panic_in_a_job_is_propagated_to_the_caller() {
+        let job = |(): &mut (), _, place: usize, _: &ResultSender<'_, ()>| {
             assert!(place != 2, "the third");
         };
-        let _ = work(5, 2, job, |_| Ok::<bool, Fault>(true));
+        let _ = run_jobs(5, 2, job, |_| Ok::<bool, Fault>(true));
     }
 
     #[test]
     fn a_panic_in_a_job_stops_the_others() {
         let begun = AtomicUsize::new(0);
-        let job = |(): &mut (), _, place: usize, _: &Hand<'_, ()>| {
+        let job = |(): &mut (), _, place: usize, _: &ResultSender<'_, ()>| {
             begun.fetch_add(1, Ordering::Relaxed);
             assert!(place != 2, "the third");
             thread::sleep(Duration::from_millis(5));
         };
-        let all = AssertUnwindSafe(|| work(1000, 2, job, |_| Ok::<bool, Fault>(true)));
+        let all = AssertUnwindSafe(|| run_jobs(1000, 2, job, |_| Ok::<bool, Fault>(true)));
         assert!(catch_unwind(all).is_err());
         assert!(begun.into_inner() < 100);
     }

@@ -4,29 +4,29 @@ use serde::Serialize;
 
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
-/// Why a study failed.
+/// Error of a stability study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The joint cannot be assembled at one of the tilts.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
-    /// The eigenvalues at one of the tilts could not be found.
-    #[error("at a tilt of {tilt_deg} deg")]
+    /// The eigenvalues at one of the tilts could not be computed.
+    #[error("the eigenvalues at a tilt of {tilt_deg} deg could not be computed")]
     Eigenvalues {
         /// The tilt, degrees.
         tilt_deg: f64,
-        /// What went wrong.
+        /// The cause.
         source: StabilityError,
     },
 }
 
-/// The linear modes at one tilt.
+/// Linear stability at one tilt of the load: the linear modes of steady sliding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StabilityAt {
     /// Tilt of the load, rad.
     #[serde(rename = "tilt_rad")]
     pub tilt: f64,
-    /// The modes by ascending frequency.
+    /// The modes in ascending order of frequency.
     pub modes: Vec<NamedMode>,
 }
 
@@ -37,10 +37,10 @@ impl StabilityAt {
     }
 }
 
-/// Complex eigenvalues of a joint at each of some tilts (rad).
+/// Linear modes of a joint, from its complex eigenvalues, at each of `tilts` (rad).
 ///
 /// # Errors
-/// If the joint cannot be assembled at a tilt, or its eigenvalues not be found.
+/// If the joint cannot be assembled at a tilt, or its eigenvalues cannot be computed.
 pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, StudyError> {
     let families = ball.family_labels();
     tilts
@@ -59,7 +59,7 @@ pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, St
         .collect()
 }
 
-/// The oscillating modes at each of some tilts (rad) with the causes of their growth, by ascending
+/// Oscillating modes at each of `tilts` (rad) with the causes of their growth, in ascending order of
 /// frequency.
 ///
 /// # Errors

@@ -4,7 +4,7 @@ use std::slice::from_ref;
 
 use crate::dynamics::{Differentiable, Switching, System};
 
-/// A mass on a spring that a belt drags along, with dry friction: the textbook stick-slip.
+/// A mass on a spring, driven by the dry friction of a moving belt: the classical stick-slip oscillator.
 ///
 /// ```text
 /// x'' + 2 zeta omega x' + omega^2 x = -n mu(|x' - belt|) sign(x' - belt)   while it slides
@@ -12,101 +12,100 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// mu(V) = mu_d + (mu_s - mu_d) exp(-stribeck V)                            or mu_d at any speed
 /// ```
 ///
-/// It sticks as long as the force that this takes, `hold = omega^2 x + 2 zeta omega belt`, is at
-/// most `mu_s n`, and starts to stick where it comes to the belt's speed with no more than that.
-/// Three statuses therefore: it slides *back* (slower than the belt), *sticks*, or slides *ahead*.
-/// While it sticks, its velocity is that of the belt to the last bit.
+/// It sticks while the required force per unit mass, `hold = omega^2 x + 2 zeta omega belt`, does not
+/// exceed `mu_s n`. It starts to stick when it reaches the belt speed under this condition. There are
+/// three statuses: it slides *back* (slower than the belt), *sticks*, or slides *ahead*. While it
+/// sticks, its velocity equals that of the belt bitwise.
 ///
-/// Where friction falls with the speed it feeds a small vibration about steady sliding, as a negative
-/// damping would: it grows at the rate [`MassOnBelt::growth`]. Where it falls at once instead,
-/// undamped and with `mu_s > mu_d`, it comes to a cycle: with `D = (mu_s - mu_d) n / omega^2`, it
-/// slips for `2 (pi - atan(D omega / belt)) / omega` and sticks for `2 D / belt`.
+/// If friction decreases with the sliding speed, it acts on a small vibration about steady sliding as
+/// negative damping, and the vibration grows at the rate [`MassOnBelt::growth`]. Without a Stribeck law,
+/// undamped and with `mu_s > mu_d`, the motion converges to a limit cycle: with `D = (mu_s - mu_d) n /
+/// omega^2`, it slips for `2 (pi - atan(D omega / belt)) / omega` and sticks for `2 D / belt`.
 ///
-/// Where steps do not stop at events, it sticks only at states where its velocity is exactly that of
-/// the belt.
+/// Without event location it sticks only at states whose velocity equals that of the belt exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassOnBelt {
     /// Natural circular frequency, rad/s, 0 or more.
     pub omega: f64,
     /// Damping ratio, below 1.
     pub damping: f64,
-    /// Normal force by the mass, N/kg, 0 or more.
+    /// Normal force per unit mass, N/kg, 0 or more.
     pub load: f64,
-    /// Static coefficient of friction: holds while sticking; at least `mu_d`.
+    /// Static coefficient of friction (while sticking); at least `mu_d`.
     pub mu_s: f64,
-    /// Kinetic coefficient of friction: holds while sliding fast; 0 or more.
+    /// Kinetic coefficient of friction (at high sliding speed); 0 or more.
     pub mu_d: f64,
     /// Speed of the belt, m/s.
     pub belt: f64,
-    /// Slope factor, s/m, positive, by which the coefficient falls from `mu_s` to `mu_d` with the
-    /// sliding speed; `None` where it falls at once.
+    /// Stribeck constant, s/m, positive: the coefficient decreases from `mu_s` to `mu_d` as
+    /// `exp(-stribeck V)`; `None` for an immediate drop.
     pub stribeck: Option<f64>,
 }
 
 impl MassOnBelt {
     /// Status: slower than the belt.
-    pub const BACK: u8 = 0;
+    pub const SLOWER: u8 = 0;
     /// Status: as fast as the belt.
-    pub const STICKS: u8 = 1;
+    pub const STICKING: u8 = 1;
     /// Status: faster than the belt.
-    pub const AHEAD: u8 = 2;
+    pub const FASTER: u8 = 2;
 
-    /// The guard by which the mass comes to slide back, or ceases to slide ahead.
+    /// Guard of the transitions to sliding back and from sliding ahead.
     const BACKWARD: usize = 0;
-    /// The guard by which the mass comes to slide ahead, or ceases to slide back.
+    /// Guard of the transitions to sliding ahead and from sliding back.
     const FORWARD: usize = 1;
 
-    /// The coefficient of friction while it slides at a speed (m/s) against the belt.
+    /// Coefficient of friction at a sliding speed (m/s).
     pub fn coefficient(&self, speed: f64) -> f64 {
         let above = |slope: f64| (self.mu_s - self.mu_d) * (-slope * speed).exp();
         self.mu_d + self.stribeck.map_or(0.0, above)
     }
 
-    /// `dmu/dV` there, s/m.
+    /// Derivative `dmu/dV` of the coefficient at a sliding speed (m/s), s/m.
     pub fn slope(&self, speed: f64) -> f64 {
         let fall = |slope: f64| -slope * (self.mu_s - self.mu_d) * (-slope * speed).exp();
         self.stribeck.map_or(0.0, fall)
     }
 
-    /// Rate at which a small vibration about steady sliding grows, 1/s:
-    /// `-(n mu'(belt) + 2 zeta omega) / 2`, the real part of the eigenvalue.
+    /// Growth rate of a small vibration about steady sliding, 1/s: `-(n mu'(belt) + 2 zeta omega) / 2`,
+    /// the real part of the eigenvalue.
     pub fn growth(&self) -> f64 {
         -0.5 * (self.load * self.slope(self.belt) + 2.0 * self.damping * self.omega)
     }
 
-    /// Circular frequency of that vibration, rad/s; 0 where it creeps away without swinging.
+    /// Circular frequency of that vibration, rad/s; 0 if it is not oscillatory.
     pub fn small_omega(&self) -> f64 {
         (self.omega.powi(2) - self.growth().powi(2)).max(0.0).sqrt()
     }
 
-    /// The force by the mass that cancels the linear part, N/kg: what sticking takes.
-    fn hold(&self, x: f64, v: f64) -> f64 {
+    /// Force per unit mass that sticking requires, N/kg: it cancels the linear part.
+    fn sticking_force(&self, x: f64, v: f64) -> f64 {
         self.omega * self.omega * x + 2.0 * self.damping * self.omega * v
     }
 
-    /// The force by the mass up to which it sticks, N/kg.
-    fn grip(&self) -> f64 {
+    /// Maximum friction force per unit mass while sticking, N/kg.
+    fn friction_limit(&self) -> f64 {
         self.mu_s * self.load
     }
 
-    /// The status at the speed of the belt.
+    /// Status of a state at the belt speed.
     fn status_at_rest(&self, x: f64) -> u8 {
-        let hold = self.hold(x, self.belt);
-        if hold.abs() <= self.grip() {
-            Self::STICKS
-        } else if hold > 0.0 {
-            Self::BACK
+        let sticking_force = self.sticking_force(x, self.belt);
+        if sticking_force.abs() <= self.friction_limit() {
+            Self::STICKING
+        } else if sticking_force > 0.0 {
+            Self::SLOWER
         } else {
-            Self::AHEAD
+            Self::FASTER
         }
     }
 
-    /// The status in a state.
+    /// Status of a state.
     fn status(&self, z: &[f64]) -> u8 {
         if z[1] < self.belt {
-            Self::BACK
+            Self::SLOWER
         } else if z[1] > self.belt {
-            Self::AHEAD
+            Self::FASTER
         } else {
             self.status_at_rest(z[0])
         }
@@ -146,9 +145,9 @@ impl Switching for MassOnBelt {
 
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
         out[0] = match status[0] {
-            Self::BACK => self.coefficient(self.belt - z[1]) * self.load,
-            Self::AHEAD => -self.coefficient(z[1] - self.belt) * self.load,
-            _ => self.hold(z[0], z[1]),
+            Self::SLOWER => self.coefficient(self.belt - z[1]) * self.load,
+            Self::FASTER => -self.coefficient(z[1] - self.belt) * self.load,
+            _ => self.sticking_force(z[0], z[1]),
         };
     }
 
@@ -157,15 +156,15 @@ impl Switching for MassOnBelt {
     }
 
     fn guard_values(&self, status: &[u8], _t: f64, z: &[f64], values: &mut [f64]) {
-        // A guard that a status does not need never falls.
+        // A guard that the status does not use stays positive.
         values.fill(1.0);
         match status[0] {
-            Self::BACK => values[Self::FORWARD] = self.belt - z[1],
-            Self::AHEAD => values[Self::BACKWARD] = z[1] - self.belt,
+            Self::SLOWER => values[Self::FORWARD] = self.belt - z[1],
+            Self::FASTER => values[Self::BACKWARD] = z[1] - self.belt,
             _ => {
-                let hold = self.hold(z[0], self.belt);
-                values[Self::BACKWARD] = self.grip() - hold;
-                values[Self::FORWARD] = self.grip() + hold;
+                let sticking_force = self.sticking_force(z[0], self.belt);
+                values[Self::BACKWARD] = self.friction_limit() - sticking_force;
+                values[Self::FORWARD] = self.friction_limit() + sticking_force;
             }
         }
     }
@@ -173,20 +172,20 @@ impl Switching for MassOnBelt {
     fn cross(&self, guard: usize, _t: f64, z: &mut [f64], status: &mut [u8]) {
         z[1] = self.belt;
         status[0] = match (status[0], guard) {
-            (Self::STICKS, Self::BACKWARD) => Self::BACK,
-            (Self::STICKS, _) => Self::AHEAD,
+            (Self::STICKING, Self::BACKWARD) => Self::SLOWER,
+            (Self::STICKING, _) => Self::FASTER,
             _ => self.status_at_rest(z[0]),
         };
     }
 
     fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
-        if status[0] == Self::STICKS {
+        if status[0] == Self::STICKING {
             z[1] = self.belt;
         }
     }
 
     fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], width: usize) {
-        if status[0] == Self::STICKS {
+        if status[0] == Self::STICKING {
             vectors[width..].fill(0.0);
         }
     }
@@ -200,11 +199,11 @@ impl Switching for MassOnBelt {
         gradient: &mut [f64],
     ) -> f64 {
         let sign = if guard == Self::FORWARD { 1.0 } else { -1.0 };
-        let of_hold = self.omega * self.omega;
+        let stiffness = self.omega * self.omega;
         gradient.copy_from_slice(&match status[0] {
-            Self::BACK => [0.0, -1.0],
-            Self::AHEAD => [0.0, 1.0],
-            _ => [sign * of_hold, 0.0],
+            Self::SLOWER => [0.0, -1.0],
+            Self::FASTER => [0.0, 1.0],
+            _ => [sign * stiffness, 0.0],
         });
         0.0
     }
@@ -232,7 +231,7 @@ impl Differentiable for MassOnBelt {
     ) {
         let status = status.map_or_else(|| self.status(&record[1..]), |status| status[0]);
         let (x, v) = vectors.split_at(width);
-        if status != Self::STICKS {
+        if status != Self::STICKING {
             let slope = self.load * self.slope((record[2] - self.belt).abs());
             for (out, v) in out.iter_mut().zip(v) {
                 *out = -slope * v;
@@ -240,7 +239,7 @@ impl Differentiable for MassOnBelt {
             return;
         }
         for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-            *out = self.hold(*x, *v);
+            *out = self.sticking_force(*x, *v);
         }
     }
 }

@@ -1,31 +1,31 @@
-//! A contact whose force jumps at lift-off.
+//! A contact whose force jumps at separation.
 
 use std::slice::from_ref;
 
 use crate::dynamics::{Differentiable, Switching, System};
 
-/// A driven oscillator that meets a spring with a damper: as it leaves, the force of the damper
-/// jumps to zero.
+/// A driven oscillator with a unilateral spring and damper. At separation the damper force jumps to
+/// zero.
 ///
 /// ```text
 /// x'' + 2 zeta omega x' + omega^2 x = a cos(W t)                   x > 0
 ///                                   = a cos(W t) - k x - c x'      x < 0
 /// ```
 ///
-/// Two statuses: *free* and *touching*. The force jumps by `c x'` at both ends of a contact.
+/// There are two statuses: *free* and *touching*. The force jumps by `c x'` at both ends of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampedContact {
     /// Natural circular frequency, rad/s, 0 or more.
     pub omega: f64,
     /// Damping ratio, below 1.
     pub damping: f64,
-    /// Amplitude of the driving acceleration, m/s^2.
+    /// Amplitude of the drive acceleration, m/s^2.
     pub drive: f64,
     /// Circular frequency of the drive, rad/s.
     pub drive_omega: f64,
-    /// Stiffness of the contact by the mass, 1/s^2, 0 or more.
+    /// Contact stiffness per unit mass, 1/s^2, 0 or more.
     pub contact_stiffness: f64,
-    /// Damping of the contact by the mass, 1/s, 0 or more.
+    /// Contact damping per unit mass, 1/s, 0 or more.
     pub contact_damping: f64,
 }
 
@@ -35,19 +35,21 @@ impl DampedContact {
     /// Status: in contact.
     pub const TOUCHING: u8 = 1;
 
-    /// The driving acceleration at time `t` (s), m/s^2.
-    fn push(&self, t: f64) -> f64 {
+    /// Drive acceleration at time `t` (s), m/s^2.
+    fn drive_acceleration(&self, t: f64) -> f64 {
         self.drive * (self.drive_omega * t).cos()
     }
 
-    /// The force of the contact by the mass while it lasts, m/s^2.
-    fn contact(&self, x: f64, v: f64) -> f64 {
+    /// Contact force per unit mass, m/s^2.
+    fn contact_force(&self, x: f64, v: f64) -> f64 {
         -self.contact_stiffness * x - self.contact_damping * v
     }
 
-    /// The status in a state: where the mass is, or else where it goes.
+    /// Status of a state, by its position or, at zero, by the direction of its motion.
     fn status(&self, t: f64, z: &[f64]) -> u8 {
-        let first = [z[0], z[1], self.push(t)].into_iter().find(|&x| x != 0.0);
+        let first = [z[0], z[1], self.drive_acceleration(t)]
+            .into_iter()
+            .find(|&x| x != 0.0);
         if first.is_some_and(|x| x < 0.0) {
             Self::TOUCHING
         } else {
@@ -92,9 +94,9 @@ impl Switching for DampedContact {
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
-        out[0] = self.push(t);
+        out[0] = self.drive_acceleration(t);
         if status[0] == Self::TOUCHING {
-            out[0] += self.contact(z[0], z[1]);
+            out[0] += self.contact_force(z[0], z[1]);
         }
     }
 
@@ -149,7 +151,7 @@ impl Differentiable for DampedContact {
         }
         let (x, v) = vectors.split_at(width);
         for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-            *out = self.contact(*x, *v);
+            *out = self.contact_force(*x, *v);
         }
     }
 

@@ -1,16 +1,16 @@
-//! The oscillators of Henon and Heiles.
+//! The Hénon–Heiles system.
 
 use crate::dynamics::{Differentiable, System};
 
-/// A star in a galaxy, `x'' + x = -2 x y`, `y'' + y = y^2 - x^2`; state `[x, y, x', y']`. Its energy
-/// is kept, and its exponents come in pairs of opposite sign (M. Henon and C. Heiles, Astron. J. 69
-/// (1964) 73-79).
+/// The Hénon–Heiles model of a star in a galaxy, `x'' + x = -2 x y`, `y'' + y = y^2 - x^2`; state `[x,
+/// y, x', y']`. The energy is conserved, and the exponents form pairs of opposite sign (M. Henon and C.
+/// Heiles, Astron. J. 69 (1964) 73-79).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HenonHeiles;
 
 impl HenonHeiles {
-    /// The energy of a state, `(x'^2 + y'^2 + x^2 + y^2) / 2 + x^2 y - y^3 / 3`. Below 1/6 the star
-    /// cannot escape.
+    /// Energy of a state, `(x'^2 + y'^2 + x^2 + y^2) / 2 + x^2 y - y^3 / 3`. Below 1/6 the star cannot
+    /// escape.
     pub fn energy(z: &[f64]) -> f64 {
         let squares: f64 = z.iter().map(|z| z * z).sum();
         0.5 * squares + z[0] * z[0] * z[1] - z[1].powi(3) / 3.0

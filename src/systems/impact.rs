@@ -1,84 +1,83 @@
-//! A driven oscillator with a wall.
+//! A driven impact oscillator.
 
 use std::slice::from_ref;
 
 use crate::dynamics::{Differentiable, Switching, System};
 
-/// A driven oscillator with a wall that it bounces off.
+/// A driven oscillator with impacts on a rigid wall.
 ///
 /// ```text
 /// x'' + 2 zeta omega x' + omega^2 x = a cos(W t)       x > wall
 /// v+ = -r v-                                           at x = wall
 /// ```
 ///
-/// Without stiffness, and with a drive of circular frequency zero, it is a ball that bounces on a
-/// floor under the gravity `-a`.
+/// With zero natural frequency and zero drive frequency it is a ball that bounces on a floor under the
+/// gravitational acceleration `-a`.
 ///
-/// Pressed against the wall, it bounces infinitely often in a finite time, and then rests there
-/// until the force that presses it falls through zero. Two statuses therefore: *flying* and
-/// *resting*. A rebound counts as the last one if the next flight would be too brief, `2 v+ / press`,
-/// or too low, `v+^2 / (2 press)`: if the rounding of the time, or of the wall's place, would make more
-/// of a difference to it than a bounce does. With the wall at zero only the time counts.
+/// If it is pressed against the wall, an infinite sequence of impacts ends in finite time, and the mass
+/// rests on the wall until the contact force falls to zero. There are two statuses: *flying* and
+/// *resting*. An impact ends the sequence if the next flight would be too short, of duration `2 v+ /
+/// press`, or too low, of height `v+^2 / (2 press)`: if its change from bounce to bounce is smaller than
+/// the rounding of the time or of the wall position. With the wall at zero only the duration counts.
 ///
-/// The wall is met by a reset map, so that it is there only where steps stop at events.
+/// The wall is implemented as a reset map and therefore requires event location.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactOscillator {
     /// Natural circular frequency, rad/s, 0 or more.
     pub omega: f64,
     /// Damping ratio, below 1.
     pub damping: f64,
-    /// Amplitude of the driving acceleration, m/s^2.
+    /// Amplitude of the drive acceleration, m/s^2.
     pub drive: f64,
     /// Circular frequency of the drive, rad/s.
     pub drive_omega: f64,
-    /// Where the wall is, m: the mass moves at or above it.
+    /// Position of the wall, m: the mass moves at or above it.
     pub wall: f64,
     /// Coefficient of restitution, 0 to 1.
     pub restitution: f64,
 }
 
-/// Rounding of the time of an impact, and of the place found there, relative to time and place: some
-/// units in the last place each, and ten times that.
+/// Relative rounding error of the time of an impact and of the position there: a few units in the last
+/// place each, times ten.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Share of its energy that a bounce counts as losing at least. The flights of a wall that is nearly
-/// elastic shrink so slowly that it takes too many to come down to rounding.
-const LEAST_LOSS: f64 = 1e-3;
+/// Minimum fraction of its energy that an impact is assumed to lose. Near an elastic wall the flights
+/// shrink so slowly that too many are needed to reach the rounding.
+const MIN_LOSS: f64 = 1e-3;
 
 impl ImpactOscillator {
-    /// Status: above the wall, or just bouncing off.
+    /// Status: above the wall, or at an impact.
     pub const FLYING: u8 = 0;
-    /// Status: at rest on the wall, pressed against it.
+    /// Status: at rest on the wall under a positive contact force.
     pub const RESTING: u8 = 1;
 
-    /// The driving acceleration at time `t` (s), m/s^2.
-    fn push(&self, t: f64) -> f64 {
+    /// Drive acceleration at time `t` (s), m/s^2.
+    fn drive_acceleration(&self, t: f64) -> f64 {
         self.drive * (self.drive_omega * t).cos()
     }
 
-    /// The force by the mass that presses the mass at rest against the wall, m/s^2; negative where
-    /// it is drawn away.
-    fn press(&self, t: f64) -> f64 {
-        self.omega * self.omega * self.wall - self.push(t)
+    /// Contact force per unit mass at rest on the wall, m/s^2; negative if the mass is pulled away.
+    fn contact_force(&self, t: f64) -> f64 {
+        self.omega * self.omega * self.wall - self.drive_acceleration(t)
     }
 
-    /// The force by the mass that holds it at rest: it cancels the linear part.
-    fn hold(&self, x: f64, v: f64) -> f64 {
+    /// Force per unit mass that keeps it at rest: it cancels the linear part.
+    fn resting_force(&self, x: f64, v: f64) -> f64 {
         self.omega * self.omega * x + 2.0 * self.damping * self.omega * v
     }
 
-    /// The velocity after meeting the wall at time `t` (s) with velocity `v`, m/s; `None` where the
-    /// bouncing ends.
-    fn rebound(&self, t: f64, v: f64) -> Option<f64> {
+    /// Velocity after reaching the wall at time `t` (s) with velocity `v`, m/s; `None` if the sequence
+    /// of impacts ends.
+    fn velocity_after_impact(&self, t: f64, v: f64) -> Option<f64> {
         let after = if v < 0.0 { -self.restitution * v } else { v };
-        let press = self.press(t);
-        // Rounding that gives a flight as much as its bounce took keeps it from shrinking, for ever. But
-        // only the next flight counts: an elastic wall returns all that it gets.
+        let contact_force = self.contact_force(t);
+        // A flight whose loss per bounce equals the rounding would repeat forever. Only the next flight
+        // is compared: an elastic wall returns all energy.
         let loss = 1.0 - self.restitution * self.restitution;
-        let least = ROUNDING / loss.max(LEAST_LOSS);
-        let brief = 2.0 * after <= least * t.abs() * press;
-        let low = after * after <= least * self.wall.abs() * 2.0 * press;
-        let ends = press > 0.0 && (brief || low);
+        let least = ROUNDING / loss.max(MIN_LOSS);
+        let too_short = 2.0 * after <= least * t.abs() * contact_force;
+        let too_low = after * after <= least * self.wall.abs() * 2.0 * contact_force;
+        let ends = contact_force > 0.0 && (too_short || too_low);
         (!ends).then_some(after)
     }
 }
@@ -93,7 +92,7 @@ impl System for ImpactOscillator {
     }
 
     fn force(&self, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = self.push(t);
+        out[0] = self.drive_acceleration(t);
     }
 
     fn switching(&self) -> Option<&dyn Switching> {
@@ -115,14 +114,18 @@ impl Switching for ImpactOscillator {
     }
 
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
-        let rests = z[0] == self.wall && z[1] == 0.0 && self.press(t) > 0.0;
-        status[0] = if rests { Self::RESTING } else { Self::FLYING };
+        let is_at_rest = z[0] == self.wall && z[1] == 0.0 && self.contact_force(t) > 0.0;
+        status[0] = if is_at_rest {
+            Self::RESTING
+        } else {
+            Self::FLYING
+        };
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
         out[0] = match status[0] {
-            Self::RESTING => self.hold(z[0], z[1]),
-            _ => self.push(t),
+            Self::RESTING => self.resting_force(z[0], z[1]),
+            _ => self.drive_acceleration(t),
         };
     }
 
@@ -132,7 +135,7 @@ impl Switching for ImpactOscillator {
 
     fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
         values[0] = match status[0] {
-            Self::RESTING => self.press(t),
+            Self::RESTING => self.contact_force(t),
             _ => z[0] - self.wall,
         };
     }
@@ -143,7 +146,7 @@ impl Switching for ImpactOscillator {
             return;
         }
         z[0] = self.wall;
-        z[1] = self.rebound(t, z[1]).unwrap_or_else(|| {
+        z[1] = self.velocity_after_impact(t, z[1]).unwrap_or_else(|| {
             status[0] = Self::RESTING;
             0.0
         });
@@ -189,7 +192,7 @@ impl Switching for ImpactOscillator {
         if status[0] == Self::RESTING {
             return;
         }
-        let slope = match self.rebound(t, z[1]) {
+        let slope = match self.velocity_after_impact(t, z[1]) {
             Some(_) if z[1] < 0.0 => -self.restitution,
             Some(_) => 1.0,
             None => 0.0,
@@ -213,7 +216,7 @@ impl Differentiable for ImpactOscillator {
             Some([Self::RESTING]) => {
                 let (x, v) = vectors.split_at(width);
                 for ((out, x), v) in out.iter_mut().zip(x).zip(v) {
-                    *out = self.hold(*x, *v);
+                    *out = self.resting_force(*x, *v);
                 }
             }
             _ => out.fill(0.0),

@@ -1,21 +1,21 @@
-//! The equations of Lorenz.
+//! The Lorenz system.
 
 use crate::dynamics::{Differentiable, System};
 
-/// `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z`; state `[x, y, z]`. The sum of
-/// its exponents is `-(sigma + 1 + beta)`.
+/// The Lorenz system: `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z`; state `[x, y,
+/// z]`. The sum of its exponents is `-(sigma + 1 + beta)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lorenz {
     /// Prandtl number.
     pub sigma: f64,
-    /// Rayleigh number, relative to the onset of convection.
+    /// Rayleigh number divided by its value at the onset of convection.
     pub rho: f64,
-    /// A number of the rolls' shape.
+    /// Geometry parameter of the convection rolls.
     pub beta: f64,
 }
 
 impl Lorenz {
-    /// The numbers of E. N. Lorenz (J. Atmos. Sci. 20 (1963) 130-141): chaotic.
+    /// Parameters of E. N. Lorenz (J. Atmos. Sci. 20 (1963) 130-141), in the chaotic range.
     pub const CLASSICAL: Self = Self {
         sigma: 10.0,
         rho: 28.0,

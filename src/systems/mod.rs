@@ -1,14 +1,14 @@
-//! Small systems with known motions: what the engine is tested by, and what small scenes show.
+//! Small reference systems with known behaviour, used in tests and small scenes.
 //!
-//! | system | what it has | its law |
+//! | system | property | equations |
 //! |---|---|---|
-//! | [`ImpactOscillator`] | a reset: the velocity turns round at a wall | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t)`, `x >= wall`, `v+ = -r v-` |
-//! | [`MassOnBelt`] | a force with a sign, and true sticking | `x'' + 2 zeta omega x' + omega^2 x = -n mu sign(x' - belt)` |
-//! | [`TwoModesOnBelt`] | two modes that friction couples, and lift-off | `q'' + W^2 q = -(N - n) e + mu (N - n) t`, `N = max(0, n + k e.q)` |
-//! | [`DampedContact`] | a force that jumps at lift-off | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t) + contact`, `contact = -(k x + c x')/m` while `x < 0` |
-//! | [`Lorenz`] | chaos, and a known sum of exponents | `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z` |
+//! | [`ImpactOscillator`] | impacts: the velocity is reversed at a wall | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t)`, `x >= wall`, `v+ = -r v-` |
+//! | [`MassOnBelt`] | dry friction with sticking | `x'' + 2 zeta omega x' + omega^2 x = -n mu sign(x' - belt)` |
+//! | [`TwoModesOnBelt`] | mode coupling by friction, separation | `q'' + W^2 q = -(N - n) e + mu (N - n) t`, `N = max(0, n + k e.q)` |
+//! | [`DampedContact`] | a force that jumps at separation | `x'' + 2 zeta omega x' + omega^2 x = a cos(W t) + contact`, `contact = -(k x + c x')/m` while `x < 0` |
+//! | [`Lorenz`] | chaos, known sum of exponents | `x' = sigma (y - x)`, `y' = x (rho - z) - y`, `z' = x y - beta z` |
 //! | [`Roessler`] | chaos | `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)` |
-//! | [`HenonHeiles`] | energy kept, exponents in pairs | `x'' + x = -2 x y`, `y'' + y = y^2 - x^2` |
+//! | [`HenonHeiles`] | energy conservation, exponents in pairs | `x'' + x = -2 x y`, `y'' + y = y^2 - x^2` |
 
 mod belt;
 mod damped_contact;

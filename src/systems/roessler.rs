@@ -1,20 +1,20 @@
-//! The equations of Roessler.
+//! The Rössler system.
 
 use crate::dynamics::{Differentiable, System};
 
-/// `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)`; state `[x, y, z]`.
+/// The Rössler system: `x' = -y - z`, `y' = x + a y`, `z' = b + z (x - c)`; state `[x, y, z]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roessler {
-    /// How fast the spiral opens.
+    /// Twice the growth rate of the spiral in the x-y plane.
     pub a: f64,
-    /// What feeds the fold.
+    /// Constant term of the z equation.
     pub b: f64,
-    /// Where the fold begins.
+    /// Threshold of `x` above which `z` grows.
     pub c: f64,
 }
 
 impl Roessler {
-    /// The numbers of O. E. Roessler (Phys. Lett. A 57 (1976) 397-398): chaotic.
+    /// Parameters of O. E. Roessler (Phys. Lett. A 57 (1976) 397-398), in the chaotic range.
     pub const CLASSICAL: Self = Self {
         a: 0.2,
         b: 0.2,

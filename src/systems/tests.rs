@@ -1,4 +1,4 @@
-//! Derivatives against differences, and starts on a guard.
+//! Derivatives compared with finite differences, and initial states on a guard.
 
 use super::*;
 use crate::dynamics::{Differentiable, Switching};
@@ -33,7 +33,7 @@ const DAMPED: DampedContact = DampedContact {
 
 const STEP: f64 = 1e-6;
 
-/// The central difference of `f` along component `c` of `z`, and component `k` of its value.
+/// Central difference of component `k` of `f` with respect to component `c` of `z`.
 fn difference(z: [f64; 2], c: usize, k: usize, f: impl Fn(&mut [f64; 2]) -> [f64; 2]) -> f64 {
     let shifted = |by: f64| {
         let mut z = z;
@@ -47,7 +47,7 @@ fn close(a: f64, b: f64, what: &str) {
     assert!((a - b).abs() < 1e-8, "{what}: {a} is not {b}");
 }
 
-/// Compares all derivatives of a system in a status, and those of its resets at the guards given.
+/// Compares all derivatives of a system for one status, and those of its resets at the given guards.
 fn check<Y: Switching + Differentiable>(
     sys: &Y,
     status: u8,
@@ -63,7 +63,7 @@ fn check<Y: Switching + Differentiable>(
     sys.force_in(&status, t, &z, &mut expected);
     assert_eq!(out, expected);
 
-    // Two vectors side by side: the unit vectors.
+    // Two vectors: the unit vectors.
     let unit = [1.0, 0.0, 0.0, 1.0];
     let mut product = [0.0; 2];
     sys.product(Some(&status), &mut record, &unit, 2, &mut product);
@@ -83,7 +83,7 @@ fn check<Y: Switching + Differentiable>(
             values[guard]
         };
         if value(t, &z) == 1.0 {
-            // A guard that this status does not need.
+            // The status does not use this guard.
             continue;
         }
         let mut gradient = [0.0; 2];
@@ -93,7 +93,7 @@ fn check<Y: Switching + Differentiable>(
             close(gradient, by_difference, "the gradient");
         }
         let by_difference = (value(t + STEP, &z) - value(t - STEP, &z)) / (2.0 * STEP);
-        close(rate, by_difference, "the guard's own rate");
+        close(rate, by_difference, "the time derivative of the guard");
     }
 
     for &guard in resets {
@@ -112,28 +112,30 @@ fn check<Y: Switching + Differentiable>(
 }
 
 #[test]
-fn derivatives_agree_with_differences() {
-    // At this time the drive draws the mass off the wall, or presses it.
+fn derivatives_agree_with_finite_differences() {
+    // At the first time the drive pulls the mass off the wall, at the second it presses the mass against
+    // it.
     for (t, z) in [(0.3, [0.2, -0.8]), (1.4, [0.2, -0.8])] {
         check(&IMPACT, ImpactOscillator::FLYING, t, z, &[0]);
         check(&IMPACT, ImpactOscillator::RESTING, t, [0.2, 0.0], &[]);
     }
-    check(&BELT, MassOnBelt::BACK, 0.0, [0.3, 0.4], &[1]);
-    check(&BELT, MassOnBelt::AHEAD, 0.0, [0.3, 0.4], &[0]);
-    check(&BELT, MassOnBelt::STICKS, 0.0, [0.3, 0.4], &[]);
+    check(&BELT, MassOnBelt::SLOWER, 0.0, [0.3, 0.4], &[1]);
+    check(&BELT, MassOnBelt::FASTER, 0.0, [0.3, 0.4], &[0]);
+    check(&BELT, MassOnBelt::STICKING, 0.0, [0.3, 0.4], &[]);
     check(&DAMPED, DampedContact::FREE, 0.3, [0.0, -0.5], &[0]);
     check(&DAMPED, DampedContact::TOUCHING, 0.3, [0.0, 0.5], &[0]);
 }
 
-/// Friction that falls with the speed: its derivative, and what becomes of a small vibration.
+/// Friction that decreases with the sliding speed: its derivative and the growth rate of a small
+/// vibration.
 #[test]
-fn a_falling_friction_feeds() {
+fn friction_falling_with_speed_causes_growth() {
     let belt = MassOnBelt {
         stribeck: Some(2.0),
         ..BELT
     };
-    check(&belt, MassOnBelt::BACK, 0.0, [0.3, 0.1], &[]);
-    check(&belt, MassOnBelt::AHEAD, 0.0, [0.3, 0.9], &[]);
+    check(&belt, MassOnBelt::SLOWER, 0.0, [0.3, 0.1], &[]);
+    check(&belt, MassOnBelt::FASTER, 0.0, [0.3, 0.9], &[]);
     let slope = (belt.coefficient(0.4 + STEP) - belt.coefficient(0.4 - STEP)) / (2.0 * STEP);
     close(belt.slope(0.4), slope, "slope");
     close(
@@ -141,12 +143,12 @@ fn a_falling_friction_feeds() {
         -0.5 * (1.5 * slope + 2.0 * 0.1 * 1.3),
         "growth",
     );
-    // One that falls at once has the kinetic coefficient at any speed.
+    // Without a Stribeck law the kinetic coefficient applies at any speed.
     assert_eq!((BELT.coefficient(1e-9), BELT.slope(1e-9)), (0.6, 0.0));
 }
 
 #[test]
-fn without_a_status_the_law_is_that_of_the_state() {
+fn without_a_status_the_force_follows_from_the_state() {
     fn compare<Y: Switching + Differentiable>(sys: &Y, t: f64, z: [f64; 2]) {
         let mut status = [0];
         sys.status_of(t, &z, &mut status);
@@ -168,7 +170,7 @@ fn without_a_status_the_law_is_that_of_the_state() {
 }
 
 #[test]
-fn a_start_on_a_guard_has_the_status_of_what_comes_next() {
+fn an_initial_state_on_a_guard_has_the_status_of_the_next_motion() {
     let status = |sys: &dyn Switching, t: f64, z: [f64; 2]| {
         let mut status = [9];
         sys.status_of(t, &z, &mut status);
@@ -179,10 +181,10 @@ fn a_start_on_a_guard_has_the_status_of_what_comes_next() {
     assert_eq!(status(&DAMPED, 0.0, [0.0, 0.0]), DampedContact::FREE);
     assert_eq!(status(&DAMPED, 1.5, [0.0, 0.0]), DampedContact::TOUCHING);
 
-    // omega^2 x is the larger part of what holding takes; it grips with 1.35.
-    assert_eq!(status(&BELT, 0.0, [0.5, 0.4]), MassOnBelt::STICKS);
-    assert_eq!(status(&BELT, 0.0, [0.9, 0.4]), MassOnBelt::BACK);
-    assert_eq!(status(&BELT, 0.0, [-0.9, 0.4]), MassOnBelt::AHEAD);
+    // omega^2 x is the larger part of the force required for sticking; the friction limit is 1.35.
+    assert_eq!(status(&BELT, 0.0, [0.5, 0.4]), MassOnBelt::STICKING);
+    assert_eq!(status(&BELT, 0.0, [0.9, 0.4]), MassOnBelt::SLOWER);
+    assert_eq!(status(&BELT, 0.0, [-0.9, 0.4]), MassOnBelt::FASTER);
 
     assert_eq!(status(&IMPACT, 1.5, [0.2, 0.0]), ImpactOscillator::RESTING);
     assert_eq!(status(&IMPACT, 0.0, [0.2, 0.0]), ImpactOscillator::FLYING);

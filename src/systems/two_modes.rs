@@ -1,14 +1,14 @@
-//! Two modes that friction couples.
+//! Mode coupling of two modes by friction.
 
 use crate::dynamics::{Differentiable, Switching, System};
 
-/// A mass with two modes that is pressed onto a belt: the least that mode coupling takes.
+/// A mass with two modes that is pressed onto a belt: the minimal model of mode-coupling instability.
 ///
-/// Its coefficient of friction is constant. Yet the friction force follows the normal force, and
-/// that follows the motion into the belt: what one mode presses, friction turns into a push along
-/// the belt, which the other mode takes up. The stiffness matrix is then not symmetric, and from a
-/// critical coefficient on ([`TwoModesOnBelt::critical_mu`]) the two frequencies are one and the
-/// vibration grows.
+/// The coefficient of friction is constant. The friction force follows the normal force, which depends
+/// on the displacement normal to the belt. A displacement in one mode changes the normal force, and
+/// friction turns this into a force along the belt that acts on the other mode. The stiffness matrix is
+/// therefore not symmetric. Above a critical coefficient of friction ([`TwoModesOnBelt::critical_mu`])
+/// the two frequencies coincide and the vibration grows.
 ///
 /// ```text
 /// q'' + W^2 q = -(N - n) e + (mu(V) N - mu(belt) n) t
@@ -16,23 +16,24 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// t = (cos a, -sin a)          e = (sin a, cos a)
 /// ```
 ///
-/// The modes move across each other; `t` and `e` are their shapes along the belt and into it, for an
-/// angle `a` between the first mode and the belt. The state is the perturbation from steady
-/// sliding, which is `q = 0`. Two statuses: *touching* and *apart*; nothing jumps in between. The
-/// coefficient is smoothed at rest: it creeps where a mass in the workshop would stick.
+/// The two modes are orthogonal. `t` and `e` are their components along the belt and into it, for an
+/// angle `a` between the first mode and the belt. The state is the perturbation from steady sliding,
+/// which is `q = 0`. The two statuses are *touching* and *separated*; the force is continuous between
+/// them. The coefficient of friction is regularised at zero sliding speed: the mass creeps instead of
+/// sticking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoModesOnBelt {
-    /// Natural circular frequencies `W` out of contact, rad/s, positive.
+    /// Natural circular frequencies `W` without contact, rad/s, positive.
     pub omega: [f64; 2],
-    /// Angle `a` from along the belt to the first mode, towards into the belt, rad.
+    /// Angle `a` from the belt direction to the first mode, positive into the belt, rad.
     pub angle: f64,
-    /// Stiffness `k` of the contact by the mass, 1/s^2, positive.
+    /// Contact stiffness `k` per unit mass, 1/s^2, positive.
     pub contact_stiffness: f64,
-    /// Normal force `n` in steady sliding by the mass, N/kg, positive.
+    /// Normal force `n` in steady sliding per unit mass, N/kg, positive.
     pub load: f64,
     /// Coefficient of friction, 0 or more.
     pub mu: f64,
-    /// Slope factor of its rise at rest, s/m, positive.
+    /// Rate constant of the regularisation at zero sliding speed, s/m, positive.
     pub creep: f64,
     /// Speed of the belt, m/s, positive.
     pub belt: f64,
@@ -48,23 +49,23 @@ pub struct CoupledMode {
 }
 
 impl TwoModesOnBelt {
-    /// Status: pressed onto the belt.
+    /// Status: in contact with the belt.
     pub const TOUCHING: u8 = 0;
-    /// Status: lifted off.
-    pub const APART: u8 = 1;
+    /// Status: separated from the belt.
+    pub const SEPARATED: u8 = 1;
 
-    /// The two modes' shapes along the belt.
+    /// Components of the two modes along the belt.
     pub fn along(&self) -> [f64; 2] {
         [self.angle.cos(), -self.angle.sin()]
     }
 
-    /// Their shapes into the belt.
+    /// Components of the two modes into the belt.
     pub fn inwards(&self) -> [f64; 2] {
         [self.angle.sin(), self.angle.cos()]
     }
 
-    /// The stiffness matrix of steady sliding in the directions along and into the belt, by the mass,
-    /// 1/s^2, for another coefficient of friction.
+    /// Stiffness matrix of steady sliding per unit mass, in the directions along and into the belt,
+    /// 1/s^2, for a given coefficient of friction.
     pub fn stiffness(&self, mu: f64) -> [[f64; 2]; 2] {
         let ([along, into], squares) = (
             [self.along(), self.inwards()],
@@ -78,12 +79,12 @@ impl TwoModesOnBelt {
         ]
     }
 
-    /// The modes of steady sliding, the lower one first, for another coefficient of friction: from
+    /// The modes of steady sliding, the lower frequency first, for a given coefficient of friction: from
     /// `lambda^2 + kappa = 0` with the two eigenvalues `kappa` of [`TwoModesOnBelt::stiffness`].
     pub fn modes_at(&self, mu: f64) -> [CoupledMode; 2] {
         let [[a, b], [c, d]] = self.stiffness(mu);
-        let (mean, apart) = (0.5 * (a + d), 0.25 * (a - d).powi(2) + b * c);
-        // The square root of a complex number, its real part first.
+        let (mean, discriminant) = (0.5 * (a + d), 0.25 * (a - d).powi(2) + b * c);
+        // Square root of a complex number: real part, imaginary part.
         let root = |re: f64, im: f64| {
             let size = re.hypot(im);
             [
@@ -91,42 +92,42 @@ impl TwoModesOnBelt {
                 (0.5 * (size - re)).max(0.0).sqrt(),
             ]
         };
-        if apart < 0.0 {
-            let [omega, growth] = root(mean, (-apart).sqrt());
+        if discriminant < 0.0 {
+            let [omega, growth] = root(mean, (-discriminant).sqrt());
             return [-growth, growth].map(|growth| CoupledMode { omega, growth });
         }
-        [-apart.sqrt(), apart.sqrt()].map(|by| {
+        [-discriminant.sqrt(), discriminant.sqrt()].map(|by| {
             let [omega, growth] = root(mean + by, 0.0);
             CoupledMode { omega, growth }
         })
     }
 
-    /// The coefficient of friction from which on the two modes flutter; `None` where no coefficient
-    /// makes them: where the second mode presses the wrong way.
+    /// The critical coefficient of friction for flutter; `None` if no coefficient causes it, because the
+    /// coupling has the opposite sign.
     ///
-    /// The two eigenvalues of the stiffness matrix are equal there:
-    /// `(a - d)^2 / 4 + c (b0 - mu k) = 0`.
+    /// At the critical coefficient the two eigenvalues of the stiffness matrix coincide: `(a - d)^2 / 4
+    /// + c (b0 - mu k) = 0`.
     pub fn critical_mu(&self) -> Option<f64> {
         let [[a, b], [c, d]] = self.stiffness(0.0);
         let critical = (b + 0.25 * (a - d).powi(2) / c) / self.contact_stiffness;
         (c > 0.0).then_some(critical)
     }
 
-    /// The status in a state.
+    /// Status of a state.
     fn status(&self, q: &[f64]) -> u8 {
         if self.normal(q) < 0.0 {
-            Self::APART
+            Self::SEPARATED
         } else {
             Self::TOUCHING
         }
     }
 
-    /// The normal force by the mass as if the contact could pull, N/kg.
+    /// Normal force per unit mass as if the contact could pull, N/kg.
     fn normal(&self, q: &[f64]) -> f64 {
         self.load + self.contact_stiffness * dot(self.inwards(), q)
     }
 
-    /// The coefficient with its sign at a sliding speed (m/s, may be negative), and its slope, s/m.
+    /// Signed coefficient of friction at a sliding velocity (m/s) and its derivative, s/m.
     fn coefficient(&self, speed: f64) -> [f64; 2] {
         let rise = (-self.creep * speed.abs()).exp();
         [
@@ -201,7 +202,7 @@ impl Switching for TwoModesOnBelt {
 
     fn cross(&self, _guard: usize, _t: f64, _z: &mut [f64], status: &mut [u8]) {
         status[0] = match status[0] {
-            Self::TOUCHING => Self::APART,
+            Self::TOUCHING => Self::SEPARATED,
             _ => Self::TOUCHING,
         };
     }
@@ -274,7 +275,7 @@ mod tests {
     };
 
     #[test]
-    fn the_modes_solve_the_characteristic_equation() {
+    fn modes_satisfy_the_characteristic_equation() {
         for mu in [0.0, 0.1, 0.25, 0.3, 0.6] {
             let [[a, b], [c, d]] = SYSTEM.stiffness(mu);
             for mode in SYSTEM.modes_at(mu) {
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn flutter_begins_where_bisection_of_the_growth_finds_it() {
+    fn the_critical_coefficient_agrees_with_bisection_of_the_growth_rate() {
         let flutters = |mu| SYSTEM.modes_at(mu)[1].growth > 0.0;
         let (mut low, mut high) = (0.0, 1.0);
         assert!(!flutters(low) && flutters(high));
@@ -304,17 +305,18 @@ mod tests {
         }
         let critical = SYSTEM.critical_mu().unwrap();
         assert!((critical - high).abs() < 1e-9, "{critical} {high}");
-        let turned = TwoModesOnBelt {
+        let mirrored = TwoModesOnBelt {
             angle: -SYSTEM.angle,
             ..SYSTEM
         };
-        assert_eq!(turned.critical_mu(), None);
-        assert!((0..100).all(|k| turned.modes_at(0.05 * f64::from(k))[1].growth == 0.0));
+        assert_eq!(mirrored.critical_mu(), None);
+        assert!((0..100).all(|k| mirrored.modes_at(0.05 * f64::from(k))[1].growth == 0.0));
     }
 
-    /// The force about steady sliding is that of the stiffness matrix, seen along and into the belt.
+    /// The linearised force about steady sliding equals the stiffness matrix in the directions along and
+    /// into the belt.
     #[test]
-    fn small_motions_have_the_stiffness_matrix() {
+    fn the_linearised_force_equals_the_stiffness_matrix() {
         let h = 1e-9;
         let stiffness = SYSTEM.stiffness(SYSTEM.mu);
         let (along, into) = (SYSTEM.along(), SYSTEM.inwards());
@@ -334,9 +336,9 @@ mod tests {
     }
 
     #[test]
-    fn the_tangent_flow_is_the_derivative() {
+    fn the_jacobian_product_agrees_with_finite_differences() {
         let z = [3e-6, -2e-6, 0.04, 0.03];
-        for status in [TwoModesOnBelt::TOUCHING, TwoModesOnBelt::APART] {
+        for status in [TwoModesOnBelt::TOUCHING, TwoModesOnBelt::SEPARATED] {
             let force = |z: &[f64]| {
                 let mut out = [0.0; 2];
                 SYSTEM.force_in(&[status], 0.0, z, &mut out);

@@ -1,36 +1,43 @@
-//! Words for what accuracy costs: a chapter of a page, and what stands beside the pictures of a recording.
+//! Text of the cost study: a chapter of a page, and the text next to the plots of a recording.
 
 use minijinja::context;
 use minijinja::value::Value;
 
-use super::or_fault;
+use super::or_error_text;
 use super::template::fill;
 use crate::escape;
-use crate::number::{error, setting, short, tolerance};
-use crate::study::cost::{CostPoint, CostSet, CostStudy, Knob};
+use crate::number::{self, error, short, tolerance};
+use crate::study::cost::{CostSetting, CostStudy, WorkPrecisionPoint, WorkPrecisionSet};
 use crate::table::Table;
 
-/// The sets as a chapter of a page: tables of settings, a column a family.
+/// The study as a chapter of a page: tables of values, one column per family.
 pub fn chapter(study: &CostStudy) -> String {
-    or_fault(fill("cost/chapter", values(study, &Knob::ALL))) + "\n"
+    or_error_text(fill("cost/chapter", values(study, &CostSetting::ALL))) + "\n"
 }
 
-/// All about a knob.
-pub fn knob(study: &CostStudy, knob: Knob) -> String {
-    or_fault(fill("cost/knob", values(study, &[knob])))
+/// The description of one setting: what is varied, the recommendations, all values.
+pub fn setting(study: &CostStudy, setting: CostSetting) -> String {
+    or_error_text(fill("cost/setting", values(study, &[setting])))
 }
 
-/// The study in all, by some of its knobs.
-pub fn about(study: &CostStudy, knobs: &[Knob]) -> String {
-    or_fault(fill("cost/about", values(study, knobs)))
+/// The overview of the study for some settings.
+pub fn about(study: &CostStudy, settings: &[CostSetting]) -> String {
+    or_error_text(fill("cost/about", values(study, settings)))
 }
 
-/// The names of the texts on some knobs.
-fn values(study: &CostStudy, knobs: &[Knob]) -> Value {
-    let sets = || study.sets.iter().filter(|set| knobs.contains(&set.knob));
+/// Template variables for some settings.
+fn values(study: &CostStudy, settings: &[CostSetting]) -> Value {
+    let sets = || {
+        study
+            .sets
+            .iter()
+            .filter(|set| settings.contains(&set.setting))
+    };
     let errors = || sets().flat_map(|set| &set.points).map(|point| &point.error);
-    let turned = knobs.iter().filter_map(|knob| of_knob(study, *knob));
-    let advice = match knobs.contains(&Knob::Integrator) && !study.advice.is_empty() {
+    let used = settings
+        .iter()
+        .filter_map(|setting| setting_values(study, *setting));
+    let advice = match settings.contains(&CostSetting::Integrator) && !study.advice.is_empty() {
         true => advice(study).markdown(),
         false => String::new(),
     };
@@ -40,21 +47,21 @@ fn values(study: &CostStudy, knobs: &[Knob]) -> Value {
         code => escape::code(&study.scene),
         write => escape::code(&write),
         horizon => format!("{} ms", short(1e3 * study.horizon)),
-        held => study.held.words(),
+        held => study.fixed_at.description(),
         exponent => study.exponent.map(|exponent| exponent.value),
         floor => sets().any(|set| set.floor.is_some_and(|floor| floor > 0.0)),
         failed => errors().any(Result::is_err),
         exact => errors().any(|error| *error == Ok(0.0)),
         advice,
-        knobs => turned.collect::<Vec<_>>(),
+        settings => used.collect::<Vec<_>>(),
     }
 }
 
-/// What the texts say of a knob; nothing of one that was not turned.
-fn of_knob(study: &CostStudy, knob: Knob) -> Option<Value> {
-    let sets = study.sets.iter().filter(|set| set.knob == knob);
-    let sets: Vec<CostSet> = sets.cloned().collect();
-    let of_set = |set: &CostSet| {
+/// Template variables of one setting; `None` if it was not varied.
+fn setting_values(study: &CostStudy, setting: CostSetting) -> Option<Value> {
+    let sets = study.sets.iter().filter(|set| set.setting == setting);
+    let sets: Vec<WorkPrecisionSet> = sets.cloned().collect();
+    let of_set = |set: &WorkPrecisionSet| {
         let table = settings(set, escape::markdown);
         context! { family => &*set.family, floor => set.floor, table => table.markdown() }
     };
@@ -62,14 +69,14 @@ fn of_knob(study: &CostStudy, knob: Knob) -> Option<Value> {
     let ends = [floors().reduce(f64::min), floors().reduce(f64::max)];
     let mut ends: Vec<String> = ends.into_iter().flatten().map(error).collect();
     ends.dedup();
-    // Families whose settings are the same share a table.
+    // Families with the same values share a table.
     let tables = sets
-        .chunk_by(is_turned_like)
+        .chunk_by(has_same_values)
         .map(|sets| families(sets).markdown());
     (!sets.is_empty()).then(|| {
         context! {
-            name => knob.name(),
-            error => knob.error(),
+            name => setting.name(),
+            error => setting.error(),
             floors => ends,
             sets => sets.iter().map(of_set).collect::<Vec<_>>(),
             tables => tables.collect::<Vec<_>>(),
@@ -77,45 +84,50 @@ fn of_knob(study: &CostStudy, knob: Knob) -> Option<Value> {
     })
 }
 
-/// The cheapest setting of the integrator for each error.
+/// The cheapest integrator setting for each target error.
 pub(crate) fn advice(study: &CostStudy) -> Table {
     let mut table = Table::default()
-        .right("for an error of")
-        .left("the cheapest setting");
-    table = table.right("CPU ms").right("calls").right("its error");
+        .right("target error")
+        .left("cheapest setting");
+    table = table.right("CPU ms").right("RHS evals").right("error");
     for advice in &study.advice {
         let mut sets = study.sets.iter();
-        let set = sets.find(|set| set.knob == Knob::Integrator && set.family == advice.method);
-        let turned = set.map_or("", |set| set.turned);
+        let set =
+            sets.find(|set| set.setting == CostSetting::Integrator && set.family == advice.method);
+        let parameter = set.map_or("", |set| set.parameter);
         table.row([
             format!("{:.0e}", advice.target),
-            format!("{}, {}", advice.method, setting(turned, advice.value)),
+            format!(
+                "{}, {}",
+                advice.method,
+                number::setting(parameter, advice.value)
+            ),
             short(1e3 * advice.seconds),
-            advice.calls.to_string(),
+            advice.rhs_evals.to_string(),
             error(advice.error),
         ]);
     }
     table
 }
 
-/// The settings of a family, a row each; a reason of failure may need to be escaped.
-pub(crate) fn settings(set: &CostSet, escaped: impl Fn(&str) -> String) -> Table {
+/// The values of a family, one per row. `escaped` escapes the reason of a failure.
+pub(crate) fn settings(set: &WorkPrecisionSet, escaped: impl Fn(&str) -> String) -> Table {
     let has_details = set.points.iter().any(|point| !point.detail.is_empty());
     let table = Table::default()
-        .right(set.turned)
+        .right(set.parameter)
         .right("CPU ms")
-        .right("calls");
-    let mut table = table.left(set.knob.error());
+        .right("RHS evals");
+    let mut table = table.left(set.setting.error());
     if has_details {
-        table = table.left("which");
+        table = table.left("detail");
     }
     for point in &set.points {
-        let [milliseconds, calls] = work(point);
+        let [milliseconds, rhs_evals] = work(point);
         let error = match &point.error {
             Ok(found) => error(*found),
             Err(reason) => format!("failed: {}", escaped(reason)),
         };
-        let row = [tolerance(point.value), milliseconds, calls, error];
+        let row = [tolerance(point.value), milliseconds, rhs_evals, error];
         table.row(
             row.into_iter()
                 .chain(has_details.then(|| point.detail.clone())),
@@ -124,24 +136,24 @@ pub(crate) fn settings(set: &CostSet, escaped: impl Fn(&str) -> String) -> Table
     table
 }
 
-/// Milliseconds and calls; a dash where there are none.
-fn work(point: &CostPoint) -> [String; 2] {
-    let calls = match point.calls {
+/// CPU time in ms and right-hand-side evaluations; a dash if they were not counted.
+fn work(point: &WorkPrecisionPoint) -> [String; 2] {
+    let rhs_evals = match point.rhs_evals {
         0 => "–".to_owned(),
-        calls => calls.to_string(),
+        rhs_evals => rhs_evals.to_string(),
     };
-    [short(1e3 * point.seconds), calls]
+    [short(1e3 * point.seconds), rhs_evals]
 }
 
-fn is_turned_like(a: &CostSet, b: &CostSet) -> bool {
-    let values = |set: &CostSet| set.points.iter().map(|p| p.value).collect::<Vec<_>>();
-    a.turned == b.turned && values(a) == values(b)
+fn has_same_values(a: &WorkPrecisionSet, b: &WorkPrecisionSet) -> bool {
+    let values = |set: &WorkPrecisionSet| set.points.iter().map(|p| p.value).collect::<Vec<_>>();
+    a.parameter == b.parameter && values(a) == values(b)
 }
 
-/// A row a setting, a column a family. Work and details that all families share have columns of their own.
-fn families(sets: &[CostSet]) -> Table {
-    let shared = |same: fn(&CostPoint, &CostPoint) -> bool| {
-        let all = |set: &CostSet| {
+/// One row per value, one column per family. Cost and details shared by all families have separate columns.
+fn families(sets: &[WorkPrecisionSet]) -> Table {
+    let shared = |same: fn(&WorkPrecisionPoint, &WorkPrecisionPoint) -> bool| {
+        let all = |set: &WorkPrecisionSet| {
             set.points
                 .iter()
                 .zip(&sets[0].points)
@@ -149,14 +161,14 @@ fn families(sets: &[CostSet]) -> Table {
         };
         sets.len() > 1 && sets.iter().all(all)
     };
-    let one_work = shared(|a, b| (a.seconds, a.calls) == (b.seconds, b.calls));
+    let one_work = shared(|a, b| (a.seconds, a.rhs_evals) == (b.seconds, b.rhs_evals));
     let one_detail = shared(|a, b| a.detail == b.detail && !a.detail.is_empty());
-    let mut table = Table::default().right(sets[0].turned);
+    let mut table = Table::default().right(sets[0].parameter);
     if one_detail {
-        table = table.left("which");
+        table = table.left("detail");
     }
     if one_work {
-        table = table.right("CPU ms").right("calls");
+        table = table.right("CPU ms").right("RHS evals");
     }
     table = sets
         .iter()
@@ -171,9 +183,11 @@ fn families(sets: &[CostSet]) -> Table {
                 .error
                 .as_ref()
                 .map_or_else(|_| "failed".to_owned(), |e| error(*e));
-            let [milliseconds, calls] = work(point);
-            let work = [format!("{milliseconds} ms"), calls];
-            let work = work.into_iter().take(if point.calls > 0 { 2 } else { 1 });
+            let [milliseconds, rhs_evals] = work(point);
+            let work = [format!("{milliseconds} ms"), rhs_evals];
+            let work = work
+                .into_iter()
+                .take(if point.rhs_evals > 0 { 2 } else { 1 });
             let detail = Some(&point.detail).filter(|detail| !one_detail && !detail.is_empty());
             let cell = std::iter::once(error).chain(work.filter(|_| !one_work));
             cell.chain(detail.cloned()).collect::<Vec<_>>().join(" · ")

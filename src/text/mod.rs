@@ -1,8 +1,8 @@
-//! Words for what a run shows: Markdown from the templates under `assets/text`, filled from the numbers of
+//! Text for the results of a run: Markdown from the templates under `assets/text`, filled with the values of
 //! an observation.
 //!
-//! The pipeline sends numbers ([`Observation`], [`Lesson`]); a sink that shows them turns them into words
-//! here.
+//! The pipeline sends values ([`Observation`], [`Lesson`]); the sink that displays them calls this module to
+//! turn them into text.
 
 #[cfg(feature = "record")]
 pub mod cost;
@@ -22,29 +22,29 @@ use crate::number::with_error;
 use crate::pipeline::message::{Exponents, FrictionReading, Header, Lesson, Observation, Subject};
 use template::{fill, lesson_name};
 
-/// Level over the sliding speed below which nothing is audible.
+/// Velocity level over the sliding speed below which the vibration counts as inaudible.
 const SILENT: f64 = 1e-3;
-/// Exponents that a sentence lists.
+/// Number of exponents listed in a sentence.
 const EXPONENTS_SHOWN: usize = 4;
 
-/// An observation in words: Markdown that starts with a heading `## ...`.
+/// An observation as text: Markdown that starts with a heading `## ...`.
 pub fn narration(observation: &Observation) -> String {
-    or_fault(fill_narration(observation))
+    or_error_text(fill_narration(observation))
 }
 
-/// A lesson in words: Markdown that starts with a heading `## ...`.
+/// A lesson as text: Markdown that starts with a heading `## ...`.
 pub fn lesson(lesson: &Lesson) -> String {
-    or_fault(fill_lesson(lesson))
+    or_error_text(fill_lesson(lesson))
 }
 
-/// The lessons of a run in words, those left out that read like the one before.
+/// The lessons of a run as text. A lesson with the same text as the previous one is skipped.
 #[derive(Debug, Default)]
 pub struct LessonText {
     last: String,
 }
 
 impl LessonText {
-    /// The lesson in words, if it reads otherwise than the last one; see [`lesson`].
+    /// The text of a lesson if it differs from the previous one; see [`lesson`].
     pub fn next(&mut self, lesson: &Lesson) -> Option<&str> {
         let text = self::lesson(lesson);
         if text == self.last {
@@ -55,13 +55,13 @@ impl LessonText {
     }
 }
 
-/// What each view of a run's recording shows: a table in Markdown.
+/// A Markdown table of the views of a run's recording and what each one shows.
 pub fn views(header: &Header) -> String {
-    or_fault(fill("views", of_views(header)))
+    or_error_text(fill("views", view_values(header)))
 }
 
-/// The names of the table of views.
-fn of_views(header: &Header) -> Value {
+/// Template variables of the table of views.
+fn view_values(header: &Header) -> Value {
     let joint = header.joint();
     context! {
         joint => joint.is_some(),
@@ -72,8 +72,8 @@ fn of_views(header: &Header) -> Value {
     }
 }
 
-/// The text, or the fault of its template: a fault in the words must not end a run.
-fn or_fault(text: Result<String, Error>) -> String {
+/// The text, or the error message of its template: a template error must not stop a run.
+fn or_error_text(text: Result<String, Error>) -> String {
     text.unwrap_or_else(|error| format!("## Text missing\n\n{error:#}; please report this.\n"))
 }
 
@@ -95,13 +95,13 @@ fn fill_narration(observation: &Observation) -> Result<String, Error> {
                 e_fold_time => *e_fold_time,
             },
         ),
-        Observation::Exponents(exponents) => ("narration/exponents", of_exponents(exponents)),
+        Observation::Exponents(exponents) => ("narration/exponents", exponent_values(exponents)),
     };
     Ok(fill(name, values)?.trim().to_owned())
 }
 
-/// The names of the text on exponents.
-fn of_exponents(exponents: &Exponents) -> Value {
+/// Template variables of the text on exponents.
+fn exponent_values(exponents: &Exponents) -> Value {
     let spectrum = &exponents.spectrum;
     let zeros = spectrum.count(Sign::Zero);
     context! {
@@ -126,11 +126,11 @@ fn each_with_error(exponents: &Exponents) -> Vec<String> {
 
 fn fill_lesson(lesson: &Lesson) -> Result<String, Error> {
     let name = lesson_name(lesson.computed.mechanism);
-    Ok(tidy(&fill(&name, of_lesson(lesson))?))
+    Ok(tidy(&fill(&name, lesson_values(lesson))?))
 }
 
-/// The names of the texts of lessons.
-fn of_lesson(lesson: &Lesson) -> Value {
+/// Template variables of a lesson.
+fn lesson_values(lesson: &Lesson) -> Value {
     let Lesson {
         computed, measured, ..
     } = lesson;
@@ -160,7 +160,7 @@ fn of_lesson(lesson: &Lesson) -> Value {
     }
 }
 
-/// Without blanks at the ends of lines, and with one empty line where there are several.
+/// Trims each line and collapses consecutive empty lines.
 fn tidy(text: &str) -> String {
     let mut tidy = String::new();
     for line in text.trim().lines().map(str::trim) {

@@ -1,36 +1,47 @@
-//! Words for the counterparts of the paper's figures: captions, and the page with the table of claims.
+//! Text for the reproduction of the paper's figures: captions, and the page with the table of claims.
 
 use minijinja::context;
 use minijinja::value::Value;
 
-use super::or_fault;
+use super::or_error_text;
 use super::template::fill;
-use crate::study::paper::{Finding, Holds};
-use crate::study::response::Response;
+use crate::study::paper::{Agreement, Finding};
+use crate::study::response::SettledResponse;
 use crate::table::Table;
 use crate::{VERSION, escape};
 
-/// The caption of a figure, with what the paper says of it and is not so here. Fig. 4 to 7 are of a response at
-/// a tilt, degrees.
-pub fn caption(number: u8, motion: Option<(f64, &Response)>, findings: &[Finding]) -> String {
-    let missed = findings.iter().filter(|finding| is_missed(finding, number));
+/// The caption of a figure, with the differences from the paper. Figures 4 to 7 show a response at a tilt in
+/// degrees.
+pub fn caption(
+    number: u8,
+    motion: Option<(f64, &SettledResponse)>,
+    findings: &[Finding],
+) -> String {
+    let differing = findings
+        .iter()
+        .filter(|finding| differs_from_paper(finding, number));
     let words = |finding: &Finding| {
         let Finding {
-            published, ours, ..
+            published,
+            simulated,
+            ..
         } = finding;
-        format!("{}: published {published}, here {ours}", finding.claim.says)
+        format!(
+            "{}: published {published}, computed {simulated}",
+            finding.claim.statement
+        )
     };
-    let motion = motion.map(|(tilt, response)| of_motion(tilt, response));
+    let motion = motion.map(|(tilt, response)| motion_values(tilt, response));
     let values = context! {
         number,
-        missed => missed.map(words).collect::<Vec<_>>(),
+        differing => differing.map(words).collect::<Vec<_>>(),
         ..motion.unwrap_or_default()
     };
-    or_fault(fill("paper/caption", values))
+    or_error_text(fill("paper/caption", values))
 }
 
-/// The names of the caption of a motion.
-fn of_motion(tilt: f64, response: &Response) -> Value {
+/// Template variables of the caption of a response.
+fn motion_values(tilt: f64, response: &SettledResponse) -> Value {
     let lines = response.lines.iter().take(3);
     let lines = lines.map(|line| format!("{:.2}", 1e-3 * line.frequency));
     let spectrum = response.exponents.as_ref();
@@ -51,20 +62,21 @@ fn of_motion(tilt: f64, response: &Response) -> Value {
     }
 }
 
-/// Whether a figure shows something else than the paper says of it.
-fn is_missed(finding: &Finding, number: u8) -> bool {
+/// Whether a figure differs from the paper's statement about it.
+fn differs_from_paper(finding: &Finding, number: u8) -> bool {
     let place = &finding.claim.place;
     let mut figures = place.split([',', ';']).filter_map(|part| {
         let digits = part.trim().trim_start_matches("Fig. ");
         let end = digits.find(|c: char| !c.is_ascii_digit());
         digits[..end.unwrap_or(digits.len())].parse::<u8>().ok()
     });
-    let is_known = !matches!(finding.holds, Holds::Yes | Holds::Unknown);
+    let is_known = !matches!(finding.holds, Agreement::Yes | Agreement::Unknown);
     let is_there = place.starts_with("Fig.") && figures.any(|figure| figure == number);
-    is_there && is_known && finding.ours != finding.published
+    is_there && is_known && finding.simulated != finding.published
 }
 
-/// The page of figures, by their names and captions, with the claims: of a scene, started in some way.
+/// The page of figures, given by names and captions, with the table of claims. `scene` and `start` are
+/// printed in its heading.
 pub fn page(
     (scene, start): (&str, &str),
     figures: &[(&str, &str)],
@@ -72,17 +84,17 @@ pub fn page(
     (score, findings): (f64, &[Finding]),
 ) -> String {
     let mut table = Table::default()
-        .left("where")
+        .left("reference")
         .left("claim")
         .left("published");
-    table = table.left("here").left("holds");
+    table = table.left("computed").left("holds");
     for finding in findings {
         let claim = &finding.claim;
         table.row([
             claim.place.clone(),
-            claim.says.clone(),
+            claim.statement.clone(),
             finding.published.clone(),
-            finding.ours.clone(),
+            finding.simulated.clone(),
             verdict(finding),
         ]);
     }
@@ -96,14 +108,14 @@ pub fn page(
         score => format!("{:.0}", 100.0 * score),
         claims => table.markdown(),
     };
-    or_fault(fill("paper/page", values))
+    or_error_text(fill("paper/page", values))
 }
 
-/// Whether a claim holds, with the deviation of a number, or how far it holds.
+/// Whether a claim holds, with the deviation of its number or the degree to which it holds.
 pub fn verdict(finding: &Finding) -> String {
     let name = finding.holds.name();
     match (finding.holds, finding.deviation) {
-        (Holds::Partly(share), _) => format!("{name}, {:.0} %", 100.0 * share),
+        (Agreement::Partly(share), _) => format!("{name}, {:.0} %", 100.0 * share),
         (_, Some(off)) => format!("{name} ({:+.1} %)", 100.0 * off),
         (_, None) => name.to_owned(),
     }

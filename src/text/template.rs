@@ -10,7 +10,7 @@ use crate::escape;
 use crate::number::{percent, plain, quantity, tenths};
 use crate::scene::Mechanism;
 
-/// Each template with its text.
+/// The templates with their text.
 macro_rules! templates {
     ($($name:literal),* $(,)?) => {
         &[$(($name, include_str!(concat!("../../assets/text/", $name, ".md")))),*]
@@ -18,12 +18,12 @@ macro_rules! templates {
 }
 
 const TEMPLATES: &[(&str, &str)] = templates![
-    "rows",
+    "macros",
     "views",
-    "cost/knobs",
+    "cost/settings",
     "cost/reading",
     "cost/advice",
-    "cost/knob",
+    "cost/setting",
     "cost/about",
     "cost/chapter",
     "paper/caption",
@@ -43,12 +43,12 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "lesson/prediction",
 ];
 
-/// The template of a mechanism's lesson.
+/// Name of the template of a mechanism's lesson.
 pub fn lesson_name(mechanism: Mechanism) -> String {
     format!("lesson/{}", mechanism.name())
 }
 
-/// A template filled from named values; a name that the values do not have is an error.
+/// Renders a template with named values; a missing value is an error.
 pub fn fill(name: &str, values: Value) -> Result<String, Error> {
     static ENVIRONMENT: LazyLock<Result<Environment<'static>, Error>> = LazyLock::new(environment);
     match &*ENVIRONMENT {
@@ -59,7 +59,7 @@ pub fn fill(name: &str, values: Value) -> Result<String, Error> {
 
 fn environment() -> Result<Environment<'static>, Error> {
     let mut environment = Environment::new();
-    // Each tag stands on a line of its own, which is left out.
+    // A line that contains only a tag produces no output.
     let mut syntax = SyntaxConfig::builder();
     environment.set_syntax(syntax.trim_blocks(true).lstrip_blocks(true).build()?);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -86,7 +86,7 @@ fn environment() -> Result<Environment<'static>, Error> {
         words(&x, |x| format!("{x:.digits$e}"))
     });
     environment.add_filter("short", |x: Value| words(&x, |x| x.to_string()));
-    // Labels of modes may come from a file of the user.
+    // Labels of modes can come from a user's file.
     environment.add_filter("name", |x: &str| escape::markdown(x));
     environment.add_filter("named", named);
     environment.add_filter("mixed", mixed);
@@ -94,7 +94,7 @@ fn environment() -> Result<Environment<'static>, Error> {
     Ok(environment)
 }
 
-/// The spectral line with a label.
+/// The spectral line with a given label.
 fn named(lines: Vec<Value>, name: &str) -> Option<Value> {
     lines.into_iter().find(|line| label(line) == name)
 }
@@ -111,7 +111,7 @@ fn harmonics(mut lines: Vec<Value>) -> Vec<Value> {
     lines
 }
 
-/// The label of a spectral line; empty where it has none.
+/// The label of a spectral line; empty if it has none.
 fn label(line: &Value) -> String {
     let label = line.get_attr("label").ok();
     label
@@ -119,12 +119,12 @@ fn label(line: &Value) -> String {
         .unwrap_or_default()
 }
 
-/// To three digits unless `digits` are given.
+/// A value with an SI prefix and three significant digits, or `digits`.
 fn quantity_words(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, Error> {
     words(&x, |x| quantity(x, digits.unwrap_or(3), unit))
 }
 
-/// The words for a number; none for none.
+/// A formatted number; none stays none.
 fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
     if x.is_undefined() {
         return Err(Error::from(ErrorKind::UndefinedError));
@@ -135,9 +135,9 @@ fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
     Ok(Value::from(words(f64::try_from(x.clone())?)))
 }
 
-/// The names that a template takes from outside.
+/// The variables that a template expects from outside.
 #[cfg(test)]
-pub fn names(name: &str) -> std::collections::HashSet<String> {
+pub fn variables(name: &str) -> std::collections::HashSet<String> {
     let environment = environment().unwrap();
     let template = environment.get_template(name).unwrap();
     template.undeclared_variables(false)
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_without_a_value_is_an_error() {
+    fn a_missing_variable_is_an_error() {
         let error = fill("narration/separated", minijinja::context! { after => 1.0 });
         assert!(error.is_err(), "{error:?}");
     }

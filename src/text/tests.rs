@@ -1,14 +1,14 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::template::names;
+use super::template::variables;
 use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
-    AnalysisKind, Appearance, Circumstances, Computed, Coupling, Growth, Measurements, NodeShares,
-    Parting, PartingLine, SpectralLine, StatusShares, TiltLoop, TiltedTone, ToneChange, Vibration,
-    Way,
+    AnalysisKind, Appearance, Coupling, DivergenceFit, Growth, Measurements, MechanismPrediction,
+    NodeShares, OperatingPoint, SpectralLine, StatusShares, TiltDirection, TiltLoop, TiltedTone,
+    ToneChange, TrajectoryDivergence, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
 use crate::scene::{Mechanism, Start};
@@ -36,11 +36,11 @@ fn vibration(appearance: Appearance) -> Vibration {
         f2: Some(3870.0),
         beat: Some(240.0),
         second_tone: 0.16,
-        floor_share: 0.0231,
+        broadband_share: 0.0231,
         peak_speed: 0.02,
         backward_speed: 0.017,
         half_range: 8e-7,
-        now: Circumstances {
+        now: OperatingPoint {
             tilt: 3.04f64.to_radians(),
             load: None,
             rotation_factor: None,
@@ -65,7 +65,7 @@ const APPEARANCES: [Appearance; 8] = [
 ];
 
 #[test]
-fn every_appearance_has_its_words() {
+fn every_appearance_has_a_text() {
     let texts: Vec<String> = APPEARANCES.map(vibration).map(narrated).into();
     let headings: HashSet<_> = texts
         .iter()
@@ -74,9 +74,9 @@ fn every_appearance_has_its_words() {
     assert_eq!(headings.len(), APPEARANCES.len());
     for text in &texts {
         assert!(text.starts_with("## ") && !text.contains("  "), "{text}");
-        // Heading, what it looks like, how large it is, and the tilt.
+        // Heading, appearance, amplitude and tilt.
         assert_eq!(text.split("\n\n").count(), 4, "{text}");
-        // Without lines, too, and at rest.
+        // The same without spectral lines, and at zero sliding speed.
     }
     for appearance in APPEARANCES {
         let mut bare = vibration(appearance);
@@ -86,19 +86,20 @@ fn every_appearance_has_its_words() {
     }
     assert_eq!(
         texts[4],
-        "## Looks like a pure tone\n\nOne fundamental, f1 = **4.11 kHz**: the motion repeats about every \
-         243 µs. Overtones: 3 f1 (12.3 kHz). A second tone, f2 = 3.87 kHz, is present but faint: 16 % of the \
-         first.\n\nThe contact point swings ±800 nm, at up to 20.0 mm/s; backwards at up to 17.0 mm/s \
-         against a sliding speed of 16.0 mm/s, so its slip reverses.\n\nTilt 3.0°."
+        "## Looks like a pure tone\n\nOne fundamental, f1 = **4.11 kHz**: the period is about \
+         243 µs. Harmonics: 3 f1 (12.3 kHz). A second tone, f2 = 3.87 kHz, is present but weak: \
+         its amplitude is 16 % of that of f1.\n\nThe contact point oscillates by ±800 nm, at up to \
+         20.0 mm/s. Against the sliding direction it reaches 17.0 mm/s; the sliding speed is \
+         16.0 mm/s, so the slip reverses.\n\nTilt 3.0°."
     );
 }
 
 #[test]
-fn what_varies_besides_the_tilt_is_shown() {
+fn varying_load_and_rotation_are_reported() {
     let mut varying = vibration(Appearance::Tone);
     varying.now.load = Some(121.4);
     varying.now.rotation_factor = Some(0.5);
-    let words = "Tilt 3.0°, load 121 N, rotation 0.50 times that of the scene.";
+    let words = "Tilt 3.0°, load 121 N, rotation factor 0.50.";
     assert!(narrated(varying).ends_with(words));
 }
 
@@ -122,7 +123,7 @@ fn exponents(values: &[f64], motion: Motion) -> Exponents {
 }
 
 #[test]
-fn every_attractor_has_its_words() {
+fn every_attractor_has_a_text() {
     let mut headings = HashSet::new();
     for (values, motion) in [
         (&[-3.0, -4.0][..], Motion::Still),
@@ -154,7 +155,7 @@ fn mode(label: &str, frequency_hz: f64, growth: f64) -> NamedMode {
     }
 }
 
-fn computed(mechanism: Mechanism) -> Computed {
+fn computed(mechanism: Mechanism) -> MechanismPrediction {
     let modes = vec![
         mode("1st bending", 700.0, 90.0),
         mode("2nd bending", 4100.0, 70.0),
@@ -166,7 +167,7 @@ fn computed(mechanism: Mechanism) -> Computed {
         slope: -1.25,
         modes: vec![mode("1st bending", 700.0, growth)],
     };
-    Computed {
+    MechanismPrediction {
         mechanism,
         modes,
         natural_hz: 700.0,
@@ -187,7 +188,7 @@ fn computed(mechanism: Mechanism) -> Computed {
     }
 }
 
-/// Everything measured.
+/// Measurements without a missing value.
 fn measured() -> Measurements {
     let tone = |way| TiltedTone {
         tilt: 0.1,
@@ -198,11 +199,11 @@ fn measured() -> Measurements {
         from: 4e3,
         to: tone(way),
     };
-    let parting = Parting {
+    let separation = TrajectoryDivergence {
         time: 0.1,
         start: 0.01,
         distance: 1e-6,
-        line: Some(PartingLine {
+        line: Some(DivergenceFit {
             rate: 50.0,
             half_width: 2.0,
             since: 0.02,
@@ -237,14 +238,14 @@ fn measured() -> Measurements {
         tilt: Some(0.05),
         tilts: Some(TiltLoop {
             tilt: Some(0.05),
-            has_come_down: true,
-            up: vec![change(Way::Up)],
-            down: vec![change(Way::Down)],
+            has_decreased: true,
+            up: vec![change(TiltDirection::Up)],
+            down: vec![change(TiltDirection::Down)],
             differing: Some([0.06, 0.09]),
             last_up: Some(0.1),
             back: Some(0.05),
         }),
-        separation: Some([parting; 2]),
+        separation: Some([separation; 2]),
         exponents: Some(Arc::new(exponents(&[0.1, 0.1, -4.0], Motion::Free))),
     }
 }
@@ -259,7 +260,7 @@ fn lesson_text(mechanism: Mechanism, measured: Measurements) -> String {
     .unwrap()
 }
 
-/// With everything measured, nothing is missing; with nothing measured, everything is.
+/// A complete set of measurements fills every row; an empty one fills none.
 #[test]
 fn every_lesson_is_filled() {
     for &mechanism in Mechanism::ALL {
@@ -273,7 +274,7 @@ fn every_lesson_is_filled() {
             "{full}"
         );
         assert!(full.trim_end().ends_with('.'), "no conclusion: {full}");
-        // A table is not broken by empty lines.
+        // An empty line would end a table.
         for block in full.split("\n\n").filter(|block| block.contains("| ")) {
             assert!(
                 block.trim().lines().all(|row| row.starts_with('|')),
@@ -284,7 +285,7 @@ fn every_lesson_is_filled() {
         if mechanism == Mechanism::Hysteresis {
             empty.tilts = Some(TiltLoop {
                 tilt: None,
-                has_come_down: false,
+                has_decreased: false,
                 up: Vec::new(),
                 down: Vec::new(),
                 differing: None,
@@ -296,47 +297,47 @@ fn every_lesson_is_filled() {
         assert!(empty.contains("not yet measured |\n"), "{empty}");
         assert!(
             empty.trim_end().ends_with('|'),
-            "a conclusion of nothing: {empty}"
+            "a conclusion without measurements: {empty}"
         );
     }
 }
 
 #[test]
-fn a_moved_load_is_shown_where_something_is_computed() {
+fn a_changed_tilt_is_reported_in_lessons_with_computed_values() {
     let mut moved = measured();
     moved.tilt = Some(0.1);
-    let words = "The load is now tilted to **5.7°**; the computed values are for 2.9°.";
+    let words = "The load is now tilted by **5.7°**; the computed values are for 2.9°.";
     assert!(lesson_text(Mechanism::Prediction, moved.clone()).contains(words));
-    assert!(!lesson_text(Mechanism::Torus, moved).contains("tilted to **"));
+    assert!(!lesson_text(Mechanism::Torus, moved).contains("tilted by **"));
 }
 
 #[test]
-fn each_name_is_used_by_a_text() {
+fn each_variable_is_used_by_a_template() {
     let lesson = Lesson {
         time: 0.0,
         computed: Arc::new(computed(Mechanism::Torus)),
         measured: measured(),
     };
-    let given: HashSet<String> = of_lesson(&lesson)
+    let given: HashSet<String> = lesson_values(&lesson)
         .try_iter()
         .unwrap()
         .map(|name| name.to_string())
         .collect();
     let used = Mechanism::ALL
         .iter()
-        .flat_map(|&mechanism| names(&lesson_name(mechanism)));
+        .flat_map(|&mechanism| variables(&lesson_name(mechanism)));
     assert_eq!(given, used.collect::<HashSet<_>>());
-    let exponents = of_exponents(&exponents(&[1.0], Motion::Free));
+    let exponents = exponent_values(&exponents(&[1.0], Motion::Free));
     let given: HashSet<String> = exponents
         .try_iter()
         .unwrap()
         .map(|name| name.to_string())
         .collect();
-    assert_eq!(given, names("narration/exponents"));
+    assert_eq!(given, variables("narration/exponents"));
 }
 
 #[test]
-fn a_lesson_that_reads_the_same_is_not_repeated() {
+fn a_lesson_with_the_same_text_is_not_repeated() {
     let mut lesson = Lesson {
         time: 0.0,
         computed: Arc::new(computed(Mechanism::Torus)),
@@ -357,17 +358,17 @@ fn a_lesson_that_reads_the_same_is_not_repeated() {
 fn the_views_of_a_run_are_listed() {
     let mut header = header();
     let rows = |header: &Header| {
-        let text = fill("views", of_views(header)).unwrap();
+        let text = fill("views", view_values(header)).unwrap();
         assert!(text.lines().all(|row| row.starts_with('|')), "{text}");
         text.lines().count() - 2
     };
     assert_eq!(rows(&header), 3, "patch, phase portrait and health");
     header.analyses = vec![AnalysisKind::Recurrence, AnalysisKind::Delay];
     assert_eq!(rows(&header), 7);
-    let given: HashSet<String> = of_views(&header)
+    let given: HashSet<String> = view_values(&header)
         .try_iter()
         .unwrap()
         .map(|name| name.to_string())
         .collect();
-    assert_eq!(given, names("views"));
+    assert_eq!(given, variables("views"));
 }

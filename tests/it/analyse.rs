@@ -1,5 +1,4 @@
-//! `squeakscope analyse` keeps its promises: known signals in every format, and one message for
-//! each file that is none.
+//! `squeakscope analyse`: known signals in every format, and one error message for each invalid file.
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -11,10 +10,10 @@ use serde_json::Value;
 use squeakscope::export::write_npz;
 use squeakscope::numpy::Array;
 
-/// A folder with files of signals.
-struct Desk(tempfile::TempDir);
+/// A temporary folder with signal files.
+struct TestDir(tempfile::TempDir);
 
-impl Desk {
+impl TestDir {
     fn new() -> Self {
         Self(tempfile::tempdir().expect("temporary folder"))
     }
@@ -23,22 +22,22 @@ impl Desk {
         self.0.path().join(name)
     }
 
-    fn run(&self, words: &str) -> assert_cmd::assert::Assert {
+    fn run(&self, args: &str) -> assert_cmd::assert::Assert {
         let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
-        let words = ["analyse"].into_iter().chain(words.split(' '));
-        command.current_dir(self.0.path()).args(words).assert()
+        let args = ["analyse"].into_iter().chain(args.split(' '));
+        command.current_dir(self.0.path()).args(args).assert()
     }
 
-    /// The JSON of an analysis that goes well.
-    fn analyse(&self, words: &str) -> Value {
-        self.run(&format!("{words} --json out.json")).success();
+    /// JSON result of a successful analysis.
+    fn analyse(&self, args: &str) -> Value {
+        self.run(&format!("{args} --json out.json")).success();
         let text = fs::read(self.path("out.json")).expect("written");
         serde_json::from_slice(&text).expect("JSON")
     }
 
-    /// The message with which a file is refused.
-    fn refused(&self, words: &str) -> String {
-        let assert = self.run(words).code(2).stdout("");
+    /// Error message for a rejected file.
+    fn rejection(&self, args: &str) -> String {
+        let assert = self.run(args).code(2).stdout("");
         let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
         assert!(message.starts_with("error: "), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
@@ -73,7 +72,7 @@ impl Desk {
 fn number(value: &Value) -> f64 {
     value
         .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+        .unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 /// Sum of sines, each (frequency in Hz, amplitude), as 16-bit samples.
@@ -104,18 +103,18 @@ fn lorenz(count: usize) -> Vec<f64> {
 
 #[test]
 fn a_tone_is_periodic() {
-    let desk = Desk::new();
-    desk.wav(
+    let dir = TestDir::new();
+    dir.wav(
         "tone.wav",
         44_100,
         1,
         &tones(44_100.0, 44_100, &[(440.0, 0.5)]),
     );
-    let json = desk.analyse("tone.wav");
+    let json = dir.analyse("tone.wav");
     assert_eq!(json["verdict"]["regime"], "periodic");
     assert!(number(&json["verdict"]["confidence"]) > 0.5);
     assert_eq!(json["signal"]["unit"], "FS");
-    assert_eq!(json["signal"]["rate_hz"], 44_100.0);
+    assert_eq!(json["signal"]["sample_rate_hz"], 44_100.0);
     let line = &json["spectrum"]["lines"][0];
     assert!(
         (number(&line["frequency_hz"]) - 440.0).abs() < 1e-3,
@@ -125,20 +124,20 @@ fn a_tone_is_periodic() {
     assert_eq!(line["label"], "f1");
     let period = number(&json["recurrence"]["period_s"]);
     assert!((period * 440.0 - 1.0).abs() < 1e-3, "{period}");
-    let returns = number(&json["section"]["mean_return_s"]);
+    let returns = number(&json["section"]["mean_return_time_s"]);
     assert!((returns * 440.0 - 1.0).abs() < 1e-5, "{returns}");
     assert_eq!(json["section"]["points"], 1);
-    assert!(number(&json["recurrence"]["whole"]["determinism"]) > 0.99);
+    assert!(number(&json["recurrence"]["measures"]["determinism"]) > 0.99);
     assert!(number(&json["zero_one"]["k"]).abs() < 0.1);
     assert_eq!(json["rosenstein"]["region"]["exponent_per_s"], Value::Null);
 }
 
 #[test]
 fn two_tones_are_a_torus() {
-    let desk = Desk::new();
+    let dir = TestDir::new();
     let samples = tones(44_100.0, 44_100, &[(440.0, 0.4), (353.515, 0.3)]);
-    desk.wav("torus.wav", 44_100, 1, &samples);
-    let json = desk.analyse("torus.wav");
+    dir.wav("torus.wav", 44_100, 1, &samples);
+    let json = dir.analyse("torus.wav");
     assert_eq!(json["verdict"]["regime"], "quasi-periodic");
     assert_eq!(json["section"]["shape"], "loop");
     let f2 = number(&json["spectrum"]["f2_hz"]);
@@ -148,12 +147,12 @@ fn two_tones_are_a_torus() {
 
 #[test]
 fn lorenz_is_chaotic() {
-    let desk = Desk::new();
+    let dir = TestDir::new();
     let rows = lorenz(20_000).into_iter().enumerate();
     let rows = rows.map(|(k, x)| format!("{:.2},{x}\n", 0.01 * k as f64));
     let text = format!("t,x\n{}", rows.collect::<String>());
-    fs::write(desk.path("lorenz.csv"), text).expect("written");
-    let json = desk.analyse("lorenz.csv");
+    fs::write(dir.path("lorenz.csv"), text).expect("written");
+    let json = dir.analyse("lorenz.csv");
     assert_eq!(json["verdict"]["regime"], "chaotic");
     // The largest exponent is 0.906.
     let exponent = number(&json["rosenstein"]["region"]["exponent_per_s"]);
@@ -162,30 +161,30 @@ fn lorenz_is_chaotic() {
     assert_eq!(json["embedding"]["unfolded"], true);
 }
 
-/// The same samples give the same numbers, whatever file they come from.
+/// Equal samples give equal results in every file format.
 #[test]
-fn the_format_does_not_matter() {
-    let desk = Desk::new();
+fn the_file_format_does_not_change_the_result() {
+    let dir = TestDir::new();
     let (rate, count) = (8000.0, 4000);
     let whole = tones(rate, count, &[(210.0, 0.5), (630.0, 0.1)]);
     let samples: Vec<f64> = whole.iter().map(|&x| f64::from(x) / 32768.0).collect();
     let times: Vec<f64> = (0..count).map(|k| k as f64 / rate).collect();
-    desk.wav("a.wav", 8000, 1, &whole);
-    desk.npy("a.npy", &samples);
+    dir.wav("a.wav", 8000, 1, &whole);
+    dir.npy("a.npy", &samples);
     let arrays = [
         ("t", Array::vector(times.clone())),
         ("u", Array::vector(samples.clone())),
     ];
-    write_npz(&desk.path("a.npz"), &arrays).expect("written");
+    write_npz(&dir.path("a.npz"), &arrays).expect("written");
     let rows = times
         .iter()
         .zip(&samples)
         .map(|(t, x)| format!("{t};{x}\n"));
     let text = rows.collect::<String>().replace('.', ",");
-    fs::write(desk.path("a.csv"), text).expect("written");
-    desk.run("a.wav --save a.rrd").success();
-    let numbers = |words: &str| {
-        let mut json = desk.analyse(words);
+    fs::write(dir.path("a.csv"), text).expect("written");
+    dir.run("a.wav --save a.rrd").success();
+    let numbers = |args: &str| {
+        let mut json = dir.analyse(args);
         for name in ["file", "files"] {
             json[name] = Value::Null;
         }
@@ -195,23 +194,23 @@ fn the_format_does_not_matter() {
     };
     let expected = numbers("a.wav");
     assert_eq!(expected["verdict"]["regime"], "periodic");
-    for words in [
+    for args in [
         "a.npy --rate 8000",
         "a.npz",
         "a.csv",
         "a.rrd --column signal",
     ] {
-        assert_eq!(numbers(words), expected, "{words}");
+        assert_eq!(numbers(args), expected, "{args}");
     }
 }
 
 #[test]
-fn outputs_are_written_and_the_input_is_not() {
-    let desk = Desk::new();
-    desk.wav("a.wav", 8000, 1, &tones(8000.0, 4000, &[(210.0, 0.5)]));
-    let before = fs::read(desk.path("a.wav")).expect("there");
-    let json = desk.analyse("a.wav --from 0.1 --to 0.4 --png figures --save a.rrd --lag 5 --dimension 3 --threshold spread:0.2");
-    assert_eq!(json["signal"]["samples"], 2400);
+fn outputs_never_overwrite_the_input() {
+    let dir = TestDir::new();
+    dir.wav("a.wav", 8000, 1, &tones(8000.0, 4000, &[(210.0, 0.5)]));
+    let before = fs::read(dir.path("a.wav")).expect("there");
+    let json = dir.analyse("a.wav --from 0.1 --to 0.4 --figures figures --save a.rrd --lag 5 --dimension 3 --threshold spread:0.2");
+    assert_eq!(json["signal"]["sample_count"], 2400);
     assert_eq!(json["embedding"]["lag_samples"], 5);
     assert_eq!(json["embedding"]["dimension"], 3);
     assert_eq!(json["recurrence"]["threshold"], "spread");
@@ -226,51 +225,51 @@ fn outputs_are_written_and_the_input_is_not() {
             "{path}"
         );
     }
-    for words in ["--json a.wav", "--save ./a.wav", "--png a.wav"] {
-        desk.refused(&format!("a.wav {words}"));
+    for args in ["--json a.wav", "--save ./a.wav", "--figures a.wav"] {
+        dir.rejection(&format!("a.wav {args}"));
     }
-    desk.refused("a.wav --save b --json b");
-    assert_eq!(fs::read(desk.path("a.wav")).expect("there"), before);
+    dir.rejection("a.wav --save b --json b");
+    assert_eq!(fs::read(dir.path("a.wav")).expect("there"), before);
 }
 
 #[test]
-fn each_bad_file_has_its_word() {
-    let desk = Desk::new();
+fn each_invalid_file_has_a_specific_message() {
+    let dir = TestDir::new();
     let tone = tones(8000.0, 4000, &[(210.0, 0.5)]);
-    desk.wav("stereo.wav", 8000, 2, &tone);
-    desk.wav("short.wav", 8000, 1, &tone[..100]);
-    desk.wav("still.wav", 8000, 1, &[7; 4000]);
-    desk.npy("a.npy", &[1.0; 600]);
-    let whole = fs::read(desk.path("stereo.wav")).expect("there");
-    fs::write(desk.path("cut.wav"), &whole[..whole.len() - 1000]).expect("written");
-    fs::write(desk.path("bytes.wav"), b"\x00\x01\x02").expect("written");
-    fs::write(desk.path("bytes.rrd"), b"RRF2\x00\x01\x02").expect("written");
-    fs::write(desk.path("empty.csv"), "").expect("written");
-    fs::write(desk.path("ragged.csv"), "t,u\n0,1\n1\n").expect("written");
-    fs::write(desk.path("words.csv"), "t,u\n0,1\n1,one\n").expect("written");
-    fs::write(desk.path("hole.csv"), "t,u\n0,1\n1,nan\n2,0\n").expect("written");
-    fs::write(desk.path("gap.csv"), "t,u\n0,1\n1,2\n2,0\n4,1\n5,1\n").expect("written");
-    for (words, said) in [
-        ("absent.wav", "no such file"),
+    dir.wav("stereo.wav", 8000, 2, &tone);
+    dir.wav("short.wav", 8000, 1, &tone[..100]);
+    dir.wav("constant.wav", 8000, 1, &[7; 4000]);
+    dir.npy("a.npy", &[1.0; 600]);
+    let whole = fs::read(dir.path("stereo.wav")).expect("there");
+    fs::write(dir.path("cut.wav"), &whole[..whole.len() - 1000]).expect("written");
+    fs::write(dir.path("bytes.wav"), b"\x00\x01\x02").expect("written");
+    fs::write(dir.path("bytes.rrd"), b"RRF2\x00\x01\x02").expect("written");
+    fs::write(dir.path("empty.csv"), "").expect("written");
+    fs::write(dir.path("ragged.csv"), "t,u\n0,1\n1\n").expect("written");
+    fs::write(dir.path("words.csv"), "t,u\n0,1\n1,one\n").expect("written");
+    fs::write(dir.path("hole.csv"), "t,u\n0,1\n1,nan\n2,0\n").expect("written");
+    fs::write(dir.path("gap.csv"), "t,u\n0,1\n1,2\n2,0\n4,1\n5,1\n").expect("written");
+    for (args, expected) in [
+        ("absent.wav", "does not exist"),
         (".", "directory"),
         ("empty.csv", "empty"),
-        ("bytes.wav", "format is unknown"),
-        ("bytes.rrd", "no recording"),
-        ("cut.wav --column left", "cut short"),
+        ("bytes.wav", "unknown file format"),
+        ("bytes.rrd", "is not a recording"),
+        ("cut.wav --column left", "truncated"),
         ("stereo.wav", "--column: left, right"),
         ("stereo.wav --column middle", "no column `middle`"),
         ("short.wav", "100 samples are too few; give at least 500"),
-        ("still.wav", "all samples are the same"),
+        ("constant.wav", "all samples are equal"),
         ("ragged.csv", "line 3 has 1 fields"),
         ("words.csv", "line 3, column `u`: `one`"),
         ("hole.csv", "sample 1 (at 1 s) of `u` is NaN"),
         ("gap.csv", "not evenly spaced"),
         ("a.npy", "--rate HZ"),
-        ("a.npy --rate 0", "a rate of 0 Hz"),
-        ("a.npy --rate nan", "a rate of NaN Hz"),
+        ("a.npy --rate 0", "the sample rate 0 Hz"),
+        ("a.npy --rate nan", "the sample rate NaN Hz"),
         (
             "stereo.wav --column left --rate 8001",
-            "own clock gives 8000 Hz",
+            "a sample rate of 8000 Hz",
         ),
         (
             "stereo.wav --column left --from 0.2 --to 0.1",
@@ -278,16 +277,16 @@ fn each_bad_file_has_its_word() {
         ),
         ("stereo.wav --column left --from -1", "outside the file"),
     ] {
-        let message = desk.refused(words);
-        assert!(message.contains(said), "{words}: {message}");
-        let file = words.split(' ').next().expect("a file");
+        let message = dir.rejection(args);
+        assert!(message.contains(expected), "{args}: {message}");
+        let file = args.split(' ').next().expect("a file");
         assert!(message.contains(file), "{message}");
     }
-    for words in [
+    for args in [
         "a.npy --lag 0",
         "a.npy --dimension 0",
         "a.npy --threshold rate:2",
     ] {
-        desk.run(words).code(2).stdout("");
+        dir.run(args).code(2).stdout("");
     }
 }

@@ -1,4 +1,4 @@
-//! The command line keeps its promises: exit codes, one message for bad input, stable JSON.
+//! The command line: exit codes, one-line messages for bad input, JSON, help, completions and man pages.
 
 use std::path::Path;
 
@@ -11,11 +11,11 @@ fn squeakscope(folder: &Path, words: &[&str]) -> assert_cmd::assert::Assert {
     command.current_dir(folder).args(words).assert()
 }
 
-fn desk() -> tempfile::TempDir {
+fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("temporary folder")
 }
 
-/// Bad input: exit code 2, nothing on the standard output, one line that begins with `error:`.
+/// Checks for bad input: exit code 2, empty standard output, one line of error. Returns the line.
 fn refused(folder: &Path, words: &[&str]) -> String {
     let assert = squeakscope(folder, words).code(2).stdout("");
     let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
@@ -25,13 +25,13 @@ fn refused(folder: &Path, words: &[&str]) -> String {
 }
 
 #[test]
-fn scenes_lists_all() {
-    let desk = desk();
-    let mut assert = squeakscope(desk.path(), &["scenes", "--json", "scenes.json"]).success();
+fn scenes_lists_all_scenes() {
+    let test = folder();
+    let mut assert = squeakscope(test.path(), &["scenes", "--json", "scenes.json"]).success();
     for preset in PRESETS {
         assert = assert.stdout(predicate::str::contains(preset.name));
     }
-    let json = std::fs::read(desk.path().join("scenes.json")).expect("written");
+    let json = std::fs::read(test.path().join("scenes.json")).expect("written");
     let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
     let scenes = json["scenes"].as_array().expect("a list");
     assert_eq!(scenes.len(), PRESETS.len());
@@ -45,15 +45,15 @@ fn scenes_lists_all() {
 
 #[test]
 fn a_printed_scene_can_be_saved_and_checked() {
-    let desk = desk();
+    let test = folder();
     for preset in PRESETS {
-        let assert = squeakscope(desk.path(), &["scenes", preset.name])
+        let assert = squeakscope(test.path(), &["scenes", preset.name])
             .success()
             .stderr("");
         let printed = assert.get_output().stdout.clone();
         assert_eq!(printed, preset.text.as_bytes());
-        std::fs::write(desk.path().join("mine.toml"), printed).expect("written");
-        squeakscope(desk.path(), &["scenes", "mine.toml"])
+        std::fs::write(test.path().join("mine.toml"), printed).expect("written");
+        squeakscope(test.path(), &["scenes", "mine.toml"])
             .success()
             .stdout(preset.text);
     }
@@ -61,26 +61,26 @@ fn a_printed_scene_can_be_saved_and_checked() {
 
 #[test]
 fn scenes_prints_every_key() {
-    let assert = squeakscope(desk().path(), &["scenes", "--keys"]).success();
+    let assert = squeakscope(folder().path(), &["scenes", "--keys"]).success();
     assert
         .stdout(predicate::str::contains("`[friction]`"))
         .stdout(predicate::str::contains("| `tilt_deg` |"));
 }
 
 #[test]
-fn unknown_scenes_offer_the_nearest() {
-    let desk = desk();
+fn an_unknown_scene_suggests_a_similar_name() {
+    let test = folder();
     for command in ["scenes", "run", "stability"] {
-        let message = refused(desk.path(), &[command, "chaos-5"]);
+        let message = refused(test.path(), &[command, "chaos-5"]);
         assert!(message.contains("did you mean `chaos-5deg`?"), "{message}");
     }
-    let message = refused(desk.path(), &["model", "chaos-5", "--out", "m.npz"]);
+    let message = refused(test.path(), &["model", "chaos-5", "--out", "m.npz"]);
     assert!(message.contains("did you mean `chaos-5deg`?"), "{message}");
 }
 
 #[test]
-fn faulty_scene_files_are_refused_by_file_line_and_key() {
-    let desk = desk();
+fn errors_in_scene_files_name_file_line_and_key() {
+    let test = folder();
     let cases: [(&str, &str); 7] = [
         (
             "[load]\nload_m = 150\n",
@@ -106,27 +106,27 @@ fn faulty_scene_files_are_refused_by_file_line_and_key() {
         ("[load\n", "mine.toml:1: not valid TOML"),
     ];
     for (text, expected) in cases {
-        std::fs::write(desk.path().join("mine.toml"), text).expect("written");
+        std::fs::write(test.path().join("mine.toml"), text).expect("written");
         for command in ["scenes", "run"] {
-            let message = refused(desk.path(), &[command, "mine.toml"]);
+            let message = refused(test.path(), &[command, "mine.toml"]);
             assert!(message.contains(expected), "{message}");
         }
     }
-    let names = std::fs::read_dir(desk.path()).expect("a folder").count();
-    assert_eq!(names, 1, "a refused scene leaves no file behind");
+    let names = std::fs::read_dir(test.path()).expect("a folder").count();
+    assert_eq!(names, 1, "a refused scene writes no file");
 }
 
 #[test]
-fn unreadable_scenes_say_why() {
-    let desk = desk();
-    let message = refused(desk.path(), &["run", "absent/mine.toml"]);
+fn unreadable_scenes_are_refused_with_the_reason() {
+    let test = folder();
+    let message = refused(test.path(), &["run", "absent/mine.toml"]);
     assert!(
         message.contains("cannot read the scene file `absent/mine.toml`"),
         "{message}"
     );
-    refused(desk.path(), &["run", "."]);
-    std::fs::write(desk.path().join("bytes.toml"), b"\xff\xfe\x00").expect("written");
-    let message = refused(desk.path(), &["run", "bytes.toml"]);
+    refused(test.path(), &["run", "."]);
+    std::fs::write(test.path().join("bytes.toml"), b"\xff\xfe\x00").expect("written");
+    let message = refused(test.path(), &["run", "bytes.toml"]);
     assert!(
         message.contains("bytes.toml:1: the scene file is not UTF-8"),
         "{message}"
@@ -134,13 +134,13 @@ fn unreadable_scenes_say_why() {
 }
 
 #[test]
-fn kinetic_above_static_friction_is_warned_of() {
-    let desk = desk();
+fn kinetic_above_static_friction_is_a_warning() {
+    let test = folder();
     let text = "load = { load_n = 1, tilt_deg = 1 }\ntime.duration_ms = 1\n\
                 friction = { mu_s = 0.2, mu_d = 0.5 }\n";
-    std::fs::write(desk.path().join("mine.toml"), text).expect("written");
+    std::fs::write(test.path().join("mine.toml"), text).expect("written");
     let warning = "warning: friction.mu_d = 0.5 exceeds friction.mu_s = 0.2";
-    squeakscope(desk.path(), &["scenes", "mine.toml"])
+    squeakscope(test.path(), &["scenes", "mine.toml"])
         .success()
         .stdout(text)
         .stderr(predicate::str::starts_with(warning));
@@ -148,37 +148,37 @@ fn kinetic_above_static_friction_is_warned_of() {
 
 #[test]
 fn outputs_are_checked_before_any_work() {
-    let desk = desk();
-    std::fs::create_dir(desk.path().join("folder")).expect("made");
+    let test = folder();
+    std::fs::create_dir(test.path().join("folder")).expect("made");
     let scene = "periodic-2deg";
     for option in ["--save", "--npz", "--json"] {
-        let message = refused(desk.path(), &["run", scene, option, "folder"]);
+        let message = refused(test.path(), &["run", scene, option, "folder"]);
         assert!(
             message.contains(&format!("`folder` ({option})")),
             "{message}"
         );
-        let message = refused(desk.path(), &["run", scene, option, "absent/out"]);
+        let message = refused(test.path(), &["run", scene, option, "absent/out"]);
         assert!(
             message.contains(&format!("`absent/out` ({option})")),
             "{message}"
         );
     }
-    refused(desk.path(), &["scenes", "--json", "folder"]);
-    refused(desk.path(), &["stability", scene, "--json", "absent/out"]);
-    refused(desk.path(), &["model", scene, "--out", "folder"]);
+    refused(test.path(), &["scenes", "--json", "folder"]);
+    refused(test.path(), &["stability", scene, "--json", "absent/out"]);
+    refused(test.path(), &["model", scene, "--out", "folder"]);
     refused(
-        desk.path(),
+        test.path(),
         &["model", scene, "--out", "same", "--json", "same"],
     );
 }
 
 #[test]
-fn overrides_obey_the_ranges_of_the_scene() {
-    let desk = desk();
-    let message = refused(desk.path(), &["run", "periodic-2deg", "--tilt", "91"]);
+fn options_have_the_ranges_of_the_scene_keys() {
+    let test = folder();
+    let message = refused(test.path(), &["run", "periodic-2deg", "--tilt", "91"]);
     assert!(message.contains("a number from -90 to 90 deg"), "{message}");
-    refused(desk.path(), &["run", "periodic-2deg", "--tilt", "nan"]);
-    let message = refused(desk.path(), &["run", "periodic-2deg", "--duration", "-1"]);
+    refused(test.path(), &["run", "periodic-2deg", "--tilt", "nan"]);
+    let message = refused(test.path(), &["run", "periodic-2deg", "--duration", "-1"]);
     assert!(
         message.contains("`time.duration_ms` = -1 is out of range"),
         "{message}"
@@ -186,8 +186,8 @@ fn overrides_obey_the_ranges_of_the_scene() {
 }
 
 #[test]
-fn usage_errors_are_bad_input_too() {
-    let desk = desk();
+fn usage_errors_have_exit_code_2() {
+    let test = folder();
     let usages: [&[&str]; 8] = [
         &["rnu"],
         &["run", "--til", "3"],
@@ -199,25 +199,24 @@ fn usage_errors_are_bad_input_too() {
         &["stability", "--tilt", "0:7:-1"],
     ];
     for words in usages {
-        squeakscope(desk.path(), words)
+        squeakscope(test.path(), words)
             .code(2)
             .stdout("")
             .stderr(predicate::str::starts_with("error: "));
     }
-    squeakscope(desk.path(), &["stability", "--tilt", "0:7:-1"]).stderr(predicate::str::contains(
+    squeakscope(test.path(), &["stability", "--tilt", "0:7:-1"]).stderr(predicate::str::contains(
         "a step of -1 does not lead from 0 to 7",
     ));
-    squeakscope(desk.path(), &["--version"])
+    squeakscope(test.path(), &["--version"])
         .success()
         .stdout(format!("squeakscope {}\n", squeakscope::VERSION));
-    squeakscope(desk.path(), &["run", "--help"]).success();
+    squeakscope(test.path(), &["run", "--help"]).success();
 }
 
-/// Numbers that are each in range but make no joint together: bad input, with a remedy, and nothing
-/// left behind.
+/// Numbers that are each in range, but do not make a valid joint, are bad input and write no file.
 #[test]
-fn joints_that_cannot_be_are_bad_input() {
-    let desk = desk();
+fn invalid_joints_are_bad_input() {
+    let test = folder();
     let printed = squeakscope::scene::preset("torus-3deg")
         .expect("preset")
         .text;
@@ -225,77 +224,77 @@ fn joints_that_cannot_be_are_bad_input() {
     let text = printed
         .replace("load_n = 150", "load_n = 1e6")
         .replace("tilt_deg = 3", "tilt_deg = 80");
-    std::fs::write(desk.path().join("scene.toml"), text).expect("written");
-    let message = refused(desk.path(), &["run", "scene.toml", "--save", "out.rrd"]);
+    std::fs::write(test.path().join("scene.toml"), text).expect("written");
+    let message = refused(test.path(), &["run", "scene.toml", "--save", "out.rrd"]);
     assert!(message.contains("reaches the beam"), "{message}");
-    let left = std::fs::read_dir(desk.path()).expect("folder").count();
-    assert_eq!(left, 1, "only the scene");
+    let left = std::fs::read_dir(test.path()).expect("folder").count();
+    assert_eq!(left, 1, "only the scene file");
 }
 
-/// Limits that several keys share are told with file, line and key like any other.
+/// Errors of limits that several keys share name the file and the line.
 #[test]
-fn shared_limits_are_told_at_their_line() {
-    let desk = desk();
+fn shared_limits_name_file_and_line() {
+    let test = folder();
     let printed = squeakscope::scene::preset("torus-3deg")
         .expect("preset")
         .text;
-    for (new, said) in [
+    for (new, expected) in [
         (
-            "frequencies = \"fe\"\nbending_pairs = 50\ntorsion = 40",
+            "frequencies = \"fe\"\nbending_pairs = 50\ntorsion_modes = 40",
             "at most 128",
         ),
         ("frequencies = \"fe\"\nelement_size_mm = 1", "at most 2000"),
     ] {
         let text = printed.replace("frequencies = \"published\"", new);
         assert_ne!(text, printed);
-        std::fs::write(desk.path().join("scene.toml"), text).expect("written");
-        let message = refused(desk.path(), &["run", "scene.toml", "--save", "out.rrd"]);
+        std::fs::write(test.path().join("scene.toml"), text).expect("written");
+        let message = refused(test.path(), &["run", "scene.toml", "--save", "out.rrd"]);
         assert!(
-            message.starts_with("error: scene.toml:") && message.contains(said),
+            message.starts_with("error: scene.toml:") && message.contains(expected),
             "{message}"
         );
     }
 }
 
-/// What is held though it varies is told; what cannot be varied is refused.
+/// A quantity that varies with time is held constant with a warning; a sweep over it is refused.
 #[test]
-fn what_changes_with_time_is_held_and_told() {
-    let desk = desk();
-    std::fs::create_dir(desk.path().join("mine")).expect("made");
+fn time_dependent_loads_are_held_with_a_warning() {
+    let test = folder();
+    std::fs::create_dir(test.path().join("mine")).expect("made");
     let text = "load = { load_csv = \"load.csv\", tilt_deg = 1 }\ntime.duration_ms = 1\n\
                 friction = { mu_s = 0.5, mu_d = 0.2 }\n";
-    std::fs::write(desk.path().join("mine/scene.toml"), text).expect("written");
+    std::fs::write(test.path().join("mine/scene.toml"), text).expect("written");
     let scene = "mine/scene.toml";
-    let message = refused(desk.path(), &["run", scene, "--save", "out.rrd"]);
+    let message = refused(test.path(), &["run", scene, "--save", "out.rrd"]);
     assert!(
         message.contains(
             "mine/scene.toml:1: `load.load_csv`: the file `mine/load.csv` cannot be read"
         ),
         "{message}"
     );
-    let table = desk.path().join("mine/load.csv");
+    let table = test.path().join("mine/load.csv");
     std::fs::write(&table, "time_ms,load_n\n0,100\n1,x\n").expect("written");
-    let message = refused(desk.path(), &["run", scene, "--save", "out.rrd"]);
+    let message = refused(test.path(), &["run", scene, "--save", "out.rrd"]);
     assert!(
         message.contains("mine/load.csv:3: `load.load.load_n` is `x`"),
         "{message}"
     );
 
     std::fs::write(&table, "time_ms,load_n\n0,100\n1,150\n").expect("written");
-    squeakscope(desk.path(), &["stability", scene])
+    squeakscope(test.path(), &["stability", scene])
         .success()
         .stderr(predicate::str::contains(
-            "held at its first values: load 100 N",
+            "uses its initial values: load 100 N",
         ));
-    let over = [
+    let sweep = [
         "sweep",
         scene,
-        "--over",
+        "--param",
         "load.load_n=100:150:50",
         "--out",
         "s.arrow",
     ];
-    let message = refused(desk.path(), &over);
+    let message = refused(test.path(), &sweep);
     assert!(
         message.contains("the load of this scene is a function of time"),
         "{message}"
@@ -305,18 +304,99 @@ fn what_changes_with_time_is_held_and_told() {
 /// An output that would replace the scene is refused.
 #[test]
 fn the_scene_is_not_overwritten() {
-    let desk = desk();
+    let test = folder();
     let printed = squeakscope::scene::preset("torus-3deg")
         .expect("preset")
         .text;
-    std::fs::write(desk.path().join("scene.toml"), printed).expect("written");
+    std::fs::write(test.path().join("scene.toml"), printed).expect("written");
     let message = refused(
-        desk.path(),
+        test.path(),
         &["run", "scene.toml", "--save", "./scene.toml"],
     );
-    assert!(message.contains("is the input itself"), "{message}");
+    assert!(message.contains("is the input"), "{message}");
     assert_eq!(
-        std::fs::read(desk.path().join("scene.toml")).expect("there"),
+        std::fs::read(test.path().join("scene.toml")).expect("there"),
         printed.as_bytes()
     );
+}
+
+/// An old option name works and prints one line of warning with the new name.
+#[test]
+fn old_options_work_with_a_warning() {
+    let test = folder();
+    let run = |option: &str| {
+        let words = ["lyapunov", "impact-oscillator", "--duration", "20", option];
+        squeakscope(test.path(), &words).success()
+    };
+    run("--average-time=0.01").stderr("");
+    run("--until=0.01").stderr("warning: `--until` is deprecated; use `--average-time`\n");
+    let refused = squeakscope(test.path(), &["sweep", "--most", "0"]).code(2);
+    refused
+        .stderr(predicate::str::starts_with(
+            "warning: `--most` is deprecated; use `--max-transient`\n",
+        ))
+        .stderr(predicate::str::contains("error: "));
+}
+
+#[test]
+fn help_groups_the_commands_and_ends_with_examples() {
+    let test = folder();
+    let help = |words: &[&str]| {
+        let assert = squeakscope(test.path(), words).success().stderr("");
+        String::from_utf8(assert.get_output().stdout.clone()).expect("text")
+    };
+    let main = help(&["--help"]);
+    for heading in [
+        "Simulate:",
+        "Watch live:",
+        "Study:",
+        "Analyse a signal:",
+        "Inspect:",
+        "Options:",
+        "Examples:",
+    ] {
+        assert!(
+            main.lines().any(|line| line == heading),
+            "{heading}: {main}"
+        );
+    }
+    let sweep = help(&["sweep", "--help"]);
+    for heading in [
+        "Parameters:",
+        "Response:",
+        "Execution:",
+        "Output:",
+        "Figures:",
+        "Examples:",
+    ] {
+        assert!(
+            sweep.lines().any(|line| line == heading),
+            "{heading}: {sweep}"
+        );
+    }
+    let last = sweep.trim_end().lines().last().expect("a line");
+    assert!(
+        last.trim_start().starts_with("squeakscope sweep "),
+        "{last}"
+    );
+}
+
+#[test]
+fn completions_and_man_pages_are_written() {
+    let test = folder();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        squeakscope(test.path(), &["completions", shell])
+            .success()
+            .stderr("")
+            .stdout(predicate::str::contains("max-transient"));
+    }
+    squeakscope(test.path(), &["completions", "tcsh"]).code(2);
+    squeakscope(test.path(), &["man", "man1"])
+        .success()
+        .stdout("")
+        .stderr("");
+    let page = std::fs::read_to_string(test.path().join("man1/squeakscope-sweep.1")).expect("page");
+    assert!(page.contains("max\\-transient"), "{page}");
+    std::fs::write(test.path().join("file"), "x").expect("written");
+    refused(test.path(), &["man", "file"]);
 }

@@ -1,7 +1,7 @@
-//! Damaged recordings and tables: whatever is in a file, it is read as far as it goes or refused in
-//! one line. Nothing panics, aborts, or takes the memory that a header claims.
+//! Damaged recordings and tables are read up to the damage or rejected with a one-line message. Nothing
+//! panics, aborts, or allocates the memory that a header claims.
 //!
-//! A longer search for what does:
+//! A longer search:
 //!
 //! ```sh
 //! SQUEAKSCOPE_MUTANTS=20000 cargo test --release --test it damage::a_damaged
@@ -17,9 +17,9 @@ use squeakscope::study::sweep::{SweepTable, TableError, read_table};
 
 use crate::mutants::{count, mutants};
 
-/// Damaged copies of each file that are read within this process.
+/// Number of damaged copies of each file that are read in this process.
 const READ: usize = 400;
-/// Damaged copies of each file that the program is given.
+/// Number of damaged copies of each file that are passed to the program.
 const GIVEN: usize = 24;
 
 /// A folder with a recording and a table, and the program.
@@ -34,7 +34,7 @@ impl Desk {
         self.0.path().join(name)
     }
 
-    /// Runs the program, with no more memory than it needs for a small file.
+    /// Runs the program with no more memory than a small file needs.
     fn run(&self, words: &[&str]) -> Output {
         let mut command = std::process::Command::new("sh");
         let script = if cfg!(target_os = "linux") {
@@ -56,11 +56,11 @@ impl Desk {
         fs::read(self.path("run.rrd")).expect("written")
     }
 
-    /// A recording of somebody else's: a tone of 4000 samples, 100 a message.
+    /// A recording of another program: a tone of 4000 samples, 100 per message.
     pub fn tone(&self) -> Vec<u8> {
         let path = self.path("tone.rrd");
-        let builder = rerun::RecordingStreamBuilder::new("somebody");
-        let recording = builder.save(&path).expect("begun");
+        let builder = rerun::RecordingStreamBuilder::new("another_program");
+        let recording = builder.save(&path).expect("created");
         recording.set_log_time_enabled(false);
         for k in 0..4000_i32 {
             let time = rerun::TimeCell::from_duration_nanos(1_000_000 * i64::from(k));
@@ -78,7 +78,7 @@ impl Desk {
 
     /// The table of a sweep over four tilts.
     pub fn table(&self) -> Vec<u8> {
-        let words = "sweep torus-3deg --tilt 1:4:1 --start cold --least 5 --most 20 --measure 10 --out s.arrow";
+        let words = "sweep torus-3deg --tilt 1:4:1 --start fresh --min-transient 5 --max-transient 20 --measure 10 --out s.arrow";
         let words: Vec<&str> = words.split(' ').collect();
         let made = self.run(&words);
         assert!(made.status.success(), "{made:?}");
@@ -92,7 +92,7 @@ impl Desk {
     }
 }
 
-/// What a program says that reads a damaged file: nothing but a result, a warning, or one error.
+/// Checks the output of a program that reads a damaged file: a result, a warning, or one error.
 #[track_caller]
 fn ends_well(output: &Output, damage: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -112,12 +112,12 @@ fn displacement(path: &Path) -> Result<Series, ReadError> {
     read_series(path, Some(paths::DISPLACEMENT))
 }
 
-/// The recording without compression: damage comes through to what lies below it.
+/// The recording without compression: damage reaches the inner layers.
 pub fn unpacked(recording: &[u8]) -> Vec<u8> {
     let mut unpacked = Vec::new();
     let version = rerun::build_info().version;
     let options = EncodingOptions::PROTOBUF_UNCOMPRESSED;
-    let mut encoder = Encoder::new_eager(version, options, &mut unpacked).expect("begun");
+    let mut encoder = Encoder::new_eager(version, options, &mut unpacked).expect("created");
     for message in DecoderApp::decode_lazy(recording) {
         encoder.append(&message.expect("read")).expect("written");
     }
@@ -153,7 +153,7 @@ fn a_damaged_recording_is_read_up_to_the_damage_or_refused() {
 }
 
 #[test]
-fn the_program_says_what_is_wrong_with_a_damaged_recording() {
+fn the_program_reports_the_damage_of_a_recording() {
     let desk = Desk::new();
     let recording = desk.recording();
     let unpacked = unpacked(&recording);
@@ -166,9 +166,9 @@ fn the_program_says_what_is_wrong_with_a_damaged_recording() {
     }
 }
 
-/// The length of the first message: one bit of it asks for up to 18 PB.
+/// The length of the first message: a single bit may claim up to 18 PB.
 #[test]
-fn a_length_beyond_the_end_of_a_recording_is_refused() {
+fn a_length_beyond_the_end_of_a_recording_is_rejected() {
     let desk = Desk::new();
     let recording = desk.recording();
     for byte in 20..28 {
@@ -189,7 +189,7 @@ fn a_length_beyond_the_end_of_a_recording_is_refused() {
 }
 
 #[test]
-fn what_comes_before_a_damaged_tail_is_read() {
+fn data_before_a_damaged_tail_are_read() {
     let desk = Desk::new();
     let recording = desk.tone();
     let whole = read_series(&desk.path("tone.rrd"), None).expect("read");
@@ -203,7 +203,7 @@ fn what_comes_before_a_damaged_tail_is_read() {
         let count = read.values.len();
         assert!((1500..2500).contains(&count), "{count}");
         assert_eq!(read.values, whole.values[..count]);
-        let damage = read.damage.expect("known");
+        let damage = read.damage.expect("reported");
         assert!(damage.at <= half as u64, "{damage}");
 
         let output = desk.run(&["analyse", "torn.rrd"]);
@@ -213,14 +213,14 @@ fn what_comes_before_a_damaged_tail_is_read() {
         let words = [
             "warning: ".to_owned(),
             damage.to_string(),
-            format!("{count} samples of `volts` before that, {seconds:.6} s"),
+            format!("{count} samples of `volts` before the damage are used, {seconds:.6} s"),
         ];
         for word in words {
-            assert!(stderr.contains(&word), "no `{word}` in {stderr}");
+            assert!(stderr.contains(&word), "`{word}` is missing in {stderr}");
         }
         assert_eq!(output.status.code(), Some(0), "{stderr}");
     }
-    // The end alone: nothing of the numbers is lost, and it is said all the same.
+    // Only the end is damaged: no number is lost, but the damage is reported.
     let tail = recording.len() - 16;
     zeroed.copy_from_slice(&recording);
     zeroed[tail..].fill(0);
@@ -231,7 +231,7 @@ fn what_comes_before_a_damaged_tail_is_read() {
     }
 }
 
-/// Whether a table has only points that the whole one has.
+/// Whether a table contains only points of the undamaged one.
 fn is_part(table: &SweepTable, whole: &SweepTable) -> bool {
     let mut points = table.points.iter();
     points.all(|point| whole.points.contains(point))
@@ -248,10 +248,10 @@ fn a_damaged_table_is_read_up_to_the_damage_or_refused() {
         match read_table(&desk.write("mutant.arrow", &mutant.bytes)) {
             Ok(table) => {
                 read += 1;
-                torn += usize::from(table.torn && is_part(&table, &whole));
+                torn += usize::from(table.truncated && is_part(&table, &whole));
             }
             Err(error) => {
-                let is_known = matches!(error, TableError::Foreign { .. });
+                let is_known = matches!(error, TableError::Invalid { .. });
                 assert!(is_known, "{}: {error:?}", mutant.damage);
             }
         }
@@ -268,13 +268,13 @@ fn a_damaged_table_is_read_up_to_the_damage_or_refused() {
     }
 }
 
-/// One bit of a length asks for 34 GB.
+/// A single bit of a length claims 34 GB.
 #[test]
 fn a_length_beyond_the_end_of_a_table_ends_it() {
     let desk = Desk::new();
     let original = desk.table();
     let whole = read_table(&desk.path("s.arrow")).expect("read");
-    // The first of them has the schema: its length, and that of its body, are in the first bytes.
+    // The first message is the schema: its length and that of its body are in the first bytes.
     for byte in 4..64 {
         for bit in 0..8 {
             let mut bytes = original.clone();
@@ -284,7 +284,7 @@ fn a_length_beyond_the_end_of_a_table_ends_it() {
             }
         }
     }
-    // A batch's body: as many bytes as there are up to the next message.
+    // The body of a batch: all bytes up to the next message.
     let lengths: Vec<usize> = (0..original.len() - 8)
         .step_by(8)
         .filter(|&at| {
@@ -305,7 +305,7 @@ fn a_length_beyond_the_end_of_a_table_ends_it() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_file_is_refused_before_it_is_read() {
+fn other_file_types_are_rejected_before_reading() {
     let desk = Desk::new();
     let made = std::process::Command::new("mkfifo")
         .arg(desk.path("pipe"))

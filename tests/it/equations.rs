@@ -1,18 +1,18 @@
-//! Each equation of the paper that is implemented has one home, whose doc line starts with it.
+//! Each implemented equation of the paper has one documented implementation.
 
 use std::fs;
 use std::path::Path;
 
-/// Equations of the paper, and where each is implemented.
-const HOMES: &[(u32, &str)] = &[
-    (1, "joint/traction.rs"),
-    (2, "joint/traction.rs"),
-    (3, "joint/traction.rs"),
+/// Equations of the paper and the files that implement them.
+const IMPLEMENTATIONS: &[(u32, &str)] = &[
+    (1, "joint/contact_force.rs"),
+    (2, "joint/contact_force.rs"),
+    (3, "joint/contact_force.rs"),
     (4, "joint/nodes.rs"),
     (5, "joint/friction.rs"),
-    (6, "joint/traction.rs"),
+    (6, "joint/contact_force.rs"),
     (7, "joint/nodes.rs"),
-    (8, "joint/traction.rs"),
+    (8, "joint/contact_force.rs"),
     (9, "dynamics/system.rs"),
     (10, "dynamics/system.rs"),
     (11, "dynamics/switching.rs"),
@@ -57,21 +57,21 @@ fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
 }
 
 #[test]
-fn every_equation_has_one_home() {
+fn every_equation_is_implemented_once() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = Vec::new();
     headings(&root, &mut found, &root);
-    for (number, home) in HOMES {
+    for (number, file) in IMPLEMENTATIONS {
         let places: Vec<_> = found
             .iter()
             .filter(|(n, _)| n == number)
             .map(|(_, p)| p)
             .collect();
-        assert_eq!(places, [home], "Eq. ({number})");
+        assert_eq!(places, [file], "Eq. ({number})");
     }
     for (number, place) in &found {
         assert!(
-            HOMES.iter().any(|(n, _)| n == number),
+            IMPLEMENTATIONS.iter().any(|(n, _)| n == number),
             "Eq. ({number}) in {place} is not listed"
         );
     }

@@ -1,4 +1,4 @@
-//! The NumPy files: read back, they are what was written, and enough to integrate the same model.
+//! The NumPy files: reading returns the written data, which suffice to integrate the same model.
 
 use squeakscope::dynamics::System;
 use squeakscope::export::{ModelArrays, SamplesSink, read_model, write_model};
@@ -15,7 +15,7 @@ fn scene() -> Scene {
 }
 
 #[test]
-fn a_model_comes_back_whole() {
+fn a_model_is_read_back_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.npz");
     let scene = scene();
@@ -26,11 +26,11 @@ fn a_model_comes_back_whole() {
     let arrays = ModelArrays::new(model, initial_state(&scene, 11));
     write_model(&path, &arrays).unwrap();
     let mut back = read_model(&path).unwrap();
-    // No damping is written as zeros.
+    // Absent damping is written as zeros.
     assert_eq!(back.model.damping, [0.0; 11]);
     back.model.damping.clear();
     assert_eq!(back, arrays);
-    // The documented shapes, as another program sees them.
+    // The documented shapes, as another program reads them.
     let raw = read_npz(&path).unwrap();
     let shape = |name: &str| raw[name].shape.clone();
     assert_eq!(shape("version"), [0; 0]);
@@ -55,9 +55,9 @@ fn a_model_comes_back_whole() {
     assert!((load / 150.0 - 1.0).abs() < 1e-12);
 }
 
-/// A model without friction, and a file that lacks an array.
+/// A model without friction, and a file with a missing array.
 #[test]
-fn other_models_and_broken_files() {
+fn other_models_and_incomplete_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.npz");
     let mut scene = scene();
@@ -105,7 +105,7 @@ fn other_models_and_broken_files() {
     assert!(fault.to_string().contains("`areas` is missing"), "{fault}");
 }
 
-/// The samples start at `z0`, end one sample before the duration, and obey `u = probe . q`.
+/// The samples start at `z0`, end one sample before the duration, and satisfy `u = probe . q`.
 #[test]
 fn samples_fit_the_model() {
     let folder = tempfile::tempdir().unwrap();

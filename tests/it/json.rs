@@ -1,7 +1,6 @@
-//! The guide's page on JSON, `src/guide/json.md`: the fields of real results, with the words and types of the structs
-//! that are written.
+//! Checks `src/guide/reference/json.md`: the fields of real results, with the types and doc comments of their structs.
 //!
-//! `UPDATE_GUIDE=1 cargo test --release --test it json` writes the page anew.
+//! `UPDATE_GUIDE=1 cargo test --release --test it json` rewrites the page.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,7 +10,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use syn::{Attribute, Fields, Type};
 
-/// Each command with an example that is short.
+/// Each command with a short example.
 const EXAMPLES: &[(&str, &str)] = &[
     ("scenes", "scenes periodic-2deg"),
     ("scenes --effects", "scenes impact-oscillator --effects"),
@@ -23,31 +22,32 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("model", "model periodic-2deg --out a.npz"),
     (
         "lyapunov",
-        "lyapunov impact-oscillator --duration 60 --settle 10 --until 0.5 --csv a.csv",
+        "lyapunov impact-oscillator --duration 60 --settle 10 --average-time 0.5 --csv a.csv",
     ),
     (
         "sweep",
-        "sweep periodic-2deg --tilt 2:2.5:0.5 --start up --least 20 --most 30 --measure 10 --exponents 1 --out a.arrow",
+        "sweep periodic-2deg --tilt 2:2.5:0.5 --start upward --min-transient 20 --max-transient 30 --measure 10 --exponents 1 --out a.arrow",
     ),
     (
         "basins",
-        "basins periodic-2deg --tilt 2 --kicks 2 --least 20 --most 30 --measure 10 --exponents 0 --out b.arrow",
+        "basins periodic-2deg --tilt 2 --kicks 2 --min-transient 20 --max-transient 30 --measure 10 --exponents 0 --out b.arrow",
     ),
     (
         "cost",
-        "cost impact-oscillator --only integrator --repeats 1 --horizon 5 --out cost",
+        "cost impact-oscillator --setting integrator --repeats 1 --horizon 5 --out cost",
     ),
     ("analyse", "analyse a.wav --json a.json"),
 ];
 
 /// A field of a struct in the source.
-struct Field {
+pub struct Field {
     kind: String,
-    doc: String,
+    /// The first paragraph of its documentation.
+    pub doc: String,
 }
 
-/// The fields of each struct, by their names in JSON.
-fn structs() -> Vec<BTreeMap<String, Field>> {
+/// The fields of each serialised struct by their JSON names.
+pub fn structs() -> Vec<BTreeMap<String, Field>> {
     let mut found = Vec::new();
     let mut open = vec![root().join("src")];
     while let Some(path) = open.pop() {
@@ -62,7 +62,7 @@ fn structs() -> Vec<BTreeMap<String, Field>> {
     found
 }
 
-/// Takes the structs that are written; some stand in a function that writes them.
+/// Collects the serialised structs, including those defined in functions.
 fn items(items: &[syn::Item], found: &mut Vec<BTreeMap<String, Field>>) {
     for item in items {
         match item {
@@ -118,24 +118,26 @@ fn derives_serialize(attributes: &[Attribute]) -> bool {
 
 fn field(field: &syn::Field) -> Option<(String, Field)> {
     let mut name = field.ident.as_ref()?.to_string();
-    let mut is_flat = false;
+    let mut is_hidden = false;
     for attribute in field.attrs.iter().filter(|a| a.path().is_ident("serde")) {
         let _ = attribute.parse_nested_meta(|meta| {
             let value = meta.value().and_then(|value| value.parse::<syn::LitStr>());
             match value {
                 Ok(value) if meta.path.is_ident("rename") => name = value.value(),
-                _ => is_flat |= meta.path.is_ident("flatten"),
+                _ => {
+                    is_hidden |= meta.path.is_ident("flatten") || meta.path.is_ident("skip");
+                }
             }
             Ok(())
         });
     }
     let doc = doc(&field.attrs);
     let kind = kind(&field.ty);
-    (!is_flat).then_some((name, Field { kind, doc }))
+    (!is_hidden).then_some((name, Field { kind, doc }))
 }
 
 /// The first paragraph of a doc comment, on one line.
-fn doc(attributes: &[Attribute]) -> String {
+pub fn doc(attributes: &[Attribute]) -> String {
     let lines = attributes.iter().filter_map(|attribute| {
         let value = &attribute.meta.require_name_value().ok()?.value;
         match value {
@@ -148,13 +150,13 @@ fn doc(attributes: &[Attribute]) -> String {
     });
     let first: Vec<String> = lines.take_while(|line| !line.is_empty()).collect();
     let text = first.join(" ").replace('|', "\\|");
-    // Links lead nowhere on this page, and what Rust calls `None` is `null`.
+    // The page has no links; Rust's `None` is `null` in JSON.
     text.replace("[`", "`")
         .replace("`]", "`")
         .replace("`None`", "`null`")
 }
 
-/// What JSON makes of a type.
+/// JSON type of a Rust type.
 fn kind(kind: &Type) -> String {
     let Type::Path(path) = kind else {
         return match kind {
@@ -189,7 +191,7 @@ fn kind(kind: &Type) -> String {
     }
 }
 
-/// The rows of a result: each path with its type and its meaning.
+/// The rows of a result: each path with its type and meaning.
 fn rows(
     structs: &[BTreeMap<String, Field>],
     value: &Value,
@@ -203,7 +205,7 @@ fn rows(
             }
         }
         Value::Object(fields) => {
-            // A result may be flattened of several structs: each name is of that which shares most with the rest.
+            // A result may combine flattened structs: take the struct that shares most fields with the rest.
             let shared = |candidate: &&BTreeMap<String, Field>| {
                 candidate
                     .keys()
@@ -235,7 +237,7 @@ fn rows(
     }
 }
 
-/// The result of an example.
+/// The JSON result of an example.
 fn result(folder: &Path, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command.current_dir(folder).args(words.split(' '));
@@ -252,19 +254,20 @@ fn root() -> PathBuf {
 
 const HEAD: &str = "# JSON
 
-With `--json FILE` a command writes its result for programs: the struct that the computation returns, in SI units, with
-the version of the program, the scene and the files written beside it. The unit of a number is at the end of its
-field's name; a field without one is a count, a share (0 to 1) or in the unit that its meaning names. A number that is
-not finite is `null`. Fields may be added in later versions; none changes its meaning. Fields that a scene has no use for
-are `null` or absent.
+`--json FILE` writes the result of a command for other programs: the result struct in SI units, with the
+version of the program, the name of the scene and the list of written files. The name of a field ends
+with the unit of its number. A field without a unit is a count, a share (0 to 1), or has the unit given
+in its meaning. Non-finite numbers are `null`. Later versions may add fields; the meaning of a field does
+not change. Fields that do not apply to a scene are `null` or absent.
 
-Made from real results and from the documentation of the source; a test compares both. `merge` writes what `sweep` does.
-`growth`, `calibrate` and `paper` are left out: their results take minutes; `squeakscope paper --json` has, for each claim, its
-place, words, published and own value and verdict.
+A test generates this page from real results and the documentation of their types, and checks that it is current.
+`merge` writes the same fields as `sweep`. `growth`, `calibrate` and `paper` are omitted, because their
+results take minutes. `squeakscope paper --json FILE` writes the location, the text, the published and
+the computed value and the verdict of each claim.
 ";
 
 #[test]
-fn the_guide_has_every_field_of_every_result() {
+fn the_guide_lists_every_field_of_every_result() {
     let folder = tempfile::tempdir().unwrap();
     let structs = structs();
     let mut page = HEAD.to_owned();
@@ -282,8 +285,11 @@ fn the_guide_has_every_field_of_every_result() {
             page += &format!("| `{path}` | {kind} | {doc} |\n");
         }
     }
-    assert!(undescribed.is_empty(), "without a meaning: {undescribed:?}");
-    let file = root().join("src/guide/json.md");
+    assert!(
+        undescribed.is_empty(),
+        "without documentation: {undescribed:?}"
+    );
+    let file = root().join("src/guide/reference/json.md");
     if std::env::var_os("UPDATE_GUIDE").is_some() {
         fs::write(&file, &page).unwrap();
     }
@@ -294,6 +300,6 @@ fn the_guide_has_every_field_of_every_result() {
         .find(|(new, old)| new != old);
     assert!(
         differs.is_none() && page.len() == there.len(),
-        "the page is old (UPDATE_GUIDE=1 writes it anew): {differs:?}"
+        "src/guide/reference/json.md is out of date; UPDATE_GUIDE=1 rewrites it: {differs:?}"
     );
 }

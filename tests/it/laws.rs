@@ -1,12 +1,12 @@
-//! The joint's laws on a system whose motion is known exactly: a mass on a moving belt.
+//! Friction laws of the joint on a system with an exact solution: a mass on a moving belt.
 
 use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Integrator, Method};
 use squeakscope::joint::{ContactDamping, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
 
-/// The exact cycle of mass, spring and normal load of one on a belt at 0.2, for friction that falls
-/// at once from 1 to 0.5 when the mass breaks loose: slip for 2 (pi - atan(0.5/0.2)), stick for 5.
+/// The exact limit cycle for unit mass, stiffness and normal load on a belt at 0.2. The coefficient of
+/// friction drops from 1 to 0.5 when the mass breaks loose: slip for 2 (pi - atan(0.5/0.2)), stick for 5.
 const PERIOD: f64 = 8.902_605_4;
 const AMPLITUDE: f64 = 0.538_516_5;
 const STUCK: f64 = 5.0;
@@ -36,9 +36,9 @@ struct Cycle {
     stuck: f64,
 }
 
-/// The settled stick-slip cycle, started riding on the belt.
+/// The settled stick-slip cycle, started with the mass sticking.
 fn cycle(joint: &Joint) -> Cycle {
-    // Errors must be small against the creep speed, not only against the motion.
+    // The errors must be small compared with the creep speed, not only with the motion.
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-9),
         max_step: 0.01,
@@ -53,7 +53,8 @@ fn cycle(joint: &Joint) -> Cycle {
     for k in 1..=30_000 {
         let t = f64::from(k) * dt;
         integrator.sample(joint, t, &mut z).unwrap();
-        // One stick erases all memory: the cycle after the first crossing is the settled one.
+        // A stick phase removes the dependence on the initial state: the cycle after the first crossing
+        // is periodic.
         if before < 0.0 && z[0] >= 0.0 {
             crossings.push(t - dt * z[0] / (z[0] - before));
         }
@@ -76,7 +77,8 @@ fn cycle(joint: &Joint) -> Cycle {
     }
 }
 
-/// Friction rises to 1 at the creep speed and has fallen to 0.5 at twice that: nearly sharp.
+/// Friction rises to 1 at the creep speed and has decreased to 0.5 at twice that speed: nearly
+/// discontinuous.
 #[derive(Debug)]
 struct NearlySharp {
     creep_speed: f64,
@@ -123,10 +125,10 @@ fn stick_slip_of_a_mass_on_a_belt() {
     assert!((cycle.stuck - STUCK).abs() < 0.01, "{}", cycle.stuck);
 }
 
-/// Eq. (5) falls with its Stribeck slope and peaks below mu_s by the ratio of its slopes; as both
-/// get sharp its cycle approaches the exact one.
+/// Eq. (5) falls with its Stribeck slope, and its peak is below mu_s by the ratio of its slopes. As both
+/// slopes increase, the cycle approaches the exact one.
 #[test]
-fn eq_5_approaches_sharp_friction() {
+fn eq_5_approaches_discontinuous_friction() {
     let off = |stribeck: f64| {
         let creep = 4.0 * stribeck * stribeck;
         let law = Friction::Stribeck {

@@ -1,4 +1,4 @@
-//! Which module may use which, read from every path in the source.
+//! Allowed dependencies between the modules, checked on every path in the source.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -43,7 +43,7 @@ const EDGES: &[(&str, &[&str])] = &[
             "import", "memory",
         ],
     ),
-    // Results in, figures out: no figure computes, and none knows where it is shown.
+    // Figures are functions of results: they compute nothing, and do not depend on their backend.
     ("plot", &["fem", "joint", "analysis", "dynamics", "study"]),
     ("sound", &["pipeline", "export"]),
     (
@@ -61,20 +61,20 @@ const EDGES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The path of a module or an item, from the root of the crate.
+/// Path of a module or an item from the crate root.
 type Names = Vec<String>;
 
-/// A source file: its module, and what it refers to.
+/// A source file: its module and its references.
 #[derive(Default)]
 struct Module {
     module: Names,
     /// Paths in `use` items and in code.
     paths: Vec<Names>,
-    /// Names that `use` brings into scope, with the path that each stands for.
+    /// Names that `use` brings into scope, with their paths.
     scope: BTreeMap<String, Names>,
-    /// Those of them that others can use from here.
+    /// Names among them that are re-exported.
     exports: BTreeMap<String, Names>,
-    /// First names of paths, and first two names: crates and modules used by their own name.
+    /// First segments of paths, and first two segments: crates and modules used by name.
     names: BTreeSet<String>,
 }
 
@@ -100,7 +100,7 @@ impl Module {
         found
     }
 
-    /// Takes a path as it is written.
+    /// Records a path as written.
     fn take(&mut self, path: &[String]) -> Names {
         self.names.insert(path[0].clone());
         let first_two = path.get(..2).map(|names| names.join("::"));
@@ -108,7 +108,7 @@ impl Module {
         absolute(&self.module, path)
     }
 
-    /// A path in code: of a name in scope, or as it is written.
+    /// Records a path in code: relative to a name in scope, or as written.
     fn take_in_code(&mut self, names: Names) {
         let path = self.take(&names);
         let path = match self.scope.get(&names[0]) {
@@ -174,7 +174,7 @@ impl<'ast> Visit<'ast> for Module {
         visit::visit_path(self, path);
     }
 
-    /// In a macro's arguments everything that looks like a path is one.
+    /// In the arguments of a macro, any text that looks like a path counts as one.
     fn visit_macro(&mut self, call: &'ast syn::Macro) {
         let text = call.tokens.to_string().replace(" :: ", "::");
         let words = text.split(|c: char| !(c.is_alphanumeric() || "_:".contains(c)));
@@ -211,8 +211,8 @@ fn is_test_item(item: &syn::Item) -> bool {
     })
 }
 
-/// A path written in a module, from the root of the crate. One that begins with another name is taken as that of a
-/// child, and leads nowhere where it is that of a crate.
+/// A path of a module as an absolute path. A path that starts with another name is taken as that of a child
+/// module; if the name is a crate's, the path has no target.
 fn absolute(module: &[String], path: &[String]) -> Names {
     let mut base = module.to_vec();
     let mut rest = path;
@@ -232,7 +232,7 @@ fn absolute(module: &[String], path: &[String]) -> Names {
     base
 }
 
-/// The source files, without those of tests.
+/// The source files without tests.
 fn modules() -> Vec<Module> {
     rust_files(&source())
         .iter()
@@ -266,7 +266,7 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// Edges between the folders of the source that are not allowed, and allowed ones that nothing uses.
+/// Dependencies between the top-level modules that are not allowed, and allowed ones that are unused.
 fn wrong_edges(modules: &[Module], allowed: &[(&str, &[&str])]) -> Vec<String> {
     let mut used: BTreeMap<(&str, &str), &Names> = BTreeMap::new();
     for module in modules.iter().filter(|module| !module.module.is_empty()) {
@@ -284,23 +284,23 @@ fn wrong_edges(modules: &[Module], allowed: &[(&str, &[&str])]) -> Vec<String> {
         let is_allowed = row.is_none_or(|(_, uses)| uses.contains(&to));
         if is_listed(to) && !is_allowed {
             wrong.push(format!(
-                "{} uses `{to}`, which it may not",
+                "{} uses `{to}`, which is not allowed",
                 module.join("::")
             ));
         }
     }
     for (from, uses) in allowed {
         for to in uses.iter().filter(|to| !used.contains_key(&(from, to))) {
-            wrong.push(format!("`{from}` may use `{to}`, and does not"));
+            wrong.push(format!("`{from}` is allowed to use `{to}`, but does not"));
         }
     }
     wrong
 }
 
-/// Files that depend on each other in a circle, every circle once.
+/// Cyclic dependencies between files, each cycle once.
 ///
-/// A name that a module gives on belongs to the file that defines it. A parent's declaration of its children is no
-/// use of them.
+/// A re-exported name belongs to the file that defines it. The declaration of a child module does not count
+/// as a use.
 fn cycles(modules: &[Module]) -> Vec<Vec<String>> {
     let by_name: BTreeMap<&[String], usize> = modules
         .iter()
@@ -343,7 +343,7 @@ fn cycles(modules: &[Module]) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// The file that defines what a path means.
+/// The file that defines the target of a path.
 fn home(
     modules: &[Module],
     by_name: &BTreeMap<&[String], usize>,
@@ -355,7 +355,7 @@ fn home(
         .find(|n| by_name.contains_key(&path[..*n]))?;
     let file = by_name[&path[..length]];
     let Some(name) = path.get(length).filter(|_| depth < 8) else {
-        // The module itself, whose names are used one by one.
+        // The module itself; its names are used one by one.
         return None;
     };
     match modules[file].exports.get(name) {
@@ -368,13 +368,13 @@ fn home(
 }
 
 #[test]
-fn modules_use_only_what_they_may_and_all_of_that() {
+fn modules_use_exactly_the_allowed_modules() {
     let wrong = wrong_edges(&modules(), EDGES);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
-fn no_files_depend_on_each_other() {
+fn files_have_no_cyclic_dependencies() {
     let cycles = cycles(&modules());
     let cycles: Vec<String> = cycles.iter().map(|circle| circle.join(", ")).collect();
     assert!(cycles.is_empty(), "{}", cycles.join("\n"));
@@ -388,15 +388,15 @@ fn every_module_is_listed() {
         if entry.path().is_dir() && name != "guide" {
             assert!(
                 EDGES.iter().any(|(module, _)| *module == name),
-                "`{name}` has no row"
+                "add a row for the module `{name}`"
             );
         }
     }
 }
 
-/// Every form of a path is seen.
+/// Every form of a path is found.
 #[test]
-fn paths_are_found_however_they_are_written() {
+fn paths_are_found_in_every_form() {
     let read = |name: &str, text: &str| {
         let mut module = Module {
             module: name.split("::").map(str::to_owned).collect(),
@@ -415,10 +415,10 @@ fn paths_are_found_however_they_are_written() {
     ] {
         let modules = [read("a", text), read("b", ""), read("c", "")];
         let wrong = wrong_edges(&modules, &[("a", &["c"]), ("b", &[]), ("c", &[])]);
-        assert_eq!(wrong[0], "a uses `b`, which it may not", "{text}");
+        assert_eq!(wrong[0], "a uses `b`, which is not allowed", "{text}");
     }
     let unused = wrong_edges(&[read("a", "")], &[("a", &["b"]), ("b", &[])]);
-    assert_eq!(unused, ["`a` may use `b`, and does not"]);
+    assert_eq!(unused, ["`a` is allowed to use `b`, but does not"]);
     let test = "#[cfg(test)] mod tests { use crate::b::X; }";
     assert!(wrong_edges(&[read("a", test)], &[("a", &[]), ("b", &[])]).is_empty());
     let circle = [
@@ -429,15 +429,17 @@ fn paths_are_found_however_they_are_written() {
     assert_eq!(cycles(&circle), [["a::b", "a::c"]]);
 }
 
-/// Rerun, clap, threads and the like are each used in few places.
+/// Rerun, clap, threads and other dependencies are confined to few modules.
 #[test]
-fn outside_crates_stay_in_their_module() {
+fn dependencies_stay_in_their_modules() {
     let modules = modules();
     for (what, homes) in [
         ("rerun", "record"),
-        // Choices of figures and studies are options as they are.
+        // Choices of figures and studies are command-line options themselves.
         ("clap", "cli plot study"),
-        // A viewer may be stuck for ever, and so has a thread that can be left behind.
+        ("clap_complete", "cli"),
+        ("clap_mangen", "cli"),
+        // A viewer may hang, so its connection has a thread that can be abandoned.
         ("std::thread", "pipeline study record live"),
         ("crossbeam_channel", "pipeline study record"),
         ("arrow_array", "foreign study"),
@@ -447,7 +449,7 @@ fn outside_crates_stay_in_their_module() {
         ("faer", "fem joint"),
         ("realfft", "analysis"),
         ("rustfft", "analysis"),
-        // The program makes the pool before any work: it may be refused.
+        // The program creates the thread pool before any work, because creating it may fail.
         ("rayon", "analysis cli"),
         ("minijinja", "text"),
         ("npyz", "numpy"),

@@ -1,19 +1,19 @@
-//! `squeakscope lyapunov`: exit codes, JSON, figure, a stop that is heeded.
+//! `squeakscope lyapunov`: exit codes, JSON, figure, interruption.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-fn squeakscope(folder: &Path, words: &[&str]) -> assert_cmd::assert::Assert {
+fn squeakscope(folder: &Path, arguments: &[&str]) -> assert_cmd::assert::Assert {
     let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command
         .current_dir(folder)
         .arg("lyapunov")
-        .args(words)
+        .args(arguments)
         .assert()
 }
 
-fn desk() -> tempfile::TempDir {
+fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("temporary folder")
 }
 
@@ -22,28 +22,28 @@ fn json(path: &Path) -> serde_json::Value {
 }
 
 #[test]
-fn a_short_run_writes_all_that_it_says() {
-    let desk = desk();
-    let words = [
+fn a_short_run_writes_consistent_outputs() {
+    let folder = folder();
+    let arguments = [
         "torus-3deg",
         "--duration",
         "100",
         "--settle",
         "2",
-        "--until",
+        "--average-time",
         "0.01",
         "--json",
         "out.json",
         "--csv",
         "out.csv",
-        "--png",
+        "--figures",
         "figures",
     ];
-    let assert = squeakscope(desk.path(), &words).success().stderr("");
+    let assert = squeakscope(folder.path(), &arguments).success().stderr("");
     let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");
     assert!(text.starts_with("torus-3deg at 3 deg: "), "{text}");
 
-    let found = json(&desk.path().join("out.json"));
+    let found = json(&folder.path().join("out.json"));
     assert_eq!(found["tilt_rad"], 3.0_f64.to_radians());
     assert_eq!(found["interrupted"], false);
     assert_eq!(found["goal"], "time");
@@ -65,19 +65,19 @@ fn a_short_run_writes_all_that_it_says() {
         assert!(error.abs() < 1e-9 * value(exponent).abs());
     }
     let sum: f64 = exponents.iter().map(value).sum();
-    let said = found["sum_per_s"].as_f64().expect("a number");
-    assert!((sum - said).abs() < 1e-6 * said.abs());
-    let rows = std::fs::read_to_string(desk.path().join("out.csv")).expect("written");
+    let expected = found["sum_per_s"].as_f64().expect("a number");
+    assert!((sum - expected).abs() < 1e-6 * expected.abs());
+    let rows = std::fs::read_to_string(folder.path().join("out.csv")).expect("written");
     let running = found["running"].as_array().expect("a list");
     assert_eq!(rows.lines().count(), 1 + running.len());
-    let png = std::fs::read(desk.path().join("figures/lyapunov.png")).expect("drawn");
+    let png = std::fs::read(folder.path().join("figures/lyapunov.png")).expect("drawn");
     assert!(png.starts_with(b"\x89PNG"));
 }
 
 #[test]
-fn json_can_take_the_place_of_the_table() {
-    let desk = desk();
-    let words = [
+fn json_replaces_the_table_on_stdout() {
+    let folder = folder();
+    let arguments = [
         "torus-3deg",
         "--exponents",
         "2",
@@ -85,12 +85,12 @@ fn json_can_take_the_place_of_the_table() {
         "2",
         "--settle",
         "1",
-        "--until",
+        "--average-time",
         "0.004",
         "--json",
         "-",
     ];
-    let assert = squeakscope(desk.path(), &words).success();
+    let assert = squeakscope(folder.path(), &arguments).success();
     let found: serde_json::Value =
         serde_json::from_slice(&assert.get_output().stdout).expect("JSON and nothing else");
     assert_eq!(
@@ -98,15 +98,15 @@ fn json_can_take_the_place_of_the_table() {
         2
     );
     assert_eq!(found["sum_per_s"], serde_json::Value::Null);
-    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 0);
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
 }
 
 #[test]
-fn the_running_values_can_take_the_place_of_the_table() {
-    let desk = desk();
-    let words = ["torus-3deg", "--exponents", "1", "--duration", "2"];
-    let more = ["--settle", "1", "--until", "0.004", "--csv", "-"];
-    let assert = squeakscope(desk.path(), &[&words[..], &more[..]].concat()).success();
+fn csv_replaces_the_table_on_stdout() {
+    let folder = folder();
+    let arguments = ["torus-3deg", "--exponents", "1", "--duration", "2"];
+    let more = ["--settle", "1", "--average-time", "0.004", "--csv", "-"];
+    let assert = squeakscope(folder.path(), &[&arguments[..], &more[..]].concat()).success();
     let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");
     let mut lines = text.lines();
     let heading = lines.next().expect("a heading");
@@ -118,14 +118,14 @@ fn the_running_values_can_take_the_place_of_the_table() {
         !times.is_empty() && times.is_sorted_by(|a, b| a < b),
         "{times:?}"
     );
-    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 0);
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
 }
 
 #[test]
-fn bad_input_is_refused_in_one_line() {
-    let desk = desk();
-    std::fs::write(desk.path().join("file"), "x").expect("written");
-    let refused: [(&[&str], &str); 12] = [
+fn invalid_input_is_rejected_in_one_line() {
+    let folder = folder();
+    std::fs::write(folder.path().join("file"), "x").expect("written");
+    let rejected: [(&[&str], &str); 12] = [
         (&["chaos-5"], "did you mean `chaos-5deg`?"),
         (
             &["chaos-5deg", "--tilt", "91"],
@@ -134,49 +134,58 @@ fn bad_input_is_refused_in_one_line() {
         (&["chaos-5deg", "--tolerance", "1"], "`time.tolerance` = 1"),
         (
             &["chaos-5deg", "--exponents", "23"],
-            "`--exponents` = 23: this motion has 22 exponents",
+            "--exponents 23: the system has 22 exponents",
         ),
         (
             &["chaos-5deg", "--exponents", "0"],
-            "a whole number from 1, or `all`",
+            "a whole number of at least 1, or `all`",
         ),
-        (&["chaos-5deg", "--until", "0"], "a number above 0"),
-        (&["chaos-5deg", "--error", "nan"], "a number above 0"),
+        (&["chaos-5deg", "--average-time", "0"], "a number above 0"),
         (
-            &["chaos-5deg", "--until", "1", "--error", "1"],
+            &["chaos-5deg", "--target-half-width", "nan"],
+            "a number above 0",
+        ),
+        (
+            &[
+                "chaos-5deg",
+                "--average-time",
+                "1",
+                "--target-half-width",
+                "1",
+            ],
             "cannot be used with",
         ),
         (&["chaos-5deg", "--figures", "file"], "`file` (--figures)"),
         (
             &["chaos-5deg", "--json", "out", "--csv", "out"],
-            "asked for twice",
+            "used for two outputs",
         ),
         (
-            &["chaos-5deg", "--png", ".", "--csv", "lyapunov.png"],
-            "asked for twice",
+            &["chaos-5deg", "--figures", ".", "--csv", "lyapunov.png"],
+            "used for two outputs",
         ),
         (
             &["chaos-5deg", "--json", "-", "--csv", "-"],
-            "asked for twice",
+            "used for two outputs",
         ),
     ];
-    for (words, said) in refused {
-        let assert = squeakscope(desk.path(), words).code(2).stdout("");
+    for (arguments, expected) in rejected {
+        let assert = squeakscope(folder.path(), arguments).code(2).stdout("");
         let message = String::from_utf8(assert.get_output().stderr.clone()).expect("text");
         assert!(message.starts_with("error: "), "{message}");
-        assert!(message.contains(said), "{words:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
         assert!(!message.contains("simulation stopped"), "{message}");
     }
-    assert_eq!(std::fs::read_dir(desk.path()).expect("folder").count(), 1);
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 1);
 }
 
-/// Ctrl-C: the exit code of an interruption, and what was reached until then.
+/// Ctrl-C: the exit code of an interruption, and the results obtained so far.
 #[cfg(unix)]
 #[test]
-fn an_interruption_keeps_what_was_reached() {
-    let desk = desk();
+fn an_interruption_keeps_the_results_so_far() {
+    let folder = folder();
     let mut child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
-        .current_dir(desk.path())
+        .current_dir(folder.path())
         .args([
             "lyapunov",
             "chaos-5deg",
@@ -185,24 +194,24 @@ fn an_interruption_keeps_what_was_reached() {
             "--duration",
             "1",
         ])
-        .args(["--until", "100000", "--json", "out.json"])
+        .args(["--average-time", "100000", "--json", "out.json"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .expect("started");
     std::thread::sleep(Duration::from_millis(1500));
-    let asked = Command::new("kill")
+    let signalled = Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status()
         .expect("kill is there");
-    assert!(asked.success());
+    assert!(signalled.success());
     assert_eq!(child.wait().expect("ended").code(), Some(130));
-    let found = json(&desk.path().join("out.json"));
+    let found = json(&folder.path().join("out.json"));
     assert_eq!(found["interrupted"], true);
     assert_eq!(found["goal_reached"], false);
     let averaged = found["averaged_s"].as_f64().expect("a number");
     assert!(averaged < 1e4, "{averaged}");
-    // On a busy machine it may have been asked before it could begin; then it says so.
+    // On a busy machine the interruption may come before the first result.
     let exponents = found["exponents_per_s"].as_array().expect("a list");
     assert_eq!(exponents.is_empty(), averaged == 0.0);
 }

@@ -1,4 +1,4 @@
-//! Integration tests, by promise. One binary, so that it is linked once.
+//! Integration tests by feature, in one binary to save link time.
 
 #[cfg(feature = "cli")]
 mod analyse;
@@ -8,32 +8,36 @@ mod cli;
 mod convergence;
 #[cfg(feature = "cli")]
 mod damage;
+#[cfg(feature = "cli")]
+mod docs;
 mod equations;
 mod exponents;
 mod export;
-// Signals, limits and namespaces are those of Linux.
+// Uses signals, limits and namespaces of Linux.
 #[cfg(all(feature = "cli", target_os = "linux"))]
 mod faults;
-// With the server of the live runs.
+// Needs the server of live runs.
 #[cfg(all(feature = "cli", unix))]
 mod fuzz;
+#[cfg(feature = "cli")]
+mod glossary;
 mod hard_cases;
 #[cfg(feature = "cli")]
 mod json;
 mod laws;
 mod layering;
-// Ctrl-C is sent by a program of Unix.
+// Ctrl-C is sent by a Unix program.
 #[cfg(all(feature = "cli", unix))]
 mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod mechanisms;
-// Limits and peaks of memory as Linux has them.
+// Uses the memory limits and peak memory of Linux.
+mod imported_modes;
 #[cfg(all(feature = "cli", target_os = "linux"))]
 mod memory;
 #[cfg(feature = "cli")]
 mod mutants;
-mod own_modes;
 mod pipeline;
 mod scenes;
 mod schedules;

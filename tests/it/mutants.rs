@@ -1,15 +1,15 @@
-//! Damaged copies of a file: what disks, transfers and strangers make of it. The same seed gives the
-//! same damage in every run.
+//! Damaged copies of a file, as from faulty disks, broken transfers or attackers. A seed always gives the
+//! same damage.
 
 use std::ops::Range;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Half of all damage is within so many bytes of the start, where headers are.
+/// Half of the damage is within this many bytes of the start, where headers are.
 const HEAD: usize = 512;
 
-/// How many damaged copies a test takes: as many as `SQUEAKSCOPE_MUTANTS` says, for a long search.
+/// Number of damaged copies of a test; `SQUEAKSCOPE_MUTANTS` overrides it for a long search.
 pub fn count(usual: usize) -> usize {
     let asked = std::env::var("SQUEAKSCOPE_MUTANTS").ok();
     asked.and_then(|count| count.parse().ok()).unwrap_or(usual)
@@ -17,18 +17,18 @@ pub fn count(usual: usize) -> usize {
 
 /// A damaged copy.
 pub struct Mutant {
-    /// The bytes.
+    /// Content of the damaged file.
     pub bytes: Vec<u8>,
-    /// What was done, to be printed where it breaks something.
+    /// Description of the damage, for failure messages.
     pub damage: String,
 }
 
-/// Damaged copies of `original`, without end.
+/// An endless series of damaged copies of `original`.
 pub fn mutants(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
     damaged(original, seed, damage)
 }
 
-/// Damaged copies of a text, without end. Half of the damage is to its tokens, the other half to its bytes.
+/// An endless series of damaged copies of a text. Half of the damage is to tokens, the other half to bytes.
 pub fn text_mutants(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
     damaged(original, seed, |text, random| match random.random() {
         true => damage_tokens(text, random),
@@ -36,7 +36,7 @@ pub fn text_mutants(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> 
     })
 }
 
-/// Damages bytes in one place, and says how.
+/// Damages bytes in one place, and returns a description.
 type Damage = fn(&mut Vec<u8>, &mut ChaCha8Rng) -> String;
 
 fn damaged(original: &[u8], seed: u64, damage: Damage) -> impl Iterator<Item = Mutant> {
@@ -54,7 +54,7 @@ fn damaged(original: &[u8], seed: u64, damage: Damage) -> impl Iterator<Item = M
     })
 }
 
-/// Damages any bytes.
+/// Damages arbitrary bytes.
 fn damage(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) -> String {
     let at = match random.random() {
         true => random.random_range(0..bytes.len().min(HEAD)),
@@ -71,7 +71,7 @@ fn damage(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) -> String {
         3..5 => {
             let claim = claim(bytes.len() as u64, random);
             let width = if random.random() { 4 } else { 8 };
-            // Fields are mostly aligned.
+            // Binary fields are usually aligned.
             let at = if random.random() { at / 8 * 8 } else { at };
             let field = at..bytes.len().min(at + width);
             bytes[field.clone()].copy_from_slice(&claim.to_le_bytes()[..field.len()]);
@@ -89,7 +89,7 @@ fn damage(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) -> String {
     }
 }
 
-/// What a field of a length may claim that is not so.
+/// A wrong value for a length field.
 fn claim(length: u64, random: &mut ChaCha8Rng) -> u64 {
     let claims = [
         0,
@@ -107,7 +107,7 @@ fn claim(length: u64, random: &mut ChaCha8Rng) -> u64 {
     claims[random.random_range(0..claims.len())]
 }
 
-/// Bytes of one place removed, repeated, or put over those of another.
+/// Removes or repeats the bytes of one place, or copies them over another.
 fn moved(bytes: &mut Vec<u8>, from: Range<usize>, random: &mut ChaCha8Rng) -> String {
     let part = bytes[from.clone()].to_vec();
     let to = random.random_range(0..=bytes.len() - part.len());
@@ -127,7 +127,7 @@ fn moved(bytes: &mut Vec<u8>, from: Range<usize>, random: &mut ChaCha8Rng) -> St
     }
 }
 
-/// Numbers at the ends of all types, and what is almost a number.
+/// Numbers at the limits of all types, and invalid numbers.
 const EXTREMES: [&str; 16] = [
     "0",
     "-0",
@@ -147,7 +147,7 @@ const EXTREMES: [&str; 16] = [
     "1_000_000_000_000",
 ];
 
-/// What ends, nests or hides text.
+/// Text that ends, nests or hides other text.
 const SCRAPS: [&str; 22] = [
     "[",
     "]",
@@ -173,7 +173,7 @@ const SCRAPS: [&str; 22] = [
     "\u{202e}",
 ];
 
-/// Damages a text in one place: removes, repeats or swaps tokens, replaces a number, inserts a scrap.
+/// Damages a text in one place: removes, repeats or swaps tokens, replaces a number, inserts text.
 fn damage_tokens(text: &mut Vec<u8>, random: &mut ChaCha8Rng) -> String {
     let tokens = tokens(text);
     let token = tokens[random.random_range(0..tokens.len())].clone();
@@ -211,7 +211,7 @@ fn damage_tokens(text: &mut Vec<u8>, random: &mut ChaCha8Rng) -> String {
     }
 }
 
-/// Words and numbers, and each other byte by itself.
+/// Words and numbers, and every other byte as a token.
 fn tokens(text: &[u8]) -> Vec<Range<usize>> {
     let is_word = |byte: &u8| byte.is_ascii_alphanumeric() || b"_.-+".contains(byte);
     let mut tokens: Vec<Range<usize>> = Vec::new();
@@ -231,14 +231,14 @@ fn swap(text: &mut Vec<u8>, one: Range<usize>, other: Range<usize>) -> String {
         false => (other, one),
     };
     let [a, b] = [&first, &second].map(|token| text[token.clone()].to_vec());
-    // From behind, so that the places before stay.
+    // The later one first, so that the earlier indices stay valid.
     text.splice(second.clone(), a);
     text.splice(first.clone(), b);
     format!("tokens {first:?} and {second:?} swapped")
 }
 
 #[test]
-fn a_seed_gives_the_same_damage_and_each_copy_another() {
+fn a_seed_gives_the_same_damage_and_the_copies_differ() {
     let original: Vec<u8> = (0..4000_u32).map(|k| (k % 251) as u8).collect();
     let some = |seed| -> Vec<Vec<u8>> {
         let all = mutants(&original, seed);
@@ -252,7 +252,7 @@ fn a_seed_gives_the_same_damage_and_each_copy_another() {
 }
 
 #[test]
-fn tokens_are_the_text_and_their_damage_is_repeated() {
+fn tokens_cover_the_text_and_their_damage_is_reproducible() {
     let text = b"[load]\nload_n = 150.5e-3 # N\n";
     let tokens = tokens(text);
     assert!(tokens.windows(2).all(|pair| pair[0].end == pair[1].start));

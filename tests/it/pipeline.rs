@@ -1,4 +1,4 @@
-//! The road: order, back-pressure, repeatability, stops and faults.
+//! The pipeline: order, back-pressure, repeatability, stops and errors.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +20,7 @@ fn records(scene: &Scene) -> Vec<Record> {
     sink
 }
 
-/// The numbers of a run, without those that tell the time of day.
+/// The numbers of a run, without wall times.
 fn numbers(records: &[Record]) -> String {
     let lasting = records
         .iter()
@@ -53,16 +53,16 @@ fn header_first_summary_last_samples_without_gap() {
     }
     assert_eq!(samples, 2400);
     assert!((summary.simulated - 12e-3).abs() < 1e-12);
-    assert!(summary.tally.steps > 0 && !summary.interrupted && summary.wall > 0.0);
+    assert!(summary.stats.steps > 0 && !summary.interrupted && summary.wall > 0.0);
 }
 
-/// The same scene gives the same numbers, to the last bit.
+/// The same scene gives bit-identical numbers.
 #[test]
 fn runs_repeat() {
     assert_eq!(numbers(&records(&short())), numbers(&records(&short())));
 }
 
-/// The energy that is there is the energy that came in.
+/// The stored energy equals the supplied energy.
 #[test]
 fn energy_is_audited() {
     let mut scene = Scene::load("tilt-ramp")
@@ -71,20 +71,26 @@ fn energy_is_audited() {
         .unwrap();
     scene.integrator.tolerance = 1e-8;
     let mut worst: f64 = 0.0;
-    let mut turnover: f64 = 0.0;
+    let mut largest_energy: f64 = 0.0;
     for record in records(&scene) {
         if let Record::Samples(frame) = record {
             for energy in &frame.energy {
-                turnover = turnover.max(energy.total);
+                largest_energy = largest_energy.max(energy.total);
                 worst = worst.max(energy.residual.abs());
             }
         }
     }
-    assert!(turnover > 1e-9, "the joint must squeak: {turnover} J");
-    assert!(worst < 1e-5 * turnover, "{worst:e} J of {turnover:e} J");
+    assert!(
+        largest_energy > 1e-9,
+        "the joint does not squeak: {largest_energy} J"
+    );
+    assert!(
+        worst < 1e-5 * largest_energy,
+        "{worst:e} J of {largest_energy:e} J"
+    );
 }
 
-/// Stops at a frame's border, keeps what was there, and says so.
+/// A stopped run ends at a frame boundary, keeps its samples and is marked as interrupted.
 #[test]
 fn a_stop_is_clean() {
     struct StopAt<'a>(usize, &'a AtomicBool, Vec<Record>);
@@ -109,7 +115,7 @@ fn a_stop_is_clean() {
     assert!(matches!(sink.2.last(), Some(Record::Summary(_))));
 }
 
-/// A sink that fails ends the run with its own error, and is abandoned, not finished.
+/// A sink error ends the run; the sink is abandoned, not finished.
 #[test]
 fn a_failing_sink_is_the_run_s_error() {
     #[derive(Default)]
@@ -145,7 +151,7 @@ fn a_failing_sink_is_the_run_s_error() {
     assert!(sink.abandoned && !sink.finished);
 }
 
-/// What a scene does not ask for is not there.
+/// Analyses that the scene does not request send nothing.
 #[test]
 fn absent_analyses_send_nothing() {
     let scene = short().without_analyses();
@@ -160,7 +166,7 @@ fn absent_analyses_send_nothing() {
     }
 }
 
-/// A run whose duration is no whole number of samples is complete, not interrupted.
+/// A duration that is not a multiple of the sample spacing is complete, not interrupted.
 #[test]
 fn odd_durations_are_complete() {
     let mut scene = Scene::load("torus-3deg").unwrap();
@@ -170,26 +176,26 @@ fn odd_durations_are_complete() {
     assert!((summary.simulated - 246.0 / 200e3).abs() < 1e-15);
 }
 
-/// A panic on the recorder's thread is the run's error, like one on any other.
+/// A panic on the recorder's thread is an error of the run, like one on any other thread.
 #[test]
 fn a_panicking_sink_is_the_run_s_error() {
     struct Broken;
     impl Sink for Broken {
         fn accept(&mut self, _: Record) -> Result<(), SinkError> {
-            panic!("out of ink");
+            panic!("faulty sink");
         }
     }
     let fault = run(&short(), "test", &mut Broken, Monitor::default()).unwrap_err();
     let said = fault.to_string();
     assert!(
-        said.contains("`record`") && said.contains("out of ink"),
+        said.contains("`record`") && said.contains("faulty sink"),
         "{said}"
     );
 }
 
-/// A fixed step that cannot be stable is refused before anything runs.
+/// An unstable fixed step is rejected before the run.
 #[test]
-fn hopeless_steps_are_refused() {
+fn unstable_steps_are_rejected() {
     let mut scene = short();
     scene.integrator.method = squeakscope::dynamics::MethodName::Rk4;
     scene.integrator.max_step = 1e-3;

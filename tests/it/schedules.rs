@@ -1,16 +1,15 @@
-//! Load, tilt and rotation that change with time: the joint follows, its energy is accounted for, and
-//! what does not change costs nothing, not even a bit.
+//! Load, tilt and rotation as functions of time: energy balance, exact times of steps, and results that are
+//! bit-identical for constant functions.
 
 use squeakscope::export::SamplesSink;
 use squeakscope::joint::BallJoint;
 use squeakscope::numpy::read_npz;
 use squeakscope::pipeline::message::{Frame, Header, JointInfo, Record};
 use squeakscope::pipeline::{Monitor, Simulation, Source, prepare, run};
-use squeakscope::scene::{Scene, TiltedJoint};
-use squeakscope::study::lyapunov::{Count, Goal, LyapunovRequest, scene_lyapunov};
+use squeakscope::scene::{LoadedJoint, Scene};
+use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
 
-/// A squeaking joint with the given lines on its load, tilt and rotation; 150 N and 2 degrees where
-/// they say nothing.
+/// A squealing joint with the given lines for load, tilt and rotation; 150 N and 2 degrees by default.
 fn scene(lines: &str) -> Scene {
     let given = |key: &str| lines.lines().any(|line| line.starts_with(key));
     let load = if given("load.load") {
@@ -32,7 +31,7 @@ fn scene(lines: &str) -> Scene {
     Scene::parse("mine.toml", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The frames of a run without what tells of the machine.
+/// The frames of a run without timing.
 fn frames(scene: &Scene) -> Vec<Frame> {
     let mut simulation = Simulation::new(scene).unwrap();
     let mut frames = Vec::new();
@@ -45,7 +44,7 @@ fn frames(scene: &Scene) -> Vec<Frame> {
     frames
 }
 
-fn joint(scene: &Scene) -> &TiltedJoint {
+fn joint(scene: &Scene) -> &LoadedJoint {
     scene.joint().unwrap()
 }
 
@@ -61,9 +60,9 @@ const CHANGING: [&str; 9] = [
     "rotation.factor_sine = { mean = 1, amplitude = 0.7, frequency_hz = 39 }",
 ];
 
-/// The energy that is there is the energy that came in, whatever changes; and the run repeats.
+/// Energy balance for each changing quantity, and reproducible runs.
 #[test]
-fn changes_are_accounted_for_and_repeat() {
+fn energy_is_balanced_and_runs_are_reproducible() {
     let steady = frames(&scene(""));
     for lines in CHANGING {
         let scene = scene(lines);
@@ -73,7 +72,7 @@ fn changes_are_accounted_for_and_repeat() {
         let worst = energy().fold(0.0, |a: f64, e| a.max(e.residual.abs()));
         assert!(
             turnover > 1e-9,
-            "{lines}: the joint must squeak: {turnover} J"
+            "{lines}: the joint does not squeal: {turnover} J"
         );
         assert!(
             worst < 1e-5 * turnover,
@@ -81,7 +80,7 @@ fn changes_are_accounted_for_and_repeat() {
         );
         assert_eq!(found, frames(&scene), "{lines}");
 
-        // It starts as the steady run does, and becomes another.
+        // The run starts like the steady one and then differs.
         assert_eq!(found[0].q, steady[0].q, "{lines}");
         let (last, steadily) = (&found[found.len() - 1], &steady[steady.len() - 1]);
         assert_ne!(
@@ -94,9 +93,9 @@ fn changes_are_accounted_for_and_repeat() {
     }
 }
 
-/// Where the function is constant, the motion is that of the constant, to the last bit.
+/// A constant function gives bit-identical results to the constant.
 #[test]
-fn a_constant_function_is_the_constant() {
+fn constant_functions_equal_constants() {
     let steady = frames(&scene(""));
     for lines in [
         "load.load = [{ time_ms = 2, load_n = 150 }, { time_ms = 15, load_n = 150 }]",
@@ -110,16 +109,15 @@ fn a_constant_function_is_the_constant() {
     ] {
         assert_eq!(frames(&scene(lines)), steady, "{lines}");
     }
-    let twice = "rotation.rad_s = [0, 2, 0]";
-    let scaled = "rotation.rad_s = [0, 1, 0]\nrotation.factor = [{ time_ms = 0, factor = 2 }]";
+    let twice = "rotation.angular_velocity_rad_per_s = [0, 2, 0]";
+    let scaled = "rotation.angular_velocity_rad_per_s = [0, 1, 0]\nrotation.factor = [{ time_ms = 0, factor = 2 }]";
     let [twice, scaled] = [twice, scaled].map(|lines| frames(&scene(lines)));
     for (one, other) in twice.iter().zip(&scaled) {
         assert_eq!((&one.q, &one.patch), (&other.q, &other.patch));
     }
 }
 
-/// Hertz: the radius of the patch goes with the cube root of the load, and the mean pre-stress carries
-/// it.
+/// Hertz: the patch radius is proportional to the cube root of the load, and the pre-stress balances the load.
 #[test]
 fn the_patch_follows_the_load() {
     let steps = "load.load_steps = [{ time_ms = 0, load_n = 150 }, { time_ms = 8, load_n = 1200 }]";
@@ -133,10 +131,9 @@ fn the_patch_follows_the_load() {
     assert!((carried / 1200.0 - 1.0).abs() < 1e-12);
 }
 
-/// A frame ends before a step, and the next one is of the joint after it; steps between samples and at
-/// samples alike.
+/// A frame ends at a step, between samples or at a sample, and the next frame has the new values.
 #[test]
-fn frames_end_where_the_joint_jumps() {
+fn frames_end_at_steps() {
     for (time, first_sample) in [(7.0, 1400), (7.0013, 1401), (0.005, 1), (0.001, 1)] {
         let lines = format!(
             "load.load_steps = [{{ time_ms = 0, load_n = 150 }}, {{ time_ms = {time}, load_n = 100 }}]"
@@ -151,10 +148,10 @@ fn frames_end_where_the_joint_jumps() {
     }
 }
 
-/// The joint changes at the time of the step itself, between two samples: as if somebody had stopped
-/// there and gone on with another joint.
+/// The joint changes exactly at the time of the step, between two samples: equal to a run that is stopped there and
+/// continued with another joint.
 #[test]
-fn jumps_are_landed_on_exactly() {
+fn steps_take_effect_at_their_exact_time() {
     let mut changing = scene(CHANGING[7]);
     changing.integrator.tolerance = 1e-11;
     let found = frames(&changing);
@@ -164,13 +161,13 @@ fn jumps_are_landed_on_exactly() {
     let row = sample * m..(sample + 1) * m;
     let z = [&after.q[row.clone()], &after.qdot[row]].concat();
 
-    // How far one lands from there who changes the joint at another time (s).
-    let by_hand = |landing: f64| {
+    // Relative deviation of a run that changes the joint at a given time (s).
+    let by_hand = |change: f64| {
         let before = prepare(&changing).unwrap();
         let mut integrator = before.integrator;
         let system = &*before.system;
         integrator.start(system, 0.0, &before.state).unwrap();
-        integrator.land(system, landing).unwrap();
+        integrator.integrate_to(system, change).unwrap();
         let mut ball = BallJoint::new(&joint(&changing).spec).unwrap();
         ball.set_rotation(joint(&changing).loading(1.0).rotation);
         let slower = ball.joint(joint(&changing).tilt.at(0.0)).unwrap();
@@ -178,32 +175,32 @@ fn jumps_are_landed_on_exactly() {
         let mut state = vec![0.0; 2 * m];
         let time = after.time(sample);
         integrator.sample(&slower, time, &mut state).unwrap();
-        let apart = z.iter().zip(&state).map(|(x, y)| (x - y).abs());
+        let deviation = z.iter().zip(&state).map(|(x, y)| (x - y).abs());
         let size = state.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-        apart.fold(0.0, f64::max) / size
+        deviation.fold(0.0, f64::max) / size
     };
-    let (there, at_the_sample) = (by_hand(7.0013e-3), by_hand(7.005e-3));
-    assert!(there < 1e-8, "{there:e}");
+    let (at_step, at_sample) = (by_hand(7.0013e-3), by_hand(7.005e-3));
+    assert!(at_step < 1e-8, "{at_step:e}");
     assert!(
-        at_the_sample > 100.0 * there,
-        "{at_the_sample:e} against {there:e}"
+        at_sample > 100.0 * at_step,
+        "{at_sample:e} compared with {at_step:e}"
     );
 }
 
-/// A load that would press the patch onto the beam later on is told before anything runs.
+/// A load for which the patch later reaches the beam is rejected before the run.
 #[test]
-fn what_cannot_be_reached_is_told_at_the_start() {
+fn unreachable_loads_are_rejected_before_the_run() {
     let lines = "load.tilt_deg = 80\n\
                  load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 9, load_n = 1e6 }]";
-    let refused = Simulation::new(&scene(lines)).unwrap_err();
-    let source = std::error::Error::source(&refused).map(ToString::to_string);
-    let words = format!("{refused}: {}", source.unwrap_or_default());
-    assert!(words.contains("reaches the beam"), "{words}");
+    let error = Simulation::new(&scene(lines)).unwrap_err();
+    let source = std::error::Error::source(&error).map(ToString::to_string);
+    let message = format!("{error}: {}", source.unwrap_or_default());
+    assert!(message.contains("reaches the beam"), "{message}");
 }
 
-/// What is shown and exported of load and rotation: where they vary, and only there.
+/// Load and rotation factor are recorded and exported only if they vary.
 #[test]
-fn what_varies_is_told_and_exported() {
+fn varying_quantities_are_recorded_and_exported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("samples.npz");
     let export = |scene: &Scene| {
@@ -211,7 +208,7 @@ fn what_varies_is_told_and_exported() {
         run(scene, "test", &mut sink, Monitor::default()).unwrap();
         read_npz(&path).unwrap()
     };
-    let told = |scene: &Scene| -> JointInfo {
+    let info_of = |scene: &Scene| -> JointInfo {
         let mut records: Vec<Record> = Vec::new();
         run(scene, "test", &mut records, Monitor::default()).unwrap();
         let Some(Record::Header(header)) = records.first() else {
@@ -222,7 +219,7 @@ fn what_varies_is_told_and_exported() {
     let steady = scene("");
     let arrays = export(&steady);
     assert!(!arrays.contains_key("load_n") && !arrays.contains_key("rotation_factor"));
-    let info = told(&steady);
+    let info = info_of(&steady);
     assert!(!info.load_varies() && !info.rotation_varies());
 
     let arrays = export(&scene(CHANGING[1]));
@@ -236,23 +233,23 @@ fn what_varies_is_told_and_exported() {
     let factor = &arrays["rotation_factor"].values;
     assert_eq!((factor[1400], factor[1401]), (1.0, 0.4));
     assert!(!arrays.contains_key("load_n"));
-    let info = told(&slow);
+    let info = info_of(&slow);
     assert_eq!(
         (info.rotation_span, info.load_span),
         ([0.4, 1.0], [150.0; 2])
     );
-    assert_eq!(info.sliding_speed, told(&steady).sliding_speed);
+    assert_eq!(info.sliding_speed, info_of(&steady).sliding_speed);
 }
 
-/// Studies of one state take the first values; exponents are those at the last ones.
+/// Studies of a single state use the initial values; Lyapunov exponents use the final values.
 #[test]
-fn studies_hold_the_first_values_and_exponents_the_last() {
+fn studies_use_initial_values_and_exponents_final_values() {
     let lines = "load.load_steps = [{ time_ms = 0, load_n = 60 }, { time_ms = 7, load_n = 150 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 0.5 }, { time_ms = 20, factor = 1 }]";
     let changing = scene(lines);
     let half = std::f64::consts::FRAC_1_SQRT_2 / 2.0;
     let held = scene(&format!(
-        "load.load_n = 60\nrotation.rad_s = [{half}, {half}, 0]"
+        "load.load_n = 60\nrotation.angular_velocity_rad_per_s = [{half}, {half}, 0]"
     ));
     let rate = |scene: &Scene| {
         let prepared = prepare(scene).unwrap();
@@ -264,15 +261,15 @@ fn studies_hold_the_first_values_and_exponents_the_last() {
     assert_eq!(rate(&changing), rate(&held));
 
     let request = LyapunovRequest {
-        count: Count::Largest(1),
+        count: ExponentCount::Largest(1),
         settle: Some(0.0),
         goal: Goal::Time(1e-3),
         tolerance: None,
     };
     let found = scene_lyapunov(&changing, &request, &mut |_| true).unwrap();
     assert_eq!(
-        (found.held.load, found.held.rotation_factor),
+        (found.fixed_at.load, found.fixed_at.rotation_factor),
         (Some(150.0), Some(1.0))
     );
-    assert_eq!(found.held.tilt, None);
+    assert_eq!(found.fixed_at.tilt, None);
 }

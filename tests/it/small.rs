@@ -1,4 +1,4 @@
-//! Scenes of small systems through the binary: what runs, and what needs a joint.
+//! Scenes of small systems through the binary.
 
 use assert_cmd::Command;
 use predicates::str::contains;
@@ -8,7 +8,7 @@ fn squeakscope() -> Command {
 }
 
 #[test]
-fn small_scenes_run_and_say_what_they_did() {
+fn small_scenes_run_and_report() {
     let folder = tempfile::tempdir().expect("temporary folder");
     for name in ["impact-oscillator", "mass-on-belt", "damped-contact"] {
         let (save, json) = (
@@ -34,7 +34,7 @@ fn small_scenes_run_and_say_what_they_did() {
 }
 
 #[test]
-fn what_needs_a_joint_refuses_a_small_scene() {
+fn commands_for_joints_reject_small_scenes() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let out = folder.path().join("model.npz");
     let model = [
@@ -53,8 +53,8 @@ fn what_needs_a_joint_refuses_a_small_scene() {
             .args(args)
             .assert()
             .code(2)
-            .stderr(contains("runs a mass on a belt"))
-            .stderr(contains("needs a ball joint"));
+            .stderr(contains("defines a mass on a belt"))
+            .stderr(contains("a ball joint is required"));
     }
     assert!(!out.exists());
 }

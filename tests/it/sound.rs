@@ -1,13 +1,13 @@
-//! What is heard of a run: its pitch, its length, its level, and the point it is heard at.
+//! Audio of a run: pitch, duration, level, and the point of the surface.
 
 use std::path::Path;
 
 use assert_cmd::Command;
 
-/// A WAV file, samples of full scale 1, and what its loudest stands for.
-struct Heard(Vec<f64>, f64);
+/// A WAV file: samples relative to full scale, and the value of its peak.
+struct Audio(Vec<f64>, f64);
 
-impl Heard {
+impl Audio {
     fn read(path: &Path, stands_for: f64) -> Self {
         let mut wav = hound::WavReader::open(path).expect("a WAV file");
         let spec = wav.spec();
@@ -29,14 +29,14 @@ impl Heard {
         self.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
     }
 
-    /// Amplitude at a frequency (Hz) in the last `count` samples but those that are faded out.
+    /// Amplitude at a frequency (Hz) in the last `count` samples without the fade-out.
     fn line(&self, frequency: f64, count: usize) -> f64 {
         let end = self.0.len() - 240;
         let part = &self.0[end - count..end];
         let turn = std::f64::consts::TAU / 48_000.0;
         let (mut c, mut s) = (0.0, 0.0);
         for (k, x) in part.iter().enumerate() {
-            // Hann's window, of mean 1/2.
+            // Hann window, mean 1/2.
             let w = 1.0 - (std::f64::consts::TAU * k as f64 / count as f64).cos();
             let (sin, cos) = (turn * frequency * k as f64).sin_cos();
             c += w * x * cos;
@@ -45,7 +45,7 @@ impl Heard {
         2.0 * c.hypot(s) / count as f64
     }
 
-    /// The strongest of the frequencies from `from` to `to`, Hz.
+    /// The frequency with the largest amplitude between `from` and `to`, Hz.
     fn pitch(&self, from: f64, to: f64, count: usize) -> f64 {
         let steps = 400;
         let at = |k: usize| from + (to - from) * k as f64 / f64::from(steps);
@@ -59,8 +59,8 @@ impl Heard {
     }
 }
 
-/// Runs 80 ms of the pure tone with some more options, and gives the sound and what was said of it.
-fn hear(options: &[&str]) -> (Heard, String) {
+/// Simulates 80 ms of the pure tone with additional options. Returns the sound and its printed description.
+fn simulate(options: &[&str]) -> (Audio, String) {
     let desk = tempfile::tempdir().expect("temporary folder");
     let run = [
         "run",
@@ -75,80 +75,85 @@ fn hear(options: &[&str]) -> (Heard, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command.current_dir(desk.path()).args(run).args(options);
     command.assert().success();
-    // Nothing else was asked for.
+    // No other file was requested.
     assert!(!desk.path().join("squeak.rrd").exists());
     let json = std::fs::read(desk.path().join("run.json")).expect("written");
     let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
-    let (heard, loudest) = json["heard"]
+    let (heard, loudest) = json["audio"]
         .as_str()
-        .and_then(|heard| heard.split_once("; the loudest is "))
-        .expect("told");
+        .and_then(|heard| heard.split_once("; peak "))
+        .expect("printed");
     let (loudest, unit) = loudest.split_once(' ').expect("a unit");
     let of_pressure = options.contains(&"pressure");
     assert_eq!(unit, if of_pressure { "m/s^2" } else { "mm/s" });
     let loudest: f64 = loudest.parse().expect("a number");
     let loudest = if of_pressure { loudest } else { 1e-3 * loudest };
     let heard = heard.to_owned();
-    (Heard::read(&desk.path().join("squeak.wav"), loudest), heard)
+    (Audio::read(&desk.path().join("squeak.wav"), loudest), heard)
 }
 
 #[test]
-fn a_tone_is_heard_at_its_pitch_or_lower_where_it_is_slower() {
-    let (life, words) = hear(&[]);
-    assert_eq!(words, "velocity of the contact's centre");
+fn the_pitch_is_true_or_lowered_by_the_time_stretch() {
+    let (life, words) = simulate(&[]);
+    assert_eq!(words, "velocity of the contact centre");
     assert_eq!(life.0.len(), 3840);
     assert!((life.loudest() - 0.891).abs() < 1e-3, "{}", life.loudest());
     let pitch = life.pitch(3900.0, 4300.0, 1920);
     assert!((pitch - 4111.0).abs() < 5.0, "{pitch} Hz");
 
-    let (slow, _) = hear(&["--slower", "10"]);
-    assert!((slow.1 / life.1 - 1.0).abs() < 0.2, "as loud as in life");
+    let (slow, _) = simulate(&["--time-stretch", "10"]);
+    assert!(
+        (slow.1 / life.1 - 1.0).abs() < 0.2,
+        "same level as in real time"
+    );
     assert_eq!(slow.0.len(), 38_400);
     let pitch = slow.pitch(390.0, 430.0, 19_200);
     assert!((pitch - 411.1).abs() < 0.5, "{pitch} Hz");
-    // What a loudspeaker cannot play in life is there when it is slow: the fifth harmonic above 20 kHz.
+    // A slow playback contains components that a loudspeaker cannot play in real time: the fifth harmonic, 20
+    // kHz.
     let [first, fifth] = [411.1, 5.0 * 411.1].map(|f| slow.line(f, 19_200));
     assert!(fifth > 1e-3 * first, "{first} {fifth}");
 }
 
 #[test]
-fn pressure_weighs_a_line_by_its_frequency() {
-    let ratio = |heard: &Heard| {
+fn pressure_weights_a_line_by_its_frequency() {
+    let ratio = |heard: &Audio| {
         let pitch = heard.pitch(4000.0, 4200.0, 1920);
         heard.line(3.0 * pitch, 1920) / heard.line(pitch, 1920)
     };
-    let (velocity, _) = hear(&[]);
-    let (pressure, words) = hear(&["--sound", "pressure"]);
+    let (velocity, _) = simulate(&[]);
+    let (pressure, words) = simulate(&["--sound", "pressure"]);
     assert_eq!(
         words,
-        "acceleration of the contact's centre, as the pressure far away follows it"
+        "acceleration of the contact centre, proportional to the far-field sound pressure"
     );
     let gained = ratio(&pressure) / ratio(&velocity);
     assert!((gained - 3.0).abs() < 0.1, "{gained}");
-    // In one unit of time, and with harmonics that weigh more.
+    // Acceleration per unit of time; the harmonics have a larger weight.
     let gained = pressure.1 / velocity.1 / (std::f64::consts::TAU * 4111.0);
     assert!((1.0..3.0).contains(&gained), "{gained}");
 }
 
 #[test]
-fn a_point_of_the_surface_is_heard_where_it_moves() {
-    // The side of the beam's far end, in the plane of the bending: as loud as may be, the same tone.
-    let (side, words) = hear(&["--at", "8,0,150"]);
+fn a_point_of_the_surface_has_its_own_sound() {
+    // A surface point near the pole of the ball: the same tone, normalised.
+    let (side, words) = simulate(&["--probe", "8,0,150"]);
     assert!(
-        words.starts_with("velocity of the surface at (") && words.ends_with(") mm, outwards"),
+        words.starts_with("velocity of the surface at (")
+            && words.ends_with(") mm along the outward normal"),
         "{words}"
     );
     let pitch = side.pitch(3900.0, 4300.0, 1920);
     assert!((pitch - 4111.0).abs() < 5.0, "{pitch} Hz");
-    // Elsewhere the harmonics have another share.
-    let (centre, _) = hear(&[]);
-    let share = |heard: &Heard| heard.line(3.0 * 4111.0, 1920) / heard.line(4111.0, 1920);
+    // The harmonics have another share than at the contact centre.
+    let (centre, _) = simulate(&[]);
+    let share = |heard: &Audio| heard.line(3.0 * 4111.0, 1920) / heard.line(4111.0, 1920);
     let [side, centre] = [share(&side), share(&centre)];
     assert!((side / centre - 1.0).abs() > 0.05, "{side} {centre}");
 }
 
 #[test]
-fn what_has_no_surface_refuses_to_be_heard_there() {
+fn a_surface_point_without_a_surface_is_rejected() {
     let desk = tempfile::tempdir().expect("temporary folder");
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command.current_dir(desk.path()).args([
@@ -156,7 +161,7 @@ fn what_has_no_surface_refuses_to_be_heard_there() {
         "mass-on-belt",
         "--wav",
         "a.wav",
-        "--at",
+        "--probe",
         "8,0,60",
         "--save",
         "a.rrd",
@@ -172,7 +177,7 @@ fn what_has_no_surface_refuses_to_be_heard_there() {
     for wrong in ["1,2", "1,2,x", "1,2,inf"] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
         let assert = command
-            .args(["run", "--wav", "a.wav", "--at", wrong])
+            .args(["run", "--wav", "a.wav", "--probe", wrong])
             .assert();
         assert.code(2);
     }

@@ -1,16 +1,16 @@
 //! Complex eigenvalues of the paper's joint.
 //!
-//! The project's first table of growth rates (785.0, 721.4, 675.9, 607.9 1/s at 0 degrees) came
-//! from shapes on a mesh that was not refined at the corner where beam and ball meet. An
-//! independent program with quadratic triangles gives that table on such a mesh of 2 mm, and on
-//! meshes graded to the corner converges to the growths below; so does this crate. The table's
-//! first two modes are within 0.1 % of them, its third and fourth 0.16 % and 0.22 % low.
+//! An early table of growth rates (785.0, 721.4, 675.9, 607.9 1/s at 0 degrees) used mode shapes from a mesh without
+//! refinement at the corner between beam and ball. An independent program with quadratic triangles reproduces that
+//! table on such a mesh of 2 mm, and converges to the growth rates below on meshes graded towards the corner, like
+//! this crate. The first two growth rates of the table are within 0.1 %, the third and fourth are 0.16 % and 0.22 %
+//! low.
 
 use squeakscope::joint::BallJoint;
 use squeakscope::scene::Scene;
 use squeakscope::study::{StabilityAt, stability};
 
-/// The joint of `periodic-2deg` with many nodes, so that the quadrature does not matter.
+/// The joint of `periodic-2deg` with enough nodes for a negligible quadrature error.
 fn unstable(azimuth_deg: f64, factor: f64, tilts_deg: &[f64]) -> Vec<StabilityAt> {
     let mut scene = Scene::load("periodic-2deg").unwrap();
     let spec = &mut scene.joint_mut().unwrap().spec;
@@ -45,7 +45,7 @@ fn four_bending_modes_are_unstable() {
         [766.6, 747.3, 690.0, 603.6],
         [726.2, 768.1, 702.2, 597.0],
     ];
-    // What the coarse mesh cost the first table, mode by mode.
+    // Errors of the early table due to its coarse mesh, for each mode.
     let table_low = [0.2e-3, 0.75e-3, 1.65e-3, 2.25e-3];
     for (row, at) in unstable(0.0, 1.0, &[0.0, 3.5, 7.0]).iter().enumerate() {
         assert_eq!(at.modes.len(), 4, "{:?}", at.modes);
@@ -65,7 +65,7 @@ fn four_bending_modes_are_unstable() {
 
 /// The default number of nodes gives the same modes to 0.1 %.
 #[test]
-fn a_hundred_nodes_are_enough() {
+fn one_hundred_nodes_are_sufficient() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
     let coarse = stability(&ball, &[2.0_f64.to_radians()]).unwrap().remove(0);
@@ -77,9 +77,9 @@ fn a_hundred_nodes_are_enough() {
     }
 }
 
-/// Azimuth -90 degrees and a stiff contact: the first torsion mode joins by 7 degrees.
+/// At azimuth -90 degrees with a stiff contact the first torsion mode becomes unstable below 7 degrees.
 #[test]
-fn a_fifth_mode_joins() {
+fn a_fifth_mode_becomes_unstable() {
     let at = unstable(-90.0, 16.0, &[7.0]).remove(0);
     assert_eq!(at.modes.len(), 5);
     let torsion = at
@@ -91,9 +91,9 @@ fn a_fifth_mode_joins() {
     assert!((torsion.growth - 5.0).abs() < 0.15, "{}", torsion.growth);
 }
 
-/// The friction curve as printed has a positive slope at the joint's speed: nothing is unstable.
+/// The friction curve as printed has a positive slope at the sliding speed, so that all modes are stable.
 #[test]
-fn as_printed_all_modes_are_stable() {
+fn all_modes_are_stable_with_the_printed_curve() {
     let scene = Scene::load("printed-friction").unwrap();
     let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
     for tilt_deg in [0.0_f64, 3.5, 7.0] {

@@ -1,5 +1,5 @@
-//! The tangent flow of the joint, whose nodes open and close by the hundred: against finite
-//! differences of the flow itself, and against Liouville's theorem.
+//! Tangent vectors of the joint with hundreds of contact changes, compared with finite differences of
+//! the flow and with Liouville's theorem.
 
 use std::cell::RefCell;
 
@@ -8,7 +8,8 @@ use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 
-/// The joint of `torus-3deg` with so many contact nodes, kicked so hard (m/s) that they chatter.
+/// The joint of `torus-3deg` with `nodes` contact nodes and a kick (m/s) strong enough for chattering
+/// contact.
 fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").unwrap();
     scene.joint_mut().unwrap().spec.contact.nodes = nodes;
@@ -20,14 +21,14 @@ fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
     (joint, z)
 }
 
-/// How contact is followed.
+/// Treatment of contact changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
+enum ContactChanges {
     Through,
-    Exact,
+    Located,
 }
 
-/// The default method, to a tolerance.
+/// The default method at a tolerance.
 fn lawson(tolerance: f64) -> Method {
     Method::Lawson54 {
         accuracy: Accuracy::relative(tolerance),
@@ -35,23 +36,23 @@ fn lawson(tolerance: f64) -> Method {
     }
 }
 
-fn integrator<Y: System>(sys: &Y, mode: Mode, method: Method) -> Integrator {
+fn integrator<Y: System>(sys: &Y, changes: ContactChanges, method: Method) -> Integrator {
     let integrator = Integrator::new(method, sys).unwrap();
-    match mode {
-        Mode::Through => integrator,
-        Mode::Exact => integrator.with_events(sys).unwrap(),
+    match changes {
+        ContactChanges::Through => integrator,
+        ContactChanges::Located => integrator.with_events(sys).unwrap(),
     }
 }
 
-/// The state after `span` seconds.
-fn flow(joint: &Joint, mode: Mode, method: Method, z: &[f64], span: f64) -> Vec<f64> {
-    let mut integrator = integrator(joint, mode, method);
+/// The state after `span` (s).
+fn flow(joint: &Joint, changes: ContactChanges, method: Method, z: &[f64], span: f64) -> Vec<f64> {
+    let mut integrator = integrator(joint, changes, method);
     integrator.start(joint, 0.0, z).unwrap();
-    integrator.land(joint, span).unwrap();
+    integrator.integrate_to(joint, span).unwrap();
     integrator.state().to_vec()
 }
 
-/// Length in the norm of the vibration's energy.
+/// Norm of the vibration energy.
 fn length(joint: &Joint, z: impl IntoIterator<Item = f64>) -> f64 {
     let m = joint.modes();
     let squares = z.into_iter().enumerate().map(|(c, z)| {
@@ -61,7 +62,7 @@ fn length(joint: &Joint, z: impl IntoIterator<Item = f64>) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// Some directions, each of length one: component after component, side by side.
+/// Directions of unit length, stored component by component.
 fn directions(joint: &Joint, width: usize) -> Vec<f64> {
     let m = joint.modes();
     let mut vectors: Vec<f64> = (0..2 * m * width)
@@ -82,11 +83,11 @@ fn directions(joint: &Joint, width: usize) -> Vec<f64> {
     vectors
 }
 
-/// How far the tangent vectors are from difference quotients of the flow, relative to their length:
-/// the worst of so many. Also the crossings on the way.
+/// Largest difference between the tangent vectors and difference quotients of the flow, relative to
+/// their length, over several directions; and the number of crossings.
 fn tangent_error(
     joint: &Joint,
-    mode: Mode,
+    changes: ContactChanges,
     method: Method,
     z: &[f64],
     span: f64,
@@ -94,12 +95,12 @@ fn tangent_error(
 ) -> (f64, u64) {
     const WIDTH: usize = 3;
     let vectors = directions(joint, WIDTH);
-    let mut followed = integrator(joint, mode, method)
+    let mut followed = integrator(joint, changes, method)
         .with_tangents(joint, WIDTH, 1)
         .unwrap();
     followed.start(joint, 0.0, z).unwrap();
-    followed.follow_vectors(&vectors).unwrap();
-    followed.land(joint, span).unwrap();
+    followed.set_tangent_vectors(&vectors).unwrap();
+    followed.integrate_to(joint, span).unwrap();
     let got = followed.tangent_vectors().unwrap();
     let mut worst = 0.0_f64;
     for l in 0..WIDTH {
@@ -110,9 +111,9 @@ fn tangent_error(
                 .zip(column)
                 .map(|(z, d)| z + k * step * d)
                 .collect();
-            flow(joint, mode, method, &moved, span)
+            flow(joint, changes, method, &moved, span)
         };
-        // Of fourth order.
+        // Fourth-order differences.
         let [one, minus_one, two, minus_two] = [1.0, -1.0, 2.0, -2.0].map(at);
         let quotient =
             |c: usize| (8.0 * (one[c] - minus_one[c]) - (two[c] - minus_two[c])) / (12.0 * step);
@@ -120,54 +121,59 @@ fn tangent_error(
         let error = (0..z.len()).map(|c| got[c * WIDTH + l] - quotient(c));
         worst = worst.max(length(joint, error) / size);
     }
-    (worst, followed.tally().crossings)
+    (worst, followed.stats().crossings)
 }
 
-/// Where events are stopped at, the tangent vectors are the derivative of the flow, over a thousand
-/// crossings.
+/// With event location the tangent vectors are the derivative of the flow, over a thousand crossings.
 #[test]
-fn exact_tangents_are_the_derivative_of_the_flow() {
+fn tangents_with_event_location_are_the_derivative_of_the_flow() {
     let (joint, z) = kicked(100, 30e-3);
-    let (error, crossings) = tangent_error(&joint, Mode::Exact, lawson(1e-12), &z, 1e-3, 1e-6);
+    let (error, crossings) = tangent_error(
+        &joint,
+        ContactChanges::Located,
+        lawson(1e-12),
+        &z,
+        1e-3,
+        1e-6,
+    );
     println!("{error:.1e} over {crossings} crossings");
     assert!(crossings >= 1000, "{crossings} crossings");
     assert!(error < 1e-6, "{error:e}");
 }
 
-/// Where steps run over the events, the tangent vectors are the derivative of what the method makes
-/// of the flow. The step is fixed, so that difference quotients see nothing of its choice; they are
-/// small, so that hardly a stage changes its law between them.
+/// Without event location the tangent vectors are the derivative of the numerical map. The step is
+/// fixed, so the difference quotients contain no step-size variation. The differences are small, so
+/// hardly any stage changes its contact status between them.
 #[test]
 fn tangents_through_kinks_are_the_derivative_of_the_numerical_flow() {
     let (joint, z) = kicked(100, 30e-3);
     let method = Method::Rk4 { step: 0.4e-6 };
-    let (error, _) = tangent_error(&joint, Mode::Through, method, &z, 1e-3, 1e-9);
+    let (error, _) = tangent_error(&joint, ContactChanges::Through, method, &z, 1e-3, 1e-9);
     println!("{error:.1e}");
     assert!(error < 1e-6, "{error:e}");
 }
 
-/// Where steps run over the events, the tangent vectors tend to the derivative of the flow itself as
-/// the tolerance is made smaller, but slowly: in a step that holds a kink, they are off in proportion
-/// to its length.
+/// Without event location the tangent vectors converge to the derivative of the flow as the tolerance
+/// decreases, but slowly: in a step with a kink their error is proportional to its length.
 #[test]
-fn tangents_through_kinks_tend_to_the_derivative_of_the_flow() {
+fn tangents_through_kinks_converge_to_the_derivative_of_the_flow() {
     let (joint, z) = kicked(100, 15e-3);
     let vectors = directions(&joint, 3);
-    let after = |mode, tolerance| {
-        let mut run = integrator(&joint, mode, lawson(tolerance))
+    let after = |changes, tolerance| {
+        let mut run = integrator(&joint, changes, lawson(tolerance))
             .with_tangents(&joint, 3, 1)
             .unwrap();
         run.start(&joint, 0.0, &z).unwrap();
-        run.follow_vectors(&vectors).unwrap();
-        run.land(&joint, 1e-3).unwrap();
+        run.set_tangent_vectors(&vectors).unwrap();
+        run.integrate_to(&joint, 1e-3).unwrap();
         run.tangent_vectors().unwrap().to_vec()
     };
-    let exact = after(Mode::Exact, 1e-13);
+    let exact = after(ContactChanges::Located, 1e-13);
     let column = |vectors: &[f64], l: usize| -> Vec<f64> {
         vectors[l..].iter().step_by(3).copied().collect()
     };
     let error = |tolerance| {
-        let through = after(Mode::Through, tolerance);
+        let through = after(ContactChanges::Through, tolerance);
         let errors = (0..3).map(|l| {
             let (through, exact) = (column(&through, l), column(&exact, l));
             length(&joint, difference(&through, &exact)) / length(&joint, exact)
@@ -182,12 +188,12 @@ fn tangents_through_kinks_tend_to_the_derivative_of_the_flow() {
     );
 }
 
-/// At every event of a hard-kicked run, the general correction of Eq. (15) and (16) is formed from
-/// the laws before and after. It is the identity, up to the rounding of the time of the event.
+/// At each event of a strongly kicked run, the general correction of Eq. (15) and (16) is evaluated from
+/// the laws before and after. It is the identity up to the rounding of the event time.
 #[test]
-fn nothing_jumps_at_events() {
+fn the_saltation_correction_vanishes_at_contact_changes() {
     let (joint, z) = kicked(100, 30e-3);
-    let mut run = integrator(&joint, Mode::Exact, lawson(1e-10));
+    let mut run = integrator(&joint, ContactChanges::Located, lawson(1e-10));
     run.start(&joint, 0.0, &z).unwrap();
     let m = joint.modes();
     let (mut before, mut after) = (vec![0.0; m], vec![0.0; m]);
@@ -209,19 +215,19 @@ fn nothing_jumps_at_events() {
         let jump = length(&joint, [vec![0.0; m], difference(&before, &after)].concat());
         for &guard in &crossed {
             joint.guard_gradient(&status, guard, t, &z, &mut gradient);
-            let fall: f64 = gradient.iter().zip(&slope).map(|(h, f)| h * f).sum();
-            // The largest |dh/dz . delta z| of a vector of length one.
+            let rate: f64 = gradient.iter().zip(&slope).map(|(h, f)| h * f).sum();
+            // The largest |dh/dz . delta z| of a vector of unit length.
             let scaled = gradient
                 .iter()
                 .zip(joint.omega())
                 .map(|(h, omega)| h / omega);
-            let reach = scaled.map(|x| x * x).sum::<f64>().sqrt();
-            worst = worst.max(jump * reach / fall.abs());
-            grazing = grazing.min(fall.abs() / reach);
+            let sensitivity = scaled.map(|x| x * x).sum::<f64>().sqrt();
+            worst = worst.max(jump * sensitivity / rate.abs());
+            grazing = grazing.min(rate.abs() / sensitivity);
         }
         events += 1;
     }
-    println!("{events} events, correction at most {worst:.2e}, slowest fall {grazing:.2e}");
+    println!("{events} events, correction at most {worst:.2e}, slowest guard {grazing:.2e}");
     assert!(events >= 300, "{events} events");
     assert!(worst < 1e-9, "{worst:e}");
 }
@@ -230,13 +236,13 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// A joint with one more component: the integral of the trace of `dF/dz`.
+/// A joint with an additional component: the integral of the trace of `dF/dz`.
 struct Traced {
     joint: Joint,
     scratch: RefCell<Scratch>,
 }
 
-/// What the trace is formed with.
+/// Workspace of the trace.
 struct Scratch {
     record: Vec<f64>,
     identity: Vec<f64>,
@@ -256,7 +262,7 @@ impl Traced {
         Self { joint, scratch }
     }
 
-    /// The force, and after it the trace (the presets have no damping).
+    /// The force, followed by the trace (the presets have no damping).
     fn both(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
         let m = self.joint.modes();
         let mut scratch = self.scratch.borrow_mut();
@@ -370,49 +376,49 @@ impl Differentiable for Traced {
     }
 }
 
-/// Volumes of the state space change by the trace of `dF/dz` (Liouville's theorem), so that all 22
-/// exponents together are its mean along the run.
+/// State-space volumes change at the rate of the trace of `dF/dz` (Liouville's theorem). The sum of all
+/// 22 exponents is therefore its mean along the trajectory.
 #[test]
-fn all_exponents_add_up_to_the_mean_trace() {
+fn the_sum_of_all_exponents_is_the_mean_trace() {
     let span = 2e-3;
-    for mode in [Mode::Exact, Mode::Through] {
+    for changes in [ContactChanges::Located, ContactChanges::Through] {
         let (joint, z) = kicked(100, 30e-3);
         let traced = Traced::new(joint);
         let width = traced.tangent_dim();
         assert_eq!(width, 22);
-        let mut run = integrator(&traced, mode, lawson(1e-10))
+        let mut run = integrator(&traced, changes, lawson(1e-10))
             .with_tangents(&traced, width, 1)
             .unwrap();
         let start = [z, vec![0.0]].concat();
         run.start(&traced, 0.0, &start).unwrap();
-        run.land(&traced, span).unwrap();
+        run.integrate_to(&traced, span).unwrap();
         let spectrum = run.exponents().unwrap();
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
         let mean = run.state()[22] / spectrum.time;
         println!(
-            "{mode:?}: sum {sum:.9e}, mean trace {mean:.9e}, {:.1e}",
+            "{changes:?}: sum {sum:.9e}, mean trace {mean:.9e}, {:.1e}",
             sum / mean - 1.0
         );
         assert!((spectrum.time - span).abs() < 1e-12);
-        assert!(mean < -100.0, "friction shrinks volumes: {mean}");
+        assert!(mean < -100.0, "friction must contract volumes: {mean}");
         assert!((sum / mean - 1.0).abs() < 1e-6, "{sum} {mean}");
     }
 }
 
-/// Thousands of crossings a millisecond: exact steps get through, and where they come to is where
-/// accurate steps over the kinks come to.
+/// Thousands of crossings per millisecond: integration with event location succeeds and agrees with
+/// accurate integration through the kinks.
 #[test]
-fn thousands_of_crossings_a_millisecond() {
+fn thousands_of_crossings_per_millisecond() {
     let span = 0.5e-3;
     let (joint, z) = kicked(400, 30e-3);
-    let mut exact = integrator(&joint, Mode::Exact, lawson(1e-11));
+    let mut exact = integrator(&joint, ContactChanges::Located, lawson(1e-11));
     exact.start(&joint, 0.0, &z).unwrap();
-    exact.land(&joint, span).unwrap();
-    let tally = exact.tally();
-    let through = flow(&joint, Mode::Through, lawson(1e-13), &z, span);
-    let apart = length(&joint, difference(exact.state(), &through)) / length(&joint, through);
-    println!("{tally:?}, apart {apart:.1e}");
-    assert!(tally.crossings >= 2000, "{} crossings", tally.crossings);
-    assert_eq!(tally.overrun, 0);
-    assert!(apart < 1e-8, "{apart:e}");
+    exact.integrate_to(&joint, span).unwrap();
+    let stats = exact.stats();
+    let through = flow(&joint, ContactChanges::Through, lawson(1e-13), &z, span);
+    let distance = length(&joint, difference(exact.state(), &through)) / length(&joint, through);
+    println!("{stats:?}, distance {distance:.1e}");
+    assert!(stats.crossings >= 2000, "{} crossings", stats.crossings);
+    assert_eq!(stats.steps_without_event_location, 0);
+    assert!(distance < 1e-8, "{distance:e}");
 }

@@ -1,18 +1,18 @@
-"""The integrators and the right-hand side beside their public peers: same joint, same starts,
-same machine, one run.
+"""Compares the integrators and the right-hand side with public libraries on the same joint, starts and
+machine.
 
     apt install g++ make libsundials-dev libboost-dev
     python3 -m venv peers && peers/bin/pip install -r benches/peers/integrators/requirements.txt
     peers/bin/python benches/peers/integrators/compare.py
 
-exports the scene, builds the peers and `cargo bench --bench integrators`, and prints how long each
-takes: the right-hand side against a plain loop in C++, and the integration of 4 ms against CVODE,
-Boost.odeint and SciPy, which all call that same loop. `--json FILE` keeps every measured point;
-`--write` puts the tables into src/guide/peers.md.
+Exports the scene, builds the peers and `cargo bench --bench integrators`, and prints the times: the
+right-hand side against a plain loop in C++, and the integration of 4 ms against CVODE, Boost.odeint and
+SciPy, which all call that loop. `--json FILE` writes every measured point; `--write` inserts the tables
+into src/guide/explanation/peers.md.
 
-Times are processor time of one thread, pinned to one core; what is compared is alternated. Errors
-are those of the end, relative, in the norm whose square is energy, against a reference on which
-methods of ours and theirs agree; the root mean square over the starts.
+Times are the CPU time of one thread pinned to one core; compared programs alternate. Errors are those of
+the final state, relative, in the energy norm, against a reference on which methods of squeakscope and of
+the peers agree; root mean square over the starts.
 """
 
 import argparse
@@ -29,14 +29,14 @@ import scene
 import sweep
 
 ROOT = Path(__file__).resolve().parents[3]
-GUIDE = ROOT / "src/guide/peers.md"
+GUIDE = ROOT / "src/guide/explanation/peers.md"
 BEGIN, END = "<!-- integrators -->", "<!-- end of integrators -->"
 
 ERROR = 1e-4
-#: How many times faster than each peer the laboratory wants to be.
+#: Target speed-up over each peer.
 TARGETS = {"CVODE": 10, "Boost.odeint": 5, "SciPy solve_ivp": 50, "SciPy odeint, ode": 50}
 LOOP_TARGET, LOOP_NODES = 2, 64
-STARTS = {"squeak": "the developed squeak", "cold": "the scene's own start, a small kick"}
+STARTS = {"squeak": "the developed squeak", "cold": "the start state of the scene, a small kick"}
 
 
 def cargo(*words):
@@ -52,7 +52,7 @@ def first_line(*command):
 
 
 def versions():
-    """What the peers are, and with what they were compiled."""
+    """Versions of the peers and of the compilers."""
     import scipy
 
     package = lambda name: first_line("dpkg-query", "-W", "-f", "${Version}", name)
@@ -79,8 +79,8 @@ def times(ratio, target, digits=".2g"):
 
 
 def loop_table(rows):
-    table = ["| nodes | squeakscope, us | ns a node | plain loop, one pass, us | ratio "
-             "| plain loop, the faster form, us | ratio | share of the core's peak |",
+    table = ["| nodes | squeakscope, us | ns per node | plain loop, one pass, us | ratio "
+             "| plain loop, faster form, us | ratio | share of the core's peak |",
              "|---|---|---|---|---|---|---|---|"]
     for row in rows:
         us = lambda name: f"{1e6 * row[name]['minimum']:.3g} ({1e6 * row[name]['median']:.3g})"
@@ -96,22 +96,22 @@ def loop_table(rows):
     return "\n".join(table)
 
 
-def knob_of(peer, best):
-    is_step = peers.knobs(peer, best["method"]) is peers.STEPS
-    return f"step {1e6 * best['knob']:.2g} us" if is_step else f"{best['knob']:.1e}"
+def setting_of(peer, best):
+    is_step = peers.settings(peer, best["method"]) is peers.STEPS
+    return f"step {1e6 * best['setting']:.2g} us" if is_step else f"{best['setting']:.1e}"
 
 
 def run_table(result):
     ours = result["best"][peers.OURS]["cost"]
-    table = [f"| program | best method | its tolerance | error | ms | calls | ms at {ERROR:.0e} "
-             "| against ours |", "|---|---|---|---|---|---|---|---|"]
+    table = [f"| program | best method | tolerance | error | ms | evaluations | ms at {ERROR:.0e} "
+             "| relative to squeakscope |", "|---|---|---|---|---|---|---|---|"]
     for peer, best in result["best"].items():
         if peer == peers.OURS:
             ratio = f"{scene.HORIZON / best['cost']:.2g} x real time"
         else:
             ratio = times(best["cost"] / ours, TARGETS[peer])
         bold = "**" if peer == peers.OURS else ""
-        table.append(f"| {bold}{peer}{bold} | {best['method']} | {knob_of(peer, best)} "
+        table.append(f"| {bold}{peer}{bold} | {best['method']} | {setting_of(peer, best)} "
                      f"| {best['error']:.1e} | {1e3 * best['seconds']:.3g} "
                      f"| {best['calls']:,.0f} | {1e3 * best['cost']:.3g} "
                      f"({1e3 * best['median_cost']:.3g}) | {ratio} |")
@@ -124,17 +124,17 @@ def text_of(found):
     parts = [f"Measured on: {machine(core)}. "
              + ", ".join(f"{name} {version}" for name, version in found["versions"].items()) + "."]
     parts.append(
-        "**The right-hand side**, us a call: the least (and the median) of many alternated "
+        "**The right-hand side**, us per call: minimum (and median) of many alternating "
         f"bursts.\n\n{loop_table(found['loop'])}\n\n"
-        f"{row['operations_per_node']} floating-point operations a node (a fused multiply-add is "
-        f"two) are {row['flops'] / 1e9:.0f} Gflop/s at {row['nodes']} nodes, "
+        f"{row['operations_per_node']} floating-point operations per node (a fused multiply-add counts as "
+        f"two) correspond to {row['flops'] / 1e9:.0f} Gflop/s at {row['nodes']} nodes, "
         f"{100 * row['share_of_peak']:.0f} % of the core's peak of "
-        f"{core['peak_flops'] / 1e9:.0f} (two multiply-adds of {core['width']} lanes a cycle; "
+        f"{core['peak_flops'] / 1e9:.0f} (two multiply-adds of {core['width']} lanes per cycle; "
         f"multiply-adds alone reach {core['measured_flops'] / 1e9:.0f}).")
     for result in found["runs"]:
         parts.append(f"**4 ms of `{found['scene']}`** with {result['nodes']} nodes, from "
                      f"{STARTS[result['start']]} (starts: {result['starts']}), at an error of "
-                     f"{ERROR:.0e}; the least of many alternated runs (and the median).\n\n{run_table(result)}")
+                     f"{ERROR:.0e}; minimum (and median) of many alternating runs.\n\n{run_table(result)}")
     return "\n\n".join(parts)
 
 
@@ -147,23 +147,23 @@ def write(text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
-    parser.add_argument("--scene", default="torus-3deg", help="scene that is run")
+    parser.add_argument("--scene", default="torus-3deg", help="scene to run")
     parser.add_argument("--nodes", type=int, nargs="+", default=[64, 100],
-                        help="contact nodes of the runs")
+                        help="numbers of contact nodes of the runs")
     parser.add_argument("--loop-nodes", type=int, nargs="*",
                         default=[16, 32, 64, 100, 200, 500, 1000, 2000, 5000, 10_000],
-                        help="contact nodes of the right-hand side")
+                        help="numbers of contact nodes for the right-hand side")
     parser.add_argument("--starts", nargs="*", choices=STARTS, default=list(STARTS))
-    parser.add_argument("--repeats", type=int, default=3, help="of each point; the median counts")
+    parser.add_argument("--repeats", type=int, default=3, help="repetitions per point; the median counts")
     parser.add_argument("--rounds", type=int, default=25,
-                        help="alternated runs of the best methods; the least counts")
+                        help="alternating runs of the best methods; the minimum counts")
     parser.add_argument("--loop-rounds", type=int, default=100,
-                        help="alternated bursts of the right-hand side a launch")
-    parser.add_argument("--core", type=int, default=os.cpu_count() - 1, help="to run on")
-    parser.add_argument("--squeakscope", type=Path, help="the program, if it is built already")
-    parser.add_argument("--bench", type=Path, help="our bench, if it is built already")
-    parser.add_argument("--folder", type=Path, help="for models and programs")
-    parser.add_argument("--json", type=Path, help="file for all that was measured")
+                        help="alternating bursts of the right-hand side per launch")
+    parser.add_argument("--core", type=int, default=os.cpu_count() - 1, help="core to run on")
+    parser.add_argument("--squeakscope", type=Path, help="existing squeakscope binary; skips the build")
+    parser.add_argument("--bench", type=Path, help="existing bench binary; skips the build")
+    parser.add_argument("--folder", type=Path, help="folder for models and programs")
+    parser.add_argument("--json", type=Path, help="file for all measurements")
     parser.add_argument("--write", action="store_true", help=f"write {GUIDE.relative_to(ROOT)}")
     options = parser.parse_args()
 

@@ -2,9 +2,9 @@
 //
 //     cvode MODEL.bin HORIZON        then requests `METHOD TOLERANCE`, see peer.hpp
 //
-// METHOD is FORMULA-SOLVER: `adams` or `bdf`, then how the implicit equations are solved:
-// `fixed` (fixed-point iteration), `anderson` (the same, accelerated), `diagonal` (Newton with a
-// diagonal of differences), `newton` (Newton with the analytic Jacobian), `differences` (Newton
+// METHOD is FORMULA-SOLVER: `adams` or `bdf`, and the solver of the implicit equations: `fixed`
+// (fixed-point iteration), `anderson` (accelerated fixed-point iteration), `diagonal` (Newton with a
+// diagonal Jacobian by differences), `newton` (Newton with the analytic Jacobian), `differences` (Newton
 // with a Jacobian by differences).
 
 #include <cvode/cvode.h>
@@ -26,7 +26,7 @@
 namespace {
 
 void check(int flag) {
-    if (flag < 0) throw std::runtime_error("CVODE says " + std::to_string(flag));
+    if (flag < 0) throw std::runtime_error("CVODE error " + std::to_string(flag));
 }
 
 int right_hand_side(realtype, N_Vector y, N_Vector dy, void* model) {
@@ -41,7 +41,7 @@ int jacobian(realtype, N_Vector y, N_Vector, SUNMatrix matrix, void* model, N_Ve
     return 0;
 }
 
-// One method, made once and started again for each run.
+// One method, created once and restarted for each run.
 class Solver {
 public:
     Solver(Model& model, const std::string& method, SUNContext context)
@@ -65,13 +65,13 @@ public:
             if (solver == "newton") check(CVodeSetJacFn(memory_, jacobian));
             dense_ = true;
         } else {
-            throw std::runtime_error("no such method");
+            throw std::runtime_error("unknown method");
         }
     }
 
     Run run(double tolerance, const State& start, double horizon) {
         std::copy(start.begin(), start.end(), N_VGetArrayPointer(y_));
-        // Components pass through zero: they may err by as much as their usual size allows.
+        // Components pass through zero, so the absolute tolerance is relative to the typical size.
         const double usual = std::sqrt(N_VDotProd(y_, y_) / DIM);
         check(CVodeReInit(memory_, 0, y_));
         check(CVodeSStolerances(memory_, tolerance, tolerance * usual));

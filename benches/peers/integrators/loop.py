@@ -1,23 +1,23 @@
-"""The right-hand side: ours and the plain loop in C++, alternated on one core."""
+"""Compares the right-hand side of squeakscope and the plain loop in C++, alternating on one core."""
 
 import numpy as np
 
-#: Seconds that one burst of calls takes, about.
+#: Approximate duration of one burst of calls, s.
 BURST = 3e-4
-#: How often the programs are started: where a run finds its memory matters, too.
+#: Number of program starts, because the memory placement of a run affects its time.
 LAUNCHES = 5
-#: What a call costs before it has been measured: s a node.
+#: Initial estimate of the cost of a call, s per node.
 GUESS = 4e-9
 
 
 def operations(modes):
-    """Floating-point operations of our right-hand side a node, counted in `src/joint/traction.rs`,
-    `friction.rs` and `exponential.rs`. A fused multiply-add is two operations; any other addition,
-    multiplication, division, square root or maximum is one; negations, comparisons, and what is
-    done to integers are none."""
+    """Floating-point operations of the right-hand side per node, counted in `src/joint/contact_force.rs`,
+    `friction.rs` and `exponential.rs`. A fused multiply-add counts as two operations; any other addition,
+    multiplication, division, square root or maximum as one; negations, comparisons and integer
+    operations as none."""
     rows = 2 * modes * (1 + 3 + 3)  # radial displacement; three velocities; three forces
     gap = 2 + 1 + 1  # pre-stress + stiffness u_r; lift-off; area
-    speed = 1 + 2 + 2 + 1 + 1  # squares; off zero; root
+    speed = 1 + 2 + 2 + 1 + 1  # squares; floor; root
     # Bound, n, its rounding, the remainder, its square; even and odd.
     exponential = 1 + 2 + 1 + 2 + 1 + 4 + 5
     # Both exponentials and their denominators; 1 - exp; the sliding factor; the ratio.
@@ -27,23 +27,23 @@ def operations(modes):
 
 
 def alternated(programs, exported, rounds):
-    """Seconds a call of ours and of both forms of the plain loop, `rounds` each."""
+    """Seconds per call of squeakscope and of both forms of the plain loop, `rounds` each."""
     ours, plain = programs.ours(exported, "squeak"), programs.plain(exported, "squeak")
-    askers = {"ours": (ours, "force"), "one pass": (plain, "one-pass"),
+    clients = {"ours": (ours, "force"), "one pass": (plain, "one-pass"),
               "passes": (plain, "passes")}
-    calls = {name: max(1, round(BURST / (GUESS * exported.nodes))) for name in askers}
-    seconds = {name: [] for name in askers}
+    calls = {name: max(1, round(BURST / (GUESS * exported.nodes))) for name in clients}
+    seconds = {name: [] for name in clients}
     forces = {}
-    for turn in range(rounds + 1):
-        for name, (program, what) in askers.items():
+    for round_number in range(rounds + 1):
+        for name, (program, what) in clients.items():
             answer = program.ask(what, calls[name])
             forces[name] = np.array(answer["force"])
-            if turn:  # the first one warms up
+            if round_number:  # the first one is the warm-up
                 seconds[name].append(answer["seconds"])
     size = np.linalg.norm(forces["ours"])
     for name, force in forces.items():
         difference = np.linalg.norm(force - forces["ours"]) / size
-        assert difference < 1e-9, f"{name} gives another force: {difference:.1e}"
+        assert difference < 1e-9, f"{name} computes another force: {difference:.1e}"
     core = core_of(plain)
     for program in (ours, plain):
         program.close()
@@ -51,7 +51,7 @@ def alternated(programs, exported, rounds):
 
 
 def core_of(plain):
-    """Frequency and measured peak of the core: the best of several, as others disturb it."""
+    """Frequency and measured peak of the core: maximum of several, because of other load."""
     answers = [plain.ask("core", 0) for _ in range(15)]
     return {"hertz": max(answer["hertz"] for answer in answers),
             "measured_flops": max(answer["flops"] for answer in answers),
@@ -59,7 +59,7 @@ def core_of(plain):
 
 
 def compare(programs, exported, rounds):
-    """Median and minimum of each, s, and the share of the core's peak that ours reaches."""
+    """Median and minimum of each, s, and squeakscope's share of the core's peak."""
     seconds, core = alternated(programs, exported, rounds)
     for _ in range(1, LAUNCHES):
         more, again = alternated(programs, exported, rounds)
@@ -67,7 +67,7 @@ def compare(programs, exported, rounds):
         core = {name: max(core[name], again[name]) for name in core}
     found = {name: {"median": float(np.median(s)), "minimum": min(s)}
              for name, s in seconds.items()}
-    # Two fused multiply-adds a cycle, two operations each.
+    # Two fused multiply-adds per cycle, two operations each.
     core["peak_flops"] = 2 * 2 * core["width"] * core["hertz"]
     modes = len(exported.model["omega"])
     done = operations(modes) * exported.nodes / found["ours"]["minimum"]

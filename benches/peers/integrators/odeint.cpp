@@ -1,8 +1,8 @@
 // Boost.odeint (Debian: libboost-dev) on Eq. (8).
 //
-//     odeint MODEL.bin HORIZON       then requests `METHOD KNOB`, see peer.hpp
+//     odeint MODEL.bin HORIZON       then requests `METHOD SETTING`, see peer.hpp
 //
-// The knob is the tolerance; for the methods of fixed step (`...-fixed`) it is the step, s.
+// The setting is the tolerance, or the step (s) of methods with a fixed step (`...-fixed`).
 
 #include <boost/numeric/odeint.hpp>
 #include <boost/numeric/ublas/matrix.hpp>
@@ -20,22 +20,22 @@ namespace {
 namespace odeint = boost::numeric::odeint;
 namespace ublas = boost::numeric::ublas;
 
-// What the first step of a method with control is tried with, s.
+// Initial step of the methods with step control, s.
 constexpr double FIRST_STEP = 1e-7;
 
 struct Problem {
     const Model& model;
-    double horizon, knob;
+    double horizon, setting;
     const State& start;
 
-    // Components pass through zero: they may err by as much as their usual size allows.
+    // Components pass through zero, so the absolute tolerance is relative to the typical size.
     double absolute() const {
         const double square = std::inner_product(start.begin(), start.end(), start.begin(), 0.0);
-        return knob * std::sqrt(square / DIM);
+        return setting * std::sqrt(square / DIM);
     }
 };
 
-// Integrates by a stepper; `integrate` is one of odeint's functions.
+// Integrates with a stepper; `integrate` is one of odeint's functions.
 template <class Stepper, class Integrate>
 Run integrate_by(const Problem& problem, Stepper stepper, double step, Integrate integrate) {
     Run run;
@@ -54,25 +54,25 @@ const auto adaptive = [](auto& stepper, auto system, State& y, double t, double 
 
 template <class Stepper>
 Run controlled(const Problem& p) {
-    return integrate_by(p, odeint::make_controlled(p.absolute(), p.knob, Stepper()), FIRST_STEP,
+    return integrate_by(p, odeint::make_controlled(p.absolute(), p.setting, Stepper()), FIRST_STEP,
                         adaptive);
 }
 
 Run bulirsch_stoer(const Problem& p) {
     using Stepper = odeint::bulirsch_stoer<State, double, State, double, odeint::array_algebra>;
-    return integrate_by(p, Stepper(p.absolute(), p.knob), FIRST_STEP, adaptive);
+    return integrate_by(p, Stepper(p.absolute(), p.setting), FIRST_STEP, adaptive);
 }
 
 template <class Stepper>
 Run fixed(const Problem& p) {
-    const auto steps = std::max(1.0, std::round(p.horizon / p.knob));
+    const auto steps = std::max(1.0, std::round(p.horizon / p.setting));
     const auto go = [steps](auto& stepper, auto system, State& y, double t, double, double step) {
         odeint::integrate_n_steps(std::ref(stepper), system, y, t, step, std::size_t(steps));
     };
     return integrate_by(p, Stepper(), p.horizon / steps, go);
 }
 
-// Rosenbrock's method works on the vectors and matrices of uBLAS.
+// Rosenbrock's method uses the vectors and matrices of uBLAS.
 Run rosenbrock4(const Problem& p) {
     using Vector = ublas::vector<double>;
     Run run;
@@ -92,7 +92,7 @@ Run rosenbrock4(const Problem& p) {
     };
     Vector y(DIM);
     std::copy(p.start.begin(), p.start.end(), y.begin());
-    auto stepper = odeint::make_controlled(p.absolute(), p.knob, odeint::rosenbrock4<double>());
+    auto stepper = odeint::make_controlled(p.absolute(), p.setting, odeint::rosenbrock4<double>());
     odeint::integrate_adaptive(stepper, std::make_pair(system, derivative), y, 0.0, p.horizon,
                                FIRST_STEP);
     std::copy(y.begin(), y.end(), run.end.begin());
@@ -125,7 +125,7 @@ const std::map<std::string, Run (*)(const Problem&)> METHODS = {
 int main(int, char** arguments) {
     const Model model(arguments[1]);
     const double horizon = std::stod(arguments[2]);
-    serve(model, [&](const std::string& method, double knob, const State& start) {
-        return METHODS.at(method)(Problem{model, horizon, knob, start});
+    serve(model, [&](const std::string& method, double setting, const State& start) {
+        return METHODS.at(method)(Problem{model, horizon, setting, start});
     });
 }

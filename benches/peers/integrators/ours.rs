@@ -1,15 +1,16 @@
-//! The laboratory's side of `integrators/compare.py`: asked a line at a time, as its peers are.
+//! squeakscope's program for `integrators/compare.py`. It answers one request per line, like the peers.
 //!
 //! ```text
 //! cargo bench --no-default-features --bench integrators -- FOLDER START
 //! ```
 //!
-//! FOLDER holds `scene.toml` and `START.npy`, states `[q | dq/dt]` to start from. Requests:
+//! FOLDER contains `scene.toml` and `START.npy`, the start states `[q | dq/dt]`. Requests:
 //!
-//! * `METHOD KNOB`: integrates from each start for [`HORIZON`] by a method named as in scene files;
-//!   the knob is its tolerance, or the step (s) of one with a fixed step. The answer has the time
-//!   for all starts, the calls of the force, and the ends `[omega q | dq/dt]`.
-//! * `force CALLS`: seconds a call of the force, and the force at the first start.
+//! * `METHOD SETTING`: integrates from each start over [`HORIZON`] with a method named as in scene
+//!   files. The setting is its tolerance, or the step (s) of a method with a fixed step. The answer
+//!   contains the time for all starts, the evaluations of the force, and the final states
+//!   `[omega q | dq/dt]`.
+//! * `force CALLS`: seconds per evaluation of the force, and the force at the first start.
 
 use std::error::Error;
 use std::fs::{self, File};
@@ -23,12 +24,12 @@ use squeakscope::dynamics::System;
 use squeakscope::pipeline::{Prepared, prepare};
 use squeakscope::scene::{Parameter, Scene, SceneError};
 
-/// Time that is integrated, s.
+/// Integration time, s.
 const HORIZON: f64 = 4e-3;
-/// The longest step of the methods that choose their own, us: none is that long.
+/// Maximum step of the adaptive methods, us; larger than any step they choose.
 const LONGEST_STEP: f64 = 100.0;
 
-/// Processor time of this thread, s: what others do on the machine does not count.
+/// CPU time of this thread, s, unaffected by other processes.
 fn cpu_seconds() -> f64 {
     cpu_time::ThreadTime::now().as_duration().as_secs_f64()
 }
@@ -41,15 +42,15 @@ fn with_numbers(scene: &Scene, numbers: &[(&str, f64)]) -> Result<Scene, SceneEr
     scene.with_values(&values?)
 }
 
-/// The scene's joint with a method at a tolerance, or at a step (s) where the step is fixed.
-fn prepared(scene: &Scene, method: &str, knob: f64) -> Result<Prepared, Box<dyn Error>> {
+/// The scene's joint with a method and a tolerance, or a step (s) if the step is fixed.
+fn prepared(scene: &Scene, method: &str, setting: f64) -> Result<Prepared, Box<dyn Error>> {
     let scene = with_numbers(scene, &[("max_step_us", 1.0)])?;
     let scene = scene.with_words(&[("time.method", method)])?;
     let is_fixed = prepare(&scene)?.integrator.tolerance().is_none();
     let numbers = if is_fixed {
-        vec![("max_step_us", 1e6 * knob)]
+        vec![("max_step_us", 1e6 * setting)]
     } else {
-        vec![("max_step_us", LONGEST_STEP), ("tolerance", knob)]
+        vec![("max_step_us", LONGEST_STEP), ("tolerance", setting)]
     };
     Ok(prepare(&with_numbers(&scene, &numbers)?)?)
 }
@@ -57,20 +58,20 @@ fn prepared(scene: &Scene, method: &str, knob: f64) -> Result<Prepared, Box<dyn 
 fn integrate(
     scene: &Scene,
     method: &str,
-    knob: f64,
+    setting: f64,
     starts: &[f64],
 ) -> Result<Value, Box<dyn Error>> {
     let Prepared {
         system,
         mut integrator,
         ..
-    } = prepared(scene, method, knob)?;
+    } = prepared(scene, method, setting)?;
     let system = system.as_ref();
     let mut ends = starts.to_vec();
     let began = cpu_seconds();
     for end in ends.chunks_exact_mut(system.dim()) {
         integrator.start(system, 0.0, end)?;
-        integrator.land(system, HORIZON)?;
+        integrator.integrate_to(system, HORIZON)?;
         end.copy_from_slice(integrator.state());
     }
     let seconds = cpu_seconds() - began;
@@ -80,7 +81,7 @@ fn integrate(
         }
     }
     let ends: Vec<_> = ends.chunks_exact(system.dim()).collect();
-    let calls = integrator.tally().calls;
+    let calls = integrator.stats().rhs_evals;
     Ok(json!({"seconds": seconds, "calls": calls, "derivatives": 0, "ends": ends}))
 }
 
@@ -101,7 +102,9 @@ fn serve(folder: &Path, start: &str) -> Result<(), Box<dyn Error>> {
     let system = prepare(&scene)?.system;
     for line in stdin().lock().lines() {
         let line = line?;
-        let (what, number) = line.split_once(' ').ok_or("a request has two words")?;
+        let (what, number) = line
+            .split_once(' ')
+            .ok_or("a request consists of two words")?;
         let number: f64 = number.trim().parse()?;
         let answer = if what == "force" {
             force(system.as_ref(), number, &starts[..system.dim()])
@@ -115,12 +118,12 @@ fn serve(folder: &Path, start: &str) -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // Cargo adds flags of its own.
-    let words: Vec<_> = std::env::args()
+    // Cargo adds its own flags.
+    let args: Vec<_> = std::env::args()
         .skip(1)
         .filter(|a| !a.starts_with("--"))
         .collect();
-    let [folder, start] = &words[..] else {
+    let [folder, start] = &args[..] else {
         println!("benches/peers/integrators/compare.py runs this");
         return Ok(());
     };

@@ -1,4 +1,4 @@
-// How the programs here are asked: a request a line, the answer as a line of JSON.
+// Protocol of these programs: one request per line, answered by one line of JSON.
 #pragma once
 
 #include <cstdio>
@@ -11,32 +11,33 @@
 
 #include "rhs.hpp"
 
-// Processor time of this thread, s: what others do on the machine does not count.
+// CPU time of this thread, s, unaffected by other processes.
 inline double cpu_seconds() {
     timespec now;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
-// What an integration gave: calls of the right-hand side (and of its derivative), and the end.
+// Result of an integration: evaluations of the right-hand side (and of its derivative), and the final
+// state.
 struct Run {
     long calls = 0, derivatives = 0;
     State end;
 };
 
-// Integrates from a start by the method named; `knob` is its tolerance, or its step in s.
-using Integrate = std::function<Run(const std::string& method, double knob, const State& start)>;
+// Integrates from a start state with the named method; `setting` is its tolerance, or its step in s.
+using Integrate = std::function<Run(const std::string& method, double setting, const State& start)>;
 
-// Answers `METHOD KNOB` by the time (s) for all starts, the calls, and the ends.
+// Answers `METHOD SETTING` with the time (s) for all starts, the evaluations and the final states.
 inline void serve(const Model& model, const Integrate& integrate) {
     std::string method;
-    double knob;
-    while (std::cin >> method >> knob) {
+    double setting;
+    while (std::cin >> method >> setting) {
         try {
             std::vector<Run> runs;
             const double began = cpu_seconds();
             for (const State& start : model.starts) {
-                runs.push_back(integrate(method, knob, start));
+                runs.push_back(integrate(method, setting, start));
             }
             const double seconds = cpu_seconds() - began;
             long calls = 0, derivatives = 0;

@@ -1,4 +1,4 @@
-"""The programs that are compared, each asked a line at a time, and the methods that they have."""
+"""The compared programs, their request protocol and their methods."""
 
 import json
 import re
@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parent
-#: Tolerances, and steps (s) of the methods with a fixed one, from loose to tight.
+#: Tolerances, and steps (s) of the methods with a fixed step, from loose to tight.
 TOLERANCES = 10.0 ** -np.arange(1.5, 11.1, 0.5)
 STEPS = 16e-6 * 0.84 ** np.arange(40)
 
-#: The cheap ones first, so that what is far dearer is given up early.
+#: Cheap methods first, to abandon far more expensive ones early.
 METHODS = {
     "CVODE": ["adams-fixed", "adams-anderson", "adams-diagonal", "adams-newton",
               "adams-differences", "bdf-fixed", "bdf-newton", "bdf-differences"],
@@ -25,38 +25,38 @@ METHODS = {
                           "ode-vode-bdf"],
 }
 OURS = "squeakscope"
-#: Our methods whose step is fixed.
+#: Methods of squeakscope with a fixed step.
 FIXED = ["rk4"]
 
 
 def our_methods(squeakscope):
-    """The names that scene files know."""
+    """Method names in scene files."""
     keys = subprocess.run([squeakscope, "scenes", "--keys"], capture_output=True, text=True,
                           check=True).stdout
     row = next(line for line in keys.splitlines() if line.startswith("| `method` | Integrator"))
     return re.findall(r'"([a-z0-9]+)"', row.split("|")[4])
 
 
-def knobs(peer, method):
+def settings(peer, method):
     is_fixed = method in FIXED if peer == OURS else method.endswith("-fixed")
     is_fixed &= peer != "CVODE"  # there it is the fixed-point iteration
     return STEPS if is_fixed else TOLERANCES
 
 
 class Program:
-    """A program that answers a line of JSON to a line of request, pinned to one core."""
+    """A program that answers each request line with a line of JSON, pinned to one core."""
 
     def __init__(self, command, core):
         command = ["taskset", "-c", str(core), *map(str, command)]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                         text=True)
 
-    def ask(self, what, number):
-        self.process.stdin.write(f"{what} {number!r}\n")
+    def ask(self, request, number):
+        self.process.stdin.write(f"{request} {number!r}\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
         if not line:
-            raise RuntimeError(f"{self.process.args} ended at `{what} {number!r}`")
+            raise RuntimeError(f"{self.process.args} exited at `{request} {number!r}`")
         return json.loads(line)
 
     def close(self):
@@ -65,7 +65,7 @@ class Program:
 
 
 class Programs:
-    """Where the programs are: built by the Makefile, and the bench of the laboratory."""
+    """The programs built by the Makefile, and squeakscope's bench."""
 
     def __init__(self, build, bench, core):
         self.build, self.bench, self.core = build, bench, core
@@ -78,7 +78,7 @@ class Programs:
         return Program([self.bench, exported.folder, start], self.core)
 
     def integrators(self, exported, start, horizon):
-        """All peers and ours, by name."""
+        """All peers and squeakscope, by name."""
         model = exported.path(start)
         scipy = Program([sys.executable, HERE / "scipy_peer.py", model, horizon,
                          self.build / "librhs.so"], self.core)

@@ -1,10 +1,10 @@
-// Times the plain loop of rhs.hpp, and the core itself.
+// Times the plain loop of rhs.hpp, and the core.
 //
-//     plain MODEL.bin                then requests, a line each:
+//     plain MODEL.bin                then one request per line:
 //
-// * `one-pass CALLS`, `passes CALLS`: seconds a call, and the forces at the first start;
-// * `core 0`: the frequency in Hz, and the peak in floating-point operations a second as measured
-//   by nothing but multiply-adds in registers.
+// * `one-pass CALLS`, `passes CALLS`: seconds per call, and the forces at the first start;
+// * `core 0`: the frequency in Hz, and the peak in floating-point operations per second, measured with
+//   multiply-adds in registers only.
 
 #include <cstdint>
 #include <cstdio>
@@ -21,7 +21,7 @@ void time_form(const Model& model, Form form, long calls) {
     const double began = cpu_seconds();
     for (long call = 0; call < calls; ++call) {
         force(model, form, q, v, out);
-        // Neither kept from the call before nor left out.
+        // Prevents the compiler from reusing the previous call or omitting this one.
         asm volatile("" : : "r"(q), "r"(v), "r"(out) : "memory");
     }
     std::printf("{\"seconds\": %.9g, \"force\": [", (cpu_seconds() - began) / calls);
@@ -47,18 +47,18 @@ constexpr int WIDTH = 4;
 double peak() {
     typedef double Vector __attribute__((vector_size(WIDTH * sizeof(double))));
     constexpr int CHAINS = 12;
-    constexpr long TURNS = 300'000;
+    constexpr long ROUNDS = 300'000;
     Vector x[CHAINS] = {};
     const Vector factor = Vector{} + 0.999, addend = Vector{} + 0.001;
     const double began = cpu_seconds();
-    for (long turn = 0; turn < TURNS; ++turn) {
+    for (long round = 0; round < ROUNDS; ++round) {
 #pragma GCC unroll 12
         for (int chain = 0; chain < CHAINS; ++chain) {
             x[chain] = x[chain] * factor + addend;
             asm volatile("" : "+v"(x[chain]));
         }
     }
-    return 2.0 * WIDTH * CHAINS * TURNS / (cpu_seconds() - began);
+    return 2.0 * WIDTH * CHAINS * ROUNDS / (cpu_seconds() - began);
 }
 
 }  // namespace

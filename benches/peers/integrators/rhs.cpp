@@ -16,7 +16,7 @@ Numbers aligned(std::size_t count) {
     return Numbers(static_cast<double*>(std::aligned_alloc(64, bytes)));
 }
 
-// Eq. (5) by the slip speed: mu(V) / V.
+// Eq. (5) as a function of the slip speed: mu(V) / V.
 inline double ratio(const Model& m, double speed) {
     const double creep = 1 - std::exp(-m.creep * speed);
     const double sliding = m.mu_d + (m.mu_s - m.mu_d) * std::exp(-m.stribeck * speed);
@@ -24,9 +24,9 @@ inline double ratio(const Model& m, double speed) {
 }
 
 // Keeps the division by the speed finite.
-constexpr double HAIR = 1e-280;
+constexpr double SPEED_FLOOR = 1e-280;
 
-// One node after another, all modes of a node in turn.
+// Node by node, with all modes of a node in the inner loop.
 void one_pass(const Model& m, const double* q, const double* v, double* __restrict out) {
     const int n = m.nodes;
     const double *s = m.along.get(), *t = m.across.get(), *r = m.outward.get();
@@ -42,7 +42,7 @@ void one_pass(const Model& m, const double* q, const double* v, double* __restri
             v_r += r[i * n + k] * v[i];
         }
         const double normal = std::fmax(0.0, pre_stress[k] + stiffness[k] * u_r) * area[k];
-        const double slip = std::sqrt(v_s * v_s + v_t * v_t + v_r * v_r + HAIR);
+        const double slip = std::sqrt(v_s * v_s + v_t * v_t + v_r * v_r + SPEED_FLOOR);
         const double drag = normal * ratio(m, slip);
         const double f_s = drag * v_s, f_t = drag * v_t, f_r = drag * v_r + normal;
         for (int i = 0; i < MODES; ++i) {
@@ -52,7 +52,7 @@ void one_pass(const Model& m, const double* q, const double* v, double* __restri
     for (int i = 0; i < MODES; ++i) out[i] = -sum[i] - m.steady[i];
 }
 
-// One mode after another, all nodes in turn; what the nodes do is kept in between.
+// Mode by mode, with all nodes in the inner loop. Intermediate values of the nodes are stored.
 void passes(const Model& m, const double* q, const double* v, double* __restrict out) {
     constexpr int CHUNK = 64;
     const int n = m.nodes;
@@ -76,7 +76,7 @@ void passes(const Model& m, const double* q, const double* v, double* __restrict
         for (int k = 0; k < count; ++k) {
             const double normal = std::fmax(0.0, pre_stress[k] + stiffness[k] * u_r[k]) * area[k];
             const double slip =
-                std::sqrt(v_s[k] * v_s[k] + v_t[k] * v_t[k] + v_r[k] * v_r[k] + HAIR);
+                std::sqrt(v_s[k] * v_s[k] + v_t[k] * v_t[k] + v_r[k] * v_r[k] + SPEED_FLOOR);
             const double drag = normal * ratio(m, slip);
             v_s[k] *= drag;
             v_t[k] *= drag;
@@ -138,20 +138,20 @@ void slope_derivative(const Model& m, const double* y, double* jacobian) {
         const double gap = m.pre_stress[k] + m.stiffness[k] * u_r;
         if (gap <= 0) continue;
         const double normal = gap * m.area[k], stiffness = m.stiffness[k] * m.area[k];
-        const double speed = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2] + HAIR);
+        const double speed = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2] + SPEED_FLOOR);
         const double creep_left = std::exp(-m.creep * speed);
         const double fall = (m.mu_s - m.mu_d) * std::exp(-m.stribeck * speed);
         const double drag = ratio(m, speed);
         const double steepness = m.creep * creep_left * (m.mu_d + fall) - (1 - creep_left) * m.stribeck * fall;
-        // (d(mu/V)/dV) / V, to multiply the slip twice.
-        const double bend = (steepness - drag) / (speed * speed);
+        // (d(mu/V)/dV) / V, the factor of the slip squared.
+        const double curvature = (steepness - drag) / (speed * speed);
         double by_gap[MODES], by_slip[MODES][3];
         for (int i = 0; i < MODES; ++i) {
-            double turned = 0;
-            for (int c = 0; c < 3; ++c) turned += row[c][i] * slip[c];
-            by_gap[i] = -(drag * turned + row[2][i]) * stiffness;
+            double projection = 0;
+            for (int c = 0; c < 3; ++c) projection += row[c][i] * slip[c];
+            by_gap[i] = -(drag * projection + row[2][i]) * stiffness;
             for (int c = 0; c < 3; ++c) {
-                by_slip[i][c] = -normal * (drag * row[c][i] + bend * turned * slip[c]);
+                by_slip[i][c] = -normal * (drag * row[c][i] + curvature * projection * slip[c]);
             }
         }
         for (int j = 0; j < MODES; ++j) {
@@ -174,12 +174,12 @@ Model::Model(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     const auto read = [&file](double* numbers, std::size_t count) {
         file.read(reinterpret_cast<char*>(numbers), count * sizeof(double));
-        if (!file) throw std::runtime_error("the model file ends too soon");
+        if (!file) throw std::runtime_error("the model file is truncated");
     };
     double head[7];
     read(head, 7);
     nodes = static_cast<int>(head[0]);
-    if (head[1] != MODES || nodes % LANES != 0) throw std::runtime_error("not such a model");
+    if (head[1] != MODES || nodes % LANES != 0) throw std::runtime_error("the model has another layout");
     mu_s = head[2], mu_d = head[3], creep = head[4], stribeck = head[5];
     starts.resize(static_cast<std::size_t>(head[6]));
     read(omega.data(), MODES);
@@ -192,7 +192,7 @@ Model::Model(const std::string& path) {
         read(numbers->get(), std::size_t(nodes) * MODES);
     }
     for (State& start : starts) read(start.data(), DIM);
-    // By the very loop that is integrated: then rest stays rest.
+    // Computed with the integrated loop itself, so the equilibrium stays exact.
     steady.fill(0);
     std::array<double, MODES> rest{}, at_rest;
     passes(*this, rest.data(), rest.data(), at_rest.data());

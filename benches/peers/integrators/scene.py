@@ -1,5 +1,5 @@
-"""The scene that all integrate: exported by `squeakscope model` and `squeakscope run`, then
-written as the arrays of the plain loop (rhs.hpp reads them)."""
+"""Exports the common scene with `squeakscope model` and `squeakscope run`, and writes it as the arrays of
+the plain loop (read by rhs.hpp)."""
 
 import subprocess
 import tomllib
@@ -7,13 +7,13 @@ import tomllib
 import numpy as np
 
 LANES = 8
-#: The starts along the squeak, s after the scene's own start, and how long each is integrated, s.
+#: Start times along the squeak, s after the scene's start, and integration time of each, s.
 SQUEAK = np.arange(60e-3, 76e-3, 2e-3)
 HORIZON = 4e-3
 
 
 def scene_text(squeakscope, name, nodes):
-    """The scene `name` with so many contact nodes, as TOML."""
+    """The scene `name` with `nodes` contact nodes, as TOML."""
     text = subprocess.run([squeakscope, "scenes", name], capture_output=True, text=True,
                           check=True).stdout
     before = tomllib.loads(text)["contact"]["nodes"]
@@ -23,12 +23,12 @@ def scene_text(squeakscope, name, nodes):
 
 
 class Exported:
-    """A scene with so many contact nodes, in a folder of its own:
+    """A scene with `nodes` contact nodes, in a separate folder:
 
     * `scene.toml`: the scene;
-    * `cold.bin`, `squeak.bin`: its model and the states to start from. `cold` is the scene's own
-      start, a small kick from steady sliding; `squeak` are states of the developed vibration.
-    * `cold.npy`, `squeak.npy`: these states alone, `[q | dq/dt]`.
+    * `cold.bin`, `squeak.bin`: the model and the start states. `cold` is the start state of the scene,
+      a small kick from steady sliding; `squeak` contains states of the developed vibration.
+    * `cold.npy`, `squeak.npy`: the start states only, `[q | dq/dt]`.
     """
 
     def __init__(self, folder, squeakscope, name, nodes):
@@ -52,8 +52,8 @@ class Exported:
             self.write(start)
 
     def scaled(self, z):
-        """[omega q | dq/dt] of [q | dq/dt]: the length of this vector squared is twice the
-        energy of the free vibration."""
+        """Converts [q | dq/dt] to [omega q | dq/dt], whose squared norm is twice the energy of the free
+        vibration."""
         return z * self.scale()
 
     def scale(self):
@@ -63,7 +63,7 @@ class Exported:
         return self.folder / f"{start}.bin"
 
     def write(self, start):
-        """The structure of arrays in the sliding frame of each node, padded to whole vectors."""
+        """Writes the structure of arrays in the sliding frame of each node, padded to whole vectors."""
         m = self.model
         assert m["radial"] == 1 and m["unilateral"] == 1 and not m["damping"].any()
         n, modes = len(m["areas"]), len(m["omega"])

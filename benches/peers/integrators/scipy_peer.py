@@ -1,10 +1,10 @@
-"""SciPy's integrators on Eq. (8), with the plain loop in C++ as their right-hand side.
+"""SciPy's integrators on Eq. (8), with the plain loop in C++ as the right-hand side.
 
     scipy_peer.py MODEL.bin HORIZON librhs.so     then requests `METHOD TOLERANCE`, see peer.hpp
 
-The loop is called through Numba, which is faster than ctypes (0.6 us a call against 2.4 us, beside
-the loop itself). METHOD is one of `solve_ivp` (`RK45`, `DOP853`, `Radau`, ...), or of the older
-interfaces, whose steps are compiled, too: `odeint` (LSODA), `ode-dop853`, `ode-dopri5`,
+The loop is called through Numba, which is faster than ctypes (0.6 us per call instead of 2.4 us, in
+addition to the loop itself). METHOD is one of `solve_ivp` (`RK45`, `DOP853`, `Radau`, ...), or of the
+older interfaces with compiled steps: `odeint` (LSODA), `ode-dop853`, `ode-dopri5`,
 `ode-lsoda`, `ode-vode-adams`, `ode-vode-bdf`.
 """
 
@@ -17,11 +17,11 @@ import numba
 import numpy as np
 from scipy import integrate
 
-LONG = 10**8
+MAX_STEPS = 10**8
 
 
 def compiled(library, model, dim):
-    """The right-hand side `f(t, y)` and its derivative, as functions of Numba."""
+    """The right-hand side `f(t, y)` and its derivative, as Numba functions."""
     pointer = ctypes.c_void_p
     c_slope, c_derivative = library.model_slope, library.model_slope_derivative
     for function in (c_slope, c_derivative):
@@ -55,18 +55,18 @@ class Peer:
         self.slope, self.derivative = compiled(library, self.model, dim)
 
     def run(self, method, tolerance, start, slope):
-        """The state at the end."""
+        """The final state."""
         absolute = tolerance * np.linalg.norm(start) / np.sqrt(len(start))
         limits = {"rtol": tolerance, "atol": absolute}
         if method == "odeint":
-            return integrate.odeint(slope, start, [0, self.horizon], tfirst=True, mxstep=LONG,
+            return integrate.odeint(slope, start, [0, self.horizon], tfirst=True, mxstep=MAX_STEPS,
                                     **limits)[-1]
         if method.startswith("ode-"):
             _, name, *formula = method.split("-")
             more = {"method": formula[0]} if formula else {}
             jacobian = self.derivative if name == "vode" and formula == ["bdf"] else None
             solver = integrate.ode(slope, jacobian)
-            solver.set_integrator(name, nsteps=LONG, **limits, **more)
+            solver.set_integrator(name, nsteps=MAX_STEPS, **limits, **more)
             solver.set_initial_value(start, 0)
             end = solver.integrate(self.horizon)
             assert solver.successful(), "the integration failed"
@@ -78,8 +78,8 @@ class Peer:
         return result.y[:, -1]
 
     def answer(self, method, tolerance, count):
-        """Seconds for all starts and the ends; calls as well where they are counted, since to
-        count them in Python costs time."""
+        """Seconds for all starts, and the final states. Optionally the number of evaluations, because
+        counting in Python takes time."""
         calls = 0
 
         def counted(t, y):
@@ -101,7 +101,7 @@ def main():
     for line in sys.stdin:
         method, tolerance = line.split()
         try:
-            # The calls are told by the first answer only.
+            # Only the first answer contains the number of evaluations.
             answer = peer.answer(method, float(tolerance), count=False)
             if line not in seen:
                 seen.add(line)

@@ -1,47 +1,47 @@
-"""Work and precision: each method of each peer over its tolerances, and the cost at one error."""
+"""Work-precision curves of all methods of all peers, and the cost at one error."""
 
 import numpy as np
 
 import peers
 
-#: An error below which a method need not be followed, and how many times dearer than another one
-#: of the same peer it may become.
-ENOUGH, TOO_DEAR = 2e-6, 4
+#: Error at which a curve ends, and maximum cost of a method relative to the cheapest of the same
+#: peer.
+MIN_ERROR, MAX_COST_RATIO = 2e-6, 4
 
 
 class Reference:
-    """The ends to compare with; methods of other families agree on them, ours included."""
+    """Reference final states, on which methods of different families agree, including squeakscope's."""
 
     def __init__(self, programs):
-        ends = lambda peer, method, knob: np.array(programs[peer].ask(method, knob)["ends"])
+        ends = lambda peer, method, setting: np.array(programs[peer].ask(method, setting)["ends"])
         self.ends = ends("Boost.odeint", "fehlberg78-fixed", 4e-8)
         self.others = {
             "odeint's fehlberg78": self.errors(ends("Boost.odeint", "fehlberg78", 1e-13)),
             "CVODE's adams-newton": self.errors(ends("CVODE", "adams-newton", 1e-12)),
-            "our tsit54": self.errors(ends(peers.OURS, "tsit54", 1e-12)),
+            "squeakscope's tsit5": self.errors(ends(peers.OURS, "tsit5", 1e-12)),
         }
         self.others = {name: float(errors.max()) for name, errors in self.others.items()}
         assert max(self.others.values()) < 1e-8, self.others
 
     def errors(self, ends):
-        """Relative error of each end in [omega q | dq/dt], whose square is energy."""
+        """Relative error of each final state in the energy norm of [omega q | dq/dt]."""
         return (np.linalg.norm(ends - self.ends, axis=1) / np.linalg.norm(self.ends, axis=1))
 
     def error(self, ends):
-        """Root of the mean square over the starts: what one start hits by luck averages out."""
+        """Root mean square over the starts, which averages out accidentally small errors."""
         with np.errstate(over="ignore", invalid="ignore"):
             error = np.sqrt(np.mean(self.errors(np.array(ends, dtype=float)) ** 2))
         return float(error) if np.isfinite(error) else float("inf")
 
 
-def point(program, method, knob, reference, repeats):
-    """One work-precision point, a start; `None` where the method fails."""
-    answers = [program.ask(method, knob) for _ in range(repeats)]
+def point(program, method, setting, reference, repeats):
+    """One work-precision point, per start; `None` if the method fails."""
+    answers = [program.ask(method, setting) for _ in range(repeats)]
     if "failed" in answers[0]:
         return None
     count = len(reference.ends)
     return {
-        "knob": knob,
+        "setting": setting,
         "error": reference.error(answers[0]["ends"]),
         "seconds": float(np.median([answer["seconds"] for answer in answers])) / count,
         "calls": answers[0]["calls"] / count,
@@ -50,21 +50,20 @@ def point(program, method, knob, reference, repeats):
 
 
 def curve(program, peer, method, reference, repeats, limit):
-    """Its points from loose to tight, up to `limit` seconds."""
+    """Points of a method from loose to tight, up to `limit` seconds."""
     points = []
-    for knob in peers.knobs(peer, method):
-        found = point(program, method, float(knob), reference, repeats)
+    for setting in peers.settings(peer, method):
+        found = point(program, method, float(setting), reference, repeats)
         if found:
             points.append(found)
-            if found["error"] < ENOUGH or found["seconds"] > limit:
+            if found["error"] < MIN_ERROR or found["seconds"] > limit:
                 break
     return points
 
 
 def bracket(points, error):
-    """Of the points worth having (none cheaper is better, and the method is stable there) the last
-    above the error and the first below; `None` if the method does not get there, the same one
-    twice if it is always below."""
+    """The points of the stable Pareto front that bracket the error: the last above and the first below.
+    `None` if the method does not reach the error; the same point twice if it is always below."""
     front, best = [], float("inf")
     for p in sorted(points, key=lambda p: p["seconds"]):
         if p["error"] < min(best, 1):
@@ -77,7 +76,7 @@ def bracket(points, error):
 
 
 def cost(above, below, error):
-    """Seconds at an error between two points, by a straight line in logarithms."""
+    """Seconds at an error between two points, by log-log interpolation."""
     if above["error"] <= error or above is below:
         return below["seconds"]
     share = np.log(above["error"] / error) / np.log(above["error"] / below["error"])
@@ -85,7 +84,7 @@ def cost(above, below, error):
 
 
 def best_method(curves, error):
-    """The method that costs least at the error, with its bracket."""
+    """The method with the lowest cost at the error, with its bracket."""
     found = {}
     for method, points in curves.items():
         pair = bracket(points, error)
@@ -95,15 +94,15 @@ def best_method(curves, error):
     return method, found[method]
 
 
-def duel(programs, best, error, rounds, count):
-    """Each peer's best method once more, all in turn, so that what disturbs the machine disturbs
-    all of them. Returns for each the better point of its bracket with the least time, and the
-    cost at the error by the least and by the median times."""
+def time_alternating(programs, best, error, rounds, count):
+    """Times the best methods of all peers again, alternating, which exposes them to the same load.
+    Returns for each the more accurate point of its bracket with the minimum time, and the cost at the
+    error from the minimum and from the median times."""
     seconds = {peer: [[], []] for peer in best}
     for _ in range(rounds):
         for peer, (method, pair) in best.items():
             for place, p in enumerate(pair):
-                answer = programs[peer].ask(method, p["knob"])
+                answer = programs[peer].ask(method, p["setting"])
                 seconds[peer][place].append(answer["seconds"] / count)
     result = {}
     for peer, (method, pair) in best.items():
@@ -115,8 +114,8 @@ def duel(programs, best, error, rounds, count):
     return result
 
 
-def compare(programs, exported, start, horizon, methods, error, repeats, rounds, tell):
-    """All of it for one set of starts."""
+def compare(programs, exported, start, horizon, methods, error, repeats, rounds, report):
+    """The complete comparison for one set of starts."""
     asked = programs.integrators(exported, start, horizon)
     reference = Reference(asked)
     curves, best = {}, {}
@@ -127,15 +126,15 @@ def compare(programs, exported, start, horizon, methods, error, repeats, rounds,
             curves[peer][method] = points
             pair = bracket(points, error)
             if pair:
-                limit = min(limit, TOO_DEAR * cost(*pair, error))
+                limit = min(limit, MAX_COST_RATIO * cost(*pair, error))
             least = min((p["error"] for p in points), default=float("inf"))
-            tell(f"  {peer:18} {method:18} "
-                 + (f"{1e3 * cost(*pair, error):8.3f} ms" if pair else "   given up")
-                 + f"   least error {least:.1e}")
+            report(f"  {peer:18} {method:18} "
+                 + (f"{1e3 * cost(*pair, error):8.3f} ms" if pair else "   abandoned")
+                 + f"   smallest error {least:.1e}")
         best[peer] = best_method(curves[peer], error)
         least = min(p["error"] for points in curves[peer].values() for p in points)
         assert least < 1e-5, f"{peer} does not reach the same solution: {least:.1e}"
-    result = duel(asked, best, error, rounds, len(reference.ends))
+    result = time_alternating(asked, best, error, rounds, len(reference.ends))
     for program in set(asked.values()):
         program.close()
     return {"nodes": exported.nodes, "start": start, "starts": len(reference.ends),

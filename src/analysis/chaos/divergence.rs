@@ -1,26 +1,26 @@
-//! The largest Lyapunov exponent of a signal, from how neighbours part.
+//! Largest Lyapunov exponent of a signal from the divergence of nearest neighbours.
 //!
-//! Two states of a chaotic system that come near each other at different times part again like
-//! `exp(lambda t)`: the logarithm of their distance, averaged over many pairs, is a line whose
-//! slope is the largest exponent, until the distance is that of the attractor.
+//! Two states of a chaotic system that are close at different times diverge like `exp(lambda t)`. The
+//! logarithm of their distance, averaged over many pairs, is therefore a line with the largest exponent
+//! as its slope, until the distance reaches the size of the attractor.
 //!
 //! ```text
 //! Rosenstein:  S(k) = mean over i of ln |y_(i+k) - y_(j+k)|,   y_j the nearest neighbour of y_i
 //! Kantz:       S(k) = mean over i of ln (mean over j in U_i of |x_(i+k) - x_(j+k)|)
 //! ```
 //!
-//! `y` are delay vectors, Eq. (25), `x` the newest coordinate of each. Rosenstein, Collins and De
-//! Luca (Physica D 65, 117, 1993) follow the Euclidean distance to one neighbour; Kantz (Phys.
-//! Lett. A 185, 77, 1994) the difference of one sample to all neighbours `U_i` within a radius, in
-//! the maximum norm. Neighbours must be a Theiler window apart in time, and have the whole
-//! horizon ahead of them. Distances of zero, or as small as rounding, have no logarithm and are
-//! left out.
+//! `y` are delay vectors, Eq. (25), `x` the newest coordinate of each. Rosenstein, Collins and De Luca
+//! (Physica D 65, 117, 1993) follow the Euclidean distance to one neighbour. Kantz (Phys. Lett. A 185,
+//! 77, 1994) follows the difference of one sample to all neighbours `U_i` within a radius, in the
+//! maximum norm. Neighbours are separated by at least a Theiler window in time and are followed over the
+//! full horizon. Distances of zero, or within rounding error, are excluded because they have no
+//! meaningful logarithm.
 //!
-//! How far to trust it. The logistic map at 4 and the Henon map (5000 samples) come out within 1
-//! and 2 %, with Kantz's method (radius 0.005) within 3 %. Flows are harder: the finite number of
-//! samples flattens the curve of Rosenstein, and Kantz's logarithm of a mean favours the pairs
-//! that part fast. The exponent over the true one, for three trajectories and the dimensions 3 and
-//! 5, after [`DivergenceSearch::for_delay`]:
+//! Accuracy. For the logistic map at 4 and the Henon map (5000 samples) the exponents are within 1 and
+//! 2 %, with Kantz's method (radius 0.005) within 3 %. Flows are harder: the finite number of samples
+//! flattens Rosenstein's curve, and Kantz's logarithm of a mean favours the pairs that diverge fast. The
+//! table shows the exponent over the true one for three trajectories and the dimensions 3 and 5, with
+//! [`DivergenceSearch::for_delay`]:
 //!
 //! | flow | samples | Rosenstein | Kantz, 0.02 |
 //! |---|---|---|---|
@@ -29,11 +29,11 @@
 //! | Roessler, step 0.1, lag 14 | 20,000 | 0.72 to 0.96 | mostly no region |
 //! | | 50,000 | 0.86 to 0.95 | 0.84 to 1.14 |
 //!
-//! Rosenstein's are within 2.4 errors of the truth, but for one trajectory of 20,000 samples
-//! (3.5), Kantz's within five.
+//! Rosenstein's exponents are within 2.4 standard errors of the true value, except for one trajectory of
+//! 20,000 samples (3.5). Kantz's are within five.
 //!
-//! Periodic and quasi-periodic signals have a flat curve and no region, and so has white noise,
-//! whose neighbours are as far apart as any after one step.
+//! Periodic and quasi-periodic signals have a flat curve and no scaling region. White noise has none
+//! either: after one step its neighbours are as far apart as any two states.
 
 use pulp::Arch;
 use rayon::prelude::*;
@@ -43,57 +43,56 @@ use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
 
-/// Consecutive stretches of the signal whose curves are kept apart, to tell by their scatter how
-/// sure the slope is. Also the pieces of parallel work; a fixed number, so that sums do not
-/// depend on the number of threads.
+/// Number of consecutive sections of the signal with separate curves. The scatter of their slopes gives
+/// the standard error. They are also the units of parallel work; the fixed number makes sums independent
+/// of the number of threads.
 const BLOCKS: usize = 16;
 
-/// A mean of Kantz's is taken over so many neighbours at least: the logarithm of a mean of few is
-/// low on average.
-const FEWEST_NEIGHBOURS: usize = 5;
+/// Minimum number of neighbours in Kantz's mean: the logarithm of a mean of few values is biased low.
+const MIN_NEIGHBOURS: usize = 5;
 
-/// And over about so many at most, evenly picked: more make it slow and hardly surer.
-const MOST_NEIGHBOURS: usize = 500;
+/// Maximum number of neighbours in Kantz's mean, evenly selected. More cost time and add little
+/// precision.
+const MAX_NEIGHBOURS: usize = 500;
 
-/// Whose distance is followed.
+/// Distance that is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DivergenceMethod {
-    /// The nearest neighbour of each state (Rosenstein, Collins and De Luca 1993).
+    /// Distance to the nearest neighbour of each state (Rosenstein, Collins and De Luca 1993).
     Rosenstein,
-    /// All neighbours within a radius, given as a share of the signal's deviation (Kantz 1994).
-    /// States with fewer than five are passed over; of more than 500 about so many are picked
-    /// evenly.
+    /// Distance to all neighbours within a radius (Kantz 1994). States with fewer than 5 neighbours are
+    /// skipped; of more than 500, about 500 are selected evenly.
     Kantz {
-        /// Radius over the standard deviation of the samples, above 0; 0.01 to 0.1 is usual, the
-        /// smaller the more samples there are.
+        /// Radius over the standard deviation of the samples, above 0. Usually 0.01 to 0.1, smaller for
+        /// more samples.
         radius: f64,
     },
 }
 
-/// What is asked.
+/// Parameters of [`divergence`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DivergenceSearch {
-    /// Delay, samples, at least 1.
+    /// Lag, samples, at least 1.
     pub lag: usize,
     /// Embedding dimension, at least 1.
     pub dimension: usize,
-    /// Pairs closer in time than this many samples are no neighbours; a mean period of a flow, 1
-    /// for a map. No scaling region is shorter.
+    /// Theiler window, samples: pairs closer in time are not neighbours. Use a mean period for a flow
+    /// and 1 for a map. It is also the minimum length of the scaling region.
     pub theiler: usize,
-    /// How long neighbours are followed, samples. Should reach where the curve is flat.
+    /// Time over which neighbours are followed, samples. It should reach the flat part of the curve.
     pub horizon: usize,
-    /// Whose distance is followed.
+    /// Distance that is followed.
     pub method: DivergenceMethod,
-    /// At most this many states are followed, evenly spread, at least 1; 2000 is plenty.
-    pub most_references: usize,
+    /// Maximum number of states followed, evenly spread, at least 1. 2000 is ample.
+    pub max_references: usize,
 }
 
 impl DivergenceSearch {
-    /// Rosenstein's method on 2000 states for a delay chosen before, such as a
-    /// [`DelayChoice`](crate::analysis::DelayChoice), and so many samples.
+    /// Rosenstein's method on 2000 states, for a delay chosen before, such as a
+    /// [`DelayChoice`](crate::analysis::DelayChoice), and a signal of `samples` samples.
     ///
-    /// Neighbours are followed for 20 Theiler windows (or lags, if those are longer), which is 20
-    /// turns of a flow and 20 steps of a map, but for no more than a quarter of the signal.
+    /// The horizon is 20 Theiler windows (or 20 lags, if those are longer), that is 20 periods of a flow
+    /// or 20 steps of a map, but at most a quarter of the signal.
     pub fn for_delay(lag: usize, dimension: usize, theiler: usize, samples: usize) -> Self {
         Self {
             lag,
@@ -101,32 +100,32 @@ impl DivergenceSearch {
             theiler,
             horizon: theiler.max(lag).saturating_mul(20).min(samples / 4),
             method: DivergenceMethod::Rosenstein,
-            most_references: 2000,
+            max_references: 2000,
         }
     }
 }
 
-/// How neighbours part.
+/// Divergence curve of nearest neighbours.
 ///
-/// Times are counted in samples, as [`divergence`] finds them; [`in_seconds`](Divergence::in_seconds)
-/// makes them seconds, which is how they are written.
+/// [`divergence`] counts time in samples. [`in_seconds`](Divergence::in_seconds) converts it to seconds,
+/// the unit used in output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Divergence {
-    /// Spacing of the curve: 1 sample.
+    /// Step of the curve: 1 sample (its duration in s in output).
     #[serde(rename = "step_s")]
     pub step: f64,
     /// Mean natural logarithm of the distance (signal's unit) after 0, 1, ... samples, up to the
-    /// horizon. Ends before the first step without a distance to count: empty for a constant
-    /// signal, one that repeats exactly, or a radius with too few neighbours.
+    /// horizon. The curve ends before the first step without a valid distance. It is empty for a
+    /// constant signal, for one that repeats exactly, and for a radius with too few neighbours.
     pub curve: Vec<f64>,
-    /// How many pairs (Rosenstein) or states (Kantz) each value is the mean of.
+    /// Number of pairs (Rosenstein) or states (Kantz) averaged in each value.
     pub counted: Vec<usize>,
-    /// The straight part, if there is one.
+    /// Scaling region, if there is one.
     pub region: Option<ScalingRegion>,
 }
 
 impl Divergence {
-    /// The same with seconds in place of samples, of which there are `rate` a second.
+    /// Converts times from samples to seconds. `rate` is the sample rate in Hz.
     pub fn in_seconds(self, rate: f64) -> Self {
         let region = self.region.map(|region| ScalingRegion {
             from: region.from / rate,
@@ -143,59 +142,60 @@ impl Divergence {
     }
 }
 
-/// Follows neighbours. The result does not depend on the number of threads.
+/// Computes the divergence curve of nearest neighbours. The result does not depend on the number of
+/// threads.
 ///
 /// # Errors
-/// [`AnalysisError::NoDelay`] for a lag or dimension of 0, [`AnalysisError::Zero`] if no state is
-/// to be followed, [`AnalysisError::TooShort`] if the delay vectors with the horizon ahead are
-/// not more than two Theiler windows.
+/// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::ZeroCount`] for a
+/// maximum number of states of 0; [`AnalysisError::TooShort`] if the delay vectors that can be followed
+/// over the horizon span at most two Theiler windows.
 pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergence, AnalysisError> {
     let vectors = DelayVectors::new(samples, search.lag, search.dimension)?;
-    if search.most_references == 0 {
-        return Err(AnalysisError::Zero {
+    if search.max_references == 0 {
+        return Err(AnalysisError::ZeroCount {
             what: "divergence: the number of states followed",
         });
     }
-    let apart = search.theiler.max(1);
-    let fewest = apart
+    let min_separation = search.theiler.max(1);
+    let min_vectors = min_separation
         .saturating_mul(2)
         .saturating_add(search.horizon)
         .saturating_add(1);
-    if vectors.len() < fewest {
+    if vectors.len() < min_vectors {
         return Err(AnalysisError::TooShort {
             what: "divergence",
             have: samples.len(),
-            need: DelayVectors::samples_for(fewest, search.lag, search.dimension),
+            need: DelayVectors::samples_for(min_vectors, search.lag, search.dimension),
         });
     }
     let limit = vectors.len() - search.horizon;
-    let references = search.most_references.min(limit);
+    let references = search.max_references.min(limit);
     let norm = match search.method {
         DivergenceMethod::Rosenstein => Norm::Euclidean,
         DivergenceMethod::Kantz { .. } => Norm::Maximum,
     };
     let unit = Some(largest(samples)).filter(|l| *l > 0.0).unwrap_or(1.0);
-    let follower = Follower {
+    let tracker = PairTracker {
         samples,
         search,
-        apart,
+        min_separation,
         limit,
         tree: NeighbourTree::new(vectors, norm),
         deviation: deviation(samples),
         unit,
         arch: Arch::new(),
     };
-    let blocks: Vec<Tally> = (0..BLOCKS)
+    let blocks: Vec<LogSums> = (0..BLOCKS)
         .into_par_iter()
         .map(|block| {
-            let mine = block * references / BLOCKS..(block + 1) * references / BLOCKS;
-            follower.follow(mine.map(|r| r * limit / references))
+            let range = block * references / BLOCKS..(block + 1) * references / BLOCKS;
+            tracker.track(range.map(|r| r * limit / references))
         })
         .collect();
-    let mut all = Tally::new(search.horizon, unit);
-    blocks.iter().for_each(|block| all.add(block));
+    let mut all = LogSums::new(search.horizon, unit);
+    blocks.iter().for_each(|block| all.merge(block));
     let curve = all.means();
-    let blocks: Vec<Vec<f64>> = blocks.iter().map(Tally::means).collect();
+    let blocks: Vec<Vec<f64>> = blocks.iter().map(LogSums::means).collect();
     Ok(Divergence {
         step: 1.0,
         region: scaling_region(&curve, &blocks, search.theiler),
@@ -204,26 +204,26 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
     })
 }
 
-/// So many distances are multiplied before the logarithm of the product is taken: one for each
-/// would take most of the time. Each is above [`ROUNDING`] in the unit, so that no product is
-/// below 1e-192.
-const FACTORS: usize = 16;
+/// Number of distances multiplied before the logarithm of the product is taken, because a logarithm for
+/// each would take most of the time. Each factor is above [`ROUNDING`] in the unit, which keeps products
+/// above 1e-192.
+const FACTORS_PER_LOG: usize = 16;
 
-/// Sums of logarithms, by step.
-struct Tally {
+/// Sums of logarithms of distances for each time step.
+struct LogSums {
     arch: Arch,
-    /// The largest sample; distances are counted over it.
+    /// Largest sample magnitude, the unit of the distances.
     unit: f64,
-    /// Logarithms of distances over the unit.
+    /// Sums of the logarithms of distances over the unit.
     sums: Vec<f64>,
     counts: Vec<usize>,
-    /// Distances over the unit that are in no sum yet, multiplied.
+    /// Products of distances over the unit that are not yet in the sums.
     products: Vec<f64>,
-    /// How many factors they have at most.
+    /// Number of factors in the products.
     factors: usize,
 }
 
-impl Tally {
+impl LogSums {
     fn new(horizon: usize, unit: f64) -> Self {
         Self {
             arch: Arch::new(),
@@ -235,33 +235,33 @@ impl Tally {
         }
     }
 
-    /// Counts the distances above rounding.
-    fn count(&mut self, distances: &[f64]) {
+    /// Adds the distances above rounding error.
+    fn accumulate(&mut self, distances: &[f64]) {
         let over_unit = 1.0 / self.unit;
         self.arch.dispatch(|| {
             let places = self.products.iter_mut().zip(&mut self.counts);
             for ((product, count), &distance) in places.zip(distances) {
                 let distance = distance * over_unit;
-                let counts = distance > ROUNDING;
-                *product *= if counts { distance } else { 1.0 };
-                *count += usize::from(counts);
+                let above_rounding = distance > ROUNDING;
+                *product *= if above_rounding { distance } else { 1.0 };
+                *count += usize::from(above_rounding);
             }
         });
         self.factors += 1;
-        if self.factors == FACTORS {
-            self.close();
+        if self.factors == FACTORS_PER_LOG {
+            self.flush();
         }
     }
 
-    /// Takes the products into the sums.
-    fn close(&mut self) {
+    /// Adds the logarithms of the products to the sums.
+    fn flush(&mut self) {
         for (sum, product) in self.sums.iter_mut().zip(&mut self.products) {
             *sum += std::mem::replace(product, 1.0).ln();
         }
         self.factors = 0;
     }
 
-    fn add(&mut self, other: &Tally) {
+    fn merge(&mut self, other: &LogSums) {
         for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
             *sum += more;
         }
@@ -270,7 +270,7 @@ impl Tally {
         }
     }
 
-    /// Means, up to the first step without a count.
+    /// Mean logarithms, up to the first step without a distance.
     fn means(&self) -> Vec<f64> {
         let both = self.sums.iter().zip(&self.counts);
         let counted = both.take_while(|(_, count)| **count > 0);
@@ -281,31 +281,31 @@ impl Tally {
 }
 
 /// Follows states and their neighbours.
-struct Follower<'a> {
+struct PairTracker<'a> {
     samples: &'a [f64],
     search: &'a DivergenceSearch,
-    apart: usize,
-    /// Vectors before this one have the horizon ahead of them.
+    min_separation: usize,
+    /// Vectors before this one can be followed over the full horizon.
     limit: usize,
     tree: NeighbourTree<'a>,
     /// Standard deviation of the samples.
     deviation: f64,
-    /// The largest sample; 1 if all are 0.
+    /// Largest sample magnitude; 1 if all samples are 0.
     unit: f64,
     arch: Arch,
 }
 
-impl Follower<'_> {
-    fn follow(&self, references: impl Iterator<Item = usize>) -> Tally {
-        let mut tally = Tally::new(self.search.horizon, self.unit);
+impl PairTracker<'_> {
+    fn track(&self, references: impl Iterator<Item = usize>) -> LogSums {
+        let mut log_sums = LogSums::new(self.search.horizon, self.unit);
         let mut distances = vec![0.0; self.search.horizon + 1];
         match self.search.method {
             DivergenceMethod::Rosenstein => {
                 let mut squares = Vec::new();
                 for i in references {
-                    if let Some(near) = self.tree.nearest(i, self.apart, self.limit) {
+                    if let Some(near) = self.tree.nearest(i, self.min_separation, self.limit) {
                         self.vector_distances(i, near.index, &mut squares, &mut distances);
-                        tally.count(&distances);
+                        log_sums.accumulate(&distances);
                     }
                 }
             }
@@ -315,16 +315,18 @@ impl Follower<'_> {
                 for i in references {
                     near.clear();
                     self.tree
-                        .within(i, radius, self.apart, self.limit, |n| near.push(n.index));
-                    if near.len() >= FEWEST_NEIGHBOURS {
+                        .within(i, radius, self.min_separation, self.limit, |n| {
+                            near.push(n.index);
+                        });
+                    if near.len() >= MIN_NEIGHBOURS {
                         self.mean_sample_distances(i, &near, &mut distances);
-                        tally.count(&distances);
+                        log_sums.accumulate(&distances);
                     }
                 }
             }
         }
-        tally.close();
-        tally
+        log_sums.flush();
+        log_sums
     }
 
     /// `|y_(i+k) - y_(j+k)|` for `k` = 0, 1, ...
@@ -335,7 +337,7 @@ impl Follower<'_> {
             squares.clear();
             squares.extend(here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)));
             distances.fill(0.0);
-            // Each coordinate is the same row of squares, a lag on.
+            // Each coordinate uses the same squares, shifted by a lag.
             for coordinate in squares.windows(distances.len()).step_by(self.search.lag) {
                 for (sum, square) in distances.iter_mut().zip(coordinate) {
                     *sum += square;
@@ -345,18 +347,18 @@ impl Follower<'_> {
         });
     }
 
-    /// Mean over the neighbours `j` of `|x_(i+k) - x_(j+k)|`, `x` the newest coordinate, for `k` =
-    /// 0, 1, ...
+    /// Mean over the neighbours `j` of `|x_(i+k) - x_(j+k)|`, `x` the newest coordinate, for `k` = 0, 1,
+    /// ...
     fn mean_sample_distances(&self, i: usize, neighbours: &[usize], means: &mut [f64]) {
         let newest = &self.samples[(self.search.dimension - 1) * self.search.lag..];
-        let picked = neighbours
+        let selected = neighbours
             .iter()
-            .step_by(neighbours.len().div_ceil(MOST_NEIGHBOURS));
-        let share = 1.0 / picked.len() as f64;
+            .step_by(neighbours.len().div_ceil(MAX_NEIGHBOURS));
+        let share = 1.0 / selected.len() as f64;
         self.arch.dispatch(|| {
             means.fill(0.0);
             let here = &newest[i..][..means.len()];
-            for &j in picked {
+            for &j in selected {
                 let there = &newest[j..][..means.len()];
                 for ((sum, a), b) in means.iter_mut().zip(here).zip(there) {
                     *sum += (a - b).abs();

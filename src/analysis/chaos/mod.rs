@@ -1,8 +1,9 @@
-//! Chaos from data alone: does the signal drive a point adrift, do neighbours part exponentially?
+//! Tests for chaos on a signal: the 0-1 test and the divergence of nearest neighbours.
 //!
-//! [`zero_one()`] answers the first with a number between 0 and 1 and needs no state space;
-//! [`divergence()`] the second, with a rate in a state space of delay vectors. Neither tells chaos
-//! from noise by itself: noise gives 1 to the first, and to the second no rate at all.
+//! [`zero_one()`] returns a number between 0 (regular) and 1 (chaotic) and needs no state-space
+//! reconstruction. [`divergence()`] estimates the largest Lyapunov exponent from delay vectors. Neither
+//! test alone distinguishes chaos from noise: noise gives 1 in the 0-1 test and no scaling region in the
+//! divergence.
 //!
 //! ```
 //! use squeakscope::analysis::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
@@ -14,7 +15,7 @@
 //! assert!(zero_one(&signal, &ZeroOneTest::with_stride(1))?.k > 0.95);
 //!
 //! let search = DivergenceSearch::for_delay(1, 2, 1, signal.len());
-//! let line = divergence(&signal, &search)?.region.expect("neighbours part exponentially");
+//! let line = divergence(&signal, &search)?.region.expect("a scaling region");
 //! assert!((line.slope / 2f64.ln() - 1.0).abs() < 0.05);
 //! # Ok::<(), squeakscope::analysis::AnalysisError>(())
 //! ```
@@ -27,10 +28,10 @@ pub use divergence::{Divergence, DivergenceMethod, DivergenceSearch, divergence}
 pub use scaling::ScalingRegion;
 pub use zero_one::{ZeroOne, ZeroOneTest, zero_one};
 
-/// A difference below this share of the largest sample is rounding, not motion.
+/// Differences below this share of the largest sample are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
-/// The largest absolute value.
+/// Largest absolute value.
 fn largest(samples: &[f64]) -> f64 {
     samples.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }

@@ -1,79 +1,78 @@
-//! The straight part of a curve of mean logarithms of distances, found without an eye.
+//! Automatic search for the scaling region, the straight part of a divergence curve.
 //!
-//! Every stretch of the curve is a candidate that
+//! A candidate is a section of the curve that
 //!
-//! * ends before the curve first comes within a factor `e` of the largest distance it reaches:
-//!   the end of growth bends it long before it is flat;
-//! * has five points or more and lasts a Theiler window: within one turn of a flow distances
-//!   swing, the rate is a mean over turns;
-//! * grows by a factor of `e^1.5` or more, and by half of all the growth there is from the start
-//!   to that end: neighbours first turn into the direction that grows, and a short piece of that
-//!   is straight as well;
-//! * is straight: the slope of a parabola through it differs at its ends from the middle by at
-//!   most a quarter, and its points lie about the line by at most 5 % of its growth, root mean
-//!   square. (The logarithm of time over a factor `e`, for comparison, bends by a half.)
+//! * ends before the curve first comes within a factor `e` of its largest distance, because saturation
+//!   bends the curve long before it is flat;
+//! * has at least five points and lasts at least a Theiler window: distances oscillate within one period
+//!   of a flow, and the exponent is a mean over periods;
+//! * grows by a factor of at least `e^1.5`, and by at least half of the total growth from the start to
+//!   that end: neighbours first align with the direction of growth, and a short section of that is
+//!   straight as well;
+//! * is straight: the slope of a parabola fitted to it differs at the ends from the middle by at most a
+//!   quarter, and the root-mean-square residual is at most 5 % of the growth. (For comparison, the
+//!   logarithm of time over a factor `e` bends by a half.)
 //!
-//! The region is the candidate with the largest length over mean square residual, the weight of
-//! Deshmukh, Bradley, Garland and Meiss (Chaos 31, 123102, 2021); there is none if it bends by
-//! more than an eighth. As theirs, the error comes from all candidates. It has two parts, added in
-//! squares: the farthest slope of any candidate from the chosen one, over the root of 3, which is
-//! the deviation if all within that reach is equally likely; and the scatter among stretches of
-//! the signal (the method of batch means).
+//! The scaling region is the candidate with the largest ratio of length to mean square residual, the
+//! weight of Deshmukh, Bradley, Garland and Meiss (Chaos 31, 123102, 2021). There is no region if it
+//! bends by more than an eighth. As in that paper, the error comes from all candidates. It has two
+//! parts, added in quadrature: the largest difference of any candidate's slope from the chosen one,
+//! divided by the root of 3 (the standard deviation of a uniform distribution of that half-width); and
+//! the scatter among sections of the signal (the method of batch means).
 
 use serde::{Deserialize, Serialize};
 
-/// The part of the curve that is a straight line.
+/// Scaling region: the straight part of a divergence curve.
 ///
-/// It ends a factor `e` below the largest distance, grows by a factor of `e^1.5` at least and by
-/// half of the growth up to there, lasts a Theiler window and bends by an eighth of its slope at
-/// most; of all such stretches it is the one with the largest length over mean square residual.
+/// It ends a factor `e` below the largest distance, grows by a factor of at least `e^1.5` and by at
+/// least half of the growth up to there, lasts at least a Theiler window and bends by at most an eighth
+/// of its slope. Of all such sections it has the largest ratio of length to mean square residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScalingRegion {
-    /// Begin of the region, samples.
+    /// Start of the region, samples (s in output).
     #[serde(rename = "from_s")]
     pub from: f64,
-    /// End of the region, samples.
+    /// End of the region, samples (s in output).
     #[serde(rename = "to_s")]
     pub to: f64,
-    /// Slope, 1/sample: the largest exponent, per sample.
+    /// Slope, 1/sample (1/s in output): the largest Lyapunov exponent.
     #[serde(rename = "exponent_per_s")]
     pub slope: f64,
-    /// Standard error of the slope, 1/sample: how far the slopes of other stretches lie that
-    /// might be taken for the region (a bound, over the root of 3), and the scatter among 16
-    /// parts of the signal, added in squares. Not in it: that flows of few samples come out low.
+    /// Standard error of the slope, 1/sample (1/s in output): the largest difference from the slopes of
+    /// other candidates (divided by the square root of 3) and the scatter among 16 sections of the signal,
+    /// added in quadrature. It does not include the downward bias for flows with few samples.
     #[serde(rename = "error_per_s")]
     pub error: f64,
-    /// Value of the line at step 0.
+    /// Ordinate of the line at step 0.
     pub intercept: f64,
 }
 
-/// How far below its highest value the curve must stay, natural logarithm.
-const BELOW_TOP: f64 = 1.0;
+/// Distance of the region below the maximum of the curve, natural logarithm.
+const SATURATION_MARGIN: f64 = 1.0;
 
-/// The least growth over a candidate, natural logarithm.
-const LEAST_GROWTH: f64 = 1.5;
+/// Minimum growth over a candidate, natural logarithm.
+const MIN_GROWTH: f64 = 1.5;
 
-/// The least growth over a candidate as a share of what there is.
-const LEAST_SHARE: f64 = 0.5;
+/// Minimum growth over a candidate as a share of the total growth.
+const MIN_GROWTH_SHARE: f64 = 0.5;
 
-/// Steps from the first to the last point of a candidate, at least.
-const FEWEST_STEPS: usize = 4;
+/// Minimum number of steps from the first to the last point of a candidate.
+const MIN_STEPS: usize = 4;
 
-/// The most that the slope changes from the middle to the ends, over the slope: of a candidate,
-/// and of the region.
-const BENT: f64 = 0.25;
-const STRAIGHT: f64 = 0.125;
+/// Maximum relative change of the slope from the middle to the ends, of a candidate and of the region.
+const MAX_CANDIDATE_BEND: f64 = 0.25;
+const MAX_REGION_BEND: f64 = 0.125;
 
-/// Root mean square residual over growth, at most.
-const ROUGH: f64 = 0.05;
+/// Maximum root-mean-square residual over growth.
+const MAX_RESIDUAL: f64 = 0.05;
 
-/// Residuals below this are as good as none: 0.1 % of a distance.
-const FINE: f64 = 1e-3;
+/// Smaller residuals are treated as this one: 0.1 % of a distance.
+const RESIDUAL_FLOOR: f64 = 1e-3;
 
-/// Candidates begin and end on at most about so many points, evenly spread.
-const ENDS: usize = 200;
+/// Approximate number of points, evenly spread, on which candidates start and end.
+const MAX_ENDS: usize = 200;
 
-/// A line of least squares through part of a curve.
+/// Least-squares line through a section of the curve.
 #[derive(Clone, Copy)]
 struct Line {
     from: usize,
@@ -82,7 +81,7 @@ struct Line {
     intercept: f64,
     /// Root mean square.
     residual: f64,
-    /// By how much a parabola's slope differs at the ends, over the slope.
+    /// Relative difference of the slope of a fitted parabola at the ends.
     bend: f64,
 }
 
@@ -96,13 +95,13 @@ impl Line {
     }
 
     fn weight(&self) -> f64 {
-        self.length() / self.residual.max(FINE).powi(2)
+        self.length() / self.residual.max(RESIDUAL_FLOOR).powi(2)
     }
 }
 
-/// Running sums over a curve, which give the line through any part of it at once.
+/// Running sums over a curve, which give the line through any section in constant time.
 struct Lines {
-    /// Sums over all points before each of `y`, `k y`, `k^2 y`, `y^2`.
+    /// Sums over all preceding points of `y`, `k y`, `k^2 y`, `y^2`.
     sums: Vec<[f64; 4]>,
 }
 
@@ -120,11 +119,11 @@ impl Lines {
         Self { sums }
     }
 
-    /// The line through the points `from` to `to`, both included, at least three.
+    /// Line through the points `from` to `to` inclusive, at least three.
     fn line(&self, from: usize, to: usize) -> Line {
         let [y, ky, kky, yy] = std::array::from_fn(|s| self.sums[to + 1][s] - self.sums[from][s]);
         let n = (to - from + 1) as f64;
-        // Of the steps t from the middle: the sums of t^2, and of (t^2 less its mean)^2.
+        // With t the step from the middle: the sums of t^2 and of (t^2 minus its mean)^2.
         let middle = 0.5 * (from + to) as f64;
         let second = n * (n * n - 1.0) / 12.0;
         let fourth = second * (n * n - 4.0) / 15.0;
@@ -143,30 +142,30 @@ impl Lines {
     }
 }
 
-/// The scaling region of a curve and its error; `blocks` are curves from parts of the data. It
-/// lasts a Theiler window at least.
+/// Scaling region of a curve and its error. `blocks` are curves of sections of the data. The region
+/// lasts at least a Theiler window.
 pub(super) fn scaling_region(
     curve: &[f64],
     blocks: &[Vec<f64>],
     theiler: usize,
 ) -> Option<ScalingRegion> {
-    let shortest = theiler.max(FEWEST_STEPS);
-    let top = curve.iter().copied().reduce(f64::max)? - BELOW_TOP;
+    let shortest = theiler.max(MIN_STEPS);
+    let top = curve.iter().copied().reduce(f64::max)? - SATURATION_MARGIN;
     let below = curve.iter().position(|&y| y > top)?;
-    let least = LEAST_GROWTH.max(LEAST_SHARE * (top - curve[0]));
+    let min_growth = MIN_GROWTH.max(MIN_GROWTH_SHARE * (top - curve[0]));
     let lines = Lines::new(&curve[..below]);
-    let ends = || (0..below).step_by(below.div_ceil(ENDS).max(1));
+    let ends = || (0..below).step_by(below.div_ceil(MAX_ENDS).max(1));
     let candidates: Vec<Line> = ends()
         .flat_map(|from| ends().map(move |to| (from, to)))
         .filter(|(from, to)| from + shortest <= *to)
         .map(|(from, to)| lines.line(from, to))
-        .filter(|line| line.growth() >= least && line.residual <= ROUGH * line.growth())
-        .filter(|line| line.bend <= BENT)
+        .filter(|line| line.growth() >= min_growth && line.residual <= MAX_RESIDUAL * line.growth())
+        .filter(|line| line.bend <= MAX_CANDIDATE_BEND)
         .collect();
     let best = *candidates
         .iter()
         .max_by(|a, b| a.weight().total_cmp(&b.weight()))?;
-    if best.bend > STRAIGHT {
+    if best.bend > MAX_REGION_BEND {
         return None;
     }
     let farthest = candidates
@@ -183,10 +182,10 @@ pub(super) fn scaling_region(
     })
 }
 
-/// The variance of the mean of the blocks' slopes over a region; `None` with fewer than two.
+/// Variance of the mean of the blocks' slopes over a region; `None` with fewer than two blocks.
 fn variance_of_mean(region: Line, blocks: &[Vec<f64>]) -> Option<f64> {
-    let whole = blocks.iter().filter(|block| block.len() > region.to);
-    let slopes: Vec<f64> = whole
+    let long_enough = blocks.iter().filter(|block| block.len() > region.to);
+    let slopes: Vec<f64> = long_enough
         .map(|block| Lines::new(block).line(region.from, region.to).slope)
         .collect();
     let n = slopes.len() as f64;
@@ -200,17 +199,17 @@ mod tests {
     use super::*;
     use crate::analysis::test_signals::noise;
 
-    /// Grows along a line and stops.
+    /// Grows linearly up to `stop`, then stays constant.
     fn ramp(slope: f64, stop: usize, n: usize) -> Vec<f64> {
         (0..n).map(|k| slope * k.min(stop) as f64 - 3.0).collect()
     }
 
     #[test]
-    fn a_line_is_found_to_the_end_of_its_straight_part() {
+    fn the_region_extends_to_the_end_of_the_straight_part() {
         let curve = ramp(0.05, 100, 300);
         let blocks = vec![curve.clone(); 4];
         let region = scaling_region(&curve, &blocks, 1).unwrap();
-        // 5 in all; the last 1 is left.
+        // The total growth is 5; the last 1 is excluded.
         assert_eq!((region.from, region.to), (0.0, 80.0));
         assert!((region.slope - 0.05).abs() < 1e-12);
         assert!((region.intercept + 3.0).abs() < 1e-10);
@@ -218,8 +217,8 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_before_the_line_is_left_out() {
-        // Ten steps three times as steep, then a line.
+    fn the_initial_transient_is_excluded() {
+        // Ten steps with three times the slope, then a line.
         let bend = |k: usize| {
             if k < 10 {
                 0.15 * k as f64
@@ -234,8 +233,8 @@ mod tests {
     }
 
     #[test]
-    fn the_error_tells_the_scatter_of_the_blocks() {
-        // Slopes 0.05 with a deviation of 0.01 over 16 blocks: 0.0025 of the mean.
+    fn the_error_is_the_scatter_of_the_blocks() {
+        // Slopes of 0.05 with a deviation of 0.01 over 16 blocks: 0.0025 for the mean.
         let slopes: Vec<f64> = noise(5, 16, 0.01).iter().map(|d| 0.05 + d).collect();
         let blocks: Vec<Vec<f64>> = slopes.iter().map(|s| ramp(*s, 100, 300)).collect();
         let mean: Vec<f64> = (0..300)
@@ -249,21 +248,21 @@ mod tests {
     }
 
     #[test]
-    fn curves_without_a_line_have_no_region() {
+    fn curves_without_a_straight_part_have_no_region() {
         let none = |curve: &[f64]| scaling_region(curve, &vec![curve.to_vec(); 4], 1).is_none();
         assert!(none(&[]));
         assert!(none(&[1.0]));
         assert!(none(&[2.0; 100]));
-        // All at once.
+        // All growth in one step.
         let mut jump = vec![0.5; 100];
         jump[0] = -5.0;
         assert!(none(&jump));
-        // Too little growth: 2.4, of which 1 is left.
+        // Growth of 2.4, of which the last 1 is excluded, is too small.
         assert!(none(&ramp(0.04, 60, 100)));
         assert!(!none(&ramp(0.04, 70, 100)));
-        // Falling.
+        // Decreasing.
         assert!(none(&ramp(-0.05, 100, 200)));
-        // Growing like a power of time, as the distances of a random walk do.
+        // Growth like a power of time, as for the distances of a random walk.
         let power: Vec<f64> = (1..1000).map(|k| 1.5 * f64::from(k).ln()).collect();
         assert!(none(&power));
         // One block only.

@@ -1,7 +1,7 @@
-//! The 0-1 test for chaos: does the signal, played as steering, drive a point in circles or
-//! adrift?
+//! The 0-1 test for chaos: the signal drives a point in the plane, whose path is bounded for regular and
+//! diffusive for chaotic motion.
 //!
-//! At a frequency `c` the samples `x_j`, their mean taken off, push a point about a plane:
+//! At a frequency `c` the samples `x_j`, with their mean subtracted, drive the translation variables:
 //!
 //! ```text
 //! p_c(n) = sum_{j=1}^n x_j cos(j c),   q_c(n) = sum_{j=1}^n x_j sin(j c)
@@ -9,25 +9,25 @@
 //! K_c    = correlation of n and D_c(n) over n = 1 .. N/10
 //! ```
 //!
-//! Steered by a regular motion the point stays near where it was: `D_c` is bounded and `K_c` near
-//! 0. Steered by chaos it wanders like a drunkard: `D_c` grows with `n` and `K_c` nears 1. At the
-//! few `c` in step with a tone of the signal the point runs straight away, which is why the
-//! median of `K_c` over many random `c` is the answer (Gottwald and Melbourne, SIAM J. Appl. Dyn.
-//! Syst. 8, 129, 2009: the correlation method with the regularised displacement). They keep the
-//! mean in the samples and take `V_osc = mean^2 (1 - cos n c) / (1 - cos c)`, its part in the
-//! displacement, off `D_c`; taking the mean off first is the same for long signals, and for short
-//! ones an offset of the signal then changes nothing.
+//! For regular motion the path is bounded, `D_c` is bounded and `K_c` is near 0. For chaotic motion the
+//! path is like a random walk, `D_c` grows with `n` and `K_c` is near 1. At the few `c` in resonance
+//! with a tone of the signal the path is a straight line; the result is therefore the median of `K_c`
+//! over many random `c` (Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8, 129, 2009: the correlation
+//! method with the regularised displacement). They keep the mean in the samples and subtract its part of
+//! the displacement, `V_osc = mean^2 (1 - cos n c) / (1 - cos c)`, from `D_c`. Subtracting the mean
+//! first is equivalent for long signals, and makes the result for short ones independent of an offset of
+//! the signal.
 //!
-//! What it does not do:
+//! Limits:
 //!
-//! * It does not tell noise from chaos: white noise gives 1. It is for signals known, or shown
-//!   otherwise, to obey a law. Noise on a tone adds up the more the longer one looks: with a
-//!   deviation of 3 % of the tone's the answer is 0.03 after 1000 samples, 0.2 after 5000 and 0.5
-//!   after 20,000, with 10 % it is 0.4, 0.9 and 0.99.
-//! * A finely sampled flow looks regular, chaotic or not, because what one sample does to the
-//!   point the next ones undo. Take every so many samples only: see [`ZeroOneTest::stride_for`].
-//! * Weak chaos, and a torus seen for less than many turns, give anything between 0 and 1. For
-//!   signals without noise more samples move the answer to one end.
+//! * The test does not distinguish noise from chaos: white noise gives 1. Use it for signals that are
+//!   known to be deterministic. Noise added to a tone accumulates with the length of the signal: with a
+//!   standard deviation of 3 % of the tone's the result is 0.03 after 1000 samples, 0.2 after 5000 and
+//!   0.5 after 20,000; with 10 % it is 0.4, 0.9 and 0.99.
+//! * An oversampled flow looks regular even if it is chaotic, because successive samples cancel in the
+//!   path. Subsample it: see [`ZeroOneTest::recommended_stride`].
+//! * Weak chaos, and a torus observed over few periods, give any value between 0 and 1. Without noise,
+//!   more samples move the result towards 0 or 1.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -42,27 +42,26 @@ use serde::{Deserialize, Serialize};
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, range};
 
-/// One part in so many of the samples is how long the displacement is followed.
-const HORIZON_PART: usize = 10;
+/// The displacement is computed up to this fraction (1 over the value) of the samples.
+const HORIZON_DIVISOR: usize = 10;
 
-/// Samples are too fine while the signal's extent is more than this many mean steps.
-const COARSE: f64 = 10.0;
+/// A signal is oversampled while its range exceeds this many mean steps.
+const OVERSAMPLED: f64 = 10.0;
 
-/// What is asked.
+/// Parameters of [`zero_one`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZeroOneTest {
-    /// Every so many samples one is taken, at least 1: samples that follow too closely hide chaos.
+    /// Stride: every `stride`-th sample is used, at least 1. Oversampling hides chaos.
     pub stride: usize,
-    /// How many frequencies are tried, at least 1; 100 is usual.
+    /// Number of frequencies, at least 1; usually 100.
     pub frequencies: usize,
     /// Seed of the random frequencies.
     pub seed: u64,
 }
 
 impl ZeroOneTest {
-    /// The fewest samples, taken a stride apart, that the test is applied to. The answer is sure
-    /// from about 1000 on.
-    pub const FEWEST_SAMPLES: usize = 100;
+    /// Minimum number of samples after subsampling. The result is reliable from about 1000.
+    pub const MIN_SAMPLES: usize = 100;
 
     /// The test with 100 frequencies.
     pub fn with_stride(stride: usize) -> Self {
@@ -73,60 +72,60 @@ impl ZeroOneTest {
         }
     }
 
-    /// The smallest stride at which the samples taken are no longer too fine: their mean
-    /// difference from one to the next is at least a tenth of the signal's extent. At most the
-    /// stride that leaves [`ZeroOneTest::FEWEST_SAMPLES`]; at least 1.
+    /// Smallest stride at which the signal is no longer oversampled: the mean difference of successive
+    /// samples is at least a tenth of the range. At least 1, and at most the stride that leaves
+    /// [`ZeroOneTest::MIN_SAMPLES`].
     ///
-    /// This is the criterion of Toker, Sommer and D'Esposito (Commun. Biol. 3, 11, 2020), who
-    /// double the stride until it is met; about 20 samples a turn remain of a sine. A longer
-    /// stride does no harm while the samples last: the lag of the first minimum of the mutual
-    /// information is another good choice. 1 is right for a map.
-    pub fn stride_for(samples: &[f64]) -> usize {
+    /// The criterion is that of Toker, Sommer and D'Esposito (Commun. Biol. 3, 11, 2020), who double the
+    /// stride until it is met. It leaves about 20 samples per period of a sine. A longer stride does no
+    /// harm if enough samples remain; the lag of the first minimum of the mutual information is another
+    /// good choice. Use 1 for a map.
+    pub fn recommended_stride(samples: &[f64]) -> usize {
         let [low, high] = range(samples.iter().copied());
-        let coarse = |stride: &usize| {
+        let not_oversampled = |stride: &usize| {
             let mut taken = samples.iter().step_by(*stride);
             let mut before = taken.next().copied().unwrap_or_default();
             let steps = taken.len() as f64;
-            let way: f64 = taken
+            let path: f64 = taken
                 .map(|x| (x - std::mem::replace(&mut before, *x)).abs())
                 .sum();
-            COARSE * way >= (high - low) * steps
+            OVERSAMPLED * path >= (high - low) * steps
         };
-        let longest = (samples.len() / Self::FEWEST_SAMPLES).max(1);
-        (1..longest).find(coarse).unwrap_or(longest)
+        let longest = (samples.len() / Self::MIN_SAMPLES).max(1);
+        (1..longest).find(not_oversampled).unwrap_or(longest)
     }
 }
 
-/// Its result.
+/// Result of the 0-1 test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ZeroOne {
-    /// Median over the frequencies, -1 to 1: near 0 regular, near 1 chaotic. Exactly 0 if the
-    /// samples are all the same.
+    /// Median of `K_c` over the frequencies, -1 to 1: near 0 regular, near 1 chaotic. Exactly 0 if all
+    /// samples are equal.
     pub k: f64,
-    /// Frequency `c` (rad a sample taken, between pi/5 and 4 pi/5) and `K_c` of each, in the
-    /// order drawn.
+    /// By frequency: `c` (rad per used sample, between pi/5 and 4 pi/5) and `K_c`, in random order.
     pub by_frequency: Vec<[f64; 2]>,
-    /// Path `(p, q)` of the translation variables at the frequency of the median (of an even
-    /// number the lower of the middle two), in the signal's unit. A picture, as long as the signal: not written.
+    /// Path `(p, q)` of the translation variables at the frequency of the median (the lower of the
+    /// middle two for an even number), in the signal's unit. It is as long as the signal and is not
+    /// serialised.
     #[serde(skip)]
     pub path: Vec<[f64; 2]>,
-    /// Every so many samples one was taken.
+    /// Stride: every `stride`-th sample was used.
     #[serde(rename = "stride_samples")]
     pub stride: usize,
-    /// How many samples were taken.
+    /// Number of samples used.
     pub samples: usize,
 }
 
-/// Applies the test to every `stride`-th of the samples, first included.
+/// Applies the 0-1 test to every `stride`-th sample, starting with the first.
 ///
-/// The displacements come from a Fourier transform, so that the work is `N log N` a frequency.
-/// The result does not depend on the number of threads.
+/// The displacements are computed with a Fourier transform, which takes `O(N log N)` per frequency. The
+/// result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`AnalysisError::Zero`] for a stride or a number of frequencies of 0,
-/// [`AnalysisError::TooShort`] if fewer than [`ZeroOneTest::FEWEST_SAMPLES`] are taken.
+/// [`AnalysisError::ZeroCount`] for a stride or a number of frequencies of 0;
+/// [`AnalysisError::TooShort`] if fewer than [`ZeroOneTest::MIN_SAMPLES`] remain after subsampling.
 pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, AnalysisError> {
-    let zero = |what| Err(AnalysisError::Zero { what });
+    let zero = |what| Err(AnalysisError::ZeroCount { what });
     if test.stride == 0 {
         return zero("0-1 test: the stride");
     }
@@ -134,13 +133,13 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
         return zero("0-1 test: the number of frequencies");
     }
     let taken = centred(samples, test.stride);
-    if taken.len() < ZeroOneTest::FEWEST_SAMPLES {
+    if taken.len() < ZeroOneTest::MIN_SAMPLES {
         return Err(AnalysisError::TooShort {
             what: "0-1 test",
             have: samples.len(),
             need: test
                 .stride
-                .saturating_mul(ZeroOneTest::FEWEST_SAMPLES - 1)
+                .saturating_mul(ZeroOneTest::MIN_SAMPLES - 1)
                 .saturating_add(1),
         });
     }
@@ -148,11 +147,11 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
     let frequencies: Vec<f64> = (0..test.frequencies)
         .map(|_| rng.random_range(PI / 5.0..4.0 * PI / 5.0))
         .collect();
-    let walker = Walker::new(taken.len());
+    let solver = DisplacementSolver::new(taken.len());
     let by_frequency: Vec<[f64; 2]> = frequencies
         .into_par_iter()
         .map_init(Scratch::default, |scratch, c| {
-            let displacement = walker.displacement(&taken, c, scratch);
+            let displacement = solver.displacement(&taken, c, scratch);
             [c, correlation_with_time(displacement)]
         })
         .collect();
@@ -168,7 +167,7 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
     })
 }
 
-/// Every `stride`-th sample less their mean; zeros if they differ by rounding only.
+/// Every `stride`-th sample minus the mean; zeros if they differ only by rounding errors.
 fn centred(samples: &[f64], stride: usize) -> Vec<f64> {
     let mut taken: Vec<f64> = samples.iter().copied().step_by(stride).collect();
     let mean = taken.iter().sum::<f64>() / taken.len().max(1) as f64;
@@ -181,16 +180,16 @@ fn centred(samples: &[f64], stride: usize) -> Vec<f64> {
     taken
 }
 
-/// The translation variables `p_c + i q_c` after 1, 2, ... samples.
+/// Translation variables `p_c + i q_c` after 1, 2, ... samples.
 fn translate(samples: &[f64], c: f64) -> impl Iterator<Item = Complex<f64>> {
-    // The turn is multiplied up: after N steps it is wrong by about N roundings.
+    // The phase is accumulated by multiplication: after N steps its error is about N roundings.
     let step = Complex::from_polar(1.0, c);
-    let mut turn = Complex::new(1.0, 0.0);
-    let mut place = Complex::new(0.0, 0.0);
+    let mut phasor = Complex::new(1.0, 0.0);
+    let mut position = Complex::new(0.0, 0.0);
     samples.iter().map(move |x| {
-        turn *= step;
-        place += turn * x;
-        place
+        phasor *= step;
+        position += phasor * x;
+        position
     })
 }
 
@@ -198,7 +197,7 @@ fn translate(samples: &[f64], c: f64) -> impl Iterator<Item = Complex<f64>> {
 fn correlation_with_time(curve: &[f64]) -> f64 {
     let n = curve.len() as f64;
     let mean = curve.iter().sum::<f64>() / n;
-    // Displacements are squares: squared once more they would soon underflow or overflow.
+    // Scale first: displacements are squares, and their squares would underflow or overflow early.
     let largest = curve.iter().fold(0.0, |most, d| (d - mean).abs().max(most));
     if largest == 0.0 {
         return 0.0;
@@ -214,31 +213,31 @@ fn correlation_with_time(curve: &[f64]) -> f64 {
     both / (time_alone * curve_alone).sqrt()
 }
 
-/// Measures displacements of paths of one length.
-struct Walker {
-    /// How far displacements are followed, samples.
+/// Computes displacements of paths of one length.
+struct DisplacementSolver {
+    /// Largest time of the displacement, samples.
     horizon: usize,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
 }
 
-/// Buffers of a [`Walker`], one set a thread.
+/// Buffers of a [`DisplacementSolver`], one set per thread.
 #[derive(Default)]
 struct Scratch {
     path: Vec<Complex<f64>>,
     head: Vec<Complex<f64>>,
     work: Vec<Complex<f64>>,
-    /// Sums of the squares of the path, from 0 to before each place.
+    /// Cumulative sums of the squared path, starting with 0.
     squares: Vec<f64>,
     displacement: Vec<f64>,
 }
 
-impl Walker {
+impl DisplacementSolver {
     fn new(samples: usize) -> Self {
         let mut planner = FftPlanner::new();
         let size = samples.next_power_of_two();
         Self {
-            horizon: samples / HORIZON_PART,
+            horizon: samples / HORIZON_DIVISOR,
             forward: planner.plan_fft_forward(size),
             inverse: planner.plan_fft_inverse(size),
         }
@@ -246,8 +245,8 @@ impl Walker {
 
     /// `D_c(1), D_c(2), ...` up to the horizon.
     ///
-    /// `|z_(j+n) - z_j|^2 = |z_(j+n)|^2 + |z_j|^2 - 2 Re(conj z_j z_(j+n))`: the sums of squares
-    /// are differences of running sums, the products a correlation of the path with its head.
+    /// `|z_(j+n) - z_j|^2 = |z_(j+n)|^2 + |z_j|^2 - 2 Re(conj z_j z_(j+n))`: the sums of squares are
+    /// differences of cumulative sums, the products a correlation of the path with its first part.
     fn displacement<'s>(&self, samples: &[f64], c: f64, scratch: &'s mut Scratch) -> &'s [f64] {
         let Scratch {
             path,
@@ -258,7 +257,7 @@ impl Walker {
         } = scratch;
         path.clear();
         path.extend(translate(samples, c));
-        // Near its centre the path's squares are smallest, and so is what cancels.
+        // Centring minimises the squares of the path and thus the cancellation.
         let centre = path.iter().sum::<Complex<f64>>() / path.len() as f64;
         path.iter_mut().for_each(|z| *z -= centre);
         squares.clear();

@@ -1,9 +1,8 @@
-//! Lag and dimension chosen from the signal itself.
+//! Choice of lag and embedding dimension from the signal.
 //!
-//! The lag comes first, from the mutual information: long enough for a coordinate to say
-//! something new. Then the dimension, from the false neighbours at that lag: large enough for the
-//! attractor not to be seen in projection (H. D. I. Abarbanel et al., Rev. Mod. Phys. 65, 1331,
-//! 1993, describe the two together).
+//! The lag comes first, from the mutual information: long enough for the coordinates to be nearly
+//! independent. The dimension follows from the false neighbours at that lag: large enough to unfold the
+//! attractor (H. D. I. Abarbanel et al., Rev. Mod. Phys. 65, 1331, 1993, describe both).
 
 use super::{
     FalseNeighbourSearch, FalseNeighbours, MutualInformation, false_neighbours, mutual_information,
@@ -12,34 +11,33 @@ use crate::analysis::AnalysisError;
 
 use serde::{Deserialize, Serialize};
 
-/// Lags in the Theiler window that is chosen.
-const LAGS_APART: usize = 4;
+/// Default Theiler window, in lags.
+const THEILER_LAGS: usize = 4;
 
-/// How lag and dimension are looked for.
+/// Limits of the search for lag and dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DelaySearch {
-    /// The largest lag tried, samples.
+    /// Largest lag tried, samples.
     pub largest_lag: usize,
-    /// Bins along an axis of the joint histogram.
+    /// Bins per axis of the joint histogram.
     pub bins: usize,
-    /// The largest dimension tried.
+    /// Largest dimension tried.
     pub largest_dimension: usize,
-    /// Share of false neighbours that is none, 0 to 1.
+    /// Share of false neighbours that counts as none, 0 to 1.
     pub false_share: f64,
-    /// Pairs closer in time than this many samples are no neighbours; `None`: four lags. The
-    /// first minimum of the mutual information lies about a quarter of a period away, so this
-    /// leaves out about one mean period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca
-    /// (Physica D 65, 117, 1993) advise.
+    /// Theiler window, samples: pairs closer in time are not neighbours. `None`: four lags. The first
+    /// minimum of the mutual information is at about a quarter period, so four lags are about one mean
+    /// period, as M. T. Rosenstein, J. J. Collins and C. J. De Luca (Physica D 65, 117, 1993) advise.
     pub theiler: Option<usize>,
 }
 
 impl DelaySearch {
-    /// A search that `count` samples allow: lags up to a 25th of them (at most 500),
-    /// dimensions up to 10, at most 1 % of false neighbours, four lags as Theiler window.
+    /// Limits suited to `count` samples: lags up to `count / 25` (at most 500), dimensions up to 10, at
+    /// most 1 % of false neighbours, and a Theiler window of four lags.
     ///
-    /// The histogram has 64 bins for 50,000 samples or more, and for fewer so many that chance
-    /// adds no more to the mutual information, about `(bins - 1)^2 / (2 N ln 2)` = 0.06 bit; at
-    /// least 8.
+    /// The histogram has 64 bins from 50,000 samples on. For fewer samples the number of bins keeps the
+    /// bias of the mutual information, about `(bins - 1)^2 / (2 N ln 2)`, at 0.06 bit, with at least 8
+    /// bins.
     pub fn for_samples(count: usize) -> Self {
         let bins = 1.0 + 63.0 * (count as f64 / 50_000.0).sqrt();
         Self {
@@ -52,61 +50,61 @@ impl DelaySearch {
     }
 }
 
-/// Why this lag.
+/// Criterion that determined the lag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LagReason {
     /// First clear minimum of the mutual information.
     #[serde(rename = "first minimum")]
     FirstMinimum,
-    /// No minimum: where it first falls below 1/e of its value at lag 0.
+    /// No minimum: the first lag below 1/e of the value at lag 0.
     #[serde(rename = "first decay")]
     FirstDecay,
-    /// Neither: the largest lag tried.
+    /// No minimum and no decay: the largest lag tried.
     #[serde(rename = "largest")]
     Largest,
 }
 
-/// Lag, dimension and the curves that led to them (Fig. 8).
+/// Lag, dimension and the curves from which they are chosen (Fig. 8).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DelayChoice {
-    /// Delay, samples.
+    /// Lag, samples.
     #[serde(rename = "lag_samples")]
     pub lag: usize,
-    /// Why this lag.
+    /// Criterion that determined the lag.
     #[serde(rename = "lag_reason")]
     pub reason: LagReason,
     /// Embedding dimension.
     pub dimension: usize,
-    /// Whether the share of false neighbours came down to the limit at that dimension; if not it
-    /// is the one with the smallest share.
+    /// Whether the share of false neighbours falls below the limit at this dimension. If not, the
+    /// dimension is the one with the smallest share.
     pub unfolded: bool,
     /// Theiler window used, samples.
     #[serde(rename = "theiler_samples")]
     pub theiler: usize,
-    /// The mutual information.
+    /// Mutual information by lag.
     #[serde(rename = "mutual_information")]
     pub mutual: MutualInformation,
-    /// The false neighbours at that lag.
+    /// False neighbours by dimension, at the chosen lag.
     #[serde(rename = "false_neighbours")]
     pub neighbours: FalseNeighbours,
 }
 
-/// Chooses lag and dimension.
+/// Chooses lag and embedding dimension.
 ///
 /// The lag is the first clear minimum of the [`mutual_information`]
-/// ([`MutualInformation::first_clear_minimum`]); without one, where that first
-/// falls below 1/e of its value at lag 0; else the largest tried. The dimension is the smallest
-/// with a share of [`false_neighbours`] (15 and 2 as limits) of at most
-/// [`DelaySearch::false_share`]. Noise never comes down to it, [`DelayChoice::unfolded`] tells. A
-/// constant signal needs one dimension, at the largest lag.
+/// ([`MutualInformation::first_clear_minimum`]). Without one it is the first lag below 1/e of the value
+/// at lag 0, else the largest lag tried. The dimension is the smallest with a share of
+/// [`false_neighbours`] (limits 15 and 2) of at most [`DelaySearch::false_share`]. Noise never falls
+/// below that limit; [`DelayChoice::unfolded`] is then false. A constant signal gives one dimension and
+/// the largest lag.
 ///
 /// # Errors
-/// [`AnalysisError::NoDelay`] for a largest lag or dimension of zero; [`AnalysisError::Bins`];
-/// [`AnalysisError::TooShort`] if the samples do not suffice for the largest lag, or for the
-/// largest dimension at the lag chosen.
+/// [`AnalysisError::InvalidDelay`] for a largest lag or dimension of 0; [`AnalysisError::Bins`];
+/// [`AnalysisError::TooShort`] if the samples do not suffice for the largest lag, or for the largest
+/// dimension at the chosen lag.
 pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice, AnalysisError> {
     if search.largest_lag == 0 || search.largest_dimension == 0 {
-        return Err(AnalysisError::NoDelay {
+        return Err(AnalysisError::InvalidDelay {
             lag: search.largest_lag,
             dimension: search.largest_dimension,
         });
@@ -119,7 +117,7 @@ pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice
     } else {
         (search.largest_lag, LagReason::Largest)
     };
-    let theiler = search.theiler.unwrap_or(LAGS_APART * lag);
+    let theiler = search.theiler.unwrap_or(THEILER_LAGS * lag);
     let neighbours = false_neighbours(
         samples,
         &FalseNeighbourSearch::new(lag, search.largest_dimension, theiler),
@@ -137,11 +135,11 @@ pub fn choose_delay(samples: &[f64], search: &DelaySearch) -> Result<DelayChoice
     })
 }
 
-/// The place of the smallest value, the first of several.
+/// Index of the smallest value, the first of several.
 fn smallest(values: &[f64]) -> usize {
     let places = values.iter().enumerate();
-    let least = places.min_by(|a, b| a.1.total_cmp(b.1));
-    least.map_or(0, |(place, _)| place)
+    let smallest = places.min_by(|a, b| a.1.total_cmp(b.1));
+    smallest.map_or(0, |(place, _)| place)
 }
 
 #[cfg(test)]
@@ -173,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn chaos_unfolds_however_it_is_sampled() {
+    fn chaos_unfolds_at_any_sampling_rate() {
         for (dt, count) in [(0.1, 2000), (0.05, 4000), (0.02, 8000)] {
             let x = coordinate(&lorenz(count, dt, [1.0, 1.0, 1.0]), 0);
             let choice = choose(&x);
@@ -210,8 +208,8 @@ mod tests {
     }
 
     #[test]
-    fn without_a_minimum_it_is_the_decay_and_without_that_the_end() {
-        // A period far longer than the largest lag: the information only falls.
+    fn the_lag_falls_back_to_the_decay_and_then_to_the_largest() {
+        // The period is far longer than the largest lag: the information only decreases.
         let slow = sines(1000.0, 4000, &[(1.0, 1.0, 0.3)]);
         let search = |largest_lag| DelaySearch {
             largest_lag,
@@ -221,7 +219,7 @@ mod tests {
         let choice = choose_delay(&slow, &search(3)).unwrap();
         assert_eq!((choice.reason, choice.lag), (LagReason::Largest, 3));
 
-        // A walk forgets slowly and never remembers again: half a period of a slow tone in noise.
+        // The correlation of a random walk decays slowly and does not recur.
         let mut walk = noise(1, 4000, 1.0);
         for n in 1..walk.len() {
             walk[n] += 0.9 * walk[n - 1];
@@ -241,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_is_asked_for_is_used() {
+    fn a_given_theiler_window_is_used() {
         let signal = noise(5, 600, 1.0);
         let search = DelaySearch {
             theiler: Some(123),
@@ -251,10 +249,10 @@ mod tests {
     }
 
     #[test]
-    fn the_proposed_search_fits_the_samples() {
+    fn the_default_search_fits_the_samples() {
         for count in [30, 31, 50, 100, 333, 1000, 100_000] {
             let search = DelaySearch::for_samples(count);
-            // Whatever lag is chosen.
+            // The bound holds for any chosen lag.
             let lag = search.largest_lag;
             let need = lag * search.largest_dimension + 4 * lag + 1;
             assert!(need <= count, "{count}: {need}");

@@ -1,13 +1,13 @@
-//! Delay vectors, Eq. (25): a state space from a single signal.
+//! Delay vectors, Eq. (25): state-space reconstruction from a single signal.
 //!
-//! One signal of a system with several degrees of freedom still carries the others: its values
-//! now, a lag ago, two lags ago, ... are coordinates in which the attractor unfolds (Takens 1981).
+//! One signal of a system with several degrees of freedom contains the others: its values now, one lag
+//! ago, two lags ago, ... are coordinates in which the attractor unfolds (Takens 1981).
 
 use crate::analysis::AnalysisError;
 
-/// Eq. (25): `y_n = (u[n - (m-1) tau], ..., u[n - tau], u[n])`, as a view on the samples `u`.
+/// Eq. (25): `y_n = (u[n - (m-1) tau], ..., u[n - tau], u[n])`, as a view of the samples `u`.
 ///
-/// Vector `i` has its newest coordinate at sample `i + (m-1) tau`; nothing is copied.
+/// The newest coordinate of vector `i` is sample `i + (m-1) tau`. No samples are copied.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayVectors<'a> {
     samples: &'a [f64],
@@ -16,14 +16,14 @@ pub struct DelayVectors<'a> {
 }
 
 impl<'a> DelayVectors<'a> {
-    /// The delay vectors of `samples` with lag `tau` (samples) and embedding dimension `m`.
+    /// Delay vectors of `samples` with lag `tau` (samples) and embedding dimension `m`.
     ///
     /// # Errors
-    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::TooShort`] if
-    /// not even one vector fits.
+    /// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::TooShort`] if there
+    /// are too few samples for one vector.
     pub fn new(samples: &'a [f64], lag: usize, dimension: usize) -> Result<Self, AnalysisError> {
         if lag == 0 || dimension == 0 {
-            return Err(AnalysisError::NoDelay { lag, dimension });
+            return Err(AnalysisError::InvalidDelay { lag, dimension });
         }
         let need = Self::samples_for(1, lag, dimension);
         if samples.len() < need {
@@ -40,13 +40,12 @@ impl<'a> DelayVectors<'a> {
         })
     }
 
-    /// The number of samples that `count` vectors take (dimension at least 1); `usize::MAX` if it
-    /// is beyond that.
+    /// Number of samples needed for `count` vectors (dimension at least 1). Saturates at `usize::MAX`.
     pub fn samples_for(count: usize, lag: usize, dimension: usize) -> usize {
         count.saturating_add((dimension - 1).saturating_mul(lag))
     }
 
-    /// The number of vectors; at least 1.
+    /// Number of vectors, at least 1.
     #[allow(
         clippy::len_without_is_empty,
         reason = "a view without a vector cannot be constructed"
@@ -75,7 +74,7 @@ impl<'a> DelayVectors<'a> {
         &self.samples[c * self.lag..][..self.len()]
     }
 
-    /// The coordinates of vector `i`, oldest first.
+    /// Coordinates of vector `i`, oldest first.
     pub fn vector(&self, i: usize) -> impl Iterator<Item = f64> + 'a {
         let samples = &self.samples[i..];
         samples
@@ -91,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vectors_are_those_of_the_equation() {
+    fn vectors_match_the_equation() {
         let u: Vec<f64> = (0..10).map(|k| f64::from(k * k)).collect();
         let y = DelayVectors::new(&u, 3, 3).unwrap();
         assert_eq!(y.len(), 4);
@@ -105,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn invalid_embeddings_are_rejected() {
         let u = [0.0; 6];
         assert_eq!(
             DelayVectors::new(&u, 3, 3).unwrap_err(),
@@ -118,7 +117,7 @@ mod tests {
         assert!(DelayVectors::new(&u, 0, 3).is_err());
         assert!(DelayVectors::new(&u, 1, 0).is_err());
         assert_eq!(DelayVectors::new(&u, 9, 1).unwrap().len(), 6);
-        // A span of 2^64 and more.
+        // Spans of 2^64 and more.
         assert!(DelayVectors::new(&u, 1 << 63, 3).is_err());
         assert!(DelayVectors::new(&u, usize::MAX, usize::MAX).is_err());
     }

@@ -1,9 +1,9 @@
-//! False nearest neighbours: does a further coordinate part those who seemed close?
+//! False nearest neighbours: neighbours that a further coordinate separates.
 //!
-//! In too few dimensions an attractor is seen in projection: states lie side by side that are
-//! far apart, and the next coordinate shows it. Where no such false neighbours are left the
-//! attractor is unfolded (M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45, 3403,
-//! 1992). A law makes their share fall to nothing; noise, which fills every dimension, does not.
+//! In too few dimensions an attractor overlaps itself in projection: distant states appear close, and
+//! the next coordinate separates them. The attractor is unfolded once no such false neighbours remain
+//! (M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45, 3403, 1992). For a deterministic
+//! signal their share falls to 0. For noise, which fills every dimension, it does not.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,26 +11,27 @@ use rayon::prelude::*;
 
 use crate::analysis::{AnalysisError, DelayVectors, Neighbour, NeighbourTree, Norm, deviation};
 
-/// Distances are not known better than this share of the deviation of the samples.
+/// Resolution of distances as a share of the standard deviation of the samples.
 const RESOLUTION: f64 = 1e-6;
 
-/// What is asked.
+/// Parameters of [`false_neighbours`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FalseNeighbourSearch {
-    /// Delay, samples.
+    /// Lag, samples.
     pub lag: usize,
-    /// The largest dimension tried; all from 1 on are.
+    /// Largest dimension; all dimensions from 1 are tried.
     pub largest_dimension: usize,
-    /// Pairs closer in time than this many samples are no neighbours.
+    /// Theiler window, samples: pairs closer in time are not neighbours.
     pub theiler: usize,
-    /// First criterion: growth of the distance over the distance (Kennel's R_tol, 15).
+    /// Limit of the first criterion: growth of the distance over the distance (Kennel's R_tol, 15).
     pub distance_ratio: f64,
-    /// Second criterion: new distance over the deviation of the signal (Kennel's A_tol, 2).
+    /// Limit of the second criterion: new distance over the standard deviation of the signal (Kennel's
+    /// A_tol, 2).
     pub size_ratio: f64,
 }
 
 impl FalseNeighbourSearch {
-    /// With the limits of Kennel, Brown and Abarbanel: 15 and 2.
+    /// Parameters with the limits of Kennel, Brown and Abarbanel, 15 and 2.
     pub fn new(lag: usize, largest_dimension: usize, theiler: usize) -> Self {
         Self {
             lag,
@@ -41,64 +42,63 @@ impl FalseNeighbourSearch {
         }
     }
 
-    /// The samples that are needed: so many that in the largest dimension some vector has a
-    /// neighbour outside the Theiler window, both with a next coordinate.
+    /// Number of samples needed: in the largest dimension at least one vector has a neighbour outside
+    /// the Theiler window, both with a next coordinate.
     fn samples_needed(&self) -> usize {
         let next = self.largest_dimension.saturating_mul(self.lag);
         next.saturating_add(self.theiler.max(1)).saturating_add(1)
     }
 }
 
-/// The share of nearest neighbours that the next dimension parts.
+/// Share of false nearest neighbours by dimension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FalseNeighbours {
-    /// Delay, samples.
+    /// Lag, samples.
     #[serde(rename = "lag_samples")]
     pub lag: usize,
     /// Share of false neighbours (either criterion), 0 to 1, for dimension 1, 2, ...
     pub share: Vec<f64>,
-    /// How many points had a neighbour to judge, for dimension 1, 2, ...
-    pub judged: Vec<usize>,
+    /// Number of vectors with a neighbour outside the Theiler window, for dimension 1, 2, ...
+    pub evaluated: Vec<usize>,
 }
 
 impl FalseNeighbours {
-    /// The smallest dimension with a share of at most `limit`.
+    /// Smallest dimension with a share of at most `limit`.
     pub fn dimension(&self, limit: f64) -> Option<usize> {
         let place = self.share.iter().position(|&share| share <= limit);
         place.map(|index| index + 1)
     }
 }
 
-/// Counts false nearest neighbours in the dimensions `m` = 1 to the largest.
+/// Computes the share of false nearest neighbours in the dimensions `m` = 1 to the largest.
 ///
-/// Every vector `i` that has a next coordinate `x[i + m lag]` is judged by its nearest neighbour
-/// `j`, `|i - j| >= theiler`, that has one too. With `R_m` their Euclidean distance in `m`
-/// dimensions, `d = |x[i + m lag] - x[j + m lag]|` its growth, and `sigma` the standard deviation
-/// of the samples, `j` is false if
+/// For every vector `i` that has a next coordinate `x[i + m lag]`, the nearest neighbour `j` with
+/// `|i - j| >= theiler` that has one too is tested. With `R_m` their Euclidean distance in `m`
+/// dimensions, `d = |x[i + m lag] - x[j + m lag]|` its growth, and `sigma` the standard deviation of the
+/// samples, `j` is false if
 ///
 /// ```text
 /// d > distance_ratio R_m     or     sqrt(R_m^2 + d^2) > size_ratio sigma
 /// ```
 ///
-/// In the first criterion `R_m` counts as `1e-6 sigma` if it is smaller, down to 0: neighbours
-/// that coincide are false if they part by more than that allows. If they stay together the state
-/// has come back, to all digits, and nothing is learnt: the nearest neighbour farther away than
-/// `1e-6 sigma` is judged instead. (Otherwise a computed periodic signal would seem unfolded in one
-/// dimension as soon as it repeats on a whole number of samples.) A constant signal has no false
-/// neighbours.
+/// In the first criterion `R_m` is at least `1e-6 sigma`: coincident neighbours are false if the next
+/// coordinate separates them by more than that limit allows. If it does not, the state has recurred
+/// exactly and carries no information; the nearest neighbour farther away than `1e-6 sigma` is tested
+/// instead. (Otherwise a computed periodic signal with an integer number of samples per period would
+/// appear unfolded in one dimension.) A constant signal has no false neighbours.
 ///
-/// The work is shared among all cores; the result does not depend on how many there are.
+/// The computation uses all cores. The result does not depend on their number.
 ///
 /// # Errors
-/// [`AnalysisError::NoDelay`] for a lag or dimension of zero; [`AnalysisError::TooShort`] if no
-/// vector of the largest dimension has a neighbour.
+/// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::TooShort`] if no vector
+/// of the largest dimension has a neighbour.
 pub fn false_neighbours(
     samples: &[f64],
     search: &FalseNeighbourSearch,
 ) -> Result<FalseNeighbours, AnalysisError> {
     let &FalseNeighbourSearch { lag, theiler, .. } = search;
     if lag == 0 || search.largest_dimension == 0 {
-        return Err(AnalysisError::NoDelay {
+        return Err(AnalysisError::InvalidDelay {
             lag,
             dimension: search.largest_dimension,
         });
@@ -115,7 +115,7 @@ pub fn false_neighbours(
     let mut found = FalseNeighbours {
         lag,
         share: Vec::with_capacity(search.largest_dimension),
-        judged: Vec::with_capacity(search.largest_dimension),
+        evaluated: Vec::with_capacity(search.largest_dimension),
     };
     for dimension in 1..=search.largest_dimension {
         // All vectors that have a next coordinate.
@@ -123,7 +123,7 @@ pub fn false_neighbours(
         let next = &samples[dimension * lag..];
         let tree = NeighbourTree::new(vectors, Norm::Euclidean);
         let nearest = tree.nearest_all(theiler, usize::MAX);
-        let judged = nearest.par_iter().enumerate().filter_map(|(i, neighbour)| {
+        let evaluated = nearest.par_iter().enumerate().filter_map(|(i, neighbour)| {
             let is_false = |neighbour: Neighbour| {
                 let growth = (next[i] - next[neighbour.index]).abs();
                 growth > search.distance_ratio * neighbour.distance.max(resolution)
@@ -137,11 +137,11 @@ pub fn false_neighbours(
             Some(other.is_some_and(is_false))
         });
         let count = |(wrong, all), is_false| (wrong + usize::from(is_false), all + 1);
-        let (wrong, all) = judged
+        let (wrong, all) = evaluated
             .fold(|| (0, 0), count)
             .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
         found.share.push(wrong as f64 / all as f64);
-        found.judged.push(all);
+        found.evaluated.push(all);
     }
     Ok(found)
 }
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
     use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
 
-    /// Starts of trajectories for the Lorenz system.
+    /// Initial states of Lorenz trajectories.
     const STARTS: [[f64; 3]; 6] = [
         [1.0, 1.0, 1.0],
         [-5.0, 3.0, 20.0],
@@ -161,12 +161,12 @@ mod tests {
         [-1.0, -8.0, 27.0],
     ];
 
-    /// The definition, with every distance measured; the number of the judged and of the false.
+    /// The definition with all pairwise distances; the numbers of tested and false neighbours.
     fn direct(samples: &[f64], search: &FalseNeighbourSearch, m: usize) -> (usize, usize) {
         let sigma = deviation(samples);
         let count = samples.len() - m * search.lag;
         let at = |i: usize, c: usize| samples[i + c * search.lag];
-        let (mut judged, mut wrong) = (0, 0);
+        let (mut evaluated, mut wrong) = (0, 0);
         for i in 0..count {
             let squared = |j: usize| {
                 let squares = (0..m).map(|c| (at(i, c) - at(j, c)) * (at(i, c) - at(j, c)));
@@ -184,31 +184,31 @@ mod tests {
                     || (r * r + d * d).sqrt() > search.size_ratio * sigma
             };
             let Some(j) = nearest(-1.0) else { continue };
-            judged += 1;
-            let together = squared(j).sqrt() <= 1e-6 * sigma && !is_false(j);
-            let verdict = if together {
+            evaluated += 1;
+            let coincident = squared(j).sqrt() <= 1e-6 * sigma && !is_false(j);
+            let verdict = if coincident {
                 nearest(1e-6 * sigma).is_some_and(is_false)
             } else {
                 is_false(j)
             };
             wrong += usize::from(verdict);
         }
-        (judged, wrong)
+        (evaluated, wrong)
     }
 
     #[test]
-    fn shares_are_those_of_the_definition() {
+    fn shares_match_the_definition() {
         let chaos = coordinate(&lorenz(800, 0.02, STARTS[0]), 0);
         let steps: Vec<f64> = noise(1, 500, 1.0).iter().map(|x| x.round()).collect();
         for (samples, lag, theiler) in [(chaos, 8, 40), (noise(2, 300, 1.0), 1, 0), (steps, 2, 9)] {
             let search = FalseNeighbourSearch::new(lag, 5, theiler);
             let found = false_neighbours(&samples, &search).unwrap();
             for m in 1..=5 {
-                let (judged, wrong) = direct(&samples, &search, m);
-                assert_eq!(found.judged[m - 1], judged);
+                let (evaluated, wrong) = direct(&samples, &search, m);
+                assert_eq!(found.evaluated[m - 1], evaluated);
                 assert_eq!(
                     found.share[m - 1],
-                    wrong as f64 / judged as f64,
+                    wrong as f64 / evaluated as f64,
                     "{lag}, {m}"
                 );
             }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn each_criterion_alone_finds_what_it_should() {
+    fn each_criterion_works_alone() {
         let samples = [0.0, 5.0, 1.0, 10.0, 6.0];
         let share = |distance_ratio, size_ratio| {
             let search = FalseNeighbourSearch {
@@ -226,8 +226,8 @@ mod tests {
             };
             false_neighbours(&samples, &search).unwrap().share[0]
         };
-        // The neighbours of 0, 5, 1, 10 are 1, 1, 0, 5: distances 1, 4, 1, 5, and the next samples
-        // part by 5, 9, 5, 5. New distances are 5.10, 9.85, 5.10, 7.07; sigma is the root of 13.04.
+        // The neighbours of 0, 5, 1, 10 are 1, 1, 0, 5 with distances 1, 4, 1, 5. The next samples
+        // differ by 5, 9, 5, 5. New distances are 5.10, 9.85, 5.10, 7.07; sigma is the root of 13.04.
         for (ratio, expected) in [(5.1, 0.0), (4.9, 0.5), (2.2, 0.75), (0.9, 1.0)] {
             assert_eq!(share(ratio, 100.0), expected, "{ratio}");
         }
@@ -238,8 +238,8 @@ mod tests {
 
     #[test]
     fn the_lorenz_system_unfolds_in_three_dimensions() {
-        // Known from one trajectory: 99.7, 6.8, 0.03, 0 %. Over six of ours: 99.76 to 99.87,
-        // 6.5 to 7.4, 0 to 0.07, 0.
+        // Reference values from one trajectory: 99.7, 6.8, 0.03, 0 %. Six trajectories of this test give
+        // 99.76 to 99.87, 6.5 to 7.4, 0 to 0.07, 0.
         for start in &STARTS[..3] {
             let x = coordinate(&lorenz(50_000, 0.01, *start), 0);
             let search = FalseNeighbourSearch::new(17, 4, 50);
@@ -249,7 +249,7 @@ mod tests {
             assert!((found.share[2] - 0.0003).abs() < 0.0005, "{found:?}");
             assert_eq!(found.share[3], 0.0);
             assert_eq!(found.dimension(0.01), Some(3));
-            assert_eq!(found.judged[0], 50_000 - 17);
+            assert_eq!(found.evaluated[0], 50_000 - 17);
         }
     }
 
@@ -263,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_closed_curve_unfolds_in_two_dimensions() {
-        // The first repeats on the samples, after 50 of them: states coincide but for rounding.
+        // The first signal repeats after 50 samples: states coincide except for rounding errors.
         for frequency in [1.0, 0.1_f64.exp()] {
             let signal = sines(50.0, 5000, &[(frequency, 3.0, 0.3)]);
             let found = false_neighbours(&signal, &FalseNeighbourSearch::new(10, 5, 50)).unwrap();
@@ -285,7 +285,7 @@ mod tests {
     fn a_constant_signal_has_no_false_neighbours() {
         let found = false_neighbours(&[0.1; 500], &FalseNeighbourSearch::new(3, 4, 10)).unwrap();
         assert_eq!(found.share, [0.0; 4]);
-        assert_eq!(found.judged, [497, 494, 491, 488]);
+        assert_eq!(found.evaluated, [497, 494, 491, 488]);
     }
 
     #[test]
@@ -301,11 +301,11 @@ mod tests {
     }
 
     #[test]
-    fn too_few_samples_are_refused() {
+    fn too_few_samples_are_rejected() {
         let search = FalseNeighbourSearch::new(5, 3, 10);
         let signal = noise(5, 26, 1.0);
         let found = false_neighbours(&signal, &search).unwrap();
-        assert_eq!(found.judged, [21, 12, 2]);
+        assert_eq!(found.evaluated, [21, 12, 2]);
         assert_eq!(
             false_neighbours(&signal[1..], &search).unwrap_err(),
             AnalysisError::TooShort {
@@ -318,7 +318,7 @@ mod tests {
             let error = false_neighbours(&signal, &FalseNeighbourSearch::new(lag, dimension, 1));
             assert_eq!(
                 error.unwrap_err(),
-                AnalysisError::NoDelay { lag, dimension }
+                AnalysisError::InvalidDelay { lag, dimension }
             );
         }
         assert!(false_neighbours(&signal, &FalseNeighbourSearch::new(usize::MAX, 9, 1)).is_err());

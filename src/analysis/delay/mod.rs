@@ -1,4 +1,4 @@
-//! A state space from a single signal: delay vectors, and which lag and dimension to take.
+//! State-space reconstruction from a single signal: delay vectors and the choice of lag and dimension.
 
 mod choice;
 mod embedding;

@@ -1,9 +1,9 @@
-//! Average mutual information: how much does the signal now tell of the signal a lag later?
+//! Average mutual information: how much the signal now determines the signal one lag later.
 //!
-//! Coordinates of a delay vector should each tell something new. Where the mutual information of
-//! the signal and its delayed self has its first minimum, the second coordinate is as new as it
-//! gets before the two are merely unrelated (A. M. Fraser and H. L. Swinney, Phys. Rev. A 33,
-//! 1134, 1986). Unlike the autocorrelation it sees relations of any shape.
+//! Each coordinate of a delay vector should add information. At the first minimum of the mutual
+//! information between the signal and its delayed copy, the second coordinate is most independent before
+//! the two become unrelated (A. M. Fraser and H. L. Swinney, Phys. Rev. A 33, 1134, 1986). Unlike the
+//! autocorrelation it includes nonlinear dependence.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,25 +11,25 @@ use rayon::prelude::*;
 
 use crate::analysis::{AnalysisError, range};
 
-/// The most bins along an axis.
-const MOST_BINS: usize = 1024;
+/// Maximum number of bins per axis.
+const MAX_BINS: usize = 1024;
 
-/// Counts for which `c log2 c` is looked up.
-const LOOKED_UP: u32 = 4096;
+/// Counts below this value take `c log2 c` from a table.
+const TABLE_SIZE: u32 = 4096;
 
-/// Average mutual information of `x[n]` and `x[n + lag]`, by lag.
+/// Average mutual information of `x[n]` and `x[n + lag]` by lag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MutualInformation {
-    /// Bins along an axis of the joint histogram.
+    /// Bins per axis of the joint histogram.
     pub bins: usize,
-    /// `I(lag)` in bits for lag 0, 1, ..., the largest asked for.
+    /// `I(lag)` in bits for lag 0, 1, ..., the largest lag.
     pub bits: Vec<f64>,
 }
 
 impl MutualInformation {
-    /// The first lag (samples) at which it has a local minimum: it has just fallen, and the next
-    /// value that differs is larger. Of several equal values the first lag counts. `None` if it
-    /// never rises again after a fall.
+    /// Lag of the first local minimum, samples: the value has just decreased, and the next different
+    /// value is larger. Of several equal values the first lag counts. `None` if the curve never rises
+    /// after a decrease.
     pub fn first_minimum(&self) -> Option<usize> {
         let mut fell_at = None;
         for (lag, pair) in self.bits.windows(2).enumerate() {
@@ -42,18 +42,18 @@ impl MutualInformation {
         None
     }
 
-    /// The first lag `l` (samples) that is lower than all before and not undercut up to lag
-    /// `1.5 l`, rounded up; up to `2 l` while more than half of `I(0)` is left. `None` if there is
-    /// none within the lags known.
+    /// First clear minimum, samples: the first lag `l` with a value below all before that is not
+    /// undercut up to lag `1.5 l`, rounded up, or up to `2 l` while more than half of `I(0)` remains.
+    /// `None` if there is none within the computed lags.
     ///
-    /// Bins leave a ripple on the curve of a pure tone, which falls slowly, with many a plain
-    /// minimum before the one about a quarter of the period away. A smooth curve's first minimum
-    /// is plain and clear.
+    /// The bins cause a ripple on the slowly decreasing curve of a pure tone, with many local minima
+    /// before the one near a quarter period. On a smooth curve the first minimum is also the first clear
+    /// minimum.
     pub fn first_clear_minimum(&self) -> Option<usize> {
         let mut lowest = 0;
         for (lag, &bits) in self.bits.iter().enumerate() {
-            let much_is_left = 2.0 * self.bits[lowest] > self.bits[0];
-            let stretch = if much_is_left {
+            let more_than_half_remains = 2.0 * self.bits[lowest] > self.bits[0];
+            let stretch = if more_than_half_remains {
                 lowest
             } else {
                 lowest.div_ceil(2)
@@ -67,43 +67,41 @@ impl MutualInformation {
         None
     }
 
-    /// The first lag (samples) at which it is below `share` of its value at lag 0; `None` if
-    /// there is none.
+    /// First lag (samples) with a value below `share` of that at lag 0; `None` if there is none.
     pub fn first_below(&self, share: f64) -> Option<usize> {
         let limit = share * self.bits[0];
         self.bits.iter().position(|&bits| bits < limit)
     }
 }
 
-/// Average mutual information at the lags 0 to `largest_lag`, in bits:
+/// Average mutual information at the lags 0 to `largest_lag`, bits:
 ///
 /// ```text
 /// I(lag) = sum_ij p_ij log2(p_ij / (p_i p_j))
 /// ```
 ///
-/// `p_ij` is the share of the `N - lag` pairs `(x[n], x[n + lag])` in cell `(i, j)` of `bins`
-/// times `bins` cells of equal width over the range of the samples; `p_i` and `p_j` are the sums
-/// of its rows and columns, from the same pairs. So `I(0)` is the entropy of the histogram, at
-/// most `log2(bins)` and never less than `I(lag)` but for the ends of the signal; a constant
-/// signal has 0 throughout.
+/// `p_ij` is the share of the `N - lag` pairs `(x[n], x[n + lag])` in cell `(i, j)` of a histogram with
+/// `bins` times `bins` cells of equal width over the range of the samples. `p_i` and `p_j` are its row
+/// and column sums, from the same pairs. `I(0)` is therefore the entropy of the histogram: at most
+/// `log2(bins)`, and never below `I(lag)` except for end effects. A constant signal has 0 at all lags.
 ///
-/// Few samples look related by chance: for unrelated ones the expected value is not 0 but about
-/// `(b - 1)^2 / (2 (N - lag) ln 2)`, `b` the bins in use (G. A. Miller 1955).
+/// For few samples the estimate is biased: independent samples give not 0 but about
+/// `(b - 1)^2 / (2 (N - lag) ln 2)`, with `b` the number of occupied bins (G. A. Miller 1955).
 ///
-/// Lags are shared among all cores; the result does not depend on how many there are.
+/// Lags are distributed over all cores. The result does not depend on their number.
 ///
 /// # Errors
-/// [`AnalysisError::Bins`] unless `bins` is 2 to 1024; [`AnalysisError::TooShort`] if there is no
-/// pair at the largest lag.
+/// [`AnalysisError::Bins`] unless `bins` is 2 to 1024; [`AnalysisError::TooShort`] if there is no pair
+/// at the largest lag.
 pub fn mutual_information(
     samples: &[f64],
     largest_lag: usize,
     bins: usize,
 ) -> Result<MutualInformation, AnalysisError> {
-    if !(2..=MOST_BINS).contains(&bins) {
+    if !(2..=MAX_BINS).contains(&bins) {
         return Err(AnalysisError::Bins {
             bins,
-            most: MOST_BINS,
+            most: MAX_BINS,
         });
     }
     if samples.len() <= largest_lag {
@@ -114,7 +112,7 @@ pub fn mutual_information(
         });
     }
     let binned = bin(samples, bins);
-    let table: Vec<f64> = (0..LOOKED_UP).map(count_log_count).collect();
+    let table: Vec<f64> = (0..TABLE_SIZE).map(count_log_count).collect();
     let at = |joint: &mut Vec<u32>, lag: usize| {
         count(&binned[..binned.len() - lag], &binned[lag..], bins, joint);
         bits(joint, bins, &table)
@@ -126,7 +124,7 @@ pub fn mutual_information(
     Ok(MutualInformation { bins, bits })
 }
 
-/// The bin of each sample, of `bins` of equal width from the smallest to the largest.
+/// Bin of each sample, with `bins` bins of equal width from the minimum to the maximum.
 fn bin(samples: &[f64], bins: usize) -> Vec<u16> {
     let [low, high] = range(samples.iter().copied());
     if low == high {
@@ -139,8 +137,8 @@ fn bin(samples: &[f64], bins: usize) -> Vec<u16> {
 
 /// Counts the pairs in each cell, row-major in the first of a pair.
 ///
-/// Neighbouring samples mostly fall in the same cell, and each count would wait for the one
-/// before. So the pairs are taken from four distant places in turn.
+/// Consecutive samples mostly fall into the same cell, where each increment has to wait for the previous
+/// one. The pairs are therefore taken from four distant sections in turn.
 fn count(now: &[u16], later: &[u16], bins: usize, joint: &mut [u32]) {
     joint.fill(0);
     let mut put = |now: u16, later: u16| joint[usize::from(now) * bins + usize::from(later)] += 1;
@@ -157,13 +155,13 @@ fn count(now: &[u16], later: &[u16], bins: usize, joint: &mut [u32]) {
     }
 }
 
-/// The first four stretches of a length.
+/// The first four sections of a given length.
 fn quarters(values: &[u16], length: usize) -> [&[u16]; 4] {
     std::array::from_fn(|q| &values[q * length..][..length])
 }
 
-/// Mutual information of the pairs counted in a joint histogram. In counts `c`, with `N` the sum,
-/// it is `(sum c_ij log c_ij - sum c_i log c_i - sum c_j log c_j) / N + log N`.
+/// Mutual information of a joint histogram of counts. With counts `c` and their sum `N` it is
+/// `(sum c_ij log c_ij - sum c_i log c_i - sum c_j log c_j) / N + log N`.
 fn bits(joint: &[u32], bins: usize, table: &[f64]) -> f64 {
     let term = |count: u32| match table.get(count as usize) {
         Some(&term) => term,
@@ -184,7 +182,7 @@ fn bits(joint: &[u32], bins: usize, table: &[f64]) -> f64 {
     }
     sum -= columns.iter().map(|&column| term(column)).sum::<f64>();
     let pairs = f64::from(pairs);
-    // Rounding may leave a little less than nothing.
+    // Rounding can make the result slightly negative.
     (sum / pairs + pairs.log2()).max(0.0)
 }
 
@@ -223,10 +221,10 @@ mod tests {
     }
 
     #[test]
-    fn two_values_in_turn_tell_one_bit() {
+    fn two_alternating_values_give_one_bit() {
         let signal: Vec<f64> = (0..41).map(|n| f64::from(n % 2)).collect();
         let mutual = mutual_information(&signal, 4, 2).unwrap();
-        // Even lags from an odd number of samples: 21 to 20, 20 to 19, ...
+        // For even lags of an odd number of samples: 21 to 20, 20 to 19, ...
         let entropy = |p: f64| -p * p.log2() - (1.0 - p) * (1.0 - p).log2();
         for (lag, bits) in mutual.bits.iter().enumerate() {
             let pairs = 41 - lag;
@@ -237,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_give_the_definition() {
+    fn counts_match_the_definition() {
         let signal = noise(1, 403, 1.0);
         let mutual = mutual_information(&signal, 6, 7).unwrap();
         for (lag, bits) in mutual.bits.iter().enumerate() {
@@ -254,9 +252,9 @@ mod tests {
     }
 
     #[test]
-    fn unrelated_samples_share_what_chance_gives() {
-        // Uniform, so that all bins are in use: (b - 1)^2 / (2 N ln 2), and a standard deviation
-        // of (b - 1) / (sqrt(2) N ln 2).
+    fn independent_samples_give_the_expected_bias() {
+        // Uniform distribution, which occupies all bins: the bias is (b - 1)^2 / (2 N ln 2), the
+        // standard deviation (b - 1) / (sqrt(2) N ln 2).
         let (n, bins) = (50_000.0, 32.0);
         let uniform: Vec<f64> = noise(2, 100_000, 1.0)
             .chunks_exact(2)
@@ -271,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn scale_and_shift_do_not_change_it() {
+    fn scale_does_not_change_the_information() {
         let signal = noise(3, 1000, 1.0);
         let other: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(-60)).collect();
         assert_eq!(
@@ -281,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_signal_tells_nothing() {
+    fn a_constant_signal_has_no_information() {
         let mutual = mutual_information(&[0.1; 300], 20, 64).unwrap();
         assert_eq!(mutual.bits, [0.0; 21]);
         assert_eq!(mutual.first_minimum(), None);
@@ -302,18 +300,18 @@ mod tests {
     }
 
     #[test]
-    fn a_clear_minimum_is_not_soon_undercut() {
+    fn a_clear_minimum_holds_over_half_its_lag() {
         let first = |bits: &[f64]| {
             let bits = bits.to_vec();
             MutualInformation { bins: 2, bits }.first_clear_minimum()
         };
-        // Less than half is left at lag 3: it must stand to lag 5.
+        // Less than half remains at lag 3: the minimum must hold up to lag 5.
         assert_eq!(first(&[9.0, 6.0, 5.0, 4.0, 4.0, 4.0, 3.0]), Some(3));
         assert_eq!(first(&[9.0, 6.0, 5.0, 4.0, 4.0]), None);
-        // More than half: to lag 6.
+        // More than half remains: up to lag 6.
         assert_eq!(first(&[9.0, 8.0, 7.0, 6.0, 6.0, 6.0, 6.0]), Some(3));
         assert_eq!(first(&[9.0, 8.0, 7.0, 6.0, 6.0, 6.0, 5.0]), None);
-        // Ripple on the way down.
+        // Ripple on a decreasing curve.
         let rippled = [9.0, 7.0, 6.0, 8.0, 5.5, 6.0, 3.0, 5.0, 5.0, 5.0];
         assert_eq!(first(&rippled), Some(6));
         assert_eq!(first(&[3.0, 3.0, 4.0, 4.0]), None);
@@ -352,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_counted_is_refused() {
+    fn invalid_bins_and_lags_are_rejected() {
         let signal = sines(50.0, 20, &[(1.0, 1.0, 0.0)]);
         for bins in [0, 1, 1025] {
             let error = mutual_information(&signal, 5, bins).unwrap_err();

@@ -1,15 +1,14 @@
-//! Who is near whom: a k-d tree over delay vectors.
+//! Nearest-neighbour search with a k-d tree over delay vectors.
 //!
-//! Recurrence times, false neighbours and Lyapunov exponents all ask for the nearest states of
-//! *another* time: a state's neighbours along its own stretch of trajectory say nothing about the
-//! attractor. So every question carries a Theiler window `apart` (J. Theiler, Phys. Rev. A 34,
-//! 2427, 1986): vector `j` counts as a neighbour of `i` if `|i - j| >= max(apart, 1)`.
+//! Recurrence times, false neighbours and Lyapunov exponents need the nearest states at *other* times:
+//! neighbours along the same section of the trajectory carry no information about the attractor. Every
+//! search therefore takes a Theiler window (J. Theiler, Phys. Rev. A 34, 2427, 1986): vector `j` counts
+//! as a neighbour of `i` if `|i - j| >= max(theiler, 1)`.
 //!
-//! The tree splits the vectors at the median of their widest coordinate, again and again (Friedman,
-//! Bentley and Finkel, ACM Trans. Math. Softw. 3, 209, 1977), down to buckets of a few vectors.
-//! A search measures the distance to boxes round the buckets and opens only those that may hold
-//! something nearer. It is exact: its answers are those of measuring the distance to every
-//! vector, to the last bit.
+//! The tree splits the vectors recursively at the median of their widest coordinate (Friedman, Bentley
+//! and Finkel, ACM Trans. Math. Softw. 3, 209, 1977), down to buckets of a few vectors. A search
+//! computes the distance to boxes around the buckets and visits only those that can contain a nearer
+//! vector. It is exact: the result is the same, to the last bit, as with the distances to all vectors.
 
 mod search;
 #[cfg(test)]
@@ -22,21 +21,20 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 pub use self::search::Neighbour;
-use self::search::{Best, City, Euclid, Largest, Metric, Query};
+use self::search::{Best, Euclidean, Manhattan, Maximum, Metric, Query};
 use self::tree::{BUCKET, Bucket, Tree};
 use super::{DelayVectors, Norm};
 
-/// Buckets that one task of [`NeighbourTree::nearest_all`] answers for.
+/// Buckets per task of [`NeighbourTree::nearest_all`].
 const BUCKETS_A_TASK: usize = 32;
 
 /// A k-d tree over delay vectors.
 ///
-/// Distances are sums over the coordinates in ascending order (oldest first): of squares for
-/// [`Norm::Euclidean`], whose distance is the square root of that sum. Which of two vectors is
-/// nearer is decided by the sum.
+/// Distances are sums over the coordinates in ascending order (oldest first). For [`Norm::Euclidean`] it
+/// is a sum of squares, and the distance its square root. Vectors are compared by that sum.
 ///
-/// Building takes `O(n log n)`, a search about `O(log n)` while the dimension is low; vectors
-/// that coincide, however many, cost no more than others.
+/// Building takes `O(n log n)`, a search about `O(log n)` in low dimensions. Coincident vectors cost no
+/// more than others.
 pub struct NeighbourTree<'a> {
     vectors: DelayVectors<'a>,
     norm: Norm,
@@ -44,24 +42,24 @@ pub struct NeighbourTree<'a> {
     arch: Arch,
 }
 
-/// Something to be done in the tree, compiled for the instructions of the machine.
+/// A search, compiled for the instruction set of the machine.
 ///
-/// (A job is a type of its own because a closure would be compiled for those of any machine.)
-struct Job<'t, 'a, M, K> {
+/// (A separate type, because a closure is compiled for the baseline instruction set.)
+struct Search<'t, 'a, M, K> {
     tree: &'t NeighbourTree<'a>,
-    apart: usize,
+    theiler: usize,
     limit: usize,
     kind: K,
     metric: PhantomData<M>,
 }
 
-/// The nearest neighbour of a vector among those farther than a radius, if one is given.
+/// Nearest neighbour of a vector, optionally only among those farther away than a radius.
 struct Nearest {
     i: usize,
     beyond: Option<f64>,
 }
 
-/// The nearest neighbours of the vectors in some buckets.
+/// Nearest neighbours of the vectors in some buckets.
 struct NearestOfBuckets<'t>(&'t [Bucket]);
 
 /// All neighbours of a vector within a radius.
@@ -71,12 +69,12 @@ struct Within<'e, F> {
     each: &'e mut F,
 }
 
-impl<M: Metric> WithSimd for Job<'_, '_, M, Nearest> {
+impl<M: Metric> WithSimd for Search<'_, '_, M, Nearest> {
     type Output = Option<Neighbour>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
-        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         if let Some(radius) = self.kind.beyond {
             query = query.beyond::<M>(radius);
         }
@@ -86,19 +84,19 @@ impl<M: Metric> WithSimd for Job<'_, '_, M, Nearest> {
     }
 }
 
-impl<M: Metric> WithSimd for Job<'_, '_, M, NearestOfBuckets<'_>> {
+impl<M: Metric> WithSimd for Search<'_, '_, M, NearestOfBuckets<'_>> {
     type Output = Vec<(usize, Option<Neighbour>)>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
         let NearestOfBuckets(buckets) = self.kind;
-        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         let mut best = Best::NONE;
         let mut answers = Vec::with_capacity(buckets.len() * BUCKET);
         for bucket in buckets {
             for &i in bucket.indices.iter().filter(|&&i| i < self.limit) {
                 query.at(i);
-                // The neighbour of the last one is a good first guess for this.
+                // The neighbour of the previous vector is a good first guess.
                 let guess = query.guess::<M>(best);
                 best = self.tree.tree.nearest::<M>(&mut query, guess);
                 answers.push((i, best.neighbour::<M>()));
@@ -108,31 +106,31 @@ impl<M: Metric> WithSimd for Job<'_, '_, M, NearestOfBuckets<'_>> {
     }
 }
 
-impl<M: Metric, F: FnMut(Neighbour)> WithSimd for Job<'_, '_, M, Within<'_, F>> {
+impl<M: Metric, F: FnMut(Neighbour)> WithSimd for Search<'_, '_, M, Within<'_, F>> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let Within { i, radius, each } = self.kind;
-        let mut query = Query::new(&self.tree.vectors, self.apart, self.limit);
+        let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         query.at(i);
         self.tree.tree.within::<M>(&mut query, radius, each);
     }
 }
 
-/// Does a job with the norm of the tree.
+/// Runs a search with the norm of the tree.
 macro_rules! dispatch {
-    ($tree:expr, $apart:expr, $limit:expr, $kind:expr) => {
+    ($tree:expr, $theiler:expr, $limit:expr, $kind:expr) => {
         match $tree.norm {
-            Norm::Euclidean => dispatch!($tree, $apart, $limit, $kind, Euclid),
-            Norm::Maximum => dispatch!($tree, $apart, $limit, $kind, Largest),
-            Norm::Manhattan => dispatch!($tree, $apart, $limit, $kind, City),
+            Norm::Euclidean => dispatch!($tree, $theiler, $limit, $kind, Euclidean),
+            Norm::Maximum => dispatch!($tree, $theiler, $limit, $kind, Maximum),
+            Norm::Manhattan => dispatch!($tree, $theiler, $limit, $kind, Manhattan),
         }
     };
-    ($tree:expr, $apart:expr, $limit:expr, $kind:expr, $metric:ty) => {
-        $tree.arch.dispatch(Job {
+    ($tree:expr, $theiler:expr, $limit:expr, $kind:expr, $metric:ty) => {
+        $tree.arch.dispatch(Search {
             tree: $tree,
-            apart: $apart,
+            theiler: $theiler,
             limit: $limit,
             kind: $kind,
             metric: PhantomData::<$metric>,
@@ -141,7 +139,7 @@ macro_rules! dispatch {
 }
 
 impl<'a> NeighbourTree<'a> {
-    /// The tree of these vectors.
+    /// Builds the tree of the vectors.
     pub fn new(vectors: DelayVectors<'a>, norm: Norm) -> Self {
         Self {
             vectors,
@@ -151,18 +149,18 @@ impl<'a> NeighbourTree<'a> {
         }
     }
 
-    /// The nearest neighbour of vector `i` among those with `|i - j| >= apart` (at least 1) and
-    /// `j < limit`; of several at the same distance the one with the smallest index. `None` if
-    /// there is none.
+    /// Nearest neighbour of vector `i` among those with `|i - j| >= theiler` (at least 1) and
+    /// `j < limit`. Of several at the same distance, the one with the smallest index. `None` if there is
+    /// none.
     ///
     /// # Panics
     /// If `i` is not below [`DelayVectors::len`].
-    pub fn nearest(&self, i: usize, apart: usize, limit: usize) -> Option<Neighbour> {
-        dispatch!(self, apart, limit, Nearest { i, beyond: None })
+    pub fn nearest(&self, i: usize, theiler: usize, limit: usize) -> Option<Neighbour> {
+        dispatch!(self, theiler, limit, Nearest { i, beyond: None })
     }
 
-    /// [`NeighbourTree::nearest`] among those farther away than `radius`: the nearest that does
-    /// not (nearly) coincide with vector `i`.
+    /// Like [`NeighbourTree::nearest`], among the neighbours farther away than `radius`. Excludes
+    /// vectors that (nearly) coincide with vector `i`.
     ///
     /// # Panics
     /// If `i` is not below [`DelayVectors::len`].
@@ -170,17 +168,17 @@ impl<'a> NeighbourTree<'a> {
         &self,
         i: usize,
         radius: f64,
-        apart: usize,
+        theiler: usize,
         limit: usize,
     ) -> Option<Neighbour> {
         let beyond = Some(radius);
-        dispatch!(self, apart, limit, Nearest { i, beyond })
+        dispatch!(self, theiler, limit, Nearest { i, beyond })
     }
 
-    /// [`NeighbourTree::nearest`] of each of the vectors `0..limit` (all of them, if there are
+    /// [`NeighbourTree::nearest`] for each of the vectors `0..limit` (or all vectors, if there are
     /// fewer), on all cores.
-    pub fn nearest_all(&self, apart: usize, limit: usize) -> Vec<Option<Neighbour>> {
-        let answer = |buckets| dispatch!(self, apart, limit, NearestOfBuckets(buckets));
+    pub fn nearest_all(&self, theiler: usize, limit: usize) -> Vec<Option<Neighbour>> {
+        let answer = |buckets| dispatch!(self, theiler, limit, NearestOfBuckets(buckets));
         let tasks = self.tree.buckets.par_chunks(BUCKETS_A_TASK);
         let answers: Vec<_> = tasks.map(answer).collect();
         let mut nearest = vec![None; limit.min(self.vectors.len())];
@@ -190,8 +188,8 @@ impl<'a> NeighbourTree<'a> {
         nearest
     }
 
-    /// Calls `each` for every neighbour of vector `i` at `radius` or nearer with
-    /// `|i - j| >= apart` (at least 1) and `j < limit`, in no particular but a fixed order.
+    /// Calls `each` for every neighbour of vector `i` within `radius` (inclusive) with
+    /// `|i - j| >= theiler` (at least 1) and `j < limit`. The order is fixed but unspecified.
     ///
     /// # Panics
     /// If `i` is not below [`DelayVectors::len`].
@@ -199,11 +197,11 @@ impl<'a> NeighbourTree<'a> {
         &self,
         i: usize,
         radius: f64,
-        apart: usize,
+        theiler: usize,
         limit: usize,
         mut each: impl FnMut(Neighbour),
     ) {
         let each = &mut each;
-        dispatch!(self, apart, limit, Within { i, radius, each });
+        dispatch!(self, theiler, limit, Within { i, radius, each });
     }
 }

@@ -1,13 +1,12 @@
-//! Searches in the tree: boxes nearest first, those too far away not at all.
+//! Search in the k-d tree: nearest boxes first, distant boxes skipped.
 //!
-//! All that runs for every vector is inlined into a function compiled for the instructions of
-//! the machine; its loops over the places of a bucket or the parts of a box are then vector
-//! instructions.
+//! Functions that run for every vector are inlined into a function compiled for the instruction set of
+//! the machine, which vectorises their loops over the slots of a bucket and the parts of a box.
 
 use super::super::DelayVectors;
-use super::tree::{BUCKET, Bounds, NOBODY, PARTS, Span, Tree};
+use super::tree::{BUCKET, Bounds, NO_INDEX, PARTS, Span, Tree};
 
-/// A neighbour.
+/// A neighbouring vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
     /// Index of the vector.
@@ -16,32 +15,32 @@ pub struct Neighbour {
     pub distance: f64,
 }
 
-/// A norm, as a sum of something over the coordinates.
+/// A norm as a sum over the coordinates.
 pub(super) trait Metric {
-    /// The sum so far with the next difference.
+    /// Adds a coordinate difference to the sum.
     fn add(sum: f64, difference: f64) -> f64;
 
-    /// The distance that a sum stands for; never falls as the sum grows.
+    /// Distance of a sum; non-decreasing.
     fn distance(sum: f64) -> f64 {
         sum
     }
 
-    /// The largest sum whose distance is at most `radius`.
-    fn reach(radius: f64) -> f64 {
+    /// Largest sum with a distance of at most `radius`.
+    fn sum_limit(radius: f64) -> f64 {
         radius
     }
 }
 
 /// Sum of squares.
-pub(super) struct Euclid;
+pub(super) struct Euclidean;
 
 /// Largest magnitude.
-pub(super) struct Largest;
+pub(super) struct Maximum;
 
 /// Sum of magnitudes.
-pub(super) struct City;
+pub(super) struct Manhattan;
 
-impl Metric for Euclid {
+impl Metric for Euclidean {
     #[inline(always)]
     fn add(sum: f64, difference: f64) -> f64 {
         sum + difference * difference
@@ -52,11 +51,11 @@ impl Metric for Euclid {
         sum.sqrt()
     }
 
-    fn reach(radius: f64) -> f64 {
+    fn sum_limit(radius: f64) -> f64 {
         if radius < 0.0 {
             return radius;
         }
-        // The square is rounded; the sum sought is next to it.
+        // The square is rounded, so the limit is found among the adjacent numbers.
         let mut sum = radius * radius;
         while sum.sqrt() > radius {
             sum = sum.next_down();
@@ -68,44 +67,44 @@ impl Metric for Euclid {
     }
 }
 
-impl Metric for Largest {
+impl Metric for Maximum {
     #[inline(always)]
     fn add(sum: f64, difference: f64) -> f64 {
         larger(sum, difference.abs())
     }
 }
 
-impl Metric for City {
+impl Metric for Manhattan {
     #[inline(always)]
     fn add(sum: f64, difference: f64) -> f64 {
         sum + difference.abs()
     }
 }
 
-/// The larger of two numbers, in one instruction.
+/// Maximum in one instruction.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// What is looked for: neighbours of a vector.
+/// A search for neighbours of one vector.
 pub(super) struct Query<'a> {
     vectors: DelayVectors<'a>,
-    apart: usize,
+    theiler: usize,
     limit: usize,
-    /// Vectors at this distance or nearer are no neighbours; negative if all are.
+    /// Sum limit: vectors at or below it are excluded. Negative to exclude none.
     beyond: f64,
     i: usize,
-    /// The vector `i`.
+    /// Coordinates of vector `i`.
     centre: Vec<f64>,
-    /// Boxes and buckets still to be opened, the nearest last.
-    open: Vec<Open>,
+    /// Boxes and buckets to visit, the nearest last.
+    pending: Vec<Node>,
 }
 
-/// A box or bucket that may hold neighbours.
+/// A box or bucket that may contain neighbours.
 #[derive(Clone, Copy)]
-struct Open {
-    /// No vector in it is nearer.
+struct Node {
+    /// Lower bound of the distance sum of its vectors.
     sum: f64,
     /// 0 for a bucket, `l` for a box of `levels[l - 1]`.
     level: usize,
@@ -122,12 +121,12 @@ pub(super) struct Best {
 impl Best {
     pub const NONE: Best = Best {
         sum: f64::INFINITY,
-        index: NOBODY,
+        index: NO_INDEX,
     };
 
     #[inline(always)]
     pub fn neighbour<M: Metric>(self) -> Option<Neighbour> {
-        (self.index != NOBODY).then(|| Neighbour {
+        (self.index != NO_INDEX).then(|| Neighbour {
             index: self.index,
             distance: M::distance(self.sum),
         })
@@ -135,25 +134,25 @@ impl Best {
 }
 
 impl<'a> Query<'a> {
-    pub fn new(vectors: &DelayVectors<'a>, apart: usize, limit: usize) -> Self {
+    pub fn new(vectors: &DelayVectors<'a>, theiler: usize, limit: usize) -> Self {
         Self {
             vectors: *vectors,
-            apart: apart.max(1),
+            theiler: theiler.max(1),
             limit: limit.min(vectors.len()),
             beyond: -1.0,
             i: 0,
             centre: Vec::with_capacity(vectors.dimension()),
-            open: Vec::new(),
+            pending: Vec::new(),
         }
     }
 
-    /// Leaves out the vectors within the radius.
+    /// Excludes the vectors within the radius.
     pub fn beyond<M: Metric>(mut self, radius: f64) -> Self {
-        self.beyond = M::reach(radius);
+        self.beyond = M::sum_limit(radius);
         self
     }
 
-    /// Asks for neighbours of vector `i`.
+    /// Searches for neighbours of vector `i`.
     #[inline(always)]
     pub fn at(&mut self, i: usize) {
         self.i = i;
@@ -163,15 +162,15 @@ impl<'a> Query<'a> {
 
     /// Whether vector `j` counts as a neighbour.
     #[inline(always)]
-    fn admits(&self, j: usize) -> bool {
-        j < self.limit && self.i.abs_diff(j) >= self.apart
+    fn is_candidate(&self, j: usize) -> bool {
+        j < self.limit && self.i.abs_diff(j) >= self.theiler
     }
 
-    /// No index in the span that counts as a neighbour is smaller; [`NOBODY`] if none counts.
+    /// Lower bound of the indices in the span that count as neighbours; [`NO_INDEX`] if there are none.
     #[inline(always)]
     fn first_in(&self, span: Span) -> usize {
-        let after = self.i.saturating_add(self.apart);
-        let first = if self.i.abs_diff(span.first) < self.apart {
+        let after = self.i.saturating_add(self.theiler);
+        let first = if self.i.abs_diff(span.first) < self.theiler {
             after
         } else {
             span.first
@@ -179,14 +178,14 @@ impl<'a> Query<'a> {
         if first <= span.last && first < self.limit {
             first
         } else {
-            NOBODY
+            NO_INDEX
         }
     }
 
-    /// The neighbour found for another vector, as a first guess for this one.
+    /// The neighbour of another vector as a first guess for this one.
     #[inline(always)]
     pub fn guess<M: Metric>(&self, other: Best) -> Best {
-        if !self.admits(other.index) {
+        if !self.is_candidate(other.index) {
             return Best::NONE;
         }
         let there = self.vectors.vector(other.index);
@@ -199,14 +198,14 @@ impl<'a> Query<'a> {
 }
 
 impl Tree {
-    /// The nearest neighbour, or `best` if none is nearer.
+    /// Nearest neighbour, or `best` if none is nearer.
     ///
-    /// A box is passed over if its distance, rounded as every distance is, is larger than the
-    /// best; if it is equal, the box must hold a smaller index to be opened.
+    /// A box is skipped if its rounded distance exceeds the best one. At equal distance it is visited
+    /// only if it contains a smaller index.
     #[inline(always)]
     pub fn nearest<M: Metric>(&self, query: &mut Query<'_>, mut best: Best) -> Best {
-        query.open.push(self.root());
-        while let Some(node) = query.open.pop() {
+        query.pending.push(self.root());
+        while let Some(node) = query.pending.pop() {
             if node.sum > best.sum {
                 continue;
             }
@@ -217,30 +216,30 @@ impl Tree {
                 }
                 for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
                     let nearer = sum < best.sum || (sum == best.sum && j < best.index);
-                    if nearer && sum > query.beyond && query.admits(j) {
+                    if nearer && sum > query.beyond && query.is_candidate(j) {
                         best = Best { sum, index: j };
                     }
                 }
             } else {
                 let (sums, spans) = self.parts::<M>(query, node);
-                let already_open = query.open.len();
+                let first_new = query.pending.len();
                 for (part, (&sum, &span)) in sums.iter().zip(spans).enumerate() {
                     if sum > best.sum {
                         continue;
                     }
                     let first = query.first_in(span);
-                    if first == NOBODY || (sum == best.sum && first >= best.index) {
+                    if first == NO_INDEX || (sum == best.sum && first >= best.index) {
                         continue;
                     }
                     if sum <= query.beyond && self.farthest::<M>(query, node, part) <= query.beyond
                     {
                         continue;
                     }
-                    query.open.push(node.part(part, sum));
-                    // Into its place: few parts get here.
-                    let mut place = query.open.len() - 1;
-                    while place > already_open && query.open[place - 1].sum <= sum {
-                        query.open.swap(place - 1, place);
+                    query.pending.push(node.part(part, sum));
+                    // Insertion sort: few parts reach this point.
+                    let mut place = query.pending.len() - 1;
+                    while place > first_new && query.pending[place - 1].sum <= sum {
+                        query.pending.swap(place - 1, place);
                         place -= 1;
                     }
                 }
@@ -257,13 +256,13 @@ impl Tree {
         radius: f64,
         each: &mut impl FnMut(Neighbour),
     ) {
-        let reach = M::reach(radius);
-        query.open.push(self.root());
-        while let Some(node) = query.open.pop() {
+        let sum_limit = M::sum_limit(radius);
+        query.pending.push(self.root());
+        while let Some(node) = query.pending.pop() {
             if node.level == 0 {
                 let sums = self.distances::<M>(query, node.number);
                 for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
-                    if sum <= reach && query.admits(j) {
+                    if sum <= sum_limit && query.is_candidate(j) {
                         each(Neighbour {
                             index: j,
                             distance: M::distance(sum),
@@ -273,23 +272,23 @@ impl Tree {
             } else {
                 let (sums, spans) = self.parts::<M>(query, node);
                 for (part, (&sum, &span)) in sums.iter().zip(spans).enumerate() {
-                    if sum <= reach && query.first_in(span) != NOBODY {
-                        query.open.push(node.part(part, sum));
+                    if sum <= sum_limit && query.first_in(span) != NO_INDEX {
+                        query.pending.push(node.part(part, sum));
                     }
                 }
             }
         }
     }
 
-    fn root(&self) -> Open {
-        Open {
+    fn root(&self) -> Node {
+        Node {
             sum: 0.0,
             level: self.levels.len(),
             number: 0,
         }
     }
 
-    /// The distances to the vectors of a bucket.
+    /// Distance sums to the vectors of a bucket.
     #[inline(always)]
     fn distances<M: Metric>(&self, query: &Query<'_>, bucket: usize) -> [f64; BUCKET] {
         let dimension = query.centre.len();
@@ -303,9 +302,9 @@ impl Tree {
         sums
     }
 
-    /// The distances to the parts of a box, and the indices they hold.
+    /// Distance sums to the parts of a box, and their index ranges.
     #[inline(always)]
-    fn parts<M: Metric>(&self, query: &Query<'_>, node: Open) -> ([f64; PARTS], &[Span; PARTS]) {
+    fn parts<M: Metric>(&self, query: &Query<'_>, node: Node) -> ([f64; PARTS], &[Span; PARTS]) {
         let dimension = query.centre.len();
         let level = &self.levels[node.level - 1];
         let bounds = &level.bounds[node.number * dimension..][..dimension];
@@ -320,8 +319,8 @@ impl Tree {
 }
 
 impl Tree {
-    /// No vector in the part of a box is farther.
-    fn farthest<M: Metric>(&self, query: &Query<'_>, node: Open, part: usize) -> f64 {
+    /// Upper bound of the distance sums to the vectors in a part of a box.
+    fn farthest<M: Metric>(&self, query: &Query<'_>, node: Node, part: usize) -> f64 {
         let dimension = query.centre.len();
         let bounds = &self.levels[node.level - 1].bounds[node.number * dimension..][..dimension];
         let sides = bounds.iter().zip(&query.centre).map(|(bounds, here)| {
@@ -332,11 +331,11 @@ impl Tree {
     }
 }
 
-impl Open {
-    /// Part of this box at a distance.
+impl Node {
+    /// A part of this box at a distance sum.
     #[inline(always)]
-    fn part(self, part: usize, sum: f64) -> Open {
-        Open {
+    fn part(self, part: usize, sum: f64) -> Node {
+        Node {
             sum,
             level: self.level - 1,
             number: self.number * PARTS + part,
@@ -344,8 +343,7 @@ impl Open {
     }
 }
 
-/// Whether any of the sums is at most the limit. All are compared: that is one instruction for
-/// several of them.
+/// Whether any of the sums is at most the limit. Comparing all of them vectorises.
 #[inline(always)]
 fn any_within(sums: &[f64], limit: f64) -> bool {
     sums.iter().fold(false, |any, &sum| any | (sum <= limit))

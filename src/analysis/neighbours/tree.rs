@@ -1,46 +1,46 @@
-//! The tree: vectors sorted into buckets, buckets into boxes, boxes into boxes.
+//! The k-d tree: vectors sorted into buckets, buckets into boxes, boxes into larger boxes.
 
 use crate::analysis::{DelayVectors, range};
 
-/// Vectors in a bucket.
+/// Vectors per bucket.
 pub(super) const BUCKET: usize = 16;
 
-/// Parts of a box: the boxes or buckets one level below.
+/// Parts per box: boxes or buckets one level below.
 pub(super) const PARTS: usize = 8;
 
-/// The axis of a split is chosen by about this many vectors of those to be split.
-const SURVEYED: usize = 128;
+/// Approximate number of vectors sampled to choose the axis of a split.
+const AXIS_SAMPLES: usize = 128;
 
-/// With fewer vectors than this a split is not worth a task of its own.
-const WORTH_A_TASK: usize = 4096;
+/// Splits of fewer vectors run without a parallel task.
+const MIN_PARALLEL: usize = 4096;
 
-/// The index of a place in the last bucket, or of a part of the last box, that is empty.
-pub(super) const NOBODY: usize = usize::MAX;
+/// Index of an empty slot in the last bucket, or of an empty part of the last box.
+pub(super) const NO_INDEX: usize = usize::MAX;
 
 /// All buckets and boxes.
 ///
-/// The shape follows from the number of vectors alone: all buckets but the last are full, all
-/// boxes but the last of a level have [`PARTS`] parts, so part `p` of box `b` is number
-/// `b * PARTS + p` of the level below.
+/// The shape depends only on the number of vectors: all buckets but the last are full, and all boxes but
+/// the last of a level have [`PARTS`] parts. Part `p` of box `b` is therefore number `b * PARTS + p` of
+/// the level below.
 pub(super) struct Tree {
-    /// Coordinate `c` of the vectors of bucket `b` at `b * dimension + c`.
+    /// Coordinate `c` of the vectors of bucket `b` is at `b * dimension + c`.
     pub coordinates: Vec<[f64; BUCKET]>,
     pub buckets: Vec<Bucket>,
-    /// From the boxes that hold buckets up to the one that holds all.
+    /// Levels from the boxes that contain buckets up to the root.
     pub levels: Vec<Level>,
 }
 
-/// Who is in a bucket.
+/// Vectors of a bucket.
 pub(super) struct Bucket {
-    /// Indices of the vectors, ascending, [`NOBODY`] at the end.
+    /// Indices of the vectors, ascending, padded with [`NO_INDEX`].
     pub indices: [usize; BUCKET],
 }
 
-/// The boxes of one level, each by the bounds of its parts.
+/// Boxes of one level, described by the bounds of their parts.
 pub(super) struct Level {
-    /// Smallest and largest coordinate `c` in the parts of box `b` at `b * dimension + c`.
+    /// Minimum and maximum of coordinate `c` in the parts of box `b`, at `b * dimension + c`.
     pub bounds: Vec<Bounds>,
-    /// Smallest and largest index in the parts of box `b`.
+    /// Index range in the parts of box `b`.
     pub spans: Vec<[Span; PARTS]>,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Bounds {
     pub high: [f64; PARTS],
 }
 
-/// The smallest and the largest of some indices.
+/// Minimum and maximum of a set of indices.
 #[derive(Clone, Copy)]
 pub(super) struct Span {
     pub first: usize,
@@ -66,9 +66,9 @@ impl Bounds {
 }
 
 impl Span {
-    /// No index at all.
+    /// Empty range.
     pub const NONE: Span = Span {
-        first: NOBODY,
+        first: NO_INDEX,
         last: 0,
     };
 
@@ -94,28 +94,27 @@ impl Tree {
         };
         for members in order.chunks_mut(BUCKET) {
             members.sort_unstable_by_key(|&(_, i)| i);
-            let mut indices = [NOBODY; BUCKET];
-            for (place, &(_, i)) in indices.iter_mut().zip(&*members) {
-                *place = i;
+            let mut indices = [NO_INDEX; BUCKET];
+            for (slot, &(_, i)) in indices.iter_mut().zip(&*members) {
+                *slot = i;
             }
             tree.buckets.push(Bucket { indices });
-            // Empty places repeat the last vector: they are never neighbours, nor do they widen
-            // a box.
-            let member = |place: usize| members[place.min(members.len() - 1)].1;
+            // Empty slots repeat the last vector: they are never neighbours and do not widen a box.
+            let member = |slot: usize| members[slot.min(members.len() - 1)].1;
             let gathered = axes
                 .iter()
                 .map(|axis| std::array::from_fn(|p| axis[member(p)]));
             tree.coordinates.extend(gathered);
         }
-        tree.box_up(axes.len());
+        tree.build_levels(axes.len());
         tree
     }
 
-    /// Puts buckets into boxes, and boxes into boxes until there is only one.
-    fn box_up(&mut self, dimension: usize) {
+    /// Groups buckets into boxes, and boxes into larger boxes up to the root.
+    fn build_levels(&mut self, dimension: usize) {
         let of_bucket = |b: usize| {
             let members = self.buckets[b].indices.iter().copied();
-            Span::of(members.filter(|&i| i != NOBODY))
+            Span::of(members.filter(|&i| i != NO_INDEX))
         };
         let bounds = |b: usize, c: usize| range(self.coordinates[b * dimension + c]);
         self.levels
@@ -126,7 +125,7 @@ impl Tree {
                     .iter()
                     .map(|s| s.first)
                     .min()
-                    .unwrap_or(NOBODY),
+                    .unwrap_or(NO_INDEX),
                 last: below.spans[b].iter().map(|s| s.last).max().unwrap_or(0),
             };
             let bounds = |b: usize, c: usize| {
@@ -164,16 +163,16 @@ impl Level {
     }
 }
 
-/// Sorts vectors, given by their indices, such that consecutive full buckets, and consecutive
-/// full boxes of every level, lie apart. The numbers beside the indices are workspace.
+/// Sorts vectors, given by their indices, for compact buckets and compact boxes on every level. The
+/// numbers stored with the indices are workspace.
 ///
-/// Vectors that coincide are put in order of their indices, so that a box of nothing but
-/// duplicates is passed over by its smallest index.
+/// Coincident vectors are sorted by index, which lets the search skip a box of duplicates by its
+/// smallest index.
 fn split(order: &mut [(f64, usize)], axes: &[&[f64]]) {
     if order.len() <= BUCKET {
         return;
     }
-    // The largest bucket or box of which more than one is needed.
+    // Size of the largest bucket or box of which more than one is needed.
     let mut size = BUCKET;
     while size * PARTS < order.len() {
         size *= PARTS;
@@ -185,7 +184,7 @@ fn split(order: &mut [(f64, usize)], axes: &[&[f64]]) {
     }
     order.select_nth_unstable_by(half, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let (low, high) = order.split_at_mut(half);
-    if low.len() < WORTH_A_TASK {
+    if low.len() < MIN_PARALLEL {
         split(low, axes);
         split(high, axes);
     } else {
@@ -193,10 +192,10 @@ fn split(order: &mut [(f64, usize)], axes: &[&[f64]]) {
     }
 }
 
-/// The coordinate in which the vectors spread the most, by a survey. Any would do; a wide one
-/// makes compact boxes.
+/// Coordinate with the largest range among sampled vectors. The choice affects only the speed: a wide
+/// coordinate makes compact boxes.
 fn widest<'a>(order: &[(f64, usize)], axes: &[&'a [f64]]) -> &'a [f64] {
-    let step = order.len().div_ceil(SURVEYED);
+    let step = order.len().div_ceil(AXIS_SAMPLES);
     let (mut widest, mut width) = (axes[0], f64::NEG_INFINITY);
     for &axis in axes {
         let [low, high] = range(order.iter().step_by(step).map(|&(_, i)| axis[i]));

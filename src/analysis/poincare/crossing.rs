@@ -1,7 +1,17 @@
-//! One passage through a surface, and its direction.
+//! A crossing of a surface, and its direction.
 
-/// Which way through the surface counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+/// Direction of the crossings that count.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Direction {
     /// From negative to positive.
@@ -9,12 +19,12 @@ pub enum Direction {
     Rising,
     /// From positive to negative.
     Falling,
-    /// Both.
+    /// Both directions.
     Both,
 }
 
 impl Direction {
-    /// Whether a passage this way counts.
+    /// Whether a crossing in this direction counts.
     pub(super) fn counts(self, rising: bool) -> bool {
         match self {
             Self::Rising => rising,
@@ -24,13 +34,13 @@ impl Direction {
     }
 }
 
-/// One passage.
+/// A crossing of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crossing {
-    /// When, in samples from the first one; fractional.
+    /// Instant, in samples from the first one; fractional.
     pub sample: f64,
-    /// Where: the value of each channel then.
+    /// Value of each channel at that instant.
     pub point: Vec<f64>,
-    /// Whether it went from negative to positive.
+    /// Whether it goes from negative to positive.
     pub rising: bool,
 }

@@ -1,34 +1,34 @@
-//! The polynomial through the samples about an instant, and where it is zero.
+//! Polynomial interpolation between samples, and its zero.
 
-/// Samples on each side of an instant that its polynomial runs through.
+/// Number of samples on each side of the interval that the polynomial uses.
 ///
-/// The fewest that give an instant to 1e-9 of a sample from 16 samples a period on. Measured on
-/// sines that pass at 0.9 of their amplitude: the largest error of the instant, in samples, for
-/// that many samples a period; and, for passages at 0, the deviation of the instant under white
-/// noise over that of a straight line between the two samples (at most `sqrt 2` for any reach:
-/// half way the shares of the line have the sum of squares 1/2, all others come near 1).
+/// The smallest number with an error of at most 1e-9 samples from 16 samples per period on. Measured on
+/// sines that cross at 0.9 of their amplitude: the largest error of the instant, samples, for the given
+/// number of samples per period; and, for crossings at 0, the standard deviation of the instant under
+/// white noise, relative to linear interpolation between the two samples (at most `sqrt 2` for any
+/// width: midway, the squared weights of the line sum to 1/2, all others to nearly 1).
 ///
-/// | reach | 16 | 24 | 50 | noise |
+/// | half-width | 16 | 24 | 50 | noise |
 /// |---|---|---|---|---|
 /// | 5 | 1e-7 | 3e-9 | 4e-12 | 1.14 |
 /// | 6 | 3e-9 | 4e-11 | 5e-13 | 1.14 |
 /// | 7 | 1.2e-10 | 1.4e-12 | 5e-13 | 1.15 |
 /// | 8 | 5e-12 | 9e-13 | 5e-13 | 1.16 |
-pub(super) const REACH: usize = 7;
+pub(super) const HALF_WIDTH: usize = 7;
 
-const NODES: usize = 2 * REACH;
+const NODES: usize = 2 * HALF_WIDTH;
 
-/// How closely a root of the polynomial is found, in samples.
+/// Tolerance of a root of the polynomial, samples.
 const ROOT_WIDTH: f64 = 1e-12;
 
-/// Lagrange interpolation through `2 half` equally spaced samples, `half` up to [`REACH`], in the
-/// gap between the two in the middle, in barycentric form (Berrut and Trefethen, SIAM Rev. 46,
-/// 501, 2004): stable, and the weights serve all channels.
+/// Lagrange interpolation through `2 half` equally spaced samples, `half` up to [`HALF_WIDTH`], in the
+/// interval between the middle two. Uses the barycentric form (Berrut and Trefethen, SIAM Rev. 46, 501,
+/// 2004), which is stable and shares its weights between all channels.
 pub(super) struct Stencil {
     nodes: usize,
     /// Barycentric weights `(-1)^j C(nodes - 1, j)`.
     barycentric: [f64; NODES],
-    /// Share of each sample in the value at the instant set last.
+    /// Weight of each sample in the value at the current instant.
     share: [f64; NODES],
 }
 
@@ -48,19 +48,19 @@ impl Stencil {
         }
     }
 
-    /// Sets the instant: `place` from 0 to 1, between the two samples in the middle.
-    fn set(&mut self, place: f64) {
+    /// Sets the instant: `position` from 0 to 1 between the middle two samples.
+    fn set(&mut self, position: f64) {
         let left = self.nodes / 2 - 1;
         let share = &mut self.share[..self.nodes];
         // The formula divides by the distance to each sample.
-        if place.min(1.0 - place) < ROOT_WIDTH {
+        if position.min(1.0 - position) < ROOT_WIDTH {
             share.fill(0.0);
-            share[left + place.round() as usize] = 1.0;
+            share[left + position.round() as usize] = 1.0;
             return;
         }
         let mut sum = 0.0;
         for (j, (share, weight)) in share.iter_mut().zip(&self.barycentric).enumerate() {
-            *share = weight / (place - (j as f64 - left as f64));
+            *share = weight / (position - (j as f64 - left as f64));
             sum += *share;
         }
         for share in share {
@@ -68,17 +68,17 @@ impl Stencil {
         }
     }
 
-    /// The value at the instant set last of the channel with these samples.
+    /// Value at the current instant of the channel with these samples.
     pub(super) fn value(&self, samples: &[f64]) -> f64 {
         let shares = self.share[..self.nodes].iter();
         shares.zip(samples).map(|(share, x)| share * x).sum()
     }
 
-    /// Sets the instant at which the channel with these samples is zero, and returns it. The two
-    /// samples in the middle are of opposite sign.
+    /// Sets and returns the instant at which the channel with these samples is zero. The middle two
+    /// samples have opposite signs.
     ///
-    /// The method is ITP (Oliveira and Takahashi, ACM Trans. Math. Softw. 47, 5, 2021): about as
-    /// fast as the secant where the polynomial is nearly straight, never slower than bisection.
+    /// The method is ITP (Oliveira and Takahashi, ACM Trans. Math. Softw. 47, 5, 2021): about as fast as
+    /// the secant method for a nearly straight polynomial, never slower than bisection.
     pub(super) fn root(&mut self, samples: &[f64]) -> f64 {
         let left = self.nodes / 2 - 1;
         let (mut a, mut b) = (0.0, 1.0);
@@ -87,7 +87,7 @@ impl Stencil {
             let x = (at_b * a - at_a * b) / (at_b - at_a);
             x.clamp(a, b)
         };
-        // The half width that bisection would have reached, one step behind.
+        // Half-width that bisection would have reached, one step behind.
         let mut allowed = 2.0_f64.powi((1.0 / ROOT_WIDTH).log2().ceil() as i32) * ROOT_WIDTH;
         while b - a > ROOT_WIDTH && at_a != 0.0 && at_b != 0.0 {
             let middle = 0.5 * (a + b);
@@ -105,7 +105,7 @@ impl Stencil {
             } else {
                 middle - side * radius
             };
-            // Rounding may have carried it out of the interval.
+            // Rounding can move it out of the interval.
             let x = x.clamp(a, b);
             self.set(x);
             let y = self.value(samples);

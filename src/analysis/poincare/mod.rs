@@ -1,13 +1,13 @@
-//! Poincare sections: where a trajectory passes through a surface.
+//! Poincare sections: crossings of a surface by a trajectory.
 //!
-//! The surface is a plane, `normal . x = offset`. Samples hardly ever lie on it; each passage is
-//! located between two samples on the polynomial through those about it ([`SectionFinder`]), and
-//! all coordinates are taken at that instant. On smooth signals that is good to 1e-9 of the
-//! sample spacing and better, so that the points of a section are as sharp as the motion itself.
+//! The surface is a plane, `normal . x = offset`. Samples are almost never on it. Each crossing is
+//! located between two samples on an interpolating polynomial ([`SectionFinder`]), and all coordinates
+//! are evaluated at that instant. For smooth signals the error is 1e-9 of the sample spacing or less,
+//! which makes the points of a section as sharp as the motion.
 //!
-//! What a section looks like tells the motion (Fig. 10): a periodic one comes back to a few
-//! points, a torus fills a closed curve, chaos an arc or a cloud. [`SectionShape`] says which,
-//! [`clusters`] counts the points.
+//! The shape of a section characterises the motion (Fig. 10): a periodic motion gives a few points, a
+//! torus a closed curve, chaos an arc or a cloud. [`SectionShape`] classifies it, [`clusters`] counts
+//! the points.
 
 mod crossing;
 mod finder;
@@ -22,23 +22,22 @@ pub use crossing::{Crossing, Direction};
 pub use finder::SectionFinder;
 pub use shape::{Clusters, SectionShape, clusters, section_shape};
 
-/// A passage as a point of the section.
+/// A crossing as a point of the section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionPoint {
-    /// When, s.
+    /// Time, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// Where on the section: its two coordinates.
+    /// The point at which the section is crossed: two coordinates.
     pub at: [f64; 2],
 }
 
-/// Passages of the trajectory with these `channels` through the plane `normal . x = offset`, in
-/// the order of time. [`SectionFinder`] says what counts as a passage and how it is located.
+/// Crossings of the plane `normal . x = offset` by the trajectory with these `channels`, in the order of
+/// time. [`SectionFinder`] defines a crossing and its location.
 ///
 /// # Errors
-/// [`AnalysisError::NoPlane`] if the normal is zero throughout,
-/// [`AnalysisError::ChannelCount`] if it has not one component for each channel,
-/// [`AnalysisError::UnevenChannels`] if the channels differ in length.
+/// [`AnalysisError::ZeroNormal`] if the normal is zero; [`AnalysisError::ChannelCount`] unless it has
+/// one component per channel; [`AnalysisError::ChannelLength`] if the channels differ in length.
 pub fn plane_section(
     channels: &[&[f64]],
     normal: &[f64],
@@ -49,13 +48,13 @@ pub fn plane_section(
     all_crossings(finder, channels)
 }
 
-/// Passages of the delay trajectory of Fig. 10 through `y(t + lag) = level`; the point of each is
-/// `(y(t), y(t + lag), y(t + 2 lag), ...)`, `dimension` values, the second of them the level; the
-/// instant is `t`.
+/// Crossings of `y(t + lag) = level` by the delay trajectory of Fig. 10. The point of each is
+/// `(y(t), y(t + lag), y(t + 2 lag), ...)` with `dimension` values, the second of which is the level.
+/// The instant is `t`.
 ///
 /// # Errors
-/// [`AnalysisError::NoDelay`] for a lag of 0, [`AnalysisError::FlatSection`] for a dimension below
-/// 2, [`AnalysisError::TooShort`] if not even one delay vector fits.
+/// [`AnalysisError::InvalidDelay`] for a lag of 0; [`AnalysisError::SectionDimension`] for a dimension
+/// below 2; [`AnalysisError::TooShort`] if there are too few samples for one delay vector.
 pub fn delay_section(
     samples: &[f64],
     lag: usize,
@@ -78,8 +77,7 @@ fn all_crossings(
     Ok(crossings)
 }
 
-/// A value at one passage and at the next: the points of a first-return map. One less than there
-/// are values.
+/// First-return map: each value with the next one. It has one point fewer than there are values.
 pub fn return_map(values: &[f64]) -> Vec<[f64; 2]> {
     values.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }

@@ -1,127 +1,127 @@
-//! What a section looks like: a few points, a closed curve, an arc or a cloud.
+//! Shape of a section: a few points, a closed curve, an arc or a cloud.
 //!
-//! All is read from the minimum spanning tree of the points: the `n - 1` edges that join them at
-//! the least total length. Cutting its longest edges is single-linkage clustering (Gower and
-//! Ross, Appl. Stat. 18, 54, 1969); a curve's tree is one long path with hardly a branch.
+//! The shape follows from the minimum spanning tree of the points: the `n - 1` edges that connect them
+//! with the smallest total length. Cutting its longest edges is single-linkage clustering (Gower and
+//! Ross, Appl. Stat. 18, 54, 1969). The tree of a curve is one long path with few branches.
 
 use serde::{Deserialize, Serialize};
 
-/// Distances below this share of the trajectory's extent are none: what a section cannot resolve.
+/// Resolution of a section: distances below this share of the trajectory's size count as 0.
 const RESOLUTION: f64 = 1e-6;
 
-/// The largest diameter of a group that passes for a point, as a share of the extent.
-const POINT: f64 = 0.05;
+/// Maximum diameter of a cluster that counts as a point, as a share of the trajectory's size.
+const MAX_POINT_DIAMETER: f64 = 0.05;
 
-/// Groups are apart if the gaps between them are this many times the diameter of the largest.
-const APART: f64 = 4.0;
+/// Minimum gap between clusters, in diameters of the largest.
+const MIN_GAP: f64 = 4.0;
 
-/// Each group has at least so many members: a motion is seen to come back at least twice.
-const FEWEST_VISITS: usize = 3;
+/// Minimum number of members per cluster: the motion returns to it at least twice.
+const MIN_MEMBERS: usize = 3;
 
-/// The fewest points of which a curve or a cloud is told.
-const FEWEST_POINTS: usize = 24;
+/// Minimum number of points for a curve or a cloud.
+const MIN_POINTS: usize = 24;
 
-/// A curve is in one piece where no edge is longer than this many times the median edge. (On a
-/// torus nearly in step the points bunch: up to 14 were measured, between bands of chaos 80 and
-/// more.)
-const PIECES: f64 = 30.0;
+/// A curve is connected if no edge is longer than this multiple of the median edge. (On a torus close to
+/// phase locking the points accumulate: up to 14 were measured, between bands of chaos 80 and more.)
+const MAX_EDGE: f64 = 30.0;
 
-/// The longest path through the tree of a curve has at least this share of the tree's length;
-/// measured: curves 0.9 to 1, with noise of a thirtieth of their size 0.87, clouds 0.6 and less.
-const PATH_SHARE: f64 = 0.8;
+/// Minimum length of the longest path through the tree of a curve, as a share of the tree's length.
+/// Measured: curves 0.9 to 1, curves with noise of 1/30 of their size 0.87, clouds 0.6 and less.
+const MIN_PATH_SHARE: f64 = 0.8;
 
-/// The ends of the path of a closed curve are at most this many of its longest edges apart;
-/// measured: closed 1 to 2, open 4 and more.
-const CLOSING: f64 = 2.5;
+/// Maximum distance between the ends of the path of a closed curve, in lengths of its longest edge.
+/// Measured: closed 1 to 2, open 4 and more.
+const MAX_CLOSING_GAP: f64 = 2.5;
 
-/// The fewest points of a piece that is told closed.
-const FEWEST_ROUND: usize = 12;
+/// Minimum number of points of a closed curve.
+const MIN_LOOP_POINTS: usize = 12;
 
-/// The smallest closed curve that is told, its diameter over the extent. A kinked signal moves the
-/// located passages by a little that depends on where between two samples they fall: a loop, too.
-const SMALLEST_LOOP: f64 = 5e-3;
+/// Minimum diameter of a closed curve, as a share of the trajectory's size. For a signal with kinks, the
+/// error of the crossings depends on their position between two samples and forms a small loop, too.
+const MIN_LOOP_DIAMETER: f64 = 5e-3;
 
-/// Groups of passages.
+/// Clusters of crossings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clusters {
-    /// The group of each point, 0, 1, ... in the order of their first appearance.
+    /// Cluster of each point, 0, 1, ... in the order of first appearance.
     pub member: Vec<usize>,
-    /// How many there are.
+    /// Number of clusters.
     pub count: usize,
-    /// Whether the groups are points (each far smaller than the gaps between them); if not, the
-    /// section is a curve or a cloud, and all of it is one group.
+    /// Whether the clusters are points, each far smaller than the gaps between them. If not, the section
+    /// is a curve or a cloud and forms one cluster.
     pub compact: bool,
 }
 
-/// What a section looks like.
+/// Shape of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(tag = "shape", content = "points", rename_all = "kebab-case")]
 pub enum SectionShape {
-    /// Too few passages to tell.
+    /// Too few crossings for a classification.
     #[serde(rename = "too few")]
     TooFew,
-    /// This many points: the motion repeats after as many passages.
+    /// This many points: the motion repeats after as many crossings.
     Points(usize),
     /// A closed curve: a torus.
     Loop,
-    /// A curve with two ends: a strongly dissipative chaos, or a motion that still changes.
+    /// A curve with two ends: strongly dissipative chaos, or a transient.
     Arc,
-    /// Neither: chaos, noise, or a torus of more than two tones.
+    /// Neither: chaos, noise, or a torus of more than two frequencies.
     Cloud,
 }
 
-/// Groups points (slices of equal length) that lie closer together than to the rest. `extent` is
-/// the size of the whole trajectory, the yardstick for what is a point.
+/// Clusters points (slices of equal length) that are closer to each other than to the rest. `size` is
+/// the size of the whole trajectory, the reference length for points.
 ///
-/// The points are cut into as many groups as possible such that each
+/// The points are divided into the largest number of clusters such that each
 ///
 /// * has at least 3 members,
-/// * has a bounding box with a diagonal of at most 5 % of `extent`, and
-/// * is more than 4 such diagonals (of the largest, at least 1e-6 of `extent`) from any other.
+/// * has a bounding box with a diagonal of at most 5 % of `size`, and
+/// * is more than 4 such diagonals (of the largest, at least 1e-6 of `size`) from any other.
 ///
-/// Where no cut will do, they are one group, [`Clusters::compact`] only if it is as small as
-/// that. The time goes as the square of the number of points; 1,200 take some 3 ms.
-pub fn clusters(points: &[&[f64]], extent: f64) -> Clusters {
-    Tree::new(points).clusters(points, extent).0
+/// If there is no such division, they form one cluster; [`Clusters::compact`] is then true only if it
+/// meets these limits. Time is proportional to the square of the number of points; 1,200 points take
+/// about 3 ms.
+pub fn clusters(points: &[&[f64]], size: f64) -> Clusters {
+    Tree::new(points).clusters(points, size).0
 }
 
-/// The shape of a section whose passages are these points (slices of equal length), in any order,
-/// of a trajectory of size `extent`.
+/// Shape of a section with these points (slices of equal length) in any order, of a trajectory of the
+/// given `size`.
 ///
-/// [`SectionShape::Points`] are the groups of [`clusters`], unless each is a closed curve of at
-/// least 0.5 % of `extent`. Otherwise the points fall into pieces where an edge of the minimum
-/// spanning tree is longer than 30 times the median. A piece is a curve if the longest path
-/// through its tree has 80 % of the tree's length, and closed if it has 12 points or more and its
-/// ends are no farther apart than 2.5 times its longest edge. Below 24 points only
-/// [`SectionShape::Points`] is told. The time goes as that of [`clusters`].
-pub fn section_shape(points: &[&[f64]], extent: f64) -> SectionShape {
+/// [`SectionShape::Points`] counts the clusters of [`clusters`], unless each is a closed curve with a
+/// diameter of at least 0.5 % of `size`. Otherwise the points are divided at edges of the minimum
+/// spanning tree longer than 30 times the median. A part is a curve if the longest path through its tree
+/// has at least 80 % of the tree's length. It is closed if it has at least 12 points and the distance
+/// between its ends is at most 2.5 times its longest edge. With fewer than 24 points only
+/// [`SectionShape::Points`] is possible. Time as for [`clusters`].
+pub fn section_shape(points: &[&[f64]], size: f64) -> SectionShape {
     let tree = Tree::new(points);
-    let (groups, diameter) = tree.clusters(points, extent);
-    if groups.compact {
-        let round = diameter >= SMALLEST_LOOP * extent
-            && tree.form(points, &groups.member, groups.count) == SectionShape::Loop;
-        return if round {
+    let (found, diameter) = tree.clusters(points, size);
+    if found.compact {
+        let is_loop = diameter >= MIN_LOOP_DIAMETER * size
+            && tree.common_shape(points, &found.member, found.count) == SectionShape::Loop;
+        return if is_loop {
             SectionShape::Loop
         } else {
-            SectionShape::Points(groups.count)
+            SectionShape::Points(found.count)
         };
     }
-    if points.len() < FEWEST_POINTS {
+    if points.len() < MIN_POINTS {
         return SectionShape::TooFew;
     }
     let mut lengths: Vec<f64> = tree.edges.iter().map(|edge| edge.length).collect();
     let half = lengths.len() / 2;
     let median = *lengths.select_nth_unstable_by(half, f64::total_cmp).1;
-    let limit = PIECES * median.max(RESOLUTION * extent);
-    let pieces = tree.cut(points.len(), limit);
-    let count = pieces.iter().max().map_or(0, |last| last + 1);
-    tree.form(points, &pieces, count)
+    let limit = MAX_EDGE * median.max(RESOLUTION * size);
+    let parts = tree.cut(points.len(), limit);
+    let count = parts.iter().max().map_or(0, |last| last + 1);
+    tree.common_shape(points, &parts, count)
 }
 
 /// An edge of a tree.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    /// The point that was in the tree before.
+    /// The end that was added to the tree earlier.
     from: usize,
     to: usize,
     length: f64,
@@ -136,7 +136,7 @@ struct Tree {
 struct Path {
     ends: [usize; 2],
     length: f64,
-    /// Its longest edge.
+    /// Length of its longest edge.
     longest: f64,
 }
 
@@ -172,34 +172,34 @@ impl Tree {
         Self { edges }
     }
 
-    /// The groups and, if they are points, the diameter of the largest.
-    fn clusters(&self, points: &[&[f64]], extent: f64) -> (Clusters, f64) {
-        let resolution = RESOLUTION * extent;
+    /// The clusters and, if they are points, the diameter of the largest.
+    fn clusters(&self, points: &[&[f64]], size: f64) -> (Clusters, f64) {
+        let resolution = RESOLUTION * size;
         let mut lengths: Vec<f64> = self.edges.iter().map(|edge| edge.length).collect();
         lengths.sort_by(|a, b| b.total_cmp(a));
-        // From many groups to few; `gap` is the shortest edge that is cut.
-        for count in (1..=points.len() / FEWEST_VISITS).rev() {
+        // From many clusters to few. `gap` is the shortest edge that is cut.
+        for count in (1..=points.len() / MIN_MEMBERS).rev() {
             let gap = if count > 1 {
                 lengths[count - 2]
             } else {
                 f64::INFINITY
             };
             let inside = lengths.get(count - 1).copied().unwrap_or(0.0);
-            if gap <= APART * inside.max(resolution) || inside > POINT * extent {
+            if gap <= MIN_GAP * inside.max(resolution) || inside > MAX_POINT_DIAMETER * size {
                 continue;
             }
             let member = self.cut(points.len(), gap);
-            let largest = largest_group(points, &member, count);
+            let largest = largest_cluster(points, &member, count);
             if let Some(diameter) = largest
-                && diameter <= POINT * extent
-                && gap > APART * diameter.max(resolution)
+                && diameter <= MAX_POINT_DIAMETER * size
+                && gap > MIN_GAP * diameter.max(resolution)
             {
-                let groups = Clusters {
+                let found = Clusters {
                     member,
                     count,
                     compact: true,
                 };
-                return (groups, diameter);
+                return (found, diameter);
             }
         }
         let all = Clusters {
@@ -210,10 +210,10 @@ impl Tree {
         (all, f64::INFINITY)
     }
 
-    /// The group of each of `count` points if edges of at least `gap` are cut, numbered by first
+    /// Cluster of each of `count` points after cutting edges of at least `gap`, numbered by first
     /// appearance.
     fn cut(&self, count: usize, gap: f64) -> Vec<usize> {
-        // Each edge leads from a point that is labelled to one that is not.
+        // Each edge leads from a labelled point to an unlabelled one.
         let mut label: Vec<usize> = (0..count).collect();
         for edge in self.edges.iter().filter(|edge| edge.length < gap) {
             label[edge.to] = label[edge.from];
@@ -230,30 +230,30 @@ impl Tree {
         label
     }
 
-    /// What all `count` pieces, parts of the tree, have in common: loops, or else curves, or else
-    /// neither.
-    fn form(&self, points: &[&[f64]], member: &[usize], count: usize) -> SectionShape {
-        let mut joined = vec![Vec::new(); member.len()];
+    /// Common shape of all `count` parts of the tree: loops if all are closed, arcs if all are curves,
+    /// else a cloud.
+    fn common_shape(&self, points: &[&[f64]], member: &[usize], count: usize) -> SectionShape {
+        let mut adjacent = vec![Vec::new(); member.len()];
         let mut total = vec![0.0; count];
-        let mut size = vec![0; count];
+        let mut sizes = vec![0; count];
         let inside = |edge: &&Edge| member[edge.from] == member[edge.to];
         for edge in self.edges.iter().filter(inside) {
-            joined[edge.from].push((edge.to, edge.length));
-            joined[edge.to].push((edge.from, edge.length));
+            adjacent[edge.from].push((edge.to, edge.length));
+            adjacent[edge.to].push((edge.from, edge.length));
             total[member[edge.to]] += edge.length;
         }
-        for &piece in member {
-            size[piece] += 1;
+        for &part in member {
+            sizes[part] += 1;
         }
         let mut closed = true;
-        for piece in 0..count {
-            let some = member.iter().position(|&m| m == piece).unwrap_or(0);
-            let path = longest_path(&joined, some);
-            if path.length < PATH_SHARE * total[piece] {
+        for part in 0..count {
+            let start = member.iter().position(|&m| m == part).unwrap_or(0);
+            let path = longest_path(&adjacent, start);
+            if path.length < MIN_PATH_SHARE * total[part] {
                 return SectionShape::Cloud;
             }
             let gap = distance(points[path.ends[0]], points[path.ends[1]]);
-            closed &= size[piece] >= FEWEST_ROUND && gap <= CLOSING * path.longest;
+            closed &= sizes[part] >= MIN_LOOP_POINTS && gap <= MAX_CLOSING_GAP * path.longest;
         }
         if closed {
             SectionShape::Loop
@@ -263,17 +263,17 @@ impl Tree {
     }
 }
 
-/// The longest path through the tree that holds point `some`: the point farthest from any other is
-/// one of its ends.
-fn longest_path(joined: &[Vec<(usize, f64)>], some: usize) -> Path {
+/// Longest path through the tree that contains point `start`. The point farthest from any other is one
+/// of its ends.
+fn longest_path(adjacent: &[Vec<(usize, f64)>], start: usize) -> Path {
     let farthest = |start: usize| {
         let mut best = Path {
             ends: [start, start],
             length: 0.0,
             longest: 0.0,
         };
-        let mut open = vec![(start, start, 0.0, 0.0)];
-        while let Some((here, before, length, longest)) = open.pop() {
+        let mut pending = vec![(start, start, 0.0, 0.0)];
+        while let Some((here, before, length, longest)) = pending.pop() {
             if length > best.length {
                 best = Path {
                     ends: [start, here],
@@ -281,30 +281,30 @@ fn longest_path(joined: &[Vec<(usize, f64)>], some: usize) -> Path {
                     longest,
                 };
             }
-            for &(next, step) in joined[here].iter().filter(|(next, _)| *next != before) {
-                open.push((next, here, length + step, f64::max(longest, step)));
+            for &(next, step) in adjacent[here].iter().filter(|(next, _)| *next != before) {
+                pending.push((next, here, length + step, f64::max(longest, step)));
             }
         }
         best
     };
-    farthest(farthest(some).ends[1])
+    farthest(farthest(start).ends[1])
 }
 
-/// Diagonal of the largest bounding box of the groups; `None` if one has too few members.
-fn largest_group(points: &[&[f64]], member: &[usize], count: usize) -> Option<f64> {
+/// Diagonal of the largest bounding box of the clusters; `None` if one has too few members.
+fn largest_cluster(points: &[&[f64]], member: &[usize], count: usize) -> Option<f64> {
     let dimension = points.first().map_or(0, |point| point.len());
     let mut low = vec![f64::INFINITY; count * dimension];
     let mut high = vec![f64::NEG_INFINITY; count * dimension];
-    let mut visits = vec![0; count];
-    for (point, &group) in points.iter().zip(member) {
-        visits[group] += 1;
+    let mut members = vec![0; count];
+    for (point, &cluster) in points.iter().zip(member) {
+        members[cluster] += 1;
         for (c, &x) in point.iter().enumerate() {
-            let slot = group * dimension + c;
+            let slot = cluster * dimension + c;
             low[slot] = low[slot].min(x);
             high[slot] = high[slot].max(x);
         }
     }
-    if visits.iter().any(|&v| v < FEWEST_VISITS) {
+    if members.iter().any(|&v| v < MIN_MEMBERS) {
         return None;
     }
     let corners = low

@@ -4,26 +4,26 @@ use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-/// Passages of one channel through a level.
+/// Crossings of a level by one channel.
 fn level(signal: &[f64], level: f64, direction: Direction) -> Vec<Crossing> {
     plane_section(&[signal], &[1.0], level, direction).unwrap()
 }
 
 /// Instants and directions.
-fn passages(signal: &[f64], direction: Direction) -> Vec<(f64, bool)> {
+fn instants(signal: &[f64], direction: Direction) -> Vec<(f64, bool)> {
     let all = level(signal, 0.0, direction);
     all.iter().map(|c| (c.sample, c.rising)).collect()
 }
 
-/// The shape of the delay section through the mean, the first and last passage left out.
+/// Shape of the delay section through the mean, without the first and last crossing.
 fn shape(signal: &[f64], lag: usize) -> SectionShape {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
     let crossings = delay_section(signal, lag, 3, mean, Direction::Rising).unwrap();
     let points: Vec<&[f64]> = crossings.iter().map(|c| c.point.as_slice()).collect();
-    section_shape(&points[1..points.len() - 1], extent(signal))
+    section_shape(&points[1..points.len() - 1], size(signal))
 }
 
-fn extent(signal: &[f64]) -> f64 {
+fn size(signal: &[f64]) -> f64 {
     let [low, high] = range(signal.iter().copied());
     high - low
 }
@@ -32,15 +32,15 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + b).collect()
 }
 
-/// Roessler's x with a = b = 0.2, 20 samples a unit of time, 117 a turn.
+/// Roessler's x with a = b = 0.2, 20 samples per time unit, 117 per period.
 fn roessler_x(c: f64, n: usize) -> Vec<f64> {
     coordinate(&roessler(n, 0.05, [0.2, 0.2, c], [1.0, 1.0, 0.0]), 0)
 }
 
 #[test]
-fn instants_of_a_sine_are_exact_to_a_billionth() {
-    // Passages at a share of the amplitude; the limits allow twice what was measured, and the
-    // rounding of instants counted in thousands.
+fn instants_of_a_sine_have_an_error_below_1e_9() {
+    // Crossings at a share of the amplitude. The limits are twice the measured error, plus the rounding
+    // of instants in the thousands.
     for (period, share, limit) in [
         (16.1234, 0.9, 2.4e-10),
         (16.1234, 0.5, 7e-11),
@@ -58,8 +58,8 @@ fn instants_of_a_sine_are_exact_to_a_billionth() {
         assert!(found.len() as f64 >= 3999.0 / period - 1.0);
         let inner = |c: &&Crossing| (6.0..3993.0).contains(&c.sample);
         for crossing in found.iter().filter(inner) {
-            let turn = (crossing.sample / period - first).round();
-            let error = crossing.sample - (turn + first) * period;
+            let cycle = (crossing.sample / period - first).round();
+            let error = crossing.sample - (cycle + first) * period;
             assert!(error.abs() < limit, "{period} {share}: {error:e}");
             assert!((crossing.point[0] - 3.0 * share).abs() < 1e-11);
         }
@@ -67,8 +67,8 @@ fn instants_of_a_sine_are_exact_to_a_billionth() {
 }
 
 #[test]
-fn points_are_those_of_the_trajectory_at_the_instant() {
-    // A smooth closed form in three channels, through a slanting plane.
+fn points_match_the_trajectory_at_the_instant() {
+    // A smooth closed form in three channels, through an oblique plane.
     let at = |t: f64| {
         let x = (0.11 * t).sin();
         [
@@ -94,29 +94,29 @@ fn points_are_those_of_the_trajectory_at_the_instant() {
 }
 
 #[test]
-fn what_a_passage_is() {
+fn crossings_follow_the_definition() {
     use Direction::{Both, Falling, Rising};
-    // Two straight lines, so that every polynomial through either is exact; at the ends linear.
+    // Two straight lines, for which every polynomial through either is exact; at the ends linear.
     assert_eq!(
-        passages(&[-1.0, 3.0, -1.0], Both),
+        instants(&[-1.0, 3.0, -1.0], Both),
         [(0.25, true), (1.75, false)]
     );
-    assert_eq!(passages(&[-1.0, 3.0, -1.0], Rising), [(0.25, true)]);
-    assert_eq!(passages(&[-1.0, 3.0, -1.0], Falling), [(1.75, false)]);
-    // Through a sample, once; a touch is none; rest in the plane is passed on arrival.
-    assert_eq!(passages(&[-1.0, 0.0, 2.0], Both), [(1.0, true)]);
-    assert_eq!(passages(&[1.0, 0.0, 2.0, 0.0, 0.0, 1.0], Both), []);
-    assert_eq!(passages(&[2.0, 0.0, 0.0, 0.0, -1.0], Both), [(1.0, false)]);
-    assert_eq!(passages(&[2.0, 0.0, 0.0, 0.0, -1.0], Rising), []);
-    // From nowhere, to nowhere, nothing.
-    assert_eq!(passages(&[0.0, 0.0, 1.0, 0.0], Both), []);
-    assert_eq!(passages(&[0.0; 50], Both), []);
-    assert_eq!(passages(&[4.0], Both), []);
-    assert_eq!(passages(&[], Both), []);
+    assert_eq!(instants(&[-1.0, 3.0, -1.0], Rising), [(0.25, true)]);
+    assert_eq!(instants(&[-1.0, 3.0, -1.0], Falling), [(1.75, false)]);
+    // Through a sample: one crossing. A touch is none. Samples in the plane: crossing on arrival.
+    assert_eq!(instants(&[-1.0, 0.0, 2.0], Both), [(1.0, true)]);
+    assert_eq!(instants(&[1.0, 0.0, 2.0, 0.0, 0.0, 1.0], Both), []);
+    assert_eq!(instants(&[2.0, 0.0, 0.0, 0.0, -1.0], Both), [(1.0, false)]);
+    assert_eq!(instants(&[2.0, 0.0, 0.0, 0.0, -1.0], Rising), []);
+    // Records that start or end in the plane have no crossing there.
+    assert_eq!(instants(&[0.0, 0.0, 1.0, 0.0], Both), []);
+    assert_eq!(instants(&[0.0; 50], Both), []);
+    assert_eq!(instants(&[4.0], Both), []);
+    assert_eq!(instants(&[], Both), []);
 }
 
 #[test]
-fn a_sample_next_to_the_plane_is_no_trouble() {
+fn samples_very_close_to_the_plane_are_valid() {
     for near in [1e-17, 1e-30, 1e-310] {
         let mut signal = noise(1, 40, 1.0);
         (signal[19], signal[20], signal[21]) = (-1.0, -near, 0.5);
@@ -128,14 +128,14 @@ fn a_sample_next_to_the_plane_is_no_trouble() {
 }
 
 #[test]
-fn noise_does_no_more_harm_than_on_a_straight_line() {
+fn noise_affects_the_instant_little_more_than_with_linear_interpolation() {
     let (period, n) = (50.1, 200_000);
     let clean = sines(1.0, n, &[(1.0 / period, 1.0, 0.3)]);
     let signal = sum(&clean, &noise(1, n, 1e-2));
     let (mut curved, mut straight) = (0.0, 0.0);
     for crossing in level(&signal, 0.0, Direction::Rising) {
-        let turn = (crossing.sample / period + 0.3 / TAU).round();
-        let exact = (turn - 0.3 / TAU) * period;
+        let cycle = (crossing.sample / period + 0.3 / TAU).round();
+        let exact = (cycle - 0.3 / TAU) * period;
         let i = crossing.sample as usize;
         let line = i as f64 + signal[i] / (signal[i] - signal[i + 1]);
         curved += (crossing.sample - exact).powi(2);
@@ -146,7 +146,7 @@ fn noise_does_no_more_harm_than_on_a_straight_line() {
 }
 
 #[test]
-fn the_delay_section_is_that_of_the_delay_trajectory() {
+fn the_delay_section_equals_a_plane_section_of_the_delay_trajectory() {
     let signal = sines(1.0, 900, &[(0.021, 1.0, 0.0), (0.0131, 0.4, 1.0)]);
     let found = delay_section(&signal, 12, 4, 0.1, Direction::Falling).unwrap();
     let shifted: Vec<&[f64]> = (0..4).map(|c| &signal[12 * c..][..900 - 36]).collect();
@@ -156,29 +156,32 @@ fn the_delay_section_is_that_of_the_delay_trajectory() {
 }
 
 #[test]
-fn what_is_no_section_is_refused() {
+fn invalid_sections_are_rejected() {
     let y = [0.0, 1.0, 0.0, 1.0];
     let plane = |channels: &[&[f64]], normal: &[f64]| {
         plane_section(channels, normal, 0.0, Direction::Both).unwrap_err()
     };
-    assert_eq!(plane(&[&y], &[0.0]), AnalysisError::NoPlane);
-    assert_eq!(plane(&[], &[]), AnalysisError::NoPlane);
+    assert_eq!(plane(&[&y], &[0.0]), AnalysisError::ZeroNormal);
+    assert_eq!(plane(&[], &[]), AnalysisError::ZeroNormal);
     let count = AnalysisError::ChannelCount { have: 1, need: 2 };
     assert_eq!(plane(&[&y], &[1.0, 0.0]), count);
     assert_eq!(
         plane(&[&y, &y[1..]], &[1.0, 0.0]),
-        AnalysisError::UnevenChannels
+        AnalysisError::ChannelLength
     );
     let delay =
         |lag, dimension| delay_section(&y, lag, dimension, 0.0, Direction::Both).unwrap_err();
     assert_eq!(
         delay(0, 2),
-        AnalysisError::NoDelay {
+        AnalysisError::InvalidDelay {
             lag: 0,
             dimension: 2
         }
     );
-    assert_eq!(delay(1, 1), AnalysisError::FlatSection { dimension: 1 });
+    assert_eq!(
+        delay(1, 1),
+        AnalysisError::SectionDimension { dimension: 1 }
+    );
     assert!(matches!(delay(1 << 63, 3), AnalysisError::TooShort { .. }));
     assert!(matches!(
         delay(4, 2),
@@ -191,8 +194,8 @@ fn what_is_no_section_is_refused() {
 }
 
 #[test]
-fn samples_of_a_few_bits_are_passed_between_their_neighbours() {
-    // Multiples of the smallest number: products of them are rounded away.
+fn subnormal_samples_are_crossed_between_their_neighbours() {
+    // Multiples of the smallest number: their products underflow.
     let tiny = |x: f64| 5e-324 * (1000.0 * x).round();
     let y: Vec<f64> = sines(1.0, 20_000, &[(0.034, 1.0, 0.0)])
         .iter()
@@ -211,18 +214,18 @@ fn samples_of_a_few_bits_are_passed_between_their_neighbours() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Few different values, so that samples in the plane are frequent.
+    /// Few different values, which puts many samples in the plane.
     #[test]
-    fn pieces_do_not_matter(
+    fn block_sizes_do_not_change_the_crossings(
         steps in prop::collection::vec(-2..=2_i32, 0..300),
-        pieces in prop::collection::vec(0..40_usize, 1..20),
+        blocks in prop::collection::vec(0..40_usize, 1..20),
     ) {
         let y: Vec<f64> = steps.iter().map(|&s| f64::from(s)).collect();
         let z: Vec<f64> = y.iter().rev().copied().collect();
         let whole = plane_section(&[&y, &z], &[1.0, 0.5], 0.0, Direction::Both).unwrap();
         let mut finder = SectionFinder::plane(&[1.0, 0.5], 0.0, Direction::Both).unwrap();
         let mut found = Vec::new();
-        let (mut at, mut lengths) = (0, pieces.iter().cycle());
+        let (mut at, mut lengths) = (0, blocks.iter().cycle());
         while at < y.len() {
             let end = y.len().min(at + lengths.next().unwrap().max(&1));
             finder.push(&[&y[at..end], &z[at..end]], |c| found.push(c)).unwrap();
@@ -230,7 +233,7 @@ proptest! {
         }
         finder.finish(|c| found.push(c));
         prop_assert_eq!(&found, &whole);
-        // Each side is left once before it is left again.
+        // Rising and falling crossings alternate.
         let alternate = whole.windows(2).all(|pair| pair[0].rising != pair[1].rising);
         prop_assert!(alternate);
         prop_assert!(whole.windows(2).all(|pair| pair[0].sample < pair[1].sample));
@@ -238,15 +241,15 @@ proptest! {
 }
 
 #[test]
-fn a_long_stream_is_the_long_record() {
-    // Longer than the pieces in which samples are taken.
+fn a_long_stream_matches_the_batch_computation() {
+    // Longer than the internal block size.
     let signal = noise(5, 20_000, 1.0);
     let whole = delay_section(&signal, 7, 3, 0.2, Direction::Rising).unwrap();
     let mut finder = SectionFinder::delay(7, 3, 0.2, Direction::Rising).unwrap();
     let mut found = Vec::new();
-    for (newest, piece) in signal.chunks(1).enumerate() {
-        finder.push(&[piece], |c| found.push(c)).unwrap();
-        // A passage is told 7 samples and the largest delay after it.
+    for (newest, block) in signal.chunks(1).enumerate() {
+        finder.push(&[block], |c| found.push(c)).unwrap();
+        // A crossing is reported 7 samples plus the largest delay after it.
         assert!(
             found
                 .last()
@@ -258,13 +261,13 @@ fn a_long_stream_is_the_long_record() {
 }
 
 #[test]
-fn a_return_map_pairs_each_with_the_next() {
+fn a_return_map_pairs_each_value_with_the_next() {
     assert_eq!(return_map(&[1.0, 2.0, 5.0]), [[1.0, 2.0], [2.0, 5.0]]);
     assert!(return_map(&[1.0]).is_empty() && return_map(&[]).is_empty());
 }
 
 #[test]
-fn groups_are_numbered_by_first_appearance() {
+fn clusters_are_numbered_by_first_appearance() {
     let points = [
         [5.0],
         [0.01],
@@ -280,7 +283,7 @@ fn groups_are_numbered_by_first_appearance() {
     let found = clusters(&views, 9.0);
     assert_eq!(found.member, [0, 1, 0, 1, 2, 0, 1, 2, 2]);
     assert!(found.count == 3 && found.compact);
-    // Of a trajectory that is hardly larger than a group, they are no points.
+    // If the trajectory is hardly larger than a cluster, the clusters are not points.
     let found = clusters(&views[..4], 0.1);
     assert!(found.count == 1 && !found.compact);
     assert_eq!(clusters(&[], 1.0).count, 0);
@@ -295,14 +298,14 @@ fn period_doublings_are_counted() {
             let found = shape(&roessler_x(c, n), 29);
             assert_eq!(found, SectionShape::Points(period), "{c} {n}");
         }
-        // The visits come round in turn.
+        // The clusters are visited in cyclic order.
         let x = roessler_x(c, 8_000);
         let crossings = delay_section(&x, 29, 3, 0.0, Direction::Rising).unwrap();
         let points: Vec<&[f64]> = crossings[1..].iter().map(|c| c.point.as_slice()).collect();
-        let groups = clusters(&points, extent(&x));
-        assert_eq!(groups.count, period);
+        let found = clusters(&points, size(&x));
+        assert_eq!(found.count, period);
         assert!(
-            groups
+            found
                 .member
                 .iter()
                 .enumerate()
@@ -312,7 +315,7 @@ fn period_doublings_are_counted() {
 }
 
 #[test]
-fn tones_give_points_and_tori_loops() {
+fn tones_give_points_and_tori_give_loops() {
     for deviation in [0.0, 1e-3, 1e-2] {
         let floor = noise(3, 8000, deviation);
         let harmonics = sines(50.0, 8000, &[(1.0, 1.0, 0.1), (2.0, 0.3, 0.7)]);
@@ -323,7 +326,7 @@ fn tones_give_points_and_tori_loops() {
             assert_eq!(found, SectionShape::Loop, "{second} {deviation}");
         }
     }
-    // As faint as this a second tone is still a loop, if there is no noise.
+    // Without noise, even a second tone this weak gives a loop.
     let faint = sines(50.0, 8000, &[(1.0, 1.0, 0.1), (0.618, 0.01, 0.7)]);
     assert_eq!(shape(&faint, 12), SectionShape::Loop);
 }
@@ -342,7 +345,7 @@ fn chaos_gives_arcs_and_noise_a_cloud() {
 }
 
 #[test]
-fn the_shape_depends_neither_on_scale_nor_on_order() {
+fn the_shape_does_not_depend_on_scale_or_order() {
     let x = roessler_x(5.0, 8_000);
     let scaled: Vec<f64> = x.iter().map(|x| x * 2.0_f64.powi(-30)).collect();
     assert_eq!(shape(&scaled, 29), shape(&x, 29));

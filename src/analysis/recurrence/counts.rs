@@ -1,6 +1,6 @@
-//! What is counted in a recurrence plot: points and lines, by length.
+//! Counts of a recurrence plot: recurrent points, and lines by length.
 
-/// How many lines there are of each length.
+/// Histogram of the line lengths.
 ///
 /// ```
 /// use squeakscope::analysis::LineHistogram;
@@ -15,17 +15,17 @@
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct LineHistogram {
-    /// `counts[l]` lines of length `l`; `counts[0]`, if there, is zero.
+    /// `counts[l]` lines of length `l`. `counts[0]` is zero or absent.
     counts: Vec<u64>,
 }
 
 impl LineHistogram {
-    /// Adds a line; one of length 0 is none.
+    /// Adds a line. Ignores length 0.
     pub fn add(&mut self, length: usize) {
         self.add_many(length, 1);
     }
 
-    /// Adds so many lines of the same length.
+    /// Adds `lines` lines of the same length.
     pub fn add_many(&mut self, length: usize, lines: u64) {
         if length == 0 {
             return;
@@ -36,14 +36,14 @@ impl LineHistogram {
         self.counts[length] += lines;
     }
 
-    /// Takes a line away; one of length 0 is none.
+    /// Removes a line. Ignores length 0.
     ///
     /// # Panics
     /// If there is no line of this length.
     pub fn remove(&mut self, length: usize) {
         if length > 0 {
             let count = self.counts.get_mut(length).filter(|count| **count > 0);
-            *count.expect("a line that is taken away has been added") -= 1;
+            *count.expect("cannot remove a line that was not added") -= 1;
         }
     }
 
@@ -57,37 +57,37 @@ impl LineHistogram {
         }
     }
 
-    /// Lines of length `l`.
+    /// Number of lines of a length.
     pub fn of_length(&self, length: usize) -> u64 {
         self.counts.get(length).copied().unwrap_or(0)
     }
 
-    /// All lengths that occur with their number, shortest first.
+    /// Lengths that occur, with their numbers, shortest first.
     pub fn iter(&self) -> impl Iterator<Item = (usize, u64)> + '_ {
         let all = self.counts.iter().copied().enumerate();
         all.filter(|&(_, count)| count > 0)
     }
 
-    /// The number of lines.
+    /// Number of lines.
     pub fn lines(&self) -> u64 {
         self.counts.iter().sum()
     }
 
-    /// The sum of all lengths.
+    /// Sum of all lengths.
     pub fn points(&self) -> u64 {
         self.iter()
             .map(|(length, count)| length as u64 * count)
             .sum()
     }
 
-    /// The length of the longest line; 0 if there is none.
+    /// Length of the longest line; 0 for no lines.
     pub fn longest(&self) -> usize {
         let counts = &self.counts;
         counts.iter().rposition(|&count| count > 0).unwrap_or(0)
     }
 }
 
-/// Two are equal that hold the same lines.
+/// Histograms are equal if they contain the same lines.
 impl PartialEq for LineHistogram {
     fn eq(&self, other: &Self) -> bool {
         self.iter().eq(other.iter())
@@ -96,8 +96,7 @@ impl PartialEq for LineHistogram {
 
 impl Eq for LineHistogram {}
 
-/// From the number of lines of each length, the length being the index; what stands at 0 is
-/// ignored.
+/// From the number of lines of each length, indexed by length. Index 0 is ignored.
 impl From<Vec<u64>> for LineHistogram {
     fn from(mut counts: Vec<u64>) -> Self {
         if let Some(zero) = counts.first_mut() {
@@ -116,15 +115,14 @@ impl FromIterator<usize> for LineHistogram {
     }
 }
 
-/// All that is counted in a recurrence plot; integers, so that every way of counting agrees to
-/// the last bit.
+/// All counts of a recurrence plot. They are integers, so all algorithms agree to the last bit.
 ///
 /// # Definitions
 ///
-/// *Recurrent pairs.* `R_ij = 1` if `d(y_i, y_j) <= epsilon`: row `i`, column `j`; a pair at
-/// exactly the threshold is recurrent. So that a pair is recurrent in every way of counting or in
-/// none, the distance is computed in double precision, coordinate by coordinate from the oldest
-/// (`t_c = y_i[c] - y_j[c]`, every operation rounded by itself, no fused multiply-add):
+/// *Recurrent pairs.* `R_ij = 1` if `d(y_i, y_j) <= epsilon`, with row `i` and column `j`. A pair
+/// exactly at the threshold is recurrent. All algorithms classify every pair equally because they
+/// compute the distance in double precision, coordinate by coordinate from the oldest
+/// (`t_c = y_i[c] - y_j[c]`, each operation rounded separately, no fused multiply-add):
 ///
 /// | norm | recurrent if |
 /// |---|---|
@@ -132,33 +130,30 @@ impl FromIterator<usize> for LineHistogram {
 /// | maximum | the largest `\|t_c\| <= epsilon` |
 /// | Manhattan | `((\|t_0\| + \|t_1\|) + \|t_2\|) + ... <= epsilon` |
 ///
-/// *Theiler window* `w` (Theiler, Phys. Rev. A 34, 2427, 1986). Pairs with `|i - j| < w` are left
-/// out: they are not recurrent points, they break lines and belong to none. `w = 0` keeps
-/// everything; `w = 1`, the usual choice, leaves out the line of identity, which is recurrent
-/// whatever the signal and would say of every signal that it is deterministic for as long as it
-/// lasts.
+/// *Theiler window* `w` (Theiler, Phys. Rev. A 34, 2427, 1986). Pairs with `|i - j| < w` are excluded:
+/// they are not recurrent points, they end lines and belong to none. `w = 0` excludes nothing. `w = 1`,
+/// the usual choice, excludes the line of identity, which is recurrent for every signal and would make
+/// every signal look deterministic over its full length.
 ///
-/// *Diagonal lines* are the longest unbroken runs of recurrent pairs along `j - i = k`, for
-/// positive and negative `k`: in both triangles, so that each occurs twice in a symmetric plot;
-/// the line of identity, if it is kept, once.
+/// *Diagonal lines* are the longest unbroken runs of recurrent pairs along `j - i = k`, for positive and
+/// negative `k`. Both triangles count, so each line occurs twice in a symmetric plot; the line of
+/// identity, if included, occurs once.
 ///
-/// *Vertical lines* are the longest unbroken runs of recurrent pairs down a column `j`, over all
-/// rows `i`.
+/// *Vertical lines* are the longest unbroken runs of recurrent pairs in a column `j`, over all rows `i`.
 ///
-/// *Gaps* (white vertical lines) are the runs of non-recurrent pairs in a column between one
-/// vertical line and the next; a run that reaches the edge of the plot or into the Theiler window
-/// is none, for nobody knows how long it is.
+/// *Gaps* (white vertical lines) are the runs of non-recurrent pairs in a column between successive
+/// vertical lines. A run that touches the edge of the plot or the Theiler window is not counted because
+/// its full length is unknown.
 ///
-/// *Recurrence times* (Gao, Phys. Rev. Lett. 83, 3178, 1999; Marwan et al., Phys. Rep. 438, 237,
-/// 2007): of the first type, `T1`, from a recurrent point of a column to the next, 1 within a
-/// line; of the second type, `T2`, from the beginning of a vertical line to the beginning of the
-/// next: how long until the system *comes back*, once it has left. Both only across gaps as
-/// defined above.
+/// *Recurrence times* (Gao, Phys. Rev. Lett. 83, 3178, 1999; Marwan et al., Phys. Rep. 438, 237, 2007).
+/// The first type, `T1`, is the time from a recurrent point of a column to the next, 1 within a line.
+/// The second type, `T2`, is the time from the start of a vertical line to the start of the next: the
+/// time between entries into the neighbourhood. Both are counted only across gaps as defined above.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecurrenceCounts {
-    /// Rows `i`: the number of states, `N`.
+    /// Rows `i`: the number of states `N`.
     pub rows: usize,
-    /// Columns `j`: `N` again, unless two signals are compared (cross recurrence).
+    /// Columns `j`: `N`, except for a cross recurrence plot of two signals.
     pub columns: usize,
     /// Theiler window: pairs with `|i - j|` below it are not counted.
     pub theiler: usize,
@@ -170,20 +165,20 @@ pub struct RecurrenceCounts {
     pub vertical: LineHistogram,
     /// Gaps between vertical lines (white vertical lines).
     pub gaps: LineHistogram,
-    /// From the beginning of a vertical line to that of the next, across one gap: recurrence
-    /// times of the second type.
-    pub returns: LineHistogram,
-    /// Recurrent points on the diagonals `j - i = k`, `k = 0, 1, ..., columns - 1` (upper
-    /// triangle); 0 within the Theiler window.
+    /// Recurrence times of the second type: from the start of a vertical line to the start of the next,
+    /// across one gap.
+    pub recurrence_times: LineHistogram,
+    /// Recurrent points on the diagonals `j - i = k`, `k = 0, 1, ..., columns - 1` (upper triangle); 0
+    /// within the Theiler window.
     pub by_offset: Vec<u64>,
 }
 
 impl RecurrenceCounts {
-    /// Counts a plot that is given point by point: `recurrent(i, j)` for row `i` and column `j`.
-    /// The plot needs neither be square nor symmetric.
+    /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
+    /// rectangular and asymmetric.
     ///
-    /// This is the definition above in code, for plots of one's own and as the reference for all
-    /// faster ways; [`quantify`](super::quantify) counts delay vectors.
+    /// This is the definition in code, for user-defined plots and as the reference for the faster
+    /// algorithms. [`quantify`](super::quantify) counts delay vectors.
     pub fn of_matrix(
         rows: usize,
         columns: usize,
@@ -225,8 +220,8 @@ impl RecurrenceCounts {
         }
 
         for j in 0..columns {
-            // The lines of the column so far, from `begin` until before `end`; the Theiler
-            // window separates what is above it from what is below.
+            // Start and end (exclusive) of the last line of the column. The Theiler window separates the
+            // parts above and below it.
             let mut last: Option<(usize, usize)> = None;
             for i in 0..rows {
                 if !outside(i, j) {
@@ -237,13 +232,13 @@ impl RecurrenceCounts {
                         _ => {
                             if let Some((begin, end)) = last {
                                 counts.gaps.add(i - end);
-                                counts.returns.add(i - begin);
+                                counts.recurrence_times.add(i - begin);
                             }
                             last = Some((i, i + 1));
                         }
                     }
                     if i + 1 == rows || !counted(i + 1, j) {
-                        let (begin, end) = last.expect("a line is open");
+                        let (begin, end) = last.expect("a line has started");
                         counts.vertical.add(end - begin);
                     }
                 }
@@ -257,8 +252,8 @@ impl RecurrenceCounts {
 pub(super) mod tests {
     use super::*;
 
-    /// The hand-drawn matrix of RecurrenceAnalysis.jl (`test/rqa_rna_analytic.jl`), 10 rows by
-    /// 11 columns.
+    /// The hand-drawn matrix of RecurrenceAnalysis.jl (`test/rqa_rna_analytic.jl`), 10 rows by 11
+    /// columns.
     pub fn hand_drawn(theiler: usize) -> RecurrenceCounts {
         const ROWS: [&str; 10] = [
             "x...x...x..",
@@ -275,39 +270,40 @@ pub(super) mod tests {
         RecurrenceCounts::of_matrix(10, 11, theiler, |i, j| ROWS[i].as_bytes()[j] == b'x')
     }
 
-    /// Lines of length 1, 2, ...
+    /// Number of lines of length 1, 2, ...
     fn lines<const L: usize>(counts: [u64; L]) -> LineHistogram {
         LineHistogram::from([&[0], &counts[..]].concat())
     }
 
     #[test]
-    fn hand_drawn_matrix_is_counted_as_published() {
+    fn the_hand_drawn_matrix_has_the_published_counts() {
         let counts = hand_drawn(0);
         assert_eq!(counts.recurrent, 33);
         assert_eq!(counts.diagonal, lines([11, 7, 1, 0, 1]));
         assert_eq!(counts.vertical, lines([15, 6, 2]));
-        // By hand; the published ones follow another definition.
+        // Counted by hand; the published values use another definition.
         assert_eq!(counts.gaps, lines([4, 4, 3, 1]));
-        assert_eq!(counts.returns, lines([0, 3, 0, 8, 1]));
+        assert_eq!(counts.recurrence_times, lines([0, 3, 0, 8, 1]));
         assert_eq!(counts.by_offset, [7, 1, 3, 2, 6, 0, 0, 0, 2, 0, 0]);
-        // Every line but the last of a column has a gap after it.
+        // Every line but the last of a column is followed by a gap.
         assert_eq!(counts.gaps.lines() + 11, counts.vertical.lines());
     }
 
     #[test]
-    fn hand_drawn_matrix_with_a_theiler_window_is_counted_as_published() {
+    fn the_hand_drawn_matrix_with_a_theiler_window_has_the_published_counts() {
         let counts = hand_drawn(2);
         assert_eq!(counts.recurrent, 22);
         assert_eq!(counts.diagonal, lines([9, 4, 0, 0, 1]));
         assert_eq!(counts.vertical, lines([10, 3, 2]));
         assert_eq!(counts.by_offset, [0, 0, 3, 2, 6, 0, 0, 0, 2, 0, 0]);
-        // By hand: in columns 3, 9 and 11, counted from 1; in the others the window is between.
+        // Counted by hand: columns 3, 9 and 11, counted from 1. In the others the Theiler window
+        // separates the lines.
         assert_eq!(counts.gaps, lines([1, 1, 2]));
-        assert_eq!(counts.returns, lines([0, 1, 0, 3]));
+        assert_eq!(counts.recurrence_times, lines([0, 1, 0, 3]));
     }
 
     #[test]
-    fn a_full_matrix_is_lines_from_edge_to_edge() {
+    fn a_full_matrix_has_lines_from_edge_to_edge() {
         let counts = RecurrenceCounts::of_matrix(5, 5, 0, |_, _| true);
         assert_eq!(counts.recurrent, 25);
         assert_eq!(counts.diagonal, lines([2, 2, 2, 2, 1]));
@@ -321,7 +317,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lines_come_and_go() {
+    fn lines_can_be_added_and_removed() {
         let mut a = lines([3, 0, 1]);
         let b = lines([1, 1]);
         a.merge(&b);
@@ -340,8 +336,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "has been added")]
-    fn a_line_that_is_not_there_cannot_be_taken_away() {
+    #[should_panic(expected = "was not added")]
+    fn removing_a_missing_line_panics() {
         lines([0, 1]).remove(1);
     }
 }

@@ -1,78 +1,78 @@
-//! Recurrence quantification: measures from counts.
+//! Measures of recurrence quantification analysis, computed from counts.
 
 use serde::{Deserialize, Serialize};
 
 use super::{LineHistogram, RecurrenceCounts};
 
-/// Which pairs the recurrence rate is a share of.
+/// Number of pairs that the recurrence rate refers to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RateBase {
-    /// Those outside the Theiler window: the ones that are counted.
+    /// Pairs outside the Theiler window.
     #[default]
     Counted,
-    /// All `N^2` (rows times columns).
+    /// All `N^2` pairs (rows times columns).
     All,
 }
 
-/// Measures of recurrence quantification analysis (Marwan et al., Phys. Rep. 438, 237, 2007).
-/// `None` where there is nothing to measure.
+/// Measures of recurrence quantification analysis (Marwan et al., Phys. Rep. 438, 237, 2007). `None` if
+/// the measure is undefined.
 ///
-/// `P(l)` is the number of diagonal lines of length `l`, `P(v)` that of vertical lines of length
-/// `v`, as defined with [`RecurrenceCounts`]; sums from `l_min` or `v_min` on unless said
-/// otherwise.
+/// `P(l)` is the number of diagonal lines of length `l`, `P(v)` that of vertical lines of length `v`, as
+/// defined in [`RecurrenceCounts`]. Sums start at `l_min` or `v_min` unless stated otherwise.
 ///
-/// Lengths and times are counted in states, as they come from the counts;
-/// [`in_seconds`](Measures::in_seconds) makes them times, which is how they are written.
+/// Lengths and times are counted in states. [`in_seconds`](Measures::in_seconds) converts them to times,
+/// the unit used in output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
-    /// Recurrence rate RR: recurrent points over pairs, 0 to 1; 0 if there is no pair.
+    /// Recurrence rate RR: recurrent points over pairs, 0 to 1; 0 without pairs.
     pub recurrence_rate: f64,
-    /// Determinism `DET = sum l P(l) / recurrent points`: the share that lies on diagonal lines,
-    /// 0 to 1.
+    /// Determinism `DET = sum l P(l) / recurrent points`: share of recurrent points on diagonal lines, 0
+    /// to 1.
     pub determinism: Option<f64>,
-    /// Mean diagonal line `L = sum l P(l) / sum P(l)`, states: for how long two pieces of the
-    /// motion run alongside.
+    /// Mean diagonal line length `L = sum l P(l) / sum P(l)`, states (s in output): mean time over which
+    /// two sections of the trajectory stay close.
     #[serde(rename = "mean_diagonal_s")]
     pub mean_diagonal: Option<f64>,
-    /// Longest diagonal line `Lmax` of any length, states; the line of identity counts only with
-    /// a Theiler window of 0. 0 if there is none.
+    /// Length of the longest diagonal line `Lmax`, states (s in output); 0 without lines. The line of
+    /// identity counts only with a Theiler window of 0.
     #[serde(rename = "longest_diagonal_s")]
     pub longest_diagonal: f64,
-    /// Divergence `DIV = 1 / Lmax`, 1/states.
+    /// Divergence `DIV = 1 / Lmax`, 1/states (1/s in output).
     #[serde(rename = "divergence_per_s")]
     pub divergence: Option<f64>,
-    /// Shannon entropy of the diagonal lengths, `ENTR = -sum p(l) ln p(l)` with
+    /// Shannon entropy of the diagonal line lengths, `ENTR = -sum p(l) ln p(l)` with
     /// `p(l) = P(l) / sum P(l)`, nats.
     #[serde(rename = "entropy_nats")]
     pub entropy: Option<f64>,
-    /// TREND: slope of the recurrence rate along the diagonal, `RR_k = by_offset[k] / (N - k)`,
-    /// over the offset `k`, per thousand states; away from 0 the signal drifts. Straight line of
-    /// least squares from the first counted offset beyond the line of identity on; the last tenth
-    /// of the offsets, whose diagonals are short, is left out (Webber and Zbilut, 2005).
+    /// TREND: slope of the recurrence rate along the diagonal, `RR_k = by_offset[k] / (N - k)`, over the
+    /// offset `k`, per thousand states. A non-zero value indicates drift. It is fitted by least
+    /// squares from the first counted offset beyond the line of identity. The last tenth of the offsets,
+    /// with short diagonals, is excluded (Webber and Zbilut, 2005).
     #[serde(rename = "trend_per_1000_states")]
     pub trend: Option<f64>,
-    /// Laminarity `LAM = sum v P(v) / recurrent points`: the share that lies on vertical lines, 0
+    /// Laminarity `LAM = sum v P(v) / recurrent points`: share of recurrent points on vertical lines, 0
     /// to 1.
     pub laminarity: Option<f64>,
-    /// Trapping time `TT = sum v P(v) / sum P(v)`, states: for how long a state hardly changes.
+    /// Trapping time `TT = sum v P(v) / sum P(v)`, states (s in output): mean time over which a state
+    /// hardly changes.
     #[serde(rename = "trapping_time_s")]
     pub trapping_time: Option<f64>,
-    /// Longest vertical line `Vmax` of any length, states; 0 if there is none.
+    /// Length of the longest vertical line `Vmax`, states (s in output); 0 without lines.
     #[serde(rename = "longest_vertical_s")]
     pub longest_vertical: f64,
-    /// Mean recurrence time of the first type, from a recurrent point of a column to the next,
-    /// states.
+    /// Mean recurrence time of the first type: from a recurrent point of a column to the next, states
+    /// (s in output).
     #[serde(rename = "recurrence_time_1_s")]
     pub recurrence_time_1: Option<f64>,
-    /// Mean recurrence time of the second type, from the beginning of a vertical line to that of
-    /// the next, states.
+    /// Mean recurrence time of the second type: from the start of a vertical line to the start of the
+    /// next, states (s in output).
     #[serde(rename = "recurrence_time_2_s")]
     pub recurrence_time_2: Option<f64>,
 }
 
 impl Measures {
-    /// The same with all lengths as times; `state` is the time from one state to the next, s.
-    /// The trend stays per thousand states.
+    /// Converts lengths to times. `state` is the time between successive states, s. The trend stays per
+    /// thousand states.
     pub fn in_seconds(self, state: f64) -> Self {
         let time = |states: Option<f64>| states.map(|states| states * state);
         Self {
@@ -89,22 +89,17 @@ impl Measures {
 }
 
 impl RecurrenceCounts {
-    /// The measures, from diagonal lines of at least `least_diagonal` points (`l_min`) and
-    /// vertical ones of at least `least_vertical` (`v_min`); 2 is usual for both.
-    pub fn measures(
-        &self,
-        least_diagonal: usize,
-        least_vertical: usize,
-        base: RateBase,
-    ) -> Measures {
+    /// Computes the measures from diagonal lines of at least `min_diagonal` points (`l_min`) and
+    /// vertical lines of at least `min_vertical` points (`v_min`). Both are usually 2.
+    pub fn measures(&self, min_diagonal: usize, min_vertical: usize, base: RateBase) -> Measures {
         let pairs = match base {
             RateBase::Counted => self.pairs(),
             RateBase::All => self.rows as u64 * self.columns as u64,
         };
-        let diagonal = Lines::of(&self.diagonal, least_diagonal);
-        let vertical = Lines::of(&self.vertical, least_vertical);
+        let diagonal = Lines::of(&self.diagonal, min_diagonal);
+        let vertical = Lines::of(&self.vertical, min_vertical);
         let longest_diagonal = self.diagonal.longest();
-        // Within a line the next point is 1 away, across a gap of `g` it is `g + 1` away.
+        // The distance to the next point is 1 within a line and `g + 1` across a gap of `g`.
         let within = self.recurrent - self.vertical.lines();
         let gaps = self.gaps.lines();
         Measures {
@@ -119,11 +114,14 @@ impl RecurrenceCounts {
             trapping_time: ratio(vertical.points, vertical.lines),
             longest_vertical: self.vertical.longest() as f64,
             recurrence_time_1: ratio(within + self.gaps.points() + gaps, within + gaps),
-            recurrence_time_2: ratio(self.returns.points(), self.returns.lines()),
+            recurrence_time_2: ratio(
+                self.recurrence_times.points(),
+                self.recurrence_times.lines(),
+            ),
         }
     }
 
-    /// The pairs outside the Theiler window, both triangles.
+    /// Number of pairs outside the Theiler window, both triangles.
     pub fn pairs(&self) -> u64 {
         let diagonal = |offset, from: usize, to: usize| from.min(to - offset) as u64;
         let right = (self.theiler..self.columns).map(|k| diagonal(k, self.rows, self.columns));
@@ -132,14 +130,14 @@ impl RecurrenceCounts {
         right.chain(left).sum()
     }
 
-    /// The recurrence rate along the diagonal `j - i = offset`, 0 to 1; 0 if it has no point.
+    /// Recurrence rate along the diagonal `j - i = offset`, 0 to 1; 0 for an empty diagonal.
     pub fn rate_at(&self, offset: usize) -> f64 {
         let length = self.columns.saturating_sub(offset).min(self.rows);
         let recurrent = self.by_offset.get(offset).copied().unwrap_or(0);
         ratio(recurrent, length as u64).unwrap_or(0.0)
     }
 
-    /// Offsets beyond the line of identity that are counted and whose diagonals are not short.
+    /// Counted offsets beyond the line of identity, without the short diagonals at the end.
     pub(super) fn reliable_offsets(&self) -> std::ops::Range<usize> {
         self.theiler.max(1)..(9 * self.columns).div_ceil(10)
     }
@@ -160,7 +158,7 @@ impl RecurrenceCounts {
     }
 }
 
-/// What lines of at least a given length come to.
+/// Totals over the lines of at least a minimum length.
 struct Lines {
     lines: u64,
     points: u64,
@@ -168,8 +166,8 @@ struct Lines {
 }
 
 impl Lines {
-    fn of(all: &LineHistogram, least: usize) -> Self {
-        let long = || all.iter().filter(|&(length, _)| length >= least);
+    fn of(all: &LineHistogram, min_length: usize) -> Self {
+        let long = || all.iter().filter(|&(length, _)| length >= min_length);
         let lines = long().map(|(_, count)| count).sum();
         let information = |(_, count)| {
             let share = count as f64 / lines as f64;
@@ -178,13 +176,13 @@ impl Lines {
         Self {
             lines,
             points: long().map(|(length, count)| length as u64 * count).sum(),
-            // A sum that starts at -0, as an empty one does, would show its sign.
+            // An empty sum is -0, which would print with its sign.
             entropy: (lines > 0).then(|| 0.0 + long().map(information).sum::<f64>()),
         }
     }
 }
 
-/// `None` over nothing.
+/// Ratio of two counts; `None` for a denominator of 0.
 fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -195,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn measures_of_the_hand_drawn_matrix_are_the_published_ones() {
+    fn the_hand_drawn_matrix_has_the_published_measures() {
         let all = hand_drawn(0).measures(1, 1, RateBase::Counted);
         assert_eq!(all.recurrence_rate, 33.0 / 110.0);
         assert_eq!(all.determinism, Some(1.0));
@@ -206,7 +204,7 @@ mod tests {
         assert_eq!(all.laminarity, Some(1.0));
         assert_eq!(all.trapping_time, Some(33.0 / 23.0));
         assert_eq!(all.longest_vertical, 3.0);
-        // By hand, from the gaps and returns counted by hand.
+        // Computed from the gaps and recurrence times counted by hand.
         assert_eq!(all.recurrence_time_1, Some((10 + 25 + 12) as f64 / 22.0));
         assert_eq!(all.recurrence_time_2, Some(43.0 / 12.0));
 
@@ -220,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn measures_outside_a_theiler_window_are_the_published_ones() {
+    fn the_hand_drawn_matrix_with_a_theiler_window_has_the_published_measures() {
         let counts = hand_drawn(2);
         let two = counts.measures(2, 2, RateBase::All);
         assert_eq!(two.recurrence_rate, 22.0 / 110.0);
@@ -232,12 +230,12 @@ mod tests {
         assert_eq!(two.trapping_time, Some(12.0 / 5.0));
         let one = counts.measures(1, 1, RateBase::Counted);
         assert!((one.entropy.unwrap() - 0.830).abs() < 1e-3);
-        // Three diagonals of 10, 10 and 9 points are left out.
+        // Three diagonals of 10, 10 and 9 points are excluded.
         assert_eq!(one.recurrence_rate, 22.0 / 81.0);
     }
 
     #[test]
-    fn counted_pairs_are_counted() {
+    fn pairs_match_a_full_plot() {
         for (rows, columns) in [(0, 0), (1, 1), (7, 7), (4, 9), (9, 4)] {
             for theiler in [0, 1, 2, 5, 20] {
                 let counts = RecurrenceCounts::of_matrix(rows, columns, theiler, |_, _| true);
@@ -272,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_plot_has_nothing_to_measure() {
+    fn an_empty_plot_has_undefined_measures() {
         let counts = RecurrenceCounts::of_matrix(6, 6, 1, |_, _| false);
         let expected = Measures {
             trend: Some(0.0),

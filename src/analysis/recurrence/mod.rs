@@ -1,21 +1,21 @@
-//! When does the system come back to where it was? Recurrence plots and their quantification.
+//! Recurrence plots and recurrence quantification analysis.
 //!
-//! What is counted is defined once, with [`RecurrenceCounts`]; [`quantify`] counts a whole signal,
-//! [`RecurrenceWindow`] a stream. A [`RecurrencePlot`] draws a few hundred states.
+//! [`RecurrenceCounts`] defines the counts. [`quantify`] computes them for a whole signal,
+//! [`RecurrenceWindow`] for a stream. A [`RecurrencePlot`] is an image of a few hundred states.
 
 mod counts;
+mod diagonals;
+mod line_counter;
 mod measures;
 mod period;
 mod plot;
 mod quantify;
-mod sweep;
-mod tally;
 mod threshold;
 mod window;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
-pub use plot::{RecurrenceImage, RecurrencePicture, RecurrencePlot};
+pub use plot::{RecurrenceImage, RecurrencePlot, ThresholdedPlot};
 pub use quantify::quantify;
-pub use threshold::{RecurrenceRule, Threshold, find_threshold};
+pub use threshold::{RecurrenceCriterion, Threshold, find_threshold};
 pub use window::RecurrenceWindow;

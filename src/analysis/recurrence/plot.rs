@@ -1,79 +1,80 @@
-//! Recurrence plots, Eq. (26): when is the system back where it was?
+//! Recurrence plots, Eq. (26).
 //!
-//! Pixel `(i, j)` tells how far apart the states at two instants are. A periodic motion gives
-//! unbroken diagonals a period apart, a torus diagonals with a second, slower spacing, chaos short
-//! torn pieces (Marwan et al., Phys. Rep. 438, 237, 2007).
+//! Pixel `(i, j)` shows the distance between the states at two instants. A periodic motion gives
+//! unbroken diagonals one period apart, a torus diagonals with a second, longer spacing, and chaos
+//! short, interrupted diagonals (Marwan et al., Phys. Rep. 438, 237, 2007).
 
 use super::Threshold;
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
-/// Distances of every pair of states in a window of delay vectors, and the pictures they give:
+/// Distances between all pairs of states in a window of delay vectors, and the images computed from
+/// them:
 ///
 /// ```text
 /// Eq. (26):  R_ij(epsilon) = Theta(epsilon - |y_i - y_j|),   Theta(0) = 1
 /// ```
 ///
-/// For windows small enough to look at: memory is `8 n^2` bytes, reused from one window to the
-/// next. To count without a picture, see [`quantify`](super::quantify).
+/// For windows small enough to display: it uses `8 n^2` bytes, which are reused for the next window. To
+/// count without an image, see [`quantify`](super::quantify).
 ///
-/// Conventions are those of [`RecurrenceCounts`](super::RecurrenceCounts), and so is every single
-/// pair: row `i`, column `j`, recurrent at exactly the threshold. Pictures show all pairs; rates
-/// are over those outside the Theiler window, told in samples of the signal, however few of them
-/// are plotted: pairs whose states are less than that apart are drawn and not counted.
+/// Conventions and the classification of every pair are those of
+/// [`RecurrenceCounts`](super::RecurrenceCounts): row `i`, column `j`, recurrent at exactly the
+/// threshold. Images show all pairs. Rates refer to the pairs outside the Theiler window, which is given
+/// in samples of the signal even if only some of the samples are plotted: pairs of states closer in time
+/// are drawn but not counted.
 #[derive(Clone, Debug)]
 pub struct RecurrencePlot {
     norm: Norm,
     theiler: usize,
     size: usize,
-    /// Extents (see [`Norm`]) of the differences, `size x size`, row-major, symmetric.
-    extents: Vec<f64>,
-    /// Row `i` is counted before column `counted[i].0` and from column `counted[i].1` on; the
-    /// line of identity apart.
+    /// Unrooted distances (see [`Norm`]), `size x size`, row-major, symmetric.
+    unrooted: Vec<f64>,
+    /// Row `i` is counted before column `counted[i].0` and from column `counted[i].1`, without the line
+    /// of identity.
     counted: Vec<(usize, usize)>,
     /// Standard deviation of the signal.
     deviation: f64,
-    /// Coordinate `c` of all points, one after another.
+    /// Coordinate `c` of all points, consecutively.
     points: Vec<f64>,
-    /// Workspace of the selection.
-    chosen: Vec<u64>,
+    /// Workspace for the selection of an order statistic.
+    selection: Vec<u64>,
 }
 
 /// A recurrence plot at a threshold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RecurrencePicture {
+pub struct ThresholdedPlot {
     /// Row-major: 255 recurrent, 0 not.
     pub pixels: Vec<u8>,
-    /// The distance that the threshold came to, in the signal's unit; `None` if each state has its
-    /// own ([`Threshold::Neighbours`]).
+    /// Threshold distance, in the signal's unit; `None` for a separate threshold per state
+    /// ([`Threshold::Neighbours`]).
     pub distance: Option<f64>,
-    /// Recurrence rate reached: the recurrent share of the counted pairs, 0 to 1; 0 if there is
-    /// none.
+    /// Recurrence rate: recurrent share of the counted pairs, 0 to 1; 0 without pairs.
     pub rate: f64,
 }
 
-/// A recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal, to be drawn.
+/// Image of a recurrence plot, Eq. (26), of the delay vectors, Eq. (25), of a window of a signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecurrenceImage {
     /// Length of the window, s.
     pub window: f64,
-    /// Points along a side.
+    /// Points per side.
     pub size: usize,
-    /// Distance between the two states, 0 (same) to 255 (the largest of the window):
+    /// Distance between the two states, 0 (equal) to 255 (maximum of the window):
     /// `distance[i * size + j]`, oldest first.
     pub distance: Vec<u8>,
     /// 255 where recurrent, else 0; in the same order.
     pub recurrent: Vec<u8>,
-    /// Threshold distance used, in the signal's unit; `None` if each state had its own.
+    /// Threshold distance, in the signal's unit; `None` for a separate threshold per state.
     pub threshold: Option<f64>,
-    /// Recurrence rate reached, 0 to 1.
+    /// Recurrence rate, 0 to 1.
     pub rate: f64,
-    /// Delay, s.
+    /// Lag, s.
     pub lag: f64,
     /// Embedding dimension.
     pub dimension: usize,
 }
 
-/// Euclidean norm, a Theiler window of 1: all pairs but the line of identity count.
+/// Euclidean norm and a Theiler window of 1: all pairs count except the line of identity.
 impl Default for RecurrencePlot {
     fn default() -> Self {
         Self::with(Norm::Euclidean, 1)
@@ -81,47 +82,49 @@ impl Default for RecurrencePlot {
 }
 
 impl RecurrencePlot {
-    /// A plot without points: [`RecurrencePlot::default`].
+    /// Creates an empty plot; same as [`RecurrencePlot::default`].
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A plot without points, in this norm and with this Theiler window (samples).
+    /// Creates an empty plot with a norm and a Theiler window (samples).
     pub fn with(norm: Norm, theiler: usize) -> Self {
         Self {
             norm,
             theiler,
             size: 0,
-            extents: Vec::new(),
+            unrooted: Vec::new(),
             counted: Vec::new(),
             deviation: 0.0,
             points: Vec::new(),
-            chosen: Vec::new(),
+            selection: Vec::new(),
         }
     }
 
-    /// Measures the distances between the vectors with the given indices, oldest first.
+    /// Computes the distances between the vectors with the given indices, oldest first.
     ///
     /// # Panics
     /// If an index is not below [`DelayVectors::len`].
-    pub fn measure(&mut self, vectors: &DelayVectors<'_>, picks: &[usize]) {
-        let n = picks.len();
+    pub fn measure(&mut self, vectors: &DelayVectors<'_>, indices: &[usize]) {
+        let n = indices.len();
         self.size = n;
         self.deviation = deviation(vectors.samples());
-        let apart = self.theiler.max(1);
-        let bounds = picks.iter().map(|&pick| {
-            let before = picks.partition_point(|&other| other.saturating_add(apart) <= pick);
-            let after = picks.partition_point(|&other| other < pick.saturating_add(apart));
+        let min_separation = self.theiler.max(1);
+        let bounds = indices.iter().map(|&index| {
+            let before =
+                indices.partition_point(|&other| other.saturating_add(min_separation) <= index);
+            let after =
+                indices.partition_point(|&other| other < index.saturating_add(min_separation));
             (before, after)
         });
         self.counted.clear();
         self.counted.extend(bounds);
         self.points.clear();
         for coordinate in (0..vectors.dimension()).map(|c| vectors.coordinate(c)) {
-            self.points.extend(picks.iter().map(|&k| coordinate[k]));
+            self.points.extend(indices.iter().map(|&k| coordinate[k]));
         }
-        self.extents.clear();
-        self.extents.resize(n * n, 0.0);
+        self.unrooted.clear();
+        self.unrooted.resize(n * n, 0.0);
         match self.norm {
             Norm::Euclidean => self.fill(|sum, t| sum + t * t),
             Norm::Maximum => self.fill(|most, t| if t.abs() > most { t.abs() } else { most }),
@@ -129,26 +132,26 @@ impl RecurrencePlot {
         }
     }
 
-    /// All extents, coordinate by coordinate.
+    /// Computes all unrooted distances, coordinate by coordinate.
     fn fill(&mut self, add: impl Fn(f64, f64) -> f64) {
         let n = self.size.max(1);
-        for (i, row) in self.extents.chunks_exact_mut(n).enumerate() {
+        for (i, row) in self.unrooted.chunks_exact_mut(n).enumerate() {
             for coordinate in self.points.chunks_exact(n) {
                 let here = coordinate[i];
-                for (extent, there) in row.iter_mut().zip(coordinate) {
-                    *extent = add(*extent, here - there);
+                for (unrooted, there) in row.iter_mut().zip(coordinate) {
+                    *unrooted = add(*unrooted, here - there);
                 }
             }
         }
     }
 
-    /// Points along a side, `n`.
+    /// Points per side, `n`.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// The number of counted pairs `i < j`; half of those that the rate is a share of, the line
-    /// of identity apart.
+    /// Number of counted pairs `i < j`: half of the pairs that the rate refers to, without the line of
+    /// identity.
     pub fn pairs(&self) -> usize {
         self.counted
             .iter()
@@ -156,141 +159,145 @@ impl RecurrencePlot {
             .sum()
     }
 
-    /// The largest distance in the window, in the signal's unit.
+    /// Largest distance in the window, in the signal's unit.
     pub fn largest(&self) -> f64 {
-        self.norm.distance_of_extent(self.largest_extent())
+        self.norm.distance_of_unrooted(self.largest_unrooted())
     }
 
-    /// The recurrences at a threshold.
+    /// Computes the recurrence plot at a threshold.
     ///
     /// # Errors
     /// [`AnalysisError::Threshold`] as in [`quantify`](super::quantify).
-    pub fn recurrences(
-        &mut self,
-        threshold: Threshold,
-    ) -> Result<RecurrencePicture, AnalysisError> {
+    pub fn recurrences(&mut self, threshold: Threshold) -> Result<ThresholdedPlot, AnalysisError> {
         let distance = match threshold.check()? {
             Threshold::Distance(distance) => distance,
             Threshold::Spread(times) => times * self.deviation,
             Threshold::Rate(rate) => self.distance_for_rate(rate),
-            Threshold::Neighbours(wanted) => return Ok(self.neighbours(wanted)),
+            Threshold::Neighbours(count) => return Ok(self.neighbours(count)),
         };
-        Ok(RecurrencePicture {
+        Ok(ThresholdedPlot {
             pixels: self.recurrence_picture(distance),
             distance: Some(distance),
             rate: self.rate(distance),
         })
     }
 
-    /// The threshold at which `round(rate * pairs)` pairs are recurrent: that order statistic of
-    /// the distances, exactly as in [`find_threshold`](super::find_threshold). Pairs at equal
-    /// distance come together, so that the rate reached may be larger. A rate of less than half a
-    /// pair gives 0.
+    /// Distance at which `round(rate * pairs)` pairs are recurrent: the order statistic of the distances
+    /// that [`find_threshold`](super::find_threshold) computes. Pairs at equal distance are included
+    /// together, which can make the actual rate larger. A rate of less than half a pair gives 0.
     fn distance_for_rate(&mut self, rate: f64) -> f64 {
         let (pairs, identity) = (self.pairs(), self.identity());
-        // A line of identity that is counted is recurrent anyway.
-        let wanted = rate.clamp(0.0, 1.0) * (2 * pairs + identity) as f64 - identity as f64;
-        let wanted = ((0.5 * wanted).round().max(0.0) as usize).min(pairs);
-        let Some(last) = wanted.checked_sub(1) else {
+        // If the line of identity counts, it is always recurrent.
+        let count = rate.clamp(0.0, 1.0) * (2 * pairs + identity) as f64 - identity as f64;
+        let count = ((0.5 * count).round().max(0.0) as usize).min(pairs);
+        let Some(last) = count.checked_sub(1) else {
             return 0.0;
         };
-        self.chosen.clear();
+        self.selection.clear();
         for (i, &(_, after)) in self.counted.iter().enumerate() {
-            let later = &self.extents[i * self.size..][after..self.size];
-            self.chosen.extend(later.iter().map(|d| d.to_bits()));
+            let later = &self.unrooted[i * self.size..][after..self.size];
+            self.selection.extend(later.iter().map(|d| d.to_bits()));
         }
-        let extent = f64::from_bits(*self.chosen.select_nth_unstable(last).1);
-        self.norm.distance_of_extent(extent)
+        let unrooted = f64::from_bits(*self.selection.select_nth_unstable(last).1);
+        self.norm.distance_of_unrooted(unrooted)
     }
 
-    /// Recurrence rate: the share of counted pairs no farther apart than `epsilon` (signal's
-    /// unit), 0 to 1; 0 if there is no pair.
+    /// Recurrence rate: share of counted pairs with a distance of at most `epsilon` (signal's unit), 0
+    /// to 1; 0 without pairs.
     fn rate(&self, epsilon: f64) -> f64 {
-        let limit = self.norm.extent_within(epsilon);
+        let limit = self.norm.unrooted_limit(epsilon);
         self.share(|_| limit)
     }
 
-    /// The unthresholded picture, row-major: 0 for the same state, 255 for the largest distance
-    /// of the window. All 0 if all states are the same.
+    /// Image without a threshold, row-major: 0 for equal states, 255 for the largest distance of the
+    /// window. All 0 if all states are equal.
     pub fn distance_picture(&self) -> Vec<u8> {
-        let largest = self.largest_extent();
+        let largest = self.largest_unrooted();
         let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
         let root = self.norm == Norm::Euclidean;
-        let shade = |&extent: &f64| {
-            // Single precision is more than a pixel shows.
-            let share = (extent * scale) as f32;
+        let shade = |&unrooted: &f64| {
+            // Single precision exceeds the resolution of a pixel.
+            let share = (unrooted * scale) as f32;
             let distance = if root { share.sqrt() } else { share };
             (distance * 255.0 + 0.5) as u8
         };
-        self.extents.iter().map(shade).collect()
+        self.unrooted.iter().map(shade).collect()
     }
 
-    /// The picture of Eq. (26), row-major: 255 recurrent, 0 not.
+    /// Image of Eq. (26), row-major: 255 recurrent, 0 not.
     fn recurrence_picture(&self, epsilon: f64) -> Vec<u8> {
-        let limit = self.norm.extent_within(epsilon);
+        let limit = self.norm.unrooted_limit(epsilon);
         self.pixels(|_| limit)
     }
 
-    /// The recurrences with so many neighbours of each state.
-    fn neighbours(&mut self, wanted: usize) -> RecurrencePicture {
+    /// Recurrence plot with a fixed number of neighbours per state.
+    fn neighbours(&mut self, count: usize) -> ThresholdedPlot {
         let mut limits = Vec::with_capacity(self.size);
         for (i, &(before, after)) in self.counted.iter().enumerate() {
-            // The distances are symmetric: column `i` is row `i`.
-            let column = &self.extents[i * self.size..][..self.size];
+            // The distances are symmetric: column `i` equals row `i`.
+            let column = &self.unrooted[i * self.size..][..self.size];
             let others = column[..before].iter().chain(&column[after..]);
-            self.chosen.clear();
-            self.chosen.extend(others.map(|d| d.to_bits()));
-            let last = wanted.min(self.chosen.len()).checked_sub(1);
+            self.selection.clear();
+            self.selection.extend(others.map(|d| d.to_bits()));
+            let last = count.min(self.selection.len()).checked_sub(1);
             limits.push(last.map_or(0.0, |last| {
-                f64::from_bits(*self.chosen.select_nth_unstable(last).1)
+                f64::from_bits(*self.selection.select_nth_unstable(last).1)
             }));
         }
-        RecurrencePicture {
+        ThresholdedPlot {
             pixels: self.pixels(|column| limits[column]),
             distance: None,
             rate: self.share(|column| limits[column]),
         }
     }
 
-    /// The share of counted pairs within the limits of their columns.
+    /// Share of counted pairs within the limits of their columns.
     fn share(&self, limit: impl Fn(usize) -> f64) -> f64 {
         let identity = self.identity();
         let all = 2 * self.pairs() + identity;
         if all == 0 {
             return 0.0;
         }
-        let near: usize = self
-            .extents
+        let within: usize = self
+            .unrooted
             .chunks_exact(self.size.max(1))
             .zip(&self.counted)
             .map(|(row, &(before, after))| {
-                let near = |&column: &usize| row[column] <= limit(column);
-                (0..before).chain(after..self.size).filter(near).count()
+                let within = |&column: &usize| row[column] <= limit(column);
+                (0..before).chain(after..self.size).filter(within).count()
             })
             .sum();
-        (near + identity) as f64 / all as f64
+        (within + identity) as f64 / all as f64
     }
 
-    /// The picture of the pairs within the limits of their columns.
+    /// Image of the pairs within the limits of their columns.
     fn pixels(&self, limit: impl Fn(usize) -> f64) -> Vec<u8> {
         let n = self.size.max(1);
-        let mut pixels = vec![0; self.extents.len()];
-        for (pixels, row) in pixels.chunks_exact_mut(n).zip(self.extents.chunks_exact(n)) {
-            for (column, (pixel, &extent)) in pixels.iter_mut().zip(row).enumerate() {
-                *pixel = if extent <= limit(column) { 255 } else { 0 };
+        let mut pixels = vec![0; self.unrooted.len()];
+        for (pixels, row) in pixels
+            .chunks_exact_mut(n)
+            .zip(self.unrooted.chunks_exact(n))
+        {
+            for (column, (pixel, &unrooted)) in pixels.iter_mut().zip(row).enumerate() {
+                *pixel = if unrooted <= limit(column) { 255 } else { 0 };
             }
         }
         pixels
     }
 
-    /// Pairs on the line of identity that are counted, all of them recurrent.
+    /// Number of counted pairs on the line of identity, all of them recurrent.
     fn identity(&self) -> usize {
         if self.theiler == 0 { self.size } else { 0 }
     }
 
-    fn largest_extent(&self) -> f64 {
-        // Floats that are not negative are ordered like their bits, which compare faster.
-        let bits = self.extents.iter().map(|extent| extent.to_bits()).max();
+    fn largest_unrooted(&self) -> f64 {
+        // Non-negative floating-point numbers have the order of their bit patterns, which compare
+        // faster.
+        let bits = self
+            .unrooted
+            .iter()
+            .map(|unrooted| unrooted.to_bits())
+            .max();
         f64::from_bits(bits.unwrap_or(0))
     }
 }
@@ -299,27 +306,29 @@ impl RecurrencePlot {
 mod tests {
     use super::*;
     use crate::analysis::test_signals::{noise, sines};
-    use crate::analysis::{RateBase, RecurrenceCounts, RecurrenceRule, find_threshold, quantify};
+    use crate::analysis::{
+        RateBase, RecurrenceCounts, RecurrenceCriterion, find_threshold, quantify,
+    };
 
     fn plot(signal: &[f64], lag: usize, dimension: usize) -> RecurrencePlot {
         let vectors = DelayVectors::new(signal, lag, dimension).unwrap();
-        let picks: Vec<usize> = (0..vectors.len()).collect();
+        let indices: Vec<usize> = (0..vectors.len()).collect();
         let mut plot = RecurrencePlot::new();
-        plot.measure(&vectors, &picks);
+        plot.measure(&vectors, &indices);
         plot
     }
 
     #[test]
-    fn distances_are_those_of_the_definition() {
+    fn distances_match_the_definition() {
         let signal = noise(1, 90, 1e-7);
         let vectors = DelayVectors::new(&signal, 5, 4).unwrap();
-        let picks: Vec<usize> = (0..vectors.len()).step_by(3).collect();
+        let indices: Vec<usize> = (0..vectors.len()).step_by(3).collect();
         let mut plot = RecurrencePlot::new();
-        plot.measure(&vectors, &picks);
+        plot.measure(&vectors, &indices);
         let n = plot.size();
         assert_eq!(n, 25);
         let distance = |i: usize, j: usize| {
-            let pairs = vectors.vector(picks[i]).zip(vectors.vector(picks[j]));
+            let pairs = vectors.vector(indices[i]).zip(vectors.vector(indices[j]));
             pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
         };
         let direct: Vec<f64> = (0..n * n).map(|p| distance(p / n, p % n)).collect();
@@ -328,7 +337,7 @@ mod tests {
         for (pixel, d) in plot.distance_picture().iter().zip(&direct) {
             assert!((f64::from(*pixel) - 255.0 * d / largest).abs() <= 0.5 + 1e-3);
         }
-        // At a threshold that no distance comes near, the picture is exactly Eq. (26).
+        // At a threshold between two distances the image is exactly Eq. (26).
         let mut sorted = direct.clone();
         sorted.sort_by(f64::total_cmp);
         let epsilon = 0.5 * (sorted[200] + sorted[202]);
@@ -338,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn rate_reached_is_within_one_pair_of_the_rate_asked() {
+    fn the_rate_is_within_one_pair_of_the_target() {
         let mut plot = plot(&noise(2, 300, 1.0), 7, 5);
         let one_pair = 1.0 / plot.pairs() as f64;
         for asked in [0.0, 1e-4, 0.01, 0.05, 0.3, 0.99, 1.0] {
@@ -352,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_symmetric_with_a_full_line_of_identity() {
+    fn images_are_symmetric_with_a_full_line_of_identity() {
         let mut plot = plot(&noise(3, 200, 1.0), 3, 3);
         let epsilon = plot.distance_for_rate(0.1);
         let n = plot.size();
@@ -370,7 +379,7 @@ mod tests {
 
     #[test]
     fn a_sine_gives_diagonals_a_period_apart() {
-        // 50 samples a period, lag a quarter period: the delay vectors run round a circle.
+        // 50 samples per period and a lag of a quarter period: the delay vectors lie on a circle.
         let signal = sines(50.0, 425, &[(1.0, 1.0, 0.4)]);
         let mut plot = plot(&signal, 12, 2);
         let epsilon = plot.distance_for_rate(0.05);
@@ -387,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn scale_and_shift_of_the_signal_do_not_change_the_pictures() {
+    fn the_scale_of_the_signal_does_not_change_the_images() {
         let signal = noise(4, 150, 1.0);
         // A power of two scales without rounding.
         let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(-40)).collect();
@@ -399,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_signal_recurs_always() {
+    fn a_constant_signal_is_always_recurrent() {
         let mut plot = plot(&[2.5; 40], 2, 3);
         assert_eq!(plot.largest(), 0.0);
         assert!(plot.distance_picture().iter().all(|&p| p == 0));
@@ -409,22 +418,22 @@ mod tests {
     }
 
     #[test]
-    fn no_point_and_one_point_are_legal() {
+    fn zero_points_and_one_point_are_valid() {
         let signal = [1.0, 2.0];
         let vectors = DelayVectors::new(&signal, 1, 1).unwrap();
         let mut plot = RecurrencePlot::new();
-        for picks in [&[][..], &[1]] {
-            plot.measure(&vectors, picks);
+        for indices in [&[][..], &[1]] {
+            plot.measure(&vectors, indices);
             assert_eq!(plot.pairs(), 0);
             assert_eq!(plot.distance_for_rate(0.5), 0.0);
             assert_eq!(plot.rate(1.0), 0.0);
-            assert_eq!(plot.recurrence_picture(0.0).len(), picks.len());
+            assert_eq!(plot.recurrence_picture(0.0).len(), indices.len());
         }
     }
 
     #[test]
-    fn pictures_are_those_that_the_room_counts() {
-        // On a grid, so that many pairs lie at the same distance.
+    fn images_match_the_counts() {
+        // Rounded to a grid, which puts many pairs at the same distance.
         let fine = noise(5, 150, 1.0);
         let coarse: Vec<f64> = fine.iter().map(|x| (4.0 * x).round()).collect();
         let thresholds = [
@@ -440,25 +449,25 @@ mod tests {
             [Norm::Euclidean, Norm::Maximum, Norm::Manhattan].map(|norm| (signal, norm))
         }) {
             let vectors = DelayVectors::new(signal, 4, 3).unwrap();
-            let picks: Vec<usize> = (0..vectors.len()).collect();
+            let indices: Vec<usize> = (0..vectors.len()).collect();
             for (threshold, theiler) in thresholds
                 .iter()
                 .flat_map(|&threshold| [0, 1, 9].map(|theiler| (threshold, theiler)))
             {
-                let rule = RecurrenceRule {
+                let rule = RecurrenceCriterion {
                     norm,
                     threshold,
                     theiler,
                 };
                 let mut plot = RecurrencePlot::with(norm, theiler);
-                plot.measure(&vectors, &picks);
+                plot.measure(&vectors, &indices);
                 let picture = plot.recurrences(threshold).unwrap();
                 let n = plot.size();
-                let seen = RecurrenceCounts::of_matrix(n, n, theiler, |i, j| {
+                let counted = RecurrenceCounts::of_matrix(n, n, theiler, |i, j| {
                     picture.pixels[i * n + j] == 255
                 });
                 let counts = quantify(&vectors, &rule).unwrap();
-                assert_eq!(seen, counts, "{rule:?}");
+                assert_eq!(counted, counts, "{rule:?}");
                 let rate = counts.measures(2, 2, RateBase::Counted).recurrence_rate;
                 assert_eq!(picture.rate, rate, "{rule:?}");
                 assert_eq!(picture.distance, find_threshold(&vectors, &rule).ok());
@@ -467,17 +476,17 @@ mod tests {
     }
 
     #[test]
-    fn a_theiler_window_is_told_in_samples_of_the_signal() {
+    fn the_theiler_window_is_in_samples_of_the_signal() {
         let signal = noise(6, 200, 1.0);
         let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
-        let picks: Vec<usize> = (0..vectors.len()).step_by(10).collect();
+        let indices: Vec<usize> = (0..vectors.len()).step_by(10).collect();
         let counted = |theiler| {
             let mut plot = RecurrencePlot::with(Norm::Maximum, theiler);
-            plot.measure(&vectors, &picks);
+            plot.measure(&vectors, &indices);
             assert_eq!(plot.rate(plot.largest()), 1.0);
             plot.pairs()
         };
-        let n = picks.len();
+        let n = indices.len();
         assert_eq!(counted(0), n * (n - 1) / 2);
         assert_eq!(counted(10), n * (n - 1) / 2);
         assert_eq!(counted(11), (n - 1) * (n - 2) / 2);
@@ -485,7 +494,7 @@ mod tests {
     }
 
     #[test]
-    fn thresholds_out_of_range_are_refused() {
+    fn thresholds_out_of_range_are_rejected() {
         let mut plot = plot(&noise(7, 50, 1.0), 2, 2);
         for threshold in [
             Threshold::Distance(-1.0),

@@ -1,45 +1,45 @@
-//! All counts of a recurrence plot without ever storing it.
+//! Counts of a recurrence plot without storing it.
 
 use rayon::prelude::*;
 
-use super::sweep::{Limits, Pairs};
-use super::tally::Tally;
-use super::threshold::Nearness;
-use super::{RecurrenceCounts, RecurrenceRule};
+use super::diagonals::{Limits, Pairs};
+use super::line_counter::LineCounter;
+use super::threshold::ResolvedThreshold;
+use super::{RecurrenceCounts, RecurrenceCriterion};
 use crate::analysis::{AnalysisError, DelayVectors};
 
-/// Counts the recurrence plot of these vectors, as defined with [`RecurrenceCounts`].
+/// Counts the recurrence plot of delay vectors, as defined in [`RecurrenceCounts`].
 ///
-/// Exact: every pair is compared in double precision, every line counted; only where something
-/// changes from one diagonal of the plot to the next is there more to do than a comparison. Time
-/// is proportional to the number of pairs, memory to the number of vectors. All cores are used;
-/// the counts do not depend on how many there are.
+/// The result is exact: every pair is compared in double precision and every line is counted. Work
+/// beyond the comparison is needed only where adjacent diagonals of the plot differ. Time is
+/// proportional to the number of pairs, memory to the number of vectors. The computation uses all cores;
+/// the counts do not depend on their number.
 ///
 /// # Errors
 /// As [`find_threshold`](super::find_threshold).
 pub fn quantify(
     vectors: &DelayVectors<'_>,
-    rule: &RecurrenceRule,
+    rule: &RecurrenceCriterion,
 ) -> Result<RecurrenceCounts, AnalysisError> {
     let pairs = Pairs::new(vectors, rule.norm, rule.theiler);
-    let nearness = Nearness::find(&pairs, rule.threshold)?;
-    let limits = nearness.limits(rule.norm);
+    let threshold = ResolvedThreshold::find(&pairs, rule.threshold)?;
+    let limits = threshold.limits(rule.norm);
     let symmetric = matches!(limits, Limits::One(_));
-    let new = || Tally::new(pairs.states, symmetric);
-    let tally = pairs
-        .pieces()
+    let new = || LineCounter::new(pairs.states, symmetric);
+    let counter = pairs
+        .blocks()
         .into_par_iter()
         .fold(
             || None,
-            |tally: Option<Tally>, piece| {
-                let mut tally = tally.unwrap_or_else(new);
-                pairs.visit(piece, limits, &mut tally);
-                Some(tally)
+            |counter: Option<LineCounter>, block| {
+                let mut counter = counter.unwrap_or_else(new);
+                pairs.visit(block, limits, &mut counter);
+                Some(counter)
             },
         )
         .flatten()
-        .reduce_with(Tally::join);
-    Ok(tally.unwrap_or_else(new).finish(rule.theiler))
+        .reduce_with(LineCounter::append);
+    Ok(counter.unwrap_or_else(new).finish(rule.theiler))
 }
 
 #[cfg(test)]
@@ -53,41 +53,41 @@ mod tests {
 
     const NORMS: [Norm; 3] = [Norm::Euclidean, Norm::Maximum, Norm::Manhattan];
 
-    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceRule {
-        RecurrenceRule {
+    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceCriterion {
+        RecurrenceCriterion {
             norm,
             threshold,
             theiler,
         }
     }
 
-    /// The definition: every pair by itself.
-    fn one_by_one(vectors: &DelayVectors<'_>, rule: &RecurrenceRule) -> RecurrenceCounts {
+    /// The definition, pair by pair.
+    fn one_by_one(vectors: &DelayVectors<'_>, rule: &RecurrenceCriterion) -> RecurrenceCounts {
         let n = vectors.len();
-        let extent = |i: usize, j: usize| {
+        let unrooted = |i: usize, j: usize| {
             let coordinates = vectors.vector(i).zip(vectors.vector(j));
-            rule.norm.extent(coordinates.map(|(a, b)| a - b))
+            rule.norm.unrooted(coordinates.map(|(a, b)| a - b))
         };
         let limits: Vec<f64> = match rule.threshold {
             Threshold::Neighbours(wanted) => {
                 let limit = |j: usize| {
                     let others = (0..n).filter(|i| i.abs_diff(j) >= rule.theiler.max(1));
-                    let mut extents: Vec<f64> = others.map(|i| extent(i, j)).collect();
-                    extents.sort_by(f64::total_cmp);
-                    extents.get(wanted - 1).or(extents.last()).copied()
+                    let mut unrooted: Vec<f64> = others.map(|i| unrooted(i, j)).collect();
+                    unrooted.sort_by(f64::total_cmp);
+                    unrooted.get(wanted - 1).or(unrooted.last()).copied()
                 };
                 (0..n).map(|j| limit(j).unwrap_or(0.0)).collect()
             }
             _ => vec![
                 rule.norm
-                    .extent_within(find_threshold(vectors, rule).unwrap());
+                    .unrooted_limit(find_threshold(vectors, rule).unwrap());
                 n
             ],
         };
-        RecurrenceCounts::of_matrix(n, n, rule.theiler, |i, j| extent(i, j) <= limits[j])
+        RecurrenceCounts::of_matrix(n, n, rule.theiler, |i, j| unrooted(i, j) <= limits[j])
     }
 
-    /// Rough, smooth and with many ties.
+    /// Irregular, smooth, and with many ties.
     fn signals(n: usize) -> [Vec<f64>; 3] {
         let rough = noise(n as u64, n, 1.0);
         let smooth = sines(1.0, n, &[(0.021, 1.0, 0.3), (0.0034, 0.7, 1.0)]);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_those_of_the_definition() {
+    fn counts_match_the_definition() {
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         for n in [1, 2, 3, 5, 63, 64, 65, 128, 129, 200] {
             for (lag, dimension) in [(1, 1), (1, 2), (3, 4), (40, 3)] {
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_threads_changes_nothing() {
+    fn the_number_of_threads_does_not_change_the_counts() {
         for signal in &signals(1_200)[..2] {
             let vectors = DelayVectors::new(signal, 10, 5).unwrap();
             for threshold in [Threshold::Rate(0.05), Threshold::Neighbours(40)] {
@@ -140,7 +140,7 @@ mod tests {
                     let one = with(1);
                     assert_eq!(one, with(2));
                     assert_eq!(one, with(7));
-                    // With several stretches along a diagonal, as no small signal has.
+                    // Long enough for several chunks along a diagonal.
                     assert_eq!(one, one_by_one(&vectors, &rule));
                 }
             }
@@ -148,13 +148,13 @@ mod tests {
     }
 
     #[test]
-    fn every_set_of_instructions_counts_the_same() {
+    fn every_instruction_set_gives_the_same_counts() {
         fn with(simd: impl pulp::Simd, pairs: &Pairs<'_>, limits: Limits<'_>) -> RecurrenceCounts {
-            let mut tally = Tally::new(pairs.states, matches!(limits, Limits::One(_)));
-            for piece in pairs.pieces() {
-                pairs.visit_with(simd, piece, limits, &mut tally);
+            let mut counter = LineCounter::new(pairs.states, matches!(limits, Limits::One(_)));
+            for block in pairs.blocks() {
+                pairs.visit_with(simd, block, limits, &mut counter);
             }
-            tally.finish(pairs.theiler)
+            counter.finish(pairs.theiler)
         }
         for norm in NORMS {
             for signal in signals(700) {
@@ -162,8 +162,8 @@ mod tests {
                 let pairs = Pairs::new(&vectors, norm, 1);
                 for threshold in [Threshold::Spread(0.4), Threshold::Neighbours(9)] {
                     let expected = quantify(&vectors, &rule(norm, threshold, 1)).unwrap();
-                    let nearness = Nearness::find(&pairs, threshold).unwrap();
-                    let limits = nearness.limits(norm);
+                    let threshold = ResolvedThreshold::find(&pairs, threshold).unwrap();
+                    let limits = threshold.limits(norm);
                     assert_eq!(with(pulp::Scalar::new(), &pairs, limits), expected);
                     #[cfg(target_arch = "x86_64")]
                     if let Some(avx2) = pulp::x86::V3::try_new() {
@@ -175,8 +175,8 @@ mod tests {
     }
 
     #[test]
-    fn shift_scale_and_reversal_change_nothing() {
-        // Whole numbers are shifted and halved without rounding.
+    fn shift_scale_and_reversal_do_not_change_the_counts() {
+        // Integers are shifted and halved without rounding.
         let signal: Vec<f64> = noise(3, 400, 1e6).iter().map(|x| x.round()).collect();
         let count = |signal: &[f64], threshold| {
             let vectors = DelayVectors::new(signal, 4, 3).unwrap();
@@ -210,7 +210,7 @@ mod tests {
             let counts = quantify(&vectors, &rule(Norm::Euclidean, threshold, 1)).unwrap();
             counts.measures(2, 2, RateBase::Counted)
         };
-        // On the unit circle states one sample apart are 2 sin(pi / 100) = 0.063 apart.
+        // On the unit circle, successive states are 2 sin(pi / 100) = 0.063 apart.
         let signal = sines(100.0, 1065, &[(1.0, 1.0, 0.2)]);
         let sine = measures(&signal, Threshold::Distance(0.09));
         assert_eq!(sine.determinism, Some(1.0));
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_signal_is_one_line() {
+    fn every_column_of_a_constant_signal_is_one_line() {
         for threshold in [
             Threshold::Distance(0.0),
             Threshold::Spread(0.3),
@@ -242,8 +242,8 @@ mod tests {
     fn hundred_thousand_states_fit_in_memory() {
         let n = 100_080;
         let mut signal = sines(1.0, n, &[(0.0213, 1.0, 0.3), (0.00341, 0.7, 1.0)]);
-        let hiss = noise(1, n, 0.1);
-        signal.iter_mut().zip(hiss).for_each(|(x, e)| *x += e);
+        let white = noise(1, n, 0.1);
+        signal.iter_mut().zip(white).for_each(|(x, e)| *x += e);
         let vectors = DelayVectors::new(&signal, 20, 5).unwrap();
         let clock = std::time::Instant::now();
         let rule = rule(Norm::Euclidean, Threshold::Rate(0.01), 1);

@@ -1,12 +1,12 @@
-//! When two states count as the same: thresholds as types.
+//! Recurrence thresholds.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::sweep::{Diagonal, Limits, Pairs, Visitor};
+use super::diagonals::{Diagonal, Limits, Pairs, Visitor};
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
-/// How near is the same.
+/// Threshold for the recurrence of two states.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     tag = "threshold",
@@ -16,17 +16,18 @@ use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 pub enum Threshold {
     /// A distance, in the signal's unit.
     Distance(f64),
-    /// This many times the standard deviation of the samples that the vectors are made of.
+    /// This multiple of the standard deviation of the samples that form the vectors.
     Spread(f64),
     /// The distance at which this share of the counted pairs is recurrent, 0 to 1.
     Rate(f64),
-    /// A distance for each state, such that this many others (outside the Theiler window) are
-    /// near it (fixed amount of neighbours; the plot is not symmetric).
+    /// A separate distance for each state that gives it this many neighbours outside the Theiler window
+    /// (fixed amount of neighbours; the plot is asymmetric).
     Neighbours(usize),
 }
 
 impl Threshold {
-    /// The distance (signal's unit), if it is one: see [`RecurrenceRule::fixed`] for the others.
+    /// The distance (signal's unit) of [`Threshold::Distance`]. [`RecurrenceCriterion::fixed`] converts the
+    /// other thresholds.
     pub fn distance(self) -> Option<f64> {
         match self {
             Self::Distance(distance) => Some(distance),
@@ -34,119 +35,125 @@ impl Threshold {
         }
     }
 
-    /// The threshold itself, if it is within its range.
+    /// Returns the threshold if it is in range.
     pub(super) fn check(self) -> Result<Self, AnalysisError> {
-        let (right, what) = match self {
-            Self::Distance(distance) => (distance >= 0.0, "a distance must be at least 0"),
+        let (valid, what) = match self {
+            Self::Distance(distance) => (distance >= 0.0, "the distance must be at least 0"),
             Self::Spread(times) => (
                 times >= 0.0 && times.is_finite(),
-                "a spread must be finite and at least 0",
+                "the spread must be finite and at least 0",
             ),
-            Self::Rate(rate) => ((0.0..=1.0).contains(&rate), "a rate must be from 0 to 1"),
-            Self::Neighbours(wanted) => (wanted > 0, "ask for at least one neighbour"),
+            Self::Rate(rate) => ((0.0..=1.0).contains(&rate), "the rate must be from 0 to 1"),
+            Self::Neighbours(count) => (count > 0, "the number of neighbours must be at least 1"),
         };
-        right
+        valid
             .then_some(self)
             .ok_or(AnalysisError::Threshold { what })
     }
 }
 
-/// Which pairs of states are recurrent, and which count.
+/// Criterion for recurrent pairs, and the pairs that count.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecurrenceRule {
-    /// How distances are measured.
+pub struct RecurrenceCriterion {
+    /// Norm of the distances.
     pub norm: Norm,
-    /// How near is the same.
+    /// Recurrence threshold.
     #[serde(flatten)]
     pub threshold: Threshold,
-    /// Pairs with `|i - j| < theiler` are left out of every count: 0 keeps all, 1 (the usual)
-    /// leaves out the line of identity.
+    /// Theiler window: pairs with `|i - j| < theiler` are excluded from all counts. 0 excludes none; 1
+    /// (usual) excludes the line of identity.
     #[serde(rename = "theiler_states")]
     pub theiler: usize,
 }
 
-impl RecurrenceRule {
-    /// The same rule with the distance that its threshold comes to for these vectors, which is
-    /// then found once, however often it is needed. [`Threshold::Neighbours`] stays as it is: it
-    /// has a distance for every state.
+impl RecurrenceCriterion {
+    /// The same criterion with the threshold converted to a distance for these vectors, which avoids
+    /// computing it repeatedly. [`Threshold::Neighbours`] stays unchanged because it has a distance for
+    /// every state.
     ///
     /// # Errors
     /// [`AnalysisError::Threshold`] as in [`quantify`](super::quantify).
     pub fn fixed(self, vectors: &DelayVectors<'_>) -> Result<Self, AnalysisError> {
         let threshold = match self.threshold.check()? {
-            Threshold::Neighbours(wanted) => Threshold::Neighbours(wanted),
+            Threshold::Neighbours(count) => Threshold::Neighbours(count),
             _ => Threshold::Distance(find_threshold(vectors, &self)?),
         };
         Ok(Self { threshold, ..self })
     }
 }
 
-/// The distance (signal's unit) that a threshold comes to.
+/// Computes the distance (signal's unit) of a threshold.
 ///
-/// For [`Threshold::Rate`] it is exact: the smallest distance at which at least
-/// `round(rate * pairs)` of the counted pairs are recurrent, hence the distance of one of the
-/// pairs; others at the same distance come with it, so that the rate reached may be larger. A
-/// rate of less than half a pair gives 0. Memory is proportional to the number of vectors.
+/// For [`Threshold::Rate`] it is exact: the smallest distance at which at least `round(rate * pairs)` of
+/// the counted pairs are recurrent. It is the distance of one of the pairs. Other pairs at the same
+/// distance are included, which can make the actual rate larger. A rate of less than half a pair gives
+/// 0. Memory is proportional to the number of vectors.
 ///
 /// # Errors
-/// [`AnalysisError::Threshold`] for a distance or spread that is negative or not a number, a rate
-/// outside 0 to 1, 0 neighbours, and for [`Threshold::Neighbours`] as such: it has a distance for
-/// every state, which only [`quantify`](super::quantify) finds.
+/// [`AnalysisError::Threshold`] for a distance or spread that is negative or NaN, a rate outside 0 to 1,
+/// 0 neighbours, and always for [`Threshold::Neighbours`]: it has a distance for every state, which only
+/// [`quantify`](super::quantify) computes.
 pub fn find_threshold(
     vectors: &DelayVectors<'_>,
-    rule: &RecurrenceRule,
+    rule: &RecurrenceCriterion,
 ) -> Result<f64, AnalysisError> {
     if let Threshold::Neighbours(_) = rule.threshold {
-        let what = "a number of neighbours has no single distance; ask for a rate instead";
+        let what = "a fixed number of neighbours has no single distance; use a rate instead";
         return Err(AnalysisError::Threshold { what });
     }
     let pairs = Pairs::new(vectors, rule.norm, rule.theiler);
-    match Nearness::find(&pairs, rule.threshold)? {
-        Nearness::Everywhere(distance) => Ok(distance),
-        Nearness::Columns(_) => unreachable!("only neighbours have a distance for every state"),
+    match ResolvedThreshold::find(&pairs, rule.threshold)? {
+        ResolvedThreshold::Uniform(distance) => Ok(distance),
+        ResolvedThreshold::PerColumn(_) => {
+            unreachable!("only a fixed number of neighbours has a distance per state")
+        }
     }
 }
 
-/// What a threshold comes to.
-pub(super) enum Nearness {
+/// A threshold resolved to distances.
+pub(super) enum ResolvedThreshold {
     /// One distance for all pairs.
-    Everywhere(f64),
-    /// The largest recurrent extent of each column, padded as [`Limits::Columns`] wants it.
-    Columns(Vec<f64>),
+    Uniform(f64),
+    /// Limit of the unrooted distance for each column, padded as [`Limits::Columns`] requires.
+    PerColumn(Vec<f64>),
 }
 
-impl Nearness {
+impl ResolvedThreshold {
     pub fn limits(&self, norm: Norm) -> Limits<'_> {
         match self {
-            Self::Everywhere(distance) => Limits::One(norm.extent_within(*distance)),
-            Self::Columns(extents) => Limits::Columns(extents),
+            Self::Uniform(distance) => Limits::One(norm.unrooted_limit(*distance)),
+            Self::PerColumn(distances) => Limits::Columns(distances),
         }
     }
 
     pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
         Ok(match threshold.check()? {
-            Threshold::Distance(distance) => Self::Everywhere(distance),
-            Threshold::Spread(times) => Self::Everywhere(times * deviation(pairs.samples)),
-            Threshold::Rate(rate) => Self::Everywhere(distance_for_rate(pairs, rate)),
-            Threshold::Neighbours(wanted) => Self::Columns(extents_of_columns(pairs, wanted)),
+            Threshold::Distance(distance) => Self::Uniform(distance),
+            Threshold::Spread(times) => Self::Uniform(times * deviation(pairs.samples)),
+            Threshold::Rate(rate) => Self::Uniform(distance_for_rate(pairs, rate)),
+            Threshold::Neighbours(count) => Self::PerColumn(column_limits(pairs, count)),
         })
     }
 }
 
-/// The extent within which so many other states outside the Theiler window lie, for each state;
-/// all of them if there are fewer.
-fn extents_of_columns(pairs: &Pairs<'_>, wanted: usize) -> Vec<f64> {
+/// For each state, the unrooted distance that contains `count` other states outside the Theiler window,
+/// or all of them if there are fewer.
+fn column_limits(pairs: &Pairs<'_>, count: usize) -> Vec<f64> {
     let n = pairs.states;
     let first = pairs.offsets().start;
     let mut limits: Vec<f64> = (0..n)
         .into_par_iter()
-        .map_init(Vec::new, |extents, j| {
-            extents.clear();
-            pairs.extents(j, 0..(j + 1).saturating_sub(first), extents);
-            pairs.extents(j, j.saturating_add(first).min(n)..n, extents);
-            match wanted.min(extents.len()).checked_sub(1) {
-                // Numbers that are not negative are ordered like their bits.
-                Some(last) => *extents.select_nth_unstable_by_key(last, |e| e.to_bits()).1,
+        .map_init(Vec::new, |distances, j| {
+            distances.clear();
+            pairs.unrooted_row(j, 0..(j + 1).saturating_sub(first), distances);
+            pairs.unrooted_row(j, j.saturating_add(first).min(n)..n, distances);
+            match count.min(distances.len()).checked_sub(1) {
+                // Non-negative floating-point numbers have the order of their bit patterns.
+                Some(last) => {
+                    *distances
+                        .select_nth_unstable_by_key(last, |e| e.to_bits())
+                        .1
+                }
                 None => 0.0,
             }
         })
@@ -155,44 +162,45 @@ fn extents_of_columns(pairs: &Pairs<'_>, wanted: usize) -> Vec<f64> {
     limits
 }
 
-/// The share of pairs, as [`find_threshold`] says.
+/// Distance for a recurrence rate, as defined in [`find_threshold`].
 fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
     let n = pairs.states as u64;
     let upper: u64 = pairs.offsets().map(|k| n - k as u64).sum();
-    // A line of identity that is counted is recurrent anyway.
+    // If the line of identity counts, it is always recurrent.
     let identity = if pairs.offsets().start > pairs.theiler {
         n
     } else {
         0
     };
-    let wanted = rate * (2 * upper + identity) as f64 - identity as f64;
-    let wanted = ((0.5 * wanted).round().max(0.0) as u64).min(upper);
-    match wanted.checked_sub(1) {
+    let count = rate * (2 * upper + identity) as f64 - identity as f64;
+    let count = ((0.5 * count).round().max(0.0) as u64).min(upper);
+    match count.checked_sub(1) {
         Some(rank) => pairs
             .norm
-            .distance_of_extent(order_statistic(pairs, upper, rank)),
+            .distance_of_unrooted(order_statistic(pairs, upper, rank)),
         None => 0.0,
     }
 }
 
-/// The extent with this rank (0 the smallest) among those of the `upper` counted pairs of the
-/// upper triangle.
+/// The unrooted distance with this rank (0 the smallest) among the `upper` counted pairs of the upper
+/// triangle.
 ///
-/// A sample of the pairs brackets it. A pass over all pairs counts those below the bracket and
-/// keeps those inside; if they are too many to keep, counts them in bins, one of which is the next
-/// bracket. Works on the bits of the extents, which are ordered like the numbers, so that a
-/// bracket can be cut until it holds a single one.
+/// A sample of the pairs gives a first bracket. A pass over all pairs counts those below the bracket and
+/// keeps those inside. If there are too many to keep, it counts them in bins, one of which becomes the
+/// next bracket. Brackets are ranges of the bit patterns, which have the order of the numbers, so a
+/// bracket can shrink to a single value.
 fn order_statistic(pairs: &Pairs<'_>, upper: u64, rank: u64) -> f64 {
-    /// 8 MB, however long the signal.
-    const KEPT: usize = 1 << 20;
+    /// 8 MB for any length of the signal.
+    const MAX_KEPT: usize = 1 << 20;
     let bracket = Bracket::from_sample(pairs, rank as f64 / upper as f64);
-    narrow_down(pairs, bracket, rank, KEPT)
+    narrow_down(pairs, bracket, rank, MAX_KEPT)
 }
 
-/// The extent with this rank, from any bracket, keeping at most so many.
-fn narrow_down(pairs: &Pairs<'_>, mut bracket: Bracket, rank: u64, most: usize) -> f64 {
+/// The unrooted distance with this rank, starting from any bracket and keeping at most `max_kept`
+/// values.
+fn narrow_down(pairs: &Pairs<'_>, mut bracket: Bracket, rank: u64, max_kept: usize) -> f64 {
     while bracket.first < bracket.last {
-        let scan = Scan::of(pairs, bracket, most);
+        let scan = Scan::of(pairs, bracket, max_kept);
         bracket = match rank.checked_sub(scan.below) {
             None => Bracket {
                 first: 0,
@@ -208,7 +216,7 @@ fn narrow_down(pairs: &Pairs<'_>, mut bracket: Bracket, rank: u64, most: usize) 
     f64::from_bits(bracket.first)
 }
 
-/// Extents from `first` to `last`, both included, as bits.
+/// Range of unrooted distances from `first` to `last` inclusive, as bit patterns.
 #[derive(Clone, Copy, Debug)]
 struct Bracket {
     first: u64,
@@ -220,22 +228,24 @@ impl Bracket {
         first: 0,
         last: f64::INFINITY.to_bits(),
     };
-    /// Bins that a bracket is cut into.
+    /// Number of bins per bracket.
     const BINS: usize = 1 << 16;
 
-    /// The extents between which a share of all is likely to be reached.
+    /// Bracket that probably contains the quantile `share`.
     fn from_sample(pairs: &Pairs<'_>, share: f64) -> Self {
         const DRAWS: usize = 1 << 16;
-        // Successive multiples of these, modulo 1, fill a square evenly (1/p and 1/p^2 with
-        // p^3 = p + 1).
+        // Successive multiples of these, modulo 1, fill a square evenly (1/p and 1/p^2 with p^3 = p +
+        // 1).
         const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
         let n = pairs.states as f64;
         let state = |draw: usize, step: f64| ((draw as f64 * step).fract() * n) as usize;
         let draws = (1..=DRAWS).map(|draw| STEPS.map(|step| state(draw, step)));
         let counted = draws.filter(|[i, j]| pairs.offsets().contains(&i.abs_diff(*j)));
-        let mut sample: Vec<u64> = counted.map(|[i, j]| pairs.extent(i, j).to_bits()).collect();
+        let mut sample: Vec<u64> = counted
+            .map(|[i, j]| pairs.unrooted(i, j).to_bits())
+            .collect();
         sample.sort_unstable();
-        // Five standard deviations of the number drawn below.
+        // Five standard deviations of the number of sampled values below the quantile.
         let middle = share * sample.len() as f64;
         let margin = 5.0 + 5.0 * (middle * (1.0 - share)).sqrt();
         let at = |place: f64| sample.get(place as usize).copied();
@@ -249,7 +259,7 @@ impl Bracket {
         }
     }
 
-    /// Bits of an extent that its place within a bin takes.
+    /// Number of low bits that locate a value within a bin.
     fn shift(self) -> u32 {
         let bins = Self::BINS.ilog2();
         (u64::BITS - (self.last - self.first).leading_zeros()).saturating_sub(bins)
@@ -260,18 +270,18 @@ impl Bracket {
     }
 }
 
-/// The extents inside a bracket.
+/// Unrooted distances inside a bracket.
 enum Inside {
-    /// All of them.
+    /// All values.
     Kept(Vec<u64>),
-    /// How many there are in each bin.
+    /// Number of values per bin.
     Binned(Vec<u64>),
 }
 
 impl Inside {
-    fn add(&mut self, bracket: Bracket, most: usize, bits: u64) {
+    fn add(&mut self, bracket: Bracket, max_kept: usize, bits: u64) {
         match self {
-            Self::Kept(kept) if kept.len() < most => kept.push(bits),
+            Self::Kept(kept) if kept.len() < max_kept => kept.push(bits),
             Self::Kept(kept) => {
                 let mut bins = vec![0; Bracket::BINS];
                 kept.iter().for_each(|&bits| bins[bracket.bin(bits)] += 1);
@@ -282,7 +292,7 @@ impl Inside {
         }
     }
 
-    fn join(self, other: Self, bracket: Bracket, most: usize) -> Self {
+    fn merge(self, other: Self, bracket: Bracket, max_kept: usize) -> Self {
         match (self, other) {
             (Self::Binned(mut a), Self::Binned(b)) => {
                 a.iter_mut().zip(b).for_each(|(sum, count)| *sum += count);
@@ -290,7 +300,7 @@ impl Inside {
             }
             (mut sum, Self::Kept(kept)) | (Self::Kept(kept), mut sum) => {
                 kept.into_iter()
-                    .for_each(|bits| sum.add(bracket, most, bits));
+                    .for_each(|bits| sum.add(bracket, max_kept, bits));
                 sum
             }
         }
@@ -303,7 +313,7 @@ impl Inside {
         }
     }
 
-    /// The part of the bracket that holds the extent with this rank inside.
+    /// The part of the bracket that contains the value with this rank.
     fn narrow(self, bracket: Bracket, mut rank: u64) -> Bracket {
         match self {
             Self::Kept(mut kept) => {
@@ -330,46 +340,46 @@ impl Inside {
     }
 }
 
-/// What a pass over all pairs finds.
+/// Result of a pass over all pairs.
 struct Scan<'a> {
     pairs: &'a Pairs<'a>,
     bracket: Bracket,
-    /// Extents kept at most.
-    most: usize,
-    /// Pairs with an extent below the bracket.
+    /// Maximum number of values kept.
+    max_kept: usize,
+    /// Number of pairs below the bracket.
     below: u64,
     inside: Inside,
 }
 
 impl<'a> Scan<'a> {
-    fn new(pairs: &'a Pairs<'a>, bracket: Bracket, most: usize) -> Self {
+    fn new(pairs: &'a Pairs<'a>, bracket: Bracket, max_kept: usize) -> Self {
         Self {
             pairs,
             bracket,
-            most,
+            max_kept,
             below: 0,
             inside: Inside::Kept(Vec::new()),
         }
     }
 
-    fn of(pairs: &'a Pairs<'a>, bracket: Bracket, most: usize) -> Self {
+    fn of(pairs: &'a Pairs<'a>, bracket: Bracket, max_kept: usize) -> Self {
         let below = bracket.first.checked_sub(1).map_or(-1.0, f64::from_bits);
         let limits = Limits::Two(f64::from_bits(bracket.last), below);
-        let new = || Self::new(pairs, bracket, most);
-        let scan = |mut scan: Self, piece| {
-            pairs.visit(piece, limits, &mut scan);
+        let new = || Self::new(pairs, bracket, max_kept);
+        let scan = |mut scan: Self, block| {
+            pairs.visit(block, limits, &mut scan);
             scan
         };
-        let join = |mut a: Self, b: Self| {
+        let merge = |mut a: Self, b: Self| {
             a.below += b.below;
-            a.inside = a.inside.join(b.inside, bracket, most);
+            a.inside = a.inside.merge(b.inside, bracket, max_kept);
             a
         };
         pairs
-            .pieces()
+            .blocks()
             .into_par_iter()
             .fold(new, scan)
-            .reduce(new, join)
+            .reduce(new, merge)
     }
 }
 
@@ -381,8 +391,9 @@ impl Visitor for Scan<'_> {
             let mut inside = upto & !below;
             while inside != 0 {
                 let i = 64 * word + inside.trailing_zeros() as usize;
-                let extent = self.pairs.extent(i, i + diagonal.offset);
-                self.inside.add(self.bracket, self.most, extent.to_bits());
+                let unrooted = self.pairs.unrooted(i, i + diagonal.offset);
+                self.inside
+                    .add(self.bracket, self.max_kept, unrooted.to_bits());
                 inside &= inside - 1;
             }
         }
@@ -395,24 +406,24 @@ mod tests {
     use crate::analysis::quantify;
     use crate::analysis::test_signals::{noise, sines};
 
-    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceRule {
-        RecurrenceRule {
+    fn rule(norm: Norm, threshold: Threshold, theiler: usize) -> RecurrenceCriterion {
+        RecurrenceCriterion {
             norm,
             threshold,
             theiler,
         }
     }
 
-    /// All extents of the upper triangle, sorted.
-    fn extents(pairs: &Pairs<'_>) -> Vec<f64> {
-        let of_offset = |k: usize| (0..pairs.states - k).map(move |i| pairs.extent(i, i + k));
-        let mut extents: Vec<f64> = pairs.offsets().flat_map(of_offset).collect();
-        extents.sort_by(f64::total_cmp);
-        extents
+    /// All unrooted distances of the upper triangle, sorted.
+    fn distances(pairs: &Pairs<'_>) -> Vec<f64> {
+        let of_offset = |k: usize| (0..pairs.states - k).map(move |i| pairs.unrooted(i, i + k));
+        let mut distances: Vec<f64> = pairs.offsets().flat_map(of_offset).collect();
+        distances.sort_by(f64::total_cmp);
+        distances
     }
 
     #[test]
-    fn the_distance_of_a_rate_is_the_smallest_that_reaches_it() {
+    fn the_distance_for_a_rate_is_the_smallest_that_reaches_it() {
         let signal = noise(2, 700, 1.0);
         let vectors = DelayVectors::new(&signal, 7, 5).unwrap();
         for norm in [Norm::Euclidean, Norm::Maximum, Norm::Manhattan] {
@@ -426,11 +437,11 @@ mod tests {
                     };
                     let counts = reached(distance);
                     if distance > 0.0 {
-                        let wanted = rate * counts.pairs() as f64;
+                        let count = rate * counts.pairs() as f64;
                         let below = reached(distance.next_down()).recurrent;
-                        // Pairs come in twos.
-                        assert!(counts.recurrent as f64 >= wanted - 1.0, "{by_rate:?}");
-                        assert!((below as f64) < wanted + 1.0, "{by_rate:?}");
+                        // Pairs occur twice, once per triangle.
+                        assert!(counts.recurrent as f64 >= count - 1.0, "{by_rate:?}");
+                        assert!((below as f64) < count + 1.0, "{by_rate:?}");
                         // No two sums over noise are equal.
                         if norm != Norm::Maximum {
                             assert_eq!(counts.recurrent - below, 2, "{by_rate:?}");
@@ -442,24 +453,24 @@ mod tests {
         }
     }
 
-    /// The way over the sample and over the bins, against sorting everything.
+    /// Compares the search by sample and bins with sorting all values.
     #[test]
-    fn order_statistics_are_exact_whatever_the_ties() {
+    fn order_statistics_are_exact_with_any_ties() {
         let rough = noise(4, 520, 1.0);
         let tied: Vec<f64> = rough.iter().map(|x| (3.0 * x).round()).collect();
         let smooth = sines(1.0, 520, &[(0.01, 1.0, 0.0)]);
         for signal in [rough, tied, smooth, vec![0.0; 520]] {
             let vectors = DelayVectors::new(&signal, 3, 4).unwrap();
             let pairs = Pairs::new(&vectors, Norm::Euclidean, 1);
-            let extents = extents(&pairs);
-            let last = extents.len() - 1;
+            let distances = distances(&pairs);
+            let last = distances.len() - 1;
             for rank in [0, 1, 700, last / 20, last / 2, last - 1, last] {
-                let found = order_statistic(&pairs, extents.len() as u64, rank as u64);
-                assert_eq!(found, extents[rank], "{rank}");
-                // Any bracket leads there, also one that misses.
+                let found = order_statistic(&pairs, distances.len() as u64, rank as u64);
+                assert_eq!(found, distances[rank], "{rank}");
+                // Any bracket works, even one that misses the value.
                 for bracket in [Bracket::ALL, Bracket { first: 1, last: 2 }] {
                     let found = narrow_down(&pairs, bracket, rank as u64, 100);
-                    assert_eq!(found, extents[rank], "{rank} {bracket:?}");
+                    assert_eq!(found, distances[rank], "{rank} {bracket:?}");
                 }
             }
         }
@@ -475,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_rule_counts_the_same() {
+    fn a_fixed_criterion_gives_the_same_counts() {
         let signal = noise(8, 300, 1.0);
         let vectors = DelayVectors::new(&signal, 3, 3).unwrap();
         for threshold in [
@@ -494,7 +505,7 @@ mod tests {
     }
 
     #[test]
-    fn each_column_has_its_neighbours() {
+    fn each_column_has_the_given_number_of_neighbours() {
         let signal = noise(6, 150, 1.0);
         let vectors = DelayVectors::new(&signal, 1, 2).unwrap();
         for theiler in [1, 10] {
@@ -508,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_refused() {
+    fn thresholds_out_of_range_are_rejected() {
         let signal = [0.0, 1.0, 2.0];
         let vectors = DelayVectors::new(&signal, 1, 1).unwrap();
         for threshold in [

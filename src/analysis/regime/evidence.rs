@@ -1,32 +1,32 @@
-//! Kinds of motion, and what speaks for them.
+//! Regimes and the evidence for them.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Kinds of motion.
+/// Type of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regime {
-    /// Hardly anything moves.
+    /// Amplitude below the silence threshold.
     Silent,
-    /// It still changes: grows, fades or wanders.
+    /// Growing, decaying or drifting.
     Transient,
-    /// It repeats.
+    /// Periodic motion.
     Periodic,
-    /// Two (or more) tones that never come into step.
+    /// Two (or more) frequencies without phase locking: motion on a torus.
     QuasiPeriodic,
-    /// It never repeats, neighbours part, yet it obeys a law.
+    /// Deterministic and aperiodic; nearby trajectories diverge.
     Chaotic,
-    /// No law is found in it.
+    /// No determinism is detected.
     Noise,
-    /// The evidence does not suffice.
-    #[serde(rename = "not sure")]
-    Unsure,
+    /// The evidence is insufficient.
+    #[serde(rename = "undetermined")]
+    Undetermined,
 }
 
 impl Regime {
-    /// All of them.
+    /// All regimes.
     pub const ALL: [Self; 7] = [
         Self::Silent,
         Self::Transient,
@@ -34,7 +34,7 @@ impl Regime {
         Self::QuasiPeriodic,
         Self::Chaotic,
         Self::Noise,
-        Self::Unsure,
+        Self::Undetermined,
     ];
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for Regime {
             Self::QuasiPeriodic => "quasi-periodic",
             Self::Chaotic => "chaotic",
             Self::Noise => "noise",
-            Self::Unsure => "not sure",
+            Self::Undetermined => "undetermined",
         })
     }
 }
@@ -55,39 +55,39 @@ impl fmt::Display for Regime {
 /// One piece of evidence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
-    /// What was measured, such as `0-1 test`.
-    pub what: String,
-    /// The number.
+    /// Measured quantity, such as `0-1 test`.
+    pub criterion: String,
+    /// Measured value.
     pub value: f64,
-    /// The kinds it speaks for: one of them, without saying which.
-    pub says: Vec<Regime>,
-    /// How strongly, 0 to 1.
+    /// The regimes that it supports, without a choice between them.
+    pub supports: Vec<Regime>,
+    /// Weight, 0 to 1.
     pub weight: f64,
-    /// A sentence with the number in it.
-    pub words: String,
+    /// A sentence with the value.
+    pub description: String,
 }
 
 impl Evidence {
-    /// A piece of evidence from its parts.
+    /// Creates a piece of evidence.
     pub fn new(
-        what: &str,
+        criterion: &str,
         value: f64,
-        says: &[Regime],
+        supports: &[Regime],
         weight: f64,
-        words: impl Into<String>,
+        description: impl Into<String>,
     ) -> Self {
         Self {
-            what: what.to_owned(),
+            criterion: criterion.to_owned(),
             value,
-            says: says.to_vec(),
+            supports: supports.to_vec(),
             weight,
-            words: words.into(),
+            description: description.into(),
         }
     }
 
-    /// The kinds it speaks for, in words: `periodic or quasi-periodic`.
-    pub fn kinds(&self) -> String {
-        let kinds: Vec<String> = self.says.iter().map(Regime::to_string).collect();
-        kinds.join(" or ")
+    /// Supported regimes as text: `periodic or quasi-periodic`.
+    pub fn supported_regimes(&self) -> String {
+        let supported_regimes: Vec<String> = self.supports.iter().map(Regime::to_string).collect();
+        supported_regimes.join(" or ")
     }
 }

@@ -1,74 +1,75 @@
-//! What kind of motion is it? A verdict with its evidence and a confidence.
+//! Classification of the type of motion, with its evidence and a confidence.
 //!
-//! No single number tells a torus from chaos or chaos from noise, least of all in the short piece
-//! of signal that there is when one listens. So [`classify`] measures many, says of each what it
-//! speaks for, how strongly and in a sentence, and joins them by a rule that is written down:
-//! Dempster's (Shafer 1976). Evidence for a set of kinds with weight `w` gives the share `w` of
-//! all belief to that set; two pieces give the product of their shares to what their sets have in
-//! common, and what falls on nothing in common is dropped and the rest scaled up. The kind with
-//! more than half of all belief to itself is the verdict, that share its confidence; if there is
-//! none, it is not sure, and the confidence is that of the likeliest. The rule takes the pieces
-//! for independent, which they are not quite: a confidence ranks verdicts, it is no probability.
+//! No single number distinguishes a torus from chaos or chaos from noise, least of all in a short
+//! record. [`classify`] therefore measures many quantities. Each is a piece of evidence: a set of
+//! regimes that it supports, a weight and a sentence. They are combined by Dempster's rule (Shafer
+//! 1976). Evidence for a set of regimes with weight `w` assigns the share `w` of all belief to that set.
+//! Two pieces assign the product of their shares to the intersection of their sets; the share of empty
+//! intersections is dropped and the rest normalised to 1. The verdict is the regime with more than half
+//! of all belief to itself, and that share is its confidence. Without such a regime the verdict is
+//! undetermined, with the confidence of the most likely regime. The rule assumes independent evidence,
+//! which is only approximately true: the confidence ranks verdicts but is not a probability.
 //!
-//! # The evidence
+//! # Evidence
 //!
-//! In delay vectors of dimension 5, at the lag of the first clear minimum of the mutual
-//! information; a turn is four lags. Weights run from 0 at the first limit to the last column at
-//! the second.
+//! Delay vectors have the dimension 5 and the lag of the first clear minimum of the mutual information.
+//! A period is four lags. Weights increase from 0 at the first limit to the value of the last column at
+//! the second limit.
 //!
-//! | what | is | speaks for | limits | weight |
+//! | evidence | quantity | supports | limits | weight |
 //! |---|---|---|---|---|
 //! | envelope | change of ln rms over the record, and over its error | transient | 0.08, 0.3; 3, 6 | 0.95 |
-//! | tempo | the same of ln time between passages | transient | 0.01, 0.04; 5, 12 | 0.95 |
-//! | spectral lines | one tone (or two in step, or a second below 2.5 % of the first); two or more | periodic; quasi-periodic | | 0.6 |
-//! | floor | share of the power between the lines | periodic or quasi-periodic | 1e-3, 1e-6 | 0.7 |
-//! | coloured floor | the part of it that is not white | chaotic (or noise) | 2.5e-4, 2.5e-3 | 0.8 |
-//! | lawful floor | floor over `near^2`, what noise would make it | chaotic | 8, 50 | 0.8 |
+//! | period drift | the same for ln time between crossings | transient | 0.01, 0.04; 5, 12 | 0.95 |
+//! | spectral lines | one tone (or two phase-locked tones, or a second below 2.5 % of the first); two or more | periodic; quasi-periodic | | 0.6 |
+//! | broadband share | share of the power in the noise floor | periodic or quasi-periodic | 1e-3, 1e-6 | 0.7 |
+//! | coloured broadband share | the part of it that is not white | chaotic (or noise) | 2.5e-4, 2.5e-3 | 0.8 |
+//! | deterministic broadband share | broadband share over `short^2`, its value for noise | chaotic | 8, 50 | 0.8 |
 //! | Poincare section | points; a loop; an arc | periodic; quasi-periodic; neither periodic nor noise | | 0.7; 0.8; 0.2 |
-//! | repetition | distance of passages a period apart over `near` | periodic; not periodic | 2, 1.2; 3, 6 | 0.6; 0.7 |
-//! | lasting prediction | `far / near` | periodic or quasi-periodic | 3, 1.5 | 0.7 |
-//! | lost prediction | `far / near`, of a bent law | chaotic | 4, 10 | 0.7 |
-//! | slow parting | ln of the distance of neighbours late over that early, of a bent law | chaotic (or transient) | 0.25, 0.5 | 0.8 |
-//! | no prediction | `near / linear` | noise | 0.8, 0.95 | 0.9 |
+//! | repetition | distance of crossings one period apart over `short` | periodic; not periodic | 2, 1.2; 3, 6 | 0.6; 0.7 |
+//! | long-term predictability | `long / short` | periodic or quasi-periodic | 3, 1.5 | 0.7 |
+//! | loss of predictability | `long / short`, of a nonlinear signal | chaotic | 4, 10 | 0.7 |
+//! | slow divergence | ln of the distance of neighbours late over that early, of a nonlinear signal | chaotic (or transient) | 0.25, 0.5 | 0.8 |
+//! | unpredictability | `short / linear` | noise | 0.8, 0.95 | 0.9 |
 //! | 0-1 test | `K` | regular; chaotic or noise | 0.4, 0.1; 0.6, 0.9 | 0.3; 0.5 |
-//! | exponent | rate at which neighbours part over its error, of a bent law | chaotic | 3, 8 | 0.6 |
+//! | Lyapunov exponent | rate of divergence of neighbours over its error, of a nonlinear signal | chaotic | 3, 8 | 0.6 |
 //!
-//! `near` and `far` are errors of prediction by analogues (E. N. Lorenz, J. Atmos. Sci. 26, 636,
-//! 1969), over the deviation: half the mean square difference of a state's successor and its
-//! nearest neighbour's, one lag and ten turns ahead. For noise added to a law the first is the
-//! noise (the delta test of Pi and Peterson, Neural Comput. 6, 509, 1994). `linear` is that of the
-//! best linear map one lag ahead; a law is bent if neighbours do far better than it (0.7, 0.3),
-//! and noise, whatever its colour, is not (after Casdagli, J. R. Stat. Soc. B 54, 303, 1992).
+//! `short` and `long` are errors of prediction by analogues (E. N. Lorenz, J. Atmos. Sci. 26, 636, 1969)
+//! over the standard deviation: the square root of half the mean square difference between the successor
+//! of a state and that of its nearest neighbour, one lag and ten periods ahead. For a deterministic
+//! signal with added noise the first is the noise (the delta test of Pi and Peterson, Neural Comput. 6,
+//! 509, 1994). `linear` is the error of the best linear map one lag ahead. A signal is nonlinear if
+//! neighbours predict it far better than the linear map (0.7, 0.3). Noise of any colour is not (after
+//! Casdagli, J. R. Stat. Soc. B 54, 303, 1992).
 //!
-//! Slow parting is what tells weak chaos, whose neighbours part by a few percent a turn, from a
-//! torus, whose neighbours keep their distance, whatever its tones and however many: the root mean
-//! square difference of two neighbours from 15 to 30 % of the record on, over that from 2 to 5 %
-//! on, when they have found the direction in which they part (the mean logarithm is that of
-//! Rosenstein, Collins and De Luca, Physica D 65, 117, 1993, of which only the growth is taken: it
-//! is too short for a rate). Where it shows, the lines and the lasting prediction count for less to
-//! the same extent. It says `chaotic or transient` where the nearest state a third of the record
-//! away is more than `exp 0.6` times as far as the nearest of all: then the motion itself wanders
-//! off, and takes one neighbour from the other (compare Schreiber, Phys. Rev. Lett. 78, 843, 1997).
+//! Slow divergence distinguishes weak chaos, with neighbours that diverge by a few percent per period,
+//! from a torus of any number of frequencies, with neighbours at constant distance. It is the
+//! root-mean-square difference of two neighbours after 15 to 30 % of the record, over that after 2 to
+//! 5 %, when it has aligned with the direction of growth (the mean logarithm is that of Rosenstein,
+//! Collins and De Luca, Physica D 65, 117, 1993; only the growth is used because the time is too short
+//! for a rate). It reduces the weight of the lines and of the long-term predictability to the same
+//! extent. It supports `chaotic or transient` if the nearest state at least a third of the record away
+//! in time is more than `exp 0.6` times as far as the nearest of all: then the motion itself drifts and
+//! separates neighbours (compare Schreiber, Phys. Rev. Lett. 78, 843, 1997).
 //!
-//! Where the record still changes, all other evidence counts for less, to the extent that it
-//! does. Where it holds fewer than 40 turns all counts for less, and for nothing below 10. Further
-//! conditions stand with the constants in the source. Recurrence quantification takes no part:
-//! it counts the same neighbours as the predictions do, and would be believed twice.
+//! Nonstationarity of the record reduces the weight of all other evidence. A record of fewer than 40
+//! periods reduces all weights, to 0 below 10 periods. Further conditions are documented with the
+//! constants in the source. Recurrence quantification is not used: it counts the same neighbours as the
+//! predictions and would count them twice.
 //!
-//! # What the limits rest on
+//! # Basis of the limits
 //!
-//! 8000 samples (50 a turn for tones, `dt` 0.1 for Roessler, 0.02 for Lorenz); deviation of added
-//! noise in brackets, tones of amplitude 1:
+//! 8000 samples (50 per period for tones, `dt` 0.1 for Roessler, 0.02 for Lorenz); standard deviation of
+//! added noise in parentheses, tones of amplitude 1:
 //!
-//! | signal | floor | coloured | lawful | section | repetition | near | near/linear | far | parting | K | said |
+//! | signal | broadband | coloured | deterministic | section | repetition | short | short/linear | long | divergence | K | verdict |
 //! |---|---|---|---|---|---|---|---|---|---|---|---|
 //! | sine (0.01) | 2e-4 | 0 | 0.8 | 1 point | 0.8 | 0.016 | 0.92 | 0.016 | 0.02 | -0.01 | periodic 0.95 |
 //! | sine (0.05) | 5e-3 | 0 | 0.8 | cloud | 0.8 | 0.078 | 0.91 | 0.078 | 0.01 | 0.07 | periodic 0.84 |
 //! | two tones | 4e-12 | 4e-12 | 0.0 | loop | 53 | 0.010 | large | 0.010 | 0.00 | 0.00 | quasi-periodic 0.97 |
 //! | two tones (0.05) | 4e-3 | 0 | 0.5 | cloud | 5.2 | 0.098 | 0.74 | 0.087 | 0.02 | 0.05 | quasi-periodic 0.75 |
-//! | two, bent | 3e-11 | 3e-11 | 0.0 | loop | 51 | 0.015 | 0.02 | 0.016 | 0.00 | 0.56 | quasi-periodic 0.97 |
+//! | two tones, nonlinear | 3e-11 | 3e-11 | 0.0 | loop | 51 | 0.015 | 0.02 | 0.016 | 0.00 | 0.56 | quasi-periodic 0.97 |
 //! | three tones | 3e-11 | 3e-11 | 0.0 | cloud | 20 | 0.031 | 0.13 | 0.031 | 0.00 | 0.01 | quasi-periodic 0.84 |
-//! | second tone 0.05 (0.05) | 5e-3 | 0 | 0.7 | cloud | 0.8 | 0.086 | 0.87 | 0.081 | 0.01 | 0.05 | not sure 0.40 |
+//! | second tone 0.05 (0.05) | 5e-3 | 0 | 0.7 | cloud | 0.8 | 0.086 | 0.87 | 0.081 | 0.01 | 0.05 | undetermined 0.40 |
 //! | Roessler 2.5 | 5e-11 | 5e-11 | 0.0 | 1 point | 0.0 | 0.000 | 0.02 | 0.000 | 0.00 | 0.00 | periodic 0.95 |
 //! | Roessler 4.15 | 3e-10 | 3e-10 | 0.0 | 8 points | 0.0 | 0.003 | 0.01 | 0.003 | 0.00 | 0.15 | periodic 0.95 |
 //! | Roessler 4.3 | 3e-3 | 3e-3 | 18 | arc | 5.7 | 0.013 | 0.04 | 0.050 | 0.93 | 0.16 | chaotic 0.97 |
@@ -80,9 +81,9 @@
 //! | AR(1), 0.99 | 0.8 | 0.8 | 6.1 | cloud | 0.8 | 0.364 | 1.05 | 0.981 | 0.06 | 0.99 | noise 0.77 |
 //! | AR(2), radius 0.997 | 0.3 | 0.3 | 2.1 | cloud | 1.6 | 0.385 | 1.06 | 0.958 | 0.14 | 0.94 | noise 0.85 |
 //!
-//! The squeaks that come with the program (displacement at 200 kHz, windows every 10 to 15 ms after
-//! the start has died away, seeds that end in the motion named). Parting, least, median and
-//! largest, and the windows called periodic P, quasi-periodic Q, chaotic C, not sure ?:
+//! Squeaks of the built-in scenes (displacement at 200 kHz, windows every 10 to 15 ms after the initial
+//! transient, seeds that lead to the named motion). Minimum, median and maximum of the slow divergence,
+//! and the number of windows classified as periodic P, quasi-periodic Q, chaotic C, undetermined ?:
 //!
 //! | squeak | 20 ms | 40 ms | 100 ms | 200 ms |
 //! |---|---|---|---|---|
@@ -92,122 +93,128 @@
 //! | `chaos-5deg`, seeds 1, 2, 4 | 0.08, 0.57, 0.95; C 67, ? 7, Q 10 | 0.14, 0.80, 1.15; C 75, ? 3 | 0.15, 0.73, 1.35; C 39 | 0.45, 0.67, 1.16; C 21 |
 //! | `chaos-5deg`, seed 5 | 0.12, 0.33, 0.52; C 11, ? 15, Q 2 | 0.07, 0.10, 0.12; Q 26 | 0.00, 0.01, 0.03; Q 13 | 0.02, 0.03, 0.04; Q 7 |
 //!
-//! In 20 ms, 84 turns, they cannot be told apart for sure: that torus swells at 40 Hz, too, so that
-//! it does not come back in so short a time; and the chaos, whose neighbours part by `exp(50 t / s)`,
-//! has calm stretches. Seed 5 ends in a torus that looks like chaos for so long.
+//! In 20 ms, or 84 periods, torus and chaos cannot be distinguished reliably: that torus is also
+//! modulated at 40 Hz, too slow to recur in so short a time; and the chaos, whose neighbours diverge by
+//! `exp(50 t / s)`, has nearly regular phases. Seed 5 ends on a torus that looks like chaos in windows
+//! of this length.
 //!
-//! The time for 8000 samples is 6 ms, at most 15 ms, on one core.
+//! 8000 samples take 6 ms, at most 15 ms, on one core.
 
 mod belief;
 mod evidence;
+mod features;
 mod neighbourhood;
-mod signs;
-mod weigh;
+mod weights;
 
 use serde::{Deserialize, Serialize};
 
 use super::{AnalysisError, range};
 use belief::Belief;
 pub use evidence::{Evidence, Regime};
-use signs::Signs;
+use features::Features;
 
-/// The verdict.
+/// Result of the classification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The kind.
+    /// Regime.
     pub regime: Regime,
-    /// The share of all belief that is the kind's alone, 0 to 1; where none has half of it, the
-    /// largest there is.
+    /// Confidence: share of the total evidence that belongs to this regime alone, 0 to 1. For an undetermined
+    /// regime, the largest share of a single regime.
     pub confidence: f64,
-    /// What led there, strongest first; not empty.
+    /// Evidence, strongest first; not empty.
     pub evidence: Vec<Evidence>,
 }
 
-/// What the classification needs to know beside the samples.
+/// Parameters of [`classify`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegimeSearch {
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate: f64,
-    /// Amplitude below which it is silent, in the signal's unit; 0 if nothing is known.
+    /// Silence threshold of the amplitude, in the signal's unit; 0 if unknown.
     pub silence: f64,
 }
 
 impl RegimeSearch {
-    /// The fewest samples that are judged.
-    pub const FEWEST_SAMPLES: usize = 64;
+    /// Minimum number of samples.
+    pub const MIN_SAMPLES: usize = 64;
 
-    /// The most samples that are judged. Of a longer record the last ones are; if it is sampled
-    /// finely, means of a few samples each (a low-pass), as long as 12 of them are left in a turn:
-    /// 200 ms of a tone of 4 kHz at 200 kHz are judged whole, 50 ms of one of 12 kHz.
-    pub const MOST_SAMPLES: usize = 10_000;
+    /// Maximum number of samples. Of a longer record only the end is used. If it is oversampled,
+    /// successive samples are averaged (low-pass) as long as 12 averages per period remain: 200 ms of a
+    /// 4 kHz tone at 200 kHz are used in full, of a 12 kHz tone 50 ms.
+    pub const MAX_SAMPLES: usize = 10_000;
 }
 
-/// Samples of a long record are joined until this many are left in a lag, a quarter turn.
-const LEFT_IN_A_LAG: usize = 3;
+/// Minimum number of averages per lag (quarter period) of a long record.
+const MIN_PER_LAG: usize = 3;
 
-/// A verdict needs this share of all belief.
-const BELIEVED: f64 = 0.5;
+/// Minimum share of all belief for a verdict.
+const MIN_BELIEF: f64 = 0.5;
 
-/// Samples that differ by less than this share of the largest do so by rounding.
+/// Sample differences below this share of the largest sample are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
-/// Tells the kind of motion of a signal. Neither its amplitude nor its offset matter unless
-/// [`RegimeSearch::silence`] is given, and at most [`RegimeSearch::MOST_SAMPLES`] samples count. A
-/// signal that does not change at all is silent. The result does not depend on the number of
-/// threads.
+/// Classifies the type of motion of a signal. Amplitude and offset do not matter, except for the
+/// comparison with [`RegimeSearch::silence`]. At most [`RegimeSearch::MAX_SAMPLES`] samples are used. A
+/// constant signal is silent. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`AnalysisError::TooShort`] below [`RegimeSearch::FEWEST_SAMPLES`].
+/// [`AnalysisError::TooShort`] below [`RegimeSearch::MIN_SAMPLES`].
 pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, AnalysisError> {
-    if samples.len() < RegimeSearch::FEWEST_SAMPLES {
+    if samples.len() < RegimeSearch::MIN_SAMPLES {
         return Err(AnalysisError::TooShort {
-            what: "kind of motion",
+            what: "classification of motion",
             have: samples.len(),
-            need: RegimeSearch::FEWEST_SAMPLES,
+            need: RegimeSearch::MIN_SAMPLES,
         });
     }
-    let (recent, joined) = recent(samples)?;
+    let (recent, averaged) = recent(samples)?;
     let [low, high] = range(recent.iter().copied());
     let amplitude = 0.5 * (high - low);
     if amplitude <= ROUNDING * low.abs().max(high.abs()) || amplitude < search.silence {
         return Ok(silent(amplitude, search.silence));
     }
     let scaled: Vec<f64> = recent.iter().map(|x| (x - low) / amplitude - 1.0).collect();
-    let evidence = weigh::evidence(&Signs::of(&scaled, search.sample_rate / joined as f64)?);
-    let mut belief = Belief::open();
-    for piece in evidence.iter().filter(|e| e.says != [Regime::Unsure]) {
-        belief.join(&piece.says, piece.weight);
+    let evidence = weights::evidence(&Features::of(
+        &scaled,
+        search.sample_rate / averaged as f64,
+    )?);
+    let mut belief = Belief::vacuous();
+    for piece in evidence
+        .iter()
+        .filter(|e| e.supports != [Regime::Undetermined])
+    {
+        belief.combine(&piece.supports, piece.weight);
     }
-    let (kind, confidence) = belief.strongest();
+    let (regime, confidence) = belief.strongest();
     Ok(Verdict {
-        regime: if confidence >= BELIEVED {
-            kind
+        regime: if confidence >= MIN_BELIEF {
+            regime
         } else {
-            Regime::Unsure
+            Regime::Undetermined
         },
         confidence,
         evidence,
     })
 }
 
-/// The samples to judge, and how many of the record's each is the mean of.
+/// The samples to classify, and the number of original samples averaged in each.
 fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
     let last = |count: usize| &samples[samples.len().saturating_sub(count)..];
-    let most = RegimeSearch::MOST_SAMPLES;
-    if samples.len() <= most {
+    let max = RegimeSearch::MAX_SAMPLES;
+    if samples.len() <= max {
         return Ok((samples.to_vec(), 1));
     }
-    let wanted = samples.len().div_ceil(most);
-    let joined = (signs::lag(last(most))? / LEFT_IN_A_LAG).clamp(1, wanted);
-    let whole = samples.len().min(most * joined) / joined * joined;
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / joined as f64;
-    let means = last(whole).chunks_exact(joined).map(mean);
-    Ok((means.collect(), joined))
+    let needed = samples.len().div_ceil(max);
+    let averaged = (features::lag(last(max))? / MIN_PER_LAG).clamp(1, needed);
+    let used = samples.len().min(max * averaged) / averaged * averaged;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / averaged as f64;
+    let means = last(used).chunks_exact(averaged).map(mean);
+    Ok((means.collect(), averaged))
 }
 
-/// The verdict on a signal that hardly moves.
+/// Verdict for a silent signal.
 fn silent(amplitude: f64, silence: f64) -> Verdict {
-    // At the limit itself it might as well be called faint.
+    // Confidence is 0.5 at the threshold.
     let confidence = 1.0 - 0.5 * amplitude / silence.max(amplitude).max(f64::MIN_POSITIVE);
     let confidence = if silence > 0.0 { confidence } else { 1.0 };
     Verdict {
@@ -218,7 +225,7 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
             amplitude,
             &[Regime::Silent],
             confidence,
-            format!("The amplitude is {amplitude:.3e}; below {silence:.3e} it is silent."),
+            format!("The amplitude is {amplitude:.3e}, the silence threshold {silence:.3e}."),
         )],
     }
 }

@@ -1,55 +1,54 @@
-//! What becomes of neighbouring states, and where the nearest are.
+//! Divergence of neighbouring states, and the position of the nearest ones.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::analysis::{DelayVectors, NeighbourTree, Norm};
 
-/// Embedding dimension: that of the paper; enough for a torus of two tones, whatever its shape.
+/// Embedding dimension, as in the paper; sufficient for any torus of two frequencies.
 pub(super) const DIMENSION: usize = 5;
 
-/// Lags in a turn: the lag is about a quarter of it.
-pub(super) const TURN: usize = 4;
+/// Lags per period: the lag is about a quarter period.
+pub(super) const PERIOD: usize = 4;
 
-/// Turns over which states and their neighbours are followed.
-const FAR: usize = 10;
+/// Long prediction horizon, periods.
+const LONG_PERIODS: usize = 10;
 
-/// Parts of the record after which the distance of neighbours is compared: once they have found
-/// the direction in which they part, and as late as leaves enough of them.
+/// Parts of the record after which the distances of neighbours are compared: early, when they have
+/// aligned with the direction of growth, and as late as enough of them remain.
 const EARLY: [f64; 2] = [0.02, 0.05];
 const LATE: [f64; 2] = [0.15, 0.3];
 
-/// The part of the record, one over this, that is far in time.
-const FAR_IN_TIME: usize = 3;
+/// States are distant in time if they are at least the record length over this value apart.
+const DISTANT_DIVISOR: usize = 3;
 
-/// States whose neighbours are followed.
+/// Number of reference states.
 const REFERENCES: usize = 800;
 
-/// Rows of the linear fit.
+/// Number of rows of the linear fit.
 const ROWS: usize = 2000;
 
-/// Errors of prediction below this come from how the states happen to lie, not from noise.
-pub(super) const LEAST_ERROR: f64 = 3e-3;
+/// Prediction errors below this come from the spacing of the states, not from noise.
+pub(super) const MIN_ERROR: f64 = 3e-3;
 
-/// Errors of prediction over the deviation of the signal.
+/// Prediction errors over the standard deviation of the signal.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Foretold {
-    /// Whether the signal is foretold from sample to sample, as a map, rather than by quarter
-    /// turns.
-    pub map: bool,
-    /// A quarter turn (a sample of a map) ahead, by the neighbour.
-    pub near: f64,
-    /// As far ahead, by a linear map.
+pub(super) struct PredictionError {
+    /// Whether the signal is predicted sample by sample, as a map, instead of by quarter periods.
+    pub is_map: bool,
+    /// Nearest-neighbour prediction a quarter period (a sample of a map) ahead.
+    pub short: f64,
+    /// Prediction by a linear map over the same time.
     pub linear: f64,
-    /// Ten turns (forty samples of a map) ahead, by the neighbour.
-    pub far: f64,
+    /// Nearest-neighbour prediction ten periods (forty samples of a map) ahead.
+    pub long: f64,
 }
 
-/// The states of a record and their neighbours.
+/// States of a record and their neighbours.
 pub(super) struct Neighbourhood<'a> {
     tree: NeighbourTree<'a>,
     vectors: DelayVectors<'a>,
     lag: usize,
-    /// Mean square of the samples about their mean.
+    /// Variance of the samples.
     power: f64,
 }
 
@@ -63,31 +62,32 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
-    /// The errors of prediction a lag and [`FAR`] turns ahead.
-    pub(super) fn foretold(&self) -> Foretold {
+    /// Prediction errors one lag and [`LONG_PERIODS`] periods ahead.
+    pub(super) fn prediction_error(&self) -> PredictionError {
         let Self {
             tree,
             vectors,
             lag,
             power,
         } = self;
-        let (lag, power, turn) = (*lag, *power, TURN * lag);
-        let ahead = (FAR * turn).min(vectors.len() / 3).max(lag);
+        let (lag, power, period) = (*lag, *power, PERIOD * lag);
+        let ahead = (LONG_PERIODS * period).min(vectors.len() / 3).max(lag);
         let limit = vectors.len().saturating_sub(ahead).max(1);
         let newest = vectors.coordinate(DIMENSION - 1);
-        // Over the last turn, so that the phase does not matter.
-        let late = (0..TURN).map(|quarter| ahead.saturating_sub(quarter * lag));
-        let (mut near, mut far, mut pairs) = (0.0, 0.0, 0.0);
+        // Averaged over the last period, which removes the effect of the phase.
+        let late = (0..PERIOD).map(|quarter| ahead.saturating_sub(quarter * lag));
+        let (mut short, mut long, mut pairs) = (0.0, 0.0, 0.0);
         for i in references(limit) {
-            let Some(other) = tree.nearest(i, turn, limit) else {
+            let Some(other) = tree.nearest(i, period, limit) else {
                 continue;
             };
-            let apart = |after: usize| (newest[i + after] - newest[other.index + after]).powi(2);
-            near += apart(lag);
-            far += late.clone().map(apart).sum::<f64>() / TURN as f64;
+            let difference =
+                |after: usize| (newest[i + after] - newest[other.index + after]).powi(2);
+            short += difference(lag);
+            long += late.clone().map(difference).sum::<f64>() / PERIOD as f64;
             pairs += 1.0;
         }
-        // Two values without relation differ by twice the power.
+        // Unrelated values differ by twice the variance.
         let relative = |sum: f64| {
             if pairs > 0.0 {
                 (sum / pairs / (2.0 * power)).sqrt()
@@ -108,69 +108,69 @@ impl<'a> Neighbourhood<'a> {
             products += state * state.transpose();
             target += state * next;
         }
-        // A sine has only two directions: the ridge keeps the others quiet.
+        // A sine spans only two directions: the ridge regularises the others.
         let ridge = 1e-10 * products.trace();
         products += SMatrix::identity() * ridge;
-        let map = products.cholesky().map(|factors| factors.solve(&target));
-        let map = map.unwrap_or_default();
-        let missed = (0..rows)
+        let linear_map = products.cholesky().map(|factors| factors.solve(&target));
+        let linear_map = linear_map.unwrap_or_default();
+        let residuals = (0..rows)
             .map(row)
-            .map(|(state, next)| (next - state.dot(&map)).powi(2));
-        let linear = (missed.sum::<f64>() / rows as f64 / power).sqrt();
-        Foretold {
-            map: false,
-            near: relative(near),
+            .map(|(state, next)| (next - state.dot(&linear_map)).powi(2));
+        let linear = (residuals.sum::<f64>() / rows as f64 / power).sqrt();
+        PredictionError {
+            is_map: false,
+            short: relative(short),
             linear,
-            far: relative(far),
+            long: relative(long),
         }
     }
 
-    /// [`super::signs::Signs::parting`]: over the pairs, the mean of half the logarithm of the mean
-    /// square difference late over that early; 0 without a pair.
-    pub(super) fn parting(&self) -> f64 {
-        let (count, turn) = (self.vectors.len(), TURN * self.lag);
+    /// [`Features::divergence`](super::features::Features): mean over the pairs of half the logarithm of
+    /// the mean square difference late over that early; 0 without a pair.
+    pub(super) fn divergence(&self) -> f64 {
+        let (count, period) = (self.vectors.len(), PERIOD * self.lag);
         let steps = |[from, to]: [f64; 2]| -> Vec<usize> {
             let [from, to] = [from, to].map(|share| (share * count as f64) as usize);
-            (from..=to.max(from + turn)).step_by(self.lag).collect()
+            (from..=to.max(from + period)).step_by(self.lag).collect()
         };
         let (early, late) = (steps(EARLY), steps(LATE));
         let limit = count.saturating_sub(late[late.len() - 1]);
         let newest = self.vectors.coordinate(DIMENSION - 1);
-        let least = LEAST_ERROR.powi(2) * self.power;
+        let floor = MIN_ERROR.powi(2) * self.power;
         let growth = |i: usize| {
-            let j = self.tree.nearest(i, turn, limit)?.index;
-            let apart = |steps: &[usize]| {
+            let j = self.tree.nearest(i, period, limit)?.index;
+            let difference = |steps: &[usize]| {
                 let square = |k: &usize| (newest[i + k] - newest[j + k]).powi(2);
-                least + steps.iter().map(square).sum::<f64>() / steps.len() as f64
+                floor + steps.iter().map(square).sum::<f64>() / steps.len() as f64
             };
-            Some(0.5 * (apart(&late) / apart(&early)).ln())
+            Some(0.5 * (difference(&late) / difference(&early)).ln())
         };
         mean(references(limit).filter_map(growth))
     }
 
-    /// [`super::signs::Signs::wandering`]: over the states, the mean of the logarithm of the one
-    /// distance over the other; 0 without a pair.
-    pub(super) fn wandering(&self) -> f64 {
+    /// [`Features::drift`](super::features::Features): mean over the states of the logarithm of the
+    /// ratio of the two distances; 0 without a pair.
+    pub(super) fn drift(&self) -> f64 {
         let count = self.vectors.len();
-        let least = LEAST_ERROR.powi(2) * self.power * DIMENSION as f64;
-        let farther = |i: usize| {
-            let square = |apart: usize| {
-                let nearest = self.tree.nearest(i, apart, count)?;
-                Some(nearest.distance.powi(2) + least)
+        let floor = MIN_ERROR.powi(2) * self.power * DIMENSION as f64;
+        let log_ratio = |i: usize| {
+            let square = |separation: usize| {
+                let nearest = self.tree.nearest(i, separation, count)?;
+                Some(nearest.distance.powi(2) + floor)
             };
-            Some(0.5 * (square(count / FAR_IN_TIME)? / square(TURN * self.lag)?).ln())
+            Some(0.5 * (square(count / DISTANT_DIVISOR)? / square(PERIOD * self.lag)?).ln())
         };
-        mean(references(count).filter_map(farther))
+        mean(references(count).filter_map(log_ratio))
     }
 }
 
-/// The states looked at, of so many.
+/// Indices of the reference states, evenly spread over `limit`.
 fn references(limit: usize) -> impl Iterator<Item = usize> {
     let count = REFERENCES.min(limit);
     (0..count).map(move |r| r * limit / count)
 }
 
-/// 0 of none.
+/// Mean; 0 without values.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
     if count > 0.0 { sum / count } else { 0.0 }

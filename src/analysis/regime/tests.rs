@@ -1,10 +1,10 @@
 use super::*;
 use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
-use Regime::{Chaotic, Noise, Periodic, QuasiPeriodic, Silent, Transient, Unsure};
+use Regime::{Chaotic, Noise, Periodic, QuasiPeriodic, Silent, Transient, Undetermined};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-/// Samples a second of the signals here, 50 a turn at 1 Hz.
+/// Sample rate of these signals: 50 samples per period at 1 Hz.
 const RATE: f64 = 50.0;
 
 fn verdict(samples: &[f64]) -> Verdict {
@@ -16,9 +16,9 @@ fn verdict(samples: &[f64]) -> Verdict {
 }
 
 #[track_caller]
-fn expect(kind: Regime, what: &str, samples: &[f64]) -> f64 {
+fn expect(regime: Regime, what: &str, samples: &[f64]) -> f64 {
     let found = verdict(samples);
-    assert_eq!(found.regime, kind, "{what}: {found:#?}");
+    assert_eq!(found.regime, regime, "{what}: {found:#?}");
     found.confidence
 }
 
@@ -32,8 +32,8 @@ fn tones(n: usize, tones: &[(f64, f64)]) -> Vec<f64> {
     sines(RATE, n, &list)
 }
 
-/// Two tones through a bent law.
-fn bent(n: usize) -> Vec<f64> {
+/// Two tones through a nonlinear function.
+fn nonlinear(n: usize) -> Vec<f64> {
     let two = tones(n, &[(1.0, 1.0), (0.618_034, 0.6)]);
     two.iter()
         .map(|x| x + 0.4 * x * x - 0.2 * x * x * x)
@@ -48,7 +48,7 @@ fn lorenz_x(n: usize, dt: f64) -> Vec<f64> {
     coordinate(&lorenz(n, dt, [1.0, 1.0, 1.0]), 0)
 }
 
-/// Noise with a memory: `x_n = a x_(n-1) + b x_(n-2) + e_n`.
+/// Coloured noise: `x_n = a x_(n-1) + b x_(n-2) + e_n`.
 fn coloured(seed: u64, n: usize, a: f64, b: f64) -> Vec<f64> {
     let mut past = [0.0; 2];
     let step = |e: &f64| {
@@ -84,10 +84,14 @@ fn two_tones_are_quasi_periodic() {
                 let two = sum(&tones(n, &[(1.0, 1.0), (f, a)]), &floor);
                 expect(QuasiPeriodic, "two tones", &two);
             }
-            expect(QuasiPeriodic, "bent", &sum(&bent(n), &floor));
-            let swell = |i: usize| 1.0 + 0.3 * (TAU * 0.0618 * i as f64 / RATE).sin();
+            expect(QuasiPeriodic, "nonlinear", &sum(&nonlinear(n), &floor));
+            let envelope = |i: usize| 1.0 + 0.3 * (TAU * 0.0618 * i as f64 / RATE).sin();
             let beat = tones(n, &[(1.0, 1.0), (2.0, 0.2)]);
-            let beat: Vec<f64> = beat.iter().enumerate().map(|(i, x)| x * swell(i)).collect();
+            let beat: Vec<f64> = beat
+                .iter()
+                .enumerate()
+                .map(|(i, x)| x * envelope(i))
+                .collect();
             expect(QuasiPeriodic, "modulated", &sum(&beat, &floor));
         }
     }
@@ -96,7 +100,7 @@ fn two_tones_are_quasi_periodic() {
 }
 
 #[test]
-fn roessler_doubles_its_period_and_ends_in_chaos() {
+fn roessler_doubles_its_period_and_becomes_chaotic() {
     for c in [2.5, 3.5, 4.0, 4.15] {
         assert!(expect(Periodic, "doubled", &roessler_x(8000, 0.1, c)) > 0.8);
     }
@@ -113,7 +117,7 @@ fn roessler_doubles_its_period_and_ends_in_chaos() {
     let floor = noise(7, 8000, 0.05);
     expect(Periodic, "noisy", &sum(&roessler_x(8000, 0.1, 4.0), &floor));
     expect(Chaotic, "noisy", &sum(&roessler_x(8000, 0.1, 5.7), &floor));
-    // Four thin bands visited in turn: nearly periodic, but not taken for it.
+    // Four thin bands visited cyclically: nearly periodic, but not classified as periodic.
     assert_ne!(verdict(&roessler_x(8000, 0.1, 4.3)).regime, Periodic);
 }
 
@@ -132,8 +136,8 @@ fn lorenz_is_chaotic() {
     );
 }
 
-/// A tone and its octave whose strengths a slow Roessler system sets, ten turns of the tone to one
-/// of its own.
+/// A tone and its octave with amplitudes modulated by a slow Roessler system, ten periods of the tone
+/// per cycle of the system.
 fn slowly_modulated(n: usize, c: f64) -> Vec<f64> {
     let slow = roessler(n, 5.86 / (10.0 * RATE), [0.2, 0.2, c], [1.0, 1.0, 0.0]);
     let tone = tones(n, &[(1.0309, 1.0)]).into_iter();
@@ -143,8 +147,8 @@ fn slowly_modulated(n: usize, c: f64) -> Vec<f64> {
 }
 
 #[test]
-fn chaos_slower_than_the_tone_is_told_from_a_torus() {
-    // Neighbours part by 4 % a turn of the tone at 5.7; at 2.5 the modulation repeats.
+fn chaos_slower_than_the_tone_is_distinguished_from_a_torus() {
+    // At 5.7 neighbours diverge by 4 % per period of the tone; at 2.5 the modulation is periodic.
     for n in [20_000, 40_000] {
         expect(Chaotic, "weak chaos", &slowly_modulated(n, 5.7));
         expect(QuasiPeriodic, "torus", &slowly_modulated(n, 2.5));
@@ -152,7 +156,7 @@ fn chaos_slower_than_the_tone_is_told_from_a_torus() {
 }
 
 #[test]
-fn a_torus_that_grows_is_not_taken_for_chaos() {
+fn a_growing_torus_is_not_classified_as_chaotic() {
     for growth in [0.1, 0.3] {
         let n = 8000;
         let second = tones(n, &[(0.94, growth)]);
@@ -168,40 +172,43 @@ fn a_torus_that_grows_is_not_taken_for_chaos() {
 }
 
 #[test]
-fn a_faint_second_tone_is_none_by_itself() {
-    for (second, kind) in [(0.01, Periodic), (0.05, QuasiPeriodic)] {
+fn a_weak_second_tone_alone_does_not_make_a_torus() {
+    for (second, regime) in [(0.01, Periodic), (0.05, QuasiPeriodic)] {
         let two = tones(8000, &[(1.0, 1.0), (0.618_034, second)]);
         let lines = verdict(&sum(&two, &noise(1, 8000, 1e-4))).evidence;
-        let lines = lines.iter().find(|e| e.what == "spectral lines").unwrap();
-        assert_eq!(lines.says, [kind], "{lines:?}");
+        let lines = lines
+            .iter()
+            .find(|e| e.criterion == "spectral lines")
+            .unwrap();
+        assert_eq!(lines.supports, [regime], "{lines:?}");
     }
 }
 
 #[test]
-fn noise_is_noise_whatever_its_colour() {
+fn noise_of_any_colour_is_noise() {
     for seed in 1..6 {
         assert!(expect(Noise, "white", &noise(seed, 8000, 1.0)) > 0.8);
         expect(Noise, "white", &noise(seed, 2500, 1.0));
         for memory in [0.3, 0.6, 0.8, 0.9, 0.99] {
             for n in [2500, 8000] {
                 let found = verdict(&coloured(seed, n, memory, 0.0));
-                let right = [Noise, Unsure].contains(&found.regime);
-                assert!(right, "{memory} {n} {seed}: {found:#?}");
+                let accepted = [Noise, Undetermined].contains(&found.regime);
+                assert!(accepted, "{memory} {n} {seed}: {found:#?}");
             }
         }
-        // Resonances, ever narrower.
+        // Resonances of decreasing bandwidth.
         for radius in [0.9_f64, 0.99, 0.997] {
             let a = 2.0 * radius * (TAU * 0.02).cos();
             let found = verdict(&coloured(seed, 8000, a, -radius * radius));
-            let right = [Noise, Unsure].contains(&found.regime);
-            assert!(right, "{radius} {seed}: {found:#?}");
+            let accepted = [Noise, Undetermined].contains(&found.regime);
+            assert!(accepted, "{radius} {seed}: {found:#?}");
         }
     }
     expect(Noise, "coloured", &coloured(1, 8000, 0.8, 0.0));
 }
 
 #[test]
-fn what_still_changes_is_a_transient() {
+fn nonstationary_signals_are_transient() {
     let n = 6000;
     let shaped = |envelope: &dyn Fn(f64) -> f64| -> Vec<f64> {
         let tone = tones(n, &[(1.0, 1.0)]).into_iter().enumerate();
@@ -225,7 +232,7 @@ fn what_still_changes_is_a_transient() {
         let chirp: Vec<f64> = (0..n).map(|i| phase(i).sin()).collect();
         let found = verdict(&chirp).regime;
         assert!(
-            [Transient, Unsure].contains(&found),
+            [Transient, Undetermined].contains(&found),
             "chirp {widening}: {found}"
         );
     }
@@ -246,7 +253,7 @@ fn a_chirp_over_octaves_is_a_transient() {
 }
 
 #[test]
-fn what_comes_and_goes_is_a_transient() {
+fn spikes_and_bursts_are_transient() {
     let mut spike = vec![0.0; 4000];
     spike[2000] = 1.0;
     expect(Transient, "spike", &spike);
@@ -257,7 +264,7 @@ fn what_comes_and_goes_is_a_transient() {
 }
 
 #[test]
-fn maps_are_no_noise() {
+fn maps_are_not_noise() {
     let mut x = 0.3;
     let logistic: Vec<f64> = (0..5000)
         .map(|_| {
@@ -277,7 +284,7 @@ fn maps_are_no_noise() {
 }
 
 #[test]
-fn nothing_is_silent() {
+fn constant_signals_are_silent() {
     for still in [0.0, 1.0, -3e8, 1e-300] {
         let found = verdict(&[still; 500]);
         assert_eq!((found.regime, found.confidence), (Silent, 1.0));
@@ -300,22 +307,22 @@ fn nothing_is_silent() {
 }
 
 #[test]
-fn short_records_leave_it_open() {
+fn short_records_are_undetermined() {
     for signal in [
         tones(400, &[(1.0, 1.0)]),
         roessler_x(500, 0.1, 5.7),
         lorenz_x(400, 0.02),
     ] {
         let found = verdict(&signal);
-        assert_eq!(found.regime, Unsure);
-        assert!(found.confidence < BELIEVED);
+        assert_eq!(found.regime, Undetermined);
+        assert!(found.confidence < MIN_BELIEF);
     }
     for n in [64, 65, 100, 200] {
         for signal in [tones(n, &[(1.0, 1.0)]), noise(3, n, 1.0)] {
-            assert_eq!(verdict(&signal).regime, Unsure, "{n}");
+            assert_eq!(verdict(&signal).regime, Undetermined, "{n}");
         }
     }
-    let refused = classify(
+    let rejected = classify(
         &[0.0; 63],
         &RegimeSearch {
             sample_rate: 1.0,
@@ -323,7 +330,7 @@ fn short_records_leave_it_open() {
         },
     );
     assert!(matches!(
-        refused,
+        rejected,
         Err(AnalysisError::TooShort {
             have: 63,
             need: 64,
@@ -334,17 +341,21 @@ fn short_records_leave_it_open() {
 
 #[test]
 fn confidence_follows_the_evidence() {
-    let sure = |signal: &[f64]| verdict(signal).confidence;
+    let confidence = |signal: &[f64]| verdict(signal).confidence;
     let sine = |n, deviation| sum(&tones(n, &[(1.03, 1.0)]), &noise(1, n, deviation));
-    assert!(sure(&sine(8000, 0.0)) > sure(&sine(8000, 0.05)));
-    assert!(sure(&sine(8000, 0.0)) > sure(&sine(1200, 0.0)));
-    assert!(sure(&roessler_x(8000, 0.1, 5.7)) > sure(&roessler_x(8000, 0.1, 4.3)));
-    assert!(sure(&lorenz_x(8000, 0.02)) > sure(&lorenz_x(1500, 0.02)));
+    assert!(confidence(&sine(8000, 0.0)) > confidence(&sine(8000, 0.05)));
+    assert!(confidence(&sine(8000, 0.0)) > confidence(&sine(1200, 0.0)));
+    assert!(confidence(&roessler_x(8000, 0.1, 5.7)) > confidence(&roessler_x(8000, 0.1, 4.3)));
+    assert!(confidence(&lorenz_x(8000, 0.02)) > confidence(&lorenz_x(1500, 0.02)));
 }
 
 #[test]
-fn amplitude_offset_and_unit_of_time_do_not_matter() {
-    for signal in [bent(4000), roessler_x(4000, 0.1, 5.7), noise(1, 4000, 1.0)] {
+fn amplitude_offset_and_time_unit_do_not_change_the_verdict() {
+    for signal in [
+        nonlinear(4000),
+        roessler_x(4000, 0.1, 5.7),
+        noise(1, 4000, 1.0),
+    ] {
         let plain = verdict(&signal);
         // A power of two scales without rounding.
         let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(-60)).collect();
@@ -365,21 +376,22 @@ fn amplitude_offset_and_unit_of_time_do_not_matter() {
 
 #[test]
 fn the_end_of_a_long_record_counts() {
-    // Silence, then a tone at 50 samples a turn: several are joined, and still all is tone.
+    // Silence, then a tone with 50 samples per period: several samples are averaged and only the tone
+    // remains.
     let mut signal = vec![0.0; 10_000];
     signal.extend(tones(41_000, &[(1.03, 1.0)]));
     expect(Periodic, "tone", &signal);
-    // Coarsely sampled, none are: 10,000 count.
+    // Coarsely sampled: none are averaged, and 10,000 samples are used.
     let mut signal = vec![0.0; 10_000];
     signal.extend(tones(10_000, &[(8.03, 1.0)]));
     expect(Periodic, "tone", &signal);
 }
 
 #[test]
-fn evidence_is_told_in_words_with_numbers() {
+fn descriptions_contain_numbers() {
     let signals = [
         tones(3000, &[(1.03, 1.0)]),
-        bent(3000),
+        nonlinear(3000),
         roessler_x(6000, 0.1, 5.7),
         noise(2, 3000, 1.0),
         tones(300, &[(1.0, 1.0)]),
@@ -390,21 +402,24 @@ fn evidence_is_told_in_words_with_numbers() {
         assert!(!found.evidence.is_empty());
         for piece in &found.evidence {
             assert!(
-                piece.words.contains(|c: char| c.is_ascii_digit()),
+                piece.description.contains(|c: char| c.is_ascii_digit()),
                 "{piece:?}"
             );
-            assert!(piece.words.ends_with('.') && !piece.says.is_empty());
+            assert!(piece.description.ends_with('.') && !piece.supports.is_empty());
             assert!((0.0..=1.0).contains(&piece.weight) && piece.value.is_finite());
         }
         assert!(found.evidence.is_sorted_by(|a, b| a.weight >= b.weight));
     }
-    let words = &verdict(&signals[0]).evidence;
+    let evidence = &verdict(&signals[0]).evidence;
     let harmonics = "The lines are harmonics of 1.030 Hz.";
-    assert!(words.iter().any(|e| e.words == harmonics), "{words:#?}");
+    assert!(
+        evidence.iter().any(|e| e.description == harmonics),
+        "{evidence:#?}"
+    );
 }
 
 #[test]
-fn threads_do_not_matter() {
+fn threads_do_not_change_the_verdict() {
     let signal = roessler_x(5000, 0.1, 5.7);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -416,7 +431,7 @@ fn threads_do_not_matter() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Anything finite gets a verdict, with numbers that are numbers.
+    /// Every finite signal gets a verdict with finite numbers.
     #[test]
     fn any_signal_gets_a_verdict(
         n in 64..900_usize,
@@ -424,12 +439,12 @@ proptest! {
         levels in 1..6_i32,
         frequency in 0.001..0.5_f64,
         deviation in prop::sample::select(vec![0.0, 1e-6, 0.1, 10.0]),
-        joined in 1..40_usize,
+        run in 1..40_usize,
     ) {
-        // Steps of a few levels, with runs of equal samples; impulses where there are few.
+        // Steps of a few levels with runs of equal samples; impulses if there are few levels.
         let e = noise(seed, n, deviation);
         let step = |i: usize| {
-            let i = i / joined * joined;
+            let i = i / run * run;
             let x = (TAU * frequency * i as f64).sin() + e[i];
             (x * f64::from(levels)).round() / f64::from(levels)
         };

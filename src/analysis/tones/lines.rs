@@ -1,100 +1,98 @@
-//! Names for spectral lines: one fundamental and its harmonics, or two base frequencies and
+//! Identification of spectral lines: one fundamental and its harmonics, or two base frequencies and
 //! their combinations.
 //!
-//! A periodic motion has lines at `n f1` only. A torus, seen through any nonlinearity, has lines
-//! at `n f1 + m f2`, low orders strongest; the paper's 0.57 kHz is `f2 - 3 f1`. So a name is a
-//! claim about the motion, and with enough combinations *any* frequency comes near one. Names are
-//! therefore given only within the uncertainty of the frequencies, and every reading of the list
-//! is weighed against chance:
+//! A periodic motion has lines only at `n f1`. A torus, observed through a nonlinearity, has lines at
+//! `n f1 + m f2`, strongest at low orders; the paper's 0.57 kHz is `f2 - 3 f1`. With enough
+//! combinations, *any* frequency is close to one. Lines are therefore named only within the uncertainty
+//! of the frequencies, and every reading of the list is tested against random lines:
 //!
-//! * A line at a random frequency would get a name of order `k` or less with a probability `p`
-//!   of at most the share of the range that those combinations cover. A low order and a sharp
-//!   frequency make `p` small. A base itself has no such evidence: it was picked to fit.
-//! * The lines of a reading are joined as Fisher joins independent tests: for `N` lines at random
-//!   frequencies, `S = -sum ln p` exceeds a value with probability `exp(-S) sum_{j<N} S^j / j!`
-//!   at most.
-//! * Many readings are tried. Bases are looked for among the lines, strong ones first; the second
-//!   among the strongest of those that are no harmonics of the first. A place down either list
-//!   makes chance ten times as likely to be held responsible (a Bonferroni correction whose
-//!   weights sum to 1).
+//! * The probability `p` that a line at a random frequency gets a name of order `k` or less is at most
+//!   the share of the frequency range covered by those combinations. A low order and an accurate
+//!   frequency make `p` small. A base frequency is no evidence because it was chosen to fit.
+//! * The lines of a reading are combined by Fisher's method for independent tests. For `N` lines at
+//!   random frequencies, `S = -sum ln p` exceeds a value with a probability of at most
+//!   `exp(-S) sum_{j<N} S^j / j!`.
+//! * Many readings are tried. Candidates for the bases are lines, strong ones first; the second base is
+//!   one of the strongest lines that are not harmonics of the first. Each place down either list
+//!   multiplies the p-value by ten (a Bonferroni correction with weights that sum to 1).
 //!
-//! The reading least owed to chance wins. Parsimony follows: a second base gives up its own
-//! evidence and makes all other names cheaper, so it must explain lines that one base cannot;
-//! and of the many pairs of bases that span the same lines, strong ones that keep the orders low
-//! win.
+//! The reading with the smallest p-value wins. This favours simple readings: a second base loses its own
+//! evidence and makes all other names more probable by chance, so it must explain lines that one base
+//! cannot. Of the many pairs of bases that explain the same lines, strong ones with low orders win.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Bases, Combination, Line};
 
-/// Standard uncertainty of a line's frequency in bins, for naming lines of a motion that need not
-/// be steady. A steady line is known far better; this covers tones that drift or are modulated
-/// within the window: in a chaotic squeak at 5 degrees, 20 ms at a time, sums of two lines miss a
-/// third by up to 0.4 bins.
+/// Standard uncertainty of a line's frequency in bins, for lines of a motion that is not necessarily
+/// steady. The frequency of a steady line is known far more accurately. This value covers tones that
+/// drift or are modulated within the window: in a chaotic squeak at 5 degrees with windows of 20 ms,
+/// sums of two lines differ from a third by up to 0.4 bins.
 pub const FREQUENCY_UNCERTAINTY: f64 = 0.25;
 
-/// How many lines are tried as first base, and for each how many at most as second.
+/// Number of candidates for the first base, and maximum number for the second base with each of them.
 const BASE_CANDIDATES: usize = 6;
 
-/// Ratio of the weights of one place in the lists of candidates and the next.
-const PREFERENCE: f64 = 10.0;
+/// Ratio of the weights of successive candidates.
+const PENALTY_RATIO: f64 = 10.0;
 
-/// A second base has at least this share of the strongest line that the first leaves unnamed
-/// (-6 dB): otherwise that line ought to be the base.
-const SECOND_SHARE: f64 = 0.5;
+/// Minimum amplitude of a second base, relative to the strongest line not explained by the first
+/// (-6 dB). Otherwise that line should be the base.
+const MIN_SECOND_BASE: f64 = 0.5;
 
-/// A name that a line at a random frequency would get with more than this probability is none.
-const EASIEST_NAME: f64 = 0.3;
+/// Maximum probability that a line at a random frequency gets a name. Less significant names are
+/// discarded.
+const MAX_COVERAGE: f64 = 0.3;
 
-/// Two bases are believed if chance does as well with at most this probability.
+/// Maximum p-value at which two bases are accepted.
 const SIGNIFICANCE: f64 = 0.05;
 
-/// A line of this share of the strongest (-20 dB) is a tone in its own right: one base that does
-/// not explain it is not believed.
-const STRONG: f64 = 0.1;
+/// Lines above this amplitude relative to the strongest (-20 dB) are independent tones: a single base
+/// must explain them all.
+const STRONG_LINE: f64 = 0.1;
 
 /// A spectral line with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpectralLine {
-    /// Frequency refined below a bin, Hz.
+    /// Frequency, interpolated between bins, Hz.
     #[serde(rename = "frequency_hz")]
     pub frequency: f64,
     /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
     pub amplitude: f64,
-    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty where nothing fits.
+    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty for an unidentified line.
     pub label: String,
 }
 
-/// How a list of lines reads.
+/// Identification of lines: base frequencies and names of a list of lines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Naming {
-    /// The base frequencies.
+pub struct LineIdentification {
+    /// Base frequencies.
     #[serde(flatten)]
     pub bases: Bases,
-    /// The name of each line, in the order given; `None` where nothing fits.
+    /// Name of each line, in the given order; `None` for an unidentified line.
     pub names: Vec<Option<Combination>>,
-    /// An upper bound of the probability that lines at random frequencies would be explained as
-    /// well by bases chosen among them; 1 where the bases explain no line but themselves.
-    pub chance: f64,
+    /// Upper bound of the probability that random lines would be explained as well by bases chosen among
+    /// them. 1 if the bases explain only themselves.
+    pub p_value: f64,
 }
 
-impl Naming {
+impl LineIdentification {
     /// No pattern among `count` lines.
     fn none(count: usize) -> Self {
         Self {
             bases: Bases::None,
             names: vec![None; count],
-            chance: 1.0,
+            p_value: 1.0,
         }
     }
 
-    /// By how much `line`, the `i`-th of those named, misses its name: its frequency less
-    /// that of the combination, Hz. `None` where nothing fits.
+    /// Deviation of `line`, the `i`-th identified line, from its name: its frequency minus that of the
+    /// combination, Hz. `None` for an unidentified line.
     pub fn misfit(&self, i: usize, line: Line) -> Option<f64> {
         self.names[i].map(|name| line.frequency - self.bases.frequency(name))
     }
 
-    /// The lines that were named, with their names.
+    /// The identified lines with their names.
     pub fn label(&self, lines: &[Line]) -> Vec<SpectralLine> {
         let named = lines.iter().zip(&self.names);
         let labelled = named.map(|(line, name)| SpectralLine {
@@ -105,16 +103,16 @@ impl Naming {
         labelled.collect()
     }
 
-    /// How many lines have a name.
+    /// Number of lines with a name.
     pub fn explained(&self) -> usize {
         self.names.iter().flatten().count()
     }
 
-    /// Whether to tell it. One base must explain every strong line. A second base must be strong
-    /// or explain a line besides its own; and two bases must explain more than chance would, or
-    /// be all there is.
-    fn is_believable(&self, lines: &[Line]) -> bool {
-        let strong = |line: &Line| line.amplitude >= STRONG * lines[0].amplitude;
+    /// Whether the reading is accepted. One base must explain every strong line. A second base must be
+    /// strong or explain a line besides its own. Two bases must also be significant, unless they are the
+    /// only lines.
+    fn is_accepted(&self, lines: &[Line]) -> bool {
+        let strong = |line: &Line| line.amplitude >= STRONG_LINE * lines[0].amplitude;
         let named = || lines.iter().zip(&self.names);
         match self.bases {
             Bases::None => false,
@@ -123,62 +121,63 @@ impl Naming {
                 let supports = |(line, name): (&Line, &Option<Combination>)| {
                     name.is_some_and(|c| c.m != 0 && (c.order() > 1 || strong(line)))
                 };
-                named().any(supports) && (self.chance <= SIGNIFICANCE || lines.len() == 2)
+                named().any(supports) && (self.p_value <= SIGNIFICANCE || lines.len() == 2)
             }
         }
     }
 }
 
-/// Names `lines` (strongest first), whose frequencies have the given standard `uncertainty`, Hz.
+/// Identifies `lines` (strongest first) with frequencies of the given standard `uncertainty`, Hz.
 ///
-/// Of two bases the stronger is `f1`. A line farther from each combination than the three
-/// uncertainties allow (added in squares) gets no name. See the module for how one is chosen.
-pub fn name_lines(lines: &[Line], uncertainty: f64) -> Naming {
-    // Of lines of like strength the lower is the likelier base: an octave counts as 1.5 dB.
+/// Of two bases the stronger is `f1`. A line gets a name only within the combined uncertainty (root sum
+/// of squares) of the three frequencies. The module documentation describes the choice of the bases.
+pub fn identify_lines(lines: &[Line], uncertainty: f64) -> LineIdentification {
+    // Of lines of similar amplitude the lower is the more likely base: an octave counts as 1.5 dB.
     let weight = |i: usize| lines[i].amplitude / lines[i].frequency.powf(0.25);
     let mut ranking: Vec<usize> = (0..lines.len()).collect();
     ranking.sort_by(|&i, &j| weight(j).total_cmp(&weight(i)));
 
-    let mut best = Naming::none(lines.len());
-    let mut consider = |reading: Naming| {
-        // The first of equals stays: one base before two, the likelier before the others.
-        let better = best.bases == Bases::None || reading.chance < best.chance;
-        if better && reading.is_believable(lines) {
+    let mut best = LineIdentification::none(lines.len());
+    let mut consider = |reading: LineIdentification| {
+        // Of equal readings the first is kept: one base before two, more likely bases first.
+        let better = best.bases == Bases::None || reading.p_value < best.p_value;
+        if better && reading.is_accepted(lines) {
             best = reading;
         }
     };
-    for (place, &i) in ranking.iter().take(BASE_CANDIDATES).enumerate() {
+    for (rank, &i) in ranking.iter().take(BASE_CANDIDATES).enumerate() {
         let one = Bases::One {
             f1: lines[i].frequency,
         };
-        // Half of all weight goes to one base, half to two.
-        let first = 2.0 * price(place);
+        // Half of the total weight goes to one base, half to two.
+        let first = 2.0 * penalty(rank);
         let single = read(lines, one, uncertainty, first);
         let unnamed = |j: &&usize| single.names[**j].is_none();
         let rest: Vec<usize> = ranking.iter().filter(unnamed).copied().collect();
         consider(single);
-        let strong = |j: &&usize| weight(**j) >= SECOND_SHARE * weight(rest[0]);
+        let strong = |j: &&usize| weight(**j) >= MIN_SECOND_BASE * weight(rest[0]);
         let seconds = rest.iter().filter(strong).take(BASE_CANDIDATES);
-        for (place, &j) in seconds.enumerate() {
+        for (rank, &j) in seconds.enumerate() {
             let two = Bases::Two {
                 f1: lines[i.min(j)].frequency,
                 f2: lines[i.max(j)].frequency,
             };
-            consider(read(lines, two, uncertainty, first * price(place)));
+            consider(read(lines, two, uncertainty, first * penalty(rank)));
         }
     }
     best
 }
 
-/// What a place in a list of candidates costs: the inverse of its weight, all weights summing to 1.
-fn price(place: usize) -> f64 {
-    PREFERENCE.powi(place as i32 + 1) / (PREFERENCE - 1.0)
+/// Factor on the p-value for a place in a list of candidates: the inverse of its weight. All weights sum
+/// to 1.
+fn penalty(rank: usize) -> f64 {
+    PENALTY_RATIO.powi(rank as i32 + 1) / (PENALTY_RATIO - 1.0)
 }
 
-/// Reads the lines with the given bases, whose chance is multiplied by `price`.
-fn read(lines: &[Line], bases: Bases, uncertainty: f64, price: f64) -> Naming {
+/// Reads the lines with the given bases and multiplies the p-value by `penalty`.
+fn read(lines: &[Line], bases: Bases, uncertainty: f64, penalty: f64) -> LineIdentification {
     let top = lines.iter().map(|line| line.frequency).fold(0.0, f64::max);
-    let usable = easiness(bases, uncertainty, top);
+    let usable = coverage(bases, uncertainty, top);
     let fit = |line: &Line| {
         usable
             .iter()
@@ -191,17 +190,17 @@ fn read(lines: &[Line], bases: Bases, uncertainty: f64, price: f64) -> Naming {
         .flatten()
         .filter(|(c, _)| c.order() > 1)
         .map(|(_, p)| -p.ln());
-    let chance = price * fisher_tail(evidence.sum(), lines.len() - bases.count());
-    Naming {
+    let p_value = penalty * fisher_tail(evidence.sum(), lines.len() - bases.count());
+    LineIdentification {
         bases,
         names: fits.into_iter().map(|fit| fit.map(|(c, _)| *c)).collect(),
-        chance: chance.min(1.0),
+        p_value: p_value.min(1.0),
     }
 }
 
-/// The combinations that can be names, lowest order first, each with the share of the
-/// frequencies up to `top` that lie within the tolerance of one of its order or less.
-fn easiness(bases: Bases, uncertainty: f64, top: f64) -> Vec<(Combination, f64)> {
+/// Combinations that can be names, lowest order first. Each with the share of the frequencies up to
+/// `top` within the tolerance of a combination of the same or a lower order.
+fn coverage(bases: Bases, uncertainty: f64, top: f64) -> Vec<(Combination, f64)> {
     let mut all = bases.combinations();
     all.retain(|&c| bases.frequency(c) <= top + c.tolerance(uncertainty));
     let mut covered = 0.0;
@@ -211,7 +210,7 @@ fn easiness(bases: Bases, uncertainty: f64, top: f64) -> Vec<(Combination, f64)>
             .iter()
             .map(|c| 2.0 * c.tolerance(uncertainty) / top)
             .sum::<f64>();
-        if covered > EASIEST_NAME {
+        if covered > MAX_COVERAGE {
             break;
         }
         usable.extend(order.iter().map(|&c| (c, covered)));
@@ -219,8 +218,8 @@ fn easiness(bases: Bases, uncertainty: f64, top: f64) -> Vec<(Combination, f64)>
     usable
 }
 
-/// The probability that the sum of `count` exponential variables of mean 1 exceeds `sum`: that of
-/// `-ln p` of as many independent tests (Fisher 1925).
+/// Probability that the sum of `count` exponential variables of mean 1 exceeds `sum`, the distribution
+/// of `-sum ln p` of as many independent tests (Fisher 1925).
 fn fisher_tail(sum: f64, count: usize) -> f64 {
     let mut term = (-sum).exp();
     let mut tail = 0.0;

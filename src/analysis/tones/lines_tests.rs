@@ -1,4 +1,4 @@
-//! Names of lines: published lists, lists of the scenes, and chance.
+//! Identification of lines: published lists, lists from scenes, and random lines.
 
 use super::*;
 use rand::{RngExt, SeedableRng};
@@ -15,47 +15,47 @@ fn lines(list: &[(f64, f64)]) -> Vec<Line> {
     list.iter().map(line).collect()
 }
 
-fn labels(naming: &Naming) -> Vec<String> {
+fn labels(naming: &LineIdentification) -> Vec<String> {
     let label = |name: &Option<Combination>| name.map_or(String::new(), |c| c.to_string());
     naming.names.iter().map(label).collect()
 }
 
 #[test]
-fn a_lone_line_is_the_fundamental() {
-    let naming = name_lines(&lines(&[(4100.0, 1.0)]), UNCERTAINTY);
+fn a_single_line_is_the_fundamental() {
+    let naming = identify_lines(&lines(&[(4100.0, 1.0)]), UNCERTAINTY);
     assert_eq!(naming.bases, Bases::One { f1: 4100.0 });
     assert_eq!(labels(&naming), ["f1"]);
     assert_eq!(naming.bases.beat(), None);
 }
 
 #[test]
-fn harmonics_of_the_limit_cycle() {
-    // 2 degrees, azimuth 0: 4.117 kHz, 12.33 at 0.13, 8.22 at 0.05.
+fn harmonics_of_the_limit_cycle_are_identified() {
+    // 2 degrees, azimuth 0: 4.117 kHz, 12.33 kHz at 0.13, 8.22 kHz at 0.05.
     let list = lines(&[(4117.0, 1.0), (12_351.5, 0.13), (8233.0, 0.05)]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     assert_eq!(labels(&naming), ["f1", "3 f1", "2 f1"]);
 }
 
 #[test]
 fn a_weak_fundamental_below_the_strongest_line_is_found() {
-    // The locked 1:2 tone: 2.07 kHz weaker than its octave.
+    // The locked 1:2 tone: 2.07 kHz, weaker than its octave.
     let list = lines(&[(4140.0, 1.0), (2070.0, 0.4), (6210.0, 0.1), (8280.0, 0.05)]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     assert_eq!(naming.bases, Bases::One { f1: 2070.0 });
     assert_eq!(labels(&naming), ["2 f1", "f1", "3 f1", "4 f1"]);
 }
 
 #[test]
-fn torus_of_the_natural_set() {
+fn combinations_of_the_natural_set_are_identified() {
     let list = lines(&[(4110.0, 15.0), (3870.0, 4.0), (12_331.0, 2.0), (241.0, 0.1)]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     assert_eq!(labels(&naming), ["f1", "f2", "3 f1", "f1 - f2"]);
     assert!((naming.bases.beat().unwrap() - 240.0).abs() < 1e-9);
 }
 
 #[test]
-fn torus_of_the_paper() {
-    // Fig. 6: 0.57 = f2 - 3 f1 of 3.87 and 12.18 kHz; and the side lines that go with it.
+fn combinations_of_the_paper_are_identified() {
+    // Fig. 6: 0.57 = f2 - 3 f1 of 3.87 and 12.18 kHz, and further combinations.
     let list = lines(&[
         (3870.0, 1.0),
         (12_180.0, 0.8),
@@ -63,37 +63,37 @@ fn torus_of_the_paper() {
         (4440.0, 0.1),
         (11_610.0, 0.05),
     ]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     assert_eq!(
         labels(&naming),
         ["f1", "f2", "f2 - 3 f1", "f2 - 2 f1", "3 f1"]
     );
-    assert!(naming.chance < SIGNIFICANCE, "{}", naming.chance);
+    assert!(naming.p_value < SIGNIFICANCE, "{}", naming.p_value);
     assert!((naming.bases.beat().unwrap() - 570.0).abs() < 1e-9);
 }
 
 #[test]
 fn a_strong_second_tone_without_combinations_is_a_base() {
-    let naming = name_lines(&lines(&[(4100.0, 1.0), (12_900.0, 0.5)]), UNCERTAINTY);
+    let naming = identify_lines(&lines(&[(4100.0, 1.0), (12_900.0, 0.5)]), UNCERTAINTY);
     assert_eq!(labels(&naming), ["f1", "f2"]);
-    assert_eq!(naming.chance, 1.0);
+    assert_eq!(naming.p_value, 1.0);
 }
 
 #[test]
-fn a_weak_stray_line_stays_without_a_name() {
+fn a_weak_unrelated_line_gets_no_name() {
     let list = lines(&[
         (4100.0, 1.0),
         (8200.0, 0.3),
         (12_300.0, 0.1),
         (9713.0, 0.002),
     ]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     assert_eq!(labels(&naming), ["f1", "2 f1", "3 f1", ""]);
 }
 
 #[test]
 fn a_line_outside_the_uncertainty_is_not_named() {
-    // 3 f1 may miss by 5 sqrt(10) = 15.8 Hz.
+    // The tolerance of 3 f1 is 5 sqrt(10) = 15.8 Hz.
     for (miss, label) in [(15.0, "3 f1"), (17.0, "")] {
         let list = lines(&[
             (4100.0, 1.0),
@@ -101,11 +101,11 @@ fn a_line_outside_the_uncertainty_is_not_named() {
             (16_400.0, 0.3),
             (12_300.0 + miss, 0.02),
         ]);
-        assert_eq!(labels(&name_lines(&list, UNCERTAINTY))[3], label);
+        assert_eq!(labels(&identify_lines(&list, UNCERTAINTY))[3], label);
     }
 }
 
-/// A quarter of a bin of a 20 ms window, as the pipeline has it.
+/// A quarter of a bin of a 20 ms window, as in the pipeline.
 const QUARTER_BIN: f64 = 12.5;
 
 #[test]
@@ -128,12 +128,12 @@ fn the_scene_periodic_2deg_has_one_base() {
     let orders = [1, 3, 2, 4, 5, 6, 8, 9, 10, 7, 11, 14];
     let expected = orders.map(|n| Combination { n, m: 0 }.to_string());
     for uncertainty in [1.0, UNCERTAINTY, QUARTER_BIN] {
-        assert_eq!(labels(&name_lines(&list, uncertainty)), expected);
+        assert_eq!(labels(&identify_lines(&list, uncertainty)), expected);
     }
 }
 
 #[test]
-fn modes_that_grow_side_by_side_have_no_pattern() {
+fn growing_modes_have_no_pattern() {
     // The same scene after 10 ms: four natural frequencies.
     let list = lines(&[
         (4097.3, 1.0388),
@@ -141,13 +141,13 @@ fn modes_that_grow_side_by_side_have_no_pattern() {
         (1743.4, 0.1237),
         (12_444.2, 0.1105),
     ]);
-    let naming = name_lines(&list, 2.0 * QUARTER_BIN);
+    let naming = identify_lines(&list, 2.0 * QUARTER_BIN);
     assert_eq!(naming.bases, Bases::None);
 }
 
 #[test]
-fn names_of_the_scene_torus_3deg_stay() {
-    // 20 ms at 145 ms and at 150 ms; in the second the lines miss their sums by up to 7 Hz.
+fn names_of_the_scene_torus_3deg_are_stable() {
+    // 20 ms at 145 ms and at 150 ms. In the second list the sums differ from the lines by up to 7 Hz.
     let earlier = [
         (4112.6, 15.9284),
         (12_338.7, 6.0999),
@@ -177,7 +177,7 @@ fn names_of_the_scene_torus_3deg_stay() {
         (16_204.6, 0.2050),
     ];
     let common = ["f1", "3 f1", "f1 + f2", "f2", "2 f1 + f2", "4 f1", "2 f1"];
-    let named = |list| labels(&name_lines(&lines(list), QUARTER_BIN));
+    let named = |list| labels(&identify_lines(&lines(list), QUARTER_BIN));
     let (earlier, later) = (named(&earlier), named(&later));
     assert_eq!(earlier[..7], common);
     assert_eq!(later[..7], common);
@@ -188,8 +188,9 @@ fn names_of_the_scene_torus_3deg_stay() {
 }
 
 #[test]
-fn names_of_the_scene_chaos_5deg_stay() {
-    // 20 ms at 35 ms and at 45 ms, the strongest lines; f1 + f2 is missed by 10 and by 20 Hz.
+fn names_of_the_scene_chaos_5deg_are_stable() {
+    // 20 ms at 35 ms and at 45 ms, the strongest lines. f1 + f2 differs from its line by 10 and by
+    // 20 Hz.
     let earlier = [
         (4120.2, 15.7631),
         (12_359.6, 5.8589),
@@ -207,15 +208,15 @@ fn names_of_the_scene_chaos_5deg_stay() {
         (12_575.4, 1.2702),
     ];
     for list in [earlier, later] {
-        let names = labels(&name_lines(&lines(&list), QUARTER_BIN));
+        let names = labels(&identify_lines(&lines(&list), QUARTER_BIN));
         let expected = ["f1", "3 f1", "f1 + f2", "f2", "2 f1 + f2", "4 f1 - f2"];
         assert_eq!(names, expected);
     }
 }
 
 #[test]
-fn a_faint_second_tone_has_the_name_that_it_keeps() {
-    // The scene tilt-ramp, 50 ms, just as the torus is born: f1 + f2 is stronger than f2.
+fn a_weak_second_tone_keeps_its_name() {
+    // The scene tilt-ramp at 50 ms, at the onset of the torus: f1 + f2 is stronger than f2.
     let list = lines(&[
         (4105.7, 16.3691),
         (12_316.8, 6.0429),
@@ -228,47 +229,47 @@ fn a_faint_second_tone_has_the_name_that_it_keeps() {
         (24_636.6, 0.1687),
         (32_844.3, 0.1494),
     ]);
-    let names = labels(&name_lines(&list, UNCERTAINTY));
+    let names = labels(&identify_lines(&list, UNCERTAINTY));
     assert_eq!(names[..5], ["f1", "3 f1", "2 f1", "4 f1", "5 f1"]);
     assert_eq!(names[5..], ["f1 + f2", "f2", "2 f1 + f2", "6 f1", "8 f1"]);
 }
 
 #[test]
-fn random_lines_are_seldom_believed() {
+fn random_lines_are_rarely_accepted() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let trials = 400;
-    let mut believed = 0;
+    let mut accepted = 0;
     for _ in 0..trials {
         let list: Vec<(f64, f64)> = (0..8)
             .map(|_| (rng.random_range(200.0..13_000.0), 1.0))
             .collect();
-        if name_lines(&lines(&list), UNCERTAINTY).bases != Bases::None {
-            believed += 1;
+        if identify_lines(&lines(&list), UNCERTAINTY).bases != Bases::None {
+            accepted += 1;
         }
     }
     assert!(
-        f64::from(believed) <= SIGNIFICANCE * f64::from(trials),
-        "{believed} of {trials}"
+        f64::from(accepted) <= SIGNIFICANCE * f64::from(trials),
+        "{accepted} of {trials}"
     );
 }
 
 #[test]
-fn the_misfit_is_what_the_name_leaves() {
+fn the_misfit_is_the_deviation_from_the_name() {
     let list = lines(&[(4100.0, 1.0), (8203.0, 0.5), (9713.0, 0.002)]);
-    let naming = name_lines(&list, UNCERTAINTY);
+    let naming = identify_lines(&list, UNCERTAINTY);
     let misfits: Vec<_> = (0..3).map(|i| naming.misfit(i, list[i])).collect();
     assert_eq!(misfits, [Some(0.0), Some(3.0), None]);
 }
 
 #[test]
-fn no_lines_no_names() {
-    let naming = name_lines(&[], UNCERTAINTY);
+fn an_empty_list_has_no_names() {
+    let naming = identify_lines(&[], UNCERTAINTY);
     assert_eq!(naming.bases, Bases::None);
     assert!(naming.names.is_empty());
 }
 
 #[test]
-fn tail_of_the_joint_evidence() {
+fn the_tail_matches_fishers_method() {
     assert_eq!(fisher_tail(0.0, 0), 1.0);
     assert_eq!(fisher_tail(0.0, 5), 1.0);
     assert!((fisher_tail(3.0, 1) - (-3.0_f64).exp()).abs() < 1e-16);

@@ -1,4 +1,4 @@
-//! Which tones is a signal made of?
+//! Spectra, spectral lines and their identification.
 
 mod lines;
 mod names;
@@ -6,7 +6,7 @@ mod spectrum;
 mod stft;
 mod window;
 
-pub use lines::{FREQUENCY_UNCERTAINTY, Naming, SpectralLine, name_lines};
+pub use lines::{FREQUENCY_UNCERTAINTY, LineIdentification, SpectralLine, identify_lines};
 pub use names::{Bases, Combination};
 pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
 pub use stft::{Column, Stft};

@@ -1,16 +1,16 @@
-//! What a spectral line can be called: a combination of one or two base frequencies.
+//! Names of spectral lines: combinations of one or two base frequencies.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Highest harmonic `n f1` (or `m f2`) looked for.
-const HIGHEST_HARMONIC: i32 = 30;
+/// Maximum harmonic number `n` of `n f1` (or `m` of `m f2`).
+const MAX_HARMONIC: i32 = 30;
 
-/// Highest order `|n| + |m|` of a combination of both bases looked for.
-const HIGHEST_ORDER: i32 = 8;
+/// Maximum order `|n| + |m|` of a combination of both bases.
+const MAX_ORDER: i32 = 8;
 
-/// `n f1 + m f2`. Displays as `f1`, `3 f1`, `f2 - 3 f1`, ...
+/// The combination frequency `n f1 + m f2`. Displays as `f1`, `3 f1`, `f2 - 3 f1`, ...
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Combination {
     /// Multiple of the first base.
@@ -20,18 +20,18 @@ pub struct Combination {
 }
 
 impl Combination {
-    /// `|n| + |m|`.
+    /// Order `|n| + |m|`.
     pub fn order(self) -> i32 {
         self.n.abs() + self.m.abs()
     }
 
-    /// Whether both bases take part.
+    /// Whether both bases contribute.
     pub fn is_mixed(self) -> bool {
         self.n != 0 && self.m != 0
     }
 
-    /// By how much `n f1 + m f2` may miss a line if each of the three frequencies has the given
-    /// standard uncertainty.
+    /// Tolerance of `n f1 + m f2` against a line if each of the three frequencies has the given standard
+    /// uncertainty.
     pub(super) fn tolerance(self, uncertainty: f64) -> f64 {
         uncertainty * f64::from(1 + self.n * self.n + self.m * self.m).sqrt()
     }
@@ -54,7 +54,7 @@ impl fmt::Display for Combination {
     }
 }
 
-/// The base frequencies of a list of lines, Hz.
+/// Base frequencies of a list of lines, Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "bases", rename_all = "kebab-case")]
 pub enum Bases {
@@ -62,23 +62,23 @@ pub enum Bases {
     None,
     /// One fundamental: `n f1`.
     One {
-        /// The fundamental.
+        /// Fundamental, Hz.
         #[serde(rename = "f1_hz")]
         f1: f64,
     },
     /// Two base frequencies, the first the stronger: `n f1 + m f2`.
     Two {
-        /// The first base.
+        /// First base, Hz.
         #[serde(rename = "f1_hz")]
         f1: f64,
-        /// The second base.
+        /// Second base, Hz.
         #[serde(rename = "f2_hz")]
         f2: f64,
     },
 }
 
 impl Bases {
-    /// How many there are.
+    /// Number of bases.
     pub(super) fn count(self) -> usize {
         match self {
             Bases::None => 0,
@@ -87,7 +87,7 @@ impl Bases {
         }
     }
 
-    /// The frequency of a combination.
+    /// Frequency of a combination, Hz.
     pub fn frequency(self, name: Combination) -> f64 {
         match self {
             Bases::None => 0.0,
@@ -96,18 +96,15 @@ impl Bases {
         }
     }
 
-    /// The combinations looked for, those of positive frequency, lowest order first.
+    /// Combinations considered, with positive frequency, lowest order first.
     pub(super) fn combinations(self) -> Vec<Combination> {
-        let harmonics = (1..=HIGHEST_HARMONIC).map(|n| Combination { n, m: 0 });
+        let harmonics = (1..=MAX_HARMONIC).map(|n| Combination { n, m: 0 });
         let mut all: Vec<Combination> = match self {
             Bases::None => Vec::new(),
             Bases::One { .. } => harmonics.collect(),
             Bases::Two { .. } => {
-                let second = (1..=HIGHEST_HARMONIC).map(|m| Combination { n: 0, m });
-                harmonics
-                    .chain(second)
-                    .chain(mixed(HIGHEST_ORDER))
-                    .collect()
+                let second = (1..=MAX_HARMONIC).map(|m| Combination { n: 0, m });
+                harmonics.chain(second).chain(mixed(MAX_ORDER)).collect()
             }
         };
         all.retain(|&c| self.frequency(c) > 0.0);
@@ -115,8 +112,8 @@ impl Bases {
         all
     }
 
-    /// The lowest difference frequency `|n f1 + m f2|` of combinations up to order four: the beat
-    /// that the ear and the envelope follow. `None` unless there are two bases.
+    /// Beat frequency, Hz: the lowest difference frequency `|n f1 + m f2|` of combinations up to order
+    /// four, which is audible and visible in the envelope. `None` unless there are two bases.
     pub fn beat(self) -> Option<f64> {
         let Bases::Two { .. } = self else { return None };
         let frequencies = mixed(4).map(|c| self.frequency(c));
@@ -124,7 +121,7 @@ impl Bases {
     }
 }
 
-/// The combinations of both bases up to an order, of either sign.
+/// Combinations of both bases up to an order, of either sign.
 fn mixed(order: i32) -> impl Iterator<Item = Combination> {
     let all =
         (-order..=order).flat_map(move |n| (-order..=order).map(move |m| Combination { n, m }));
@@ -136,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_read_as_one_writes_them() {
+    fn combinations_display_in_the_usual_form() {
         let text = |n, m| Combination { n, m }.to_string();
         assert_eq!(text(1, 0), "f1");
         assert_eq!(text(3, 0), "3 f1");

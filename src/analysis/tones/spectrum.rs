@@ -1,18 +1,18 @@
 //! One-sided amplitude spectra and their lines.
 //!
-//! Convention: amplitudes are in the signal's unit, and a sine of amplitude `A` at a bin gives
-//! `A` there:
+//! Convention: amplitudes are in the signal's unit, and a sine of amplitude `A` at a bin frequency gives
+//! `A` in that bin:
 //!
 //! ```text
 //! A_k = c_k |sum_n w_n x_n exp(-2 pi i k n / N)| / sum_n w_n,   c_k = 2; 1 at 0 Hz and at Nyquist
 //! ```
 //!
-//! A line is a local maximum that stands out of the floor round it. Its frequency and amplitude
-//! are refined below a bin: a parabola through the logarithms of three bins, then the parabola's
-//! own bias, known from the window's transform, is removed. For a lone steady sine at least ten
-//! bins from 0 Hz and from Nyquist the error that remains is below 1e-4 bin and 1e-4 of the
-//! amplitude with either window; without the second step it is up to 0.016 bin (Hann) or
-//! 0.0032 bin (Blackman-Harris).
+//! A line is a local maximum above the local noise floor. Its frequency and amplitude are interpolated
+//! between bins: a parabola through the logarithms of three bins, followed by a correction of the
+//! parabola's bias, which is known from the transform of the window. For a single steady sine at least
+//! ten bins from 0 Hz and from Nyquist, the remaining error is below 1e-4 bin and 1e-4 of the amplitude
+//! with either window. Without the correction it is up to 0.016 bin (Hann) or 0.0032 bin
+//! (Blackman-Harris).
 
 use std::f64::consts::LN_2;
 use std::sync::Arc;
@@ -23,20 +23,20 @@ use realfft::{RealFftPlanner, RealToComplex};
 use super::Window;
 use crate::analysis::AnalysisError;
 
-/// Bins a block over which the local floor is estimated.
+/// Bins per block of the local noise floor estimate.
 const FLOOR_BLOCK: usize = 64;
 
-/// Lower quartile over median of a Rayleigh distribution, the law of the amplitude of Gaussian
+/// Lower quartile over median of a Rayleigh distribution, the distribution of the amplitude of Gaussian
 /// noise in a bin: `sqrt(ln(4/3) / ln 2)`.
 const QUARTILE_OVER_MEDIAN: f64 = 0.644_23;
 
-/// Bytes of a spectrum for each sample, and for each unit of the largest prime factor of their number. Measured:
-/// 36 for 2^22 samples; 187 in all for 4,194,301, a prime, whose transform is twice as long; up to three times as
-/// long has to be allowed for.
+/// Bytes per sample of a spectrum, and bytes per unit of the largest prime factor of the number of
+/// samples. Measured: 36 per sample for 2^22 samples; 187 in all for 4,194,301, a prime, with a
+/// transform of twice the length. The limit must allow for up to three times the length.
 const BYTES_PER_SAMPLE: u64 = 48;
 const BYTES_PER_PRIME: u64 = 240;
 
-/// Takes spectra of slices; keeps the plan, the window and the buffers from one to the next.
+/// Computes spectra. Reuses the plan, the window and the buffers for slices of equal length.
 ///
 /// ```
 /// use squeakscope::analysis::{LineCriterion, SpectrumAnalyser, Window};
@@ -57,7 +57,7 @@ pub struct SpectrumAnalyser {
     plan: Option<Plan>,
 }
 
-/// What one length of slice needs.
+/// Plan and buffers for one slice length.
 struct Plan {
     fft: Arc<dyn RealToComplex<f64>>,
     weights: Vec<f64>,
@@ -67,10 +67,10 @@ struct Plan {
 }
 
 impl SpectrumAnalyser {
-    /// The fewest samples a spectrum is taken of.
-    pub const FEWEST_SAMPLES: usize = 16;
+    /// Minimum number of samples of a spectrum.
+    pub const MIN_SAMPLES: usize = 16;
 
-    /// Spectra under `window` of samples at `sample_rate` (Hz).
+    /// Creates an analyser with `window` for samples at `sample_rate` (Hz).
     pub fn new(window: Window, sample_rate: f64) -> Self {
         Self {
             window,
@@ -80,17 +80,17 @@ impl SpectrumAnalyser {
         }
     }
 
-    /// The spectrum of all of `signal`. Slices of one length in a row are fastest.
+    /// Computes the spectrum of `signal`. Successive slices of equal length are fastest.
     ///
     /// # Errors
-    /// [`AnalysisError::TooShort`] below [`SpectrumAnalyser::FEWEST_SAMPLES`].
+    /// [`AnalysisError::TooShort`] below [`SpectrumAnalyser::MIN_SAMPLES`].
     pub fn analyse(&mut self, signal: &[f64]) -> Result<Spectrum, AnalysisError> {
         let n = signal.len();
-        if n < Self::FEWEST_SAMPLES {
+        if n < Self::MIN_SAMPLES {
             return Err(AnalysisError::TooShort {
                 what: "spectrum",
                 have: n,
-                need: Self::FEWEST_SAMPLES,
+                need: Self::MIN_SAMPLES,
             });
         }
         let plan = match self.plan.take().filter(|plan| plan.weights.len() == n) {
@@ -103,7 +103,7 @@ impl SpectrumAnalyser {
         }
         plan.fft
             .process_with_scratch(&mut plan.weighted, &mut plan.values, &mut plan.scratch)
-            .expect("the buffers are as long as the plan says");
+            .expect("the buffers have the lengths of the plan");
         let scale = 1.0 / (n as f64 * self.window.coherent_gain());
         let amplitude = plan.values.iter().enumerate().map(|(k, value)| {
             let sides = if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
@@ -116,25 +116,30 @@ impl SpectrumAnalyser {
         })
     }
 
-    /// The spectrum of a signal of any length, in limited memory: of all of it, or, if it is longer than
-    /// `span` samples, the root mean square of the spectra of spans of so many that overlap by at least half
-    /// (Welch, IEEE Trans. Audio Electroacoust. 15, 70, 1967).
+    /// Computes the spectrum of a signal of any length in limited memory. A signal of at most `span`
+    /// samples is transformed as a whole. For a longer one, the result is the root mean square of the
+    /// spectra of segments of `span` samples that overlap by at least half (Welch, IEEE Trans. Audio
+    /// Electroacoust. 15, 70, 1967).
     ///
     /// # Errors
     /// As [`SpectrumAnalyser::analyse`].
-    pub fn analyse_spans(
+    pub fn analyse_welch(
         &mut self,
         signal: &[f64],
         span: usize,
     ) -> Result<Spectrum, AnalysisError> {
-        let Some(room) = signal.len().checked_sub(span).filter(|room| *room > 0) else {
+        let Some(last_start) = signal
+            .len()
+            .checked_sub(span)
+            .filter(|last_start| *last_start > 0)
+        else {
             return self.analyse(signal);
         };
-        let steps = room.div_ceil((span / 2).max(1));
+        let steps = last_start.div_ceil((span / 2).max(1));
         let mut mean = self.analyse(&signal[..span])?;
         mean.amplitude.iter_mut().for_each(|a| *a *= *a);
         for step in 1..=steps {
-            let first = (room as u128 * step as u128 / steps as u128) as usize;
+            let first = (last_start as u128 * step as u128 / steps as u128) as usize;
             let spectrum = self.analyse(&signal[first..first + span])?;
             for (sum, a) in mean.amplitude.iter_mut().zip(spectrum.amplitude) {
                 *sum += a * a;
@@ -147,8 +152,8 @@ impl SpectrumAnalyser {
         Ok(mean)
     }
 
-    /// Bytes that the spectrum of so many samples takes, at most: window, transform and result. A length
-    /// with a large prime factor is transformed through one more than twice as long.
+    /// Upper bound of the memory for the spectrum of `samples` samples, bytes: window, transform and
+    /// result. A length with a large prime factor is padded to more than twice the length.
     pub fn bytes(samples: usize) -> u64 {
         let (mut rest, mut factor) = (samples.max(1), 2);
         while factor * factor <= rest {
@@ -175,9 +180,9 @@ impl SpectrumAnalyser {
 /// A one-sided amplitude spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// Spacing of the bins, Hz; the first is 0 Hz, the last at or just below Nyquist.
+    /// Spacing of the bins, Hz. The first is at 0 Hz, the last at or just below Nyquist.
     pub bin: f64,
-    /// The window it was taken under.
+    /// Window of the transform.
     pub window: Window,
     /// Amplitude of each bin, in the signal's unit.
     pub amplitude: Vec<f64>,
@@ -192,35 +197,35 @@ pub struct Line {
     pub amplitude: f64,
 }
 
-/// What counts as a line.
+/// Criterion for spectral lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineCriterion {
-    /// Least ratio to the local floor. In Gaussian noise a bin exceeds `r` times the median
-    /// amplitude with probability `2^(-r^2)`.
-    pub above_floor: f64,
-    /// Least ratio to the largest amplitude of the spectrum.
-    pub below_strongest: f64,
-    /// The most lines kept, the strongest first.
-    pub most: usize,
+    /// Minimum ratio to the local noise floor. In Gaussian noise the amplitude of a bin exceeds `r`
+    /// times the median with a probability of `2^(-r^2)`.
+    pub ratio_to_floor: f64,
+    /// Minimum ratio to the largest amplitude of the spectrum.
+    pub ratio_to_strongest: f64,
+    /// Maximum number of lines, strongest first.
+    pub max_lines: usize,
 }
 
 impl Default for LineCriterion {
-    /// 5 times the floor (14 dB: measured, one false line in about 200 spectra of white noise
-    /// with 2000 bins), at most 60 dB below the strongest, twelve lines.
+    /// 5 times the noise floor (14 dB; measured: one false line in about 200 spectra of white noise with
+    /// 2000 bins), at most 60 dB below the strongest, 12 lines.
     fn default() -> Self {
         Self {
-            above_floor: 5.0,
-            below_strongest: 1e-3,
-            most: 12,
+            ratio_to_floor: 5.0,
+            ratio_to_strongest: 1e-3,
+            max_lines: 12,
         }
     }
 }
 
 impl Spectrum {
-    /// The floor under the lines at each bin: the median amplitude that noise would have, in
-    /// blocks of 64 bins, joined linearly.
+    /// Noise floor at each bin: the median amplitude of the noise, estimated in blocks of 64 bins and
+    /// interpolated linearly.
     ///
-    /// Each block's is found from its lower quartile, which a few lines do not reach.
+    /// Each block uses its lower quartile, which a few lines do not affect.
     pub fn floor(&self) -> Vec<f64> {
         let blocks = (self.amplitude.len() / FLOOR_BLOCK).max(1);
         let width = self.amplitude.len() as f64 / blocks as f64;
@@ -236,40 +241,43 @@ impl Spectrum {
             })
             .collect();
         let level_at = |k: usize| {
-            let place = ((k as f64 + 0.5) / width - 0.5).clamp(0.0, (blocks - 1) as f64);
-            let left = place as usize;
+            let position = ((k as f64 + 0.5) / width - 0.5).clamp(0.0, (blocks - 1) as f64);
+            let left = position as usize;
             let right = (left + 1).min(blocks - 1);
-            levels[left] + (levels[right] - levels[left]) * (place - left as f64)
+            levels[left] + (levels[right] - levels[left]) * (position - left as f64)
         };
         (0..self.amplitude.len()).map(level_at).collect()
     }
 
-    /// The lines, strongest first. Lines closer to 0 Hz or to Nyquist than the window's half
-    /// lobe cannot be told from a constant and are left out.
+    /// Finds the lines, strongest first. Excludes lines within half a main lobe of 0 Hz or Nyquist,
+    /// which cannot be separated from a constant.
     pub fn lines(&self, criterion: &LineCriterion) -> Vec<Line> {
         let strongest = self.amplitude.iter().copied().fold(0.0, f64::max);
-        let least = criterion.below_strongest * strongest;
+        let min_amplitude = criterion.ratio_to_strongest * strongest;
         let floor = self.floor();
         let edge = self.window.half_lobe();
         let mut lines: Vec<Line> = (edge..self.amplitude.len().saturating_sub(edge))
             .filter(|&k| {
                 let a = self.amplitude[k];
-                a > 0.0 && a >= least && a > criterion.above_floor * floor[k] && self.is_top(k)
+                a > 0.0
+                    && a >= min_amplitude
+                    && a > criterion.ratio_to_floor * floor[k]
+                    && self.is_local_maximum(k)
             })
-            .map(|k| self.refine(k))
+            .map(|k| self.interpolate(k))
             .collect();
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        lines.truncate(criterion.most);
+        lines.truncate(criterion.max_lines);
         lines
     }
 
-    /// The share of the power that lies in the floor, 0 to 1: noise of the level of
-    /// [`Spectrum::floor`] everywhere, under the lines, too, over the whole power; the main lobe
-    /// about 0 Hz is left out of both. 0 for a silent signal.
+    /// Broadband share: share of the signal power in the noise floor, 0 to 1. The noise power is that of
+    /// a noise with the level of [`Spectrum::floor`] at all bins, including those of lines. The main
+    /// lobe around 0 Hz is excluded. 0 for a zero signal.
     ///
-    /// Lines do not count, however many and weak, as long as they are a main lobe apart: then a
-    /// quarter of the bins lies between them. A comb of lines closer than that passes for floor.
-    pub fn floor_share(&self) -> f64 {
+    /// Any number of lines is excluded if they are at least a main lobe apart: at least a quarter of the
+    /// bins is then between them. Harmonics closer than that count as noise.
+    pub fn broadband_share(&self) -> f64 {
         let power = |amplitudes: &[f64]| -> f64 {
             amplitudes
                 .iter()
@@ -278,7 +286,7 @@ impl Spectrum {
                 .sum()
         };
         let all = power(&self.amplitude);
-        // The mean square of a Rayleigh variable is that of its median over ln 2.
+        // The mean square of a Rayleigh variable is its squared median over ln 2.
         if all > 0.0 {
             (power(&self.floor()) / LN_2 / all).min(1.0)
         } else {
@@ -286,18 +294,18 @@ impl Spectrum {
         }
     }
 
-    /// Whether bin `k` is the largest of the five about it.
-    fn is_top(&self, k: usize) -> bool {
+    /// Whether bin `k` is the maximum of the five bins around it.
+    fn is_local_maximum(&self, k: usize) -> bool {
         let a = &self.amplitude;
         a[k - 1] < a[k] && a[k - 2] < a[k] && a[k + 1] <= a[k] && a[k + 2] <= a[k]
     }
 
-    /// The line whose largest bin is `k`.
-    fn refine(&self, k: usize) -> Line {
+    /// Interpolates the line with its maximum in bin `k`.
+    fn interpolate(&self, k: usize) -> Line {
         let level = |a: f64| a.abs().max(f64::MIN_POSITIVE).ln();
         let measured = vertex([k - 1, k, k + 1].map(|i| level(self.amplitude[i])));
-        // The parabola maps the true offset to `measured` by a known function, close to the
-        // identity; eight rounds bring the fixed point to better than 1e-9 bin.
+        // The parabola maps the true offset to `measured` by a known function close to the identity.
+        // Eight fixed-point iterations reach better than 1e-9 bin.
         let mut offset = measured;
         for _ in 0..8 {
             let model = [-1.0, 0.0, 1.0].map(|bin| level(self.window.response(bin - offset)));
@@ -310,8 +318,8 @@ impl Spectrum {
     }
 }
 
-/// Where the parabola through `(-1, y0), (0, y1), (1, y2)` has its vertex; `y1` is the largest
-/// and larger than `y0`.
+/// Position of the vertex of the parabola through `(-1, y0), (0, y1), (1, y2)`. `y1` is the largest and
+/// larger than `y0`.
 fn vertex([y0, y1, y2]: [f64; 3]) -> f64 {
     0.5 * (y0 - y2) / (y0 - 2.0 * y1 + y2)
 }
@@ -331,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn sine_at_a_bin_gives_its_amplitude_there() {
+    fn a_sine_at_a_bin_frequency_gives_its_amplitude() {
         for window in ALL {
             let s = spectrum(window, &sines(RATE, N, &[(82.0 * BIN, 0.017, 0.3)]));
             assert!((s.amplitude[82] - 0.017).abs() < 1e-15);
@@ -366,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn frequency_and_amplitude_are_refined_far_below_a_bin() {
+    fn frequency_and_amplitude_are_interpolated_between_bins() {
         for window in ALL {
             for step in 0..=20 {
                 let frequency = (82.0 + 0.05 * f64::from(step)) * BIN;
@@ -379,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_stated_holds_from_ten_bins_on() {
+    fn the_documented_error_holds_from_ten_bins() {
         for window in ALL {
             for phase in [0.0, 0.7, 1.4, 2.1, 2.8] {
                 let frequency = 10.37 * BIN;
@@ -395,17 +403,17 @@ mod tests {
     }
 
     #[test]
-    fn lone_sine_has_one_line_and_no_floor() {
+    fn a_single_sine_has_one_line_and_no_noise_floor() {
         let signal = sines(RATE, N, &[(82.4 * BIN, 0.017, 1.1)]);
         let s = spectrum(Window::BlackmanHarris, &signal);
         assert_eq!(s.lines(&LineCriterion::default()).len(), 1);
-        // Side lobes of the window, -92 dB at most.
-        assert!(s.floor_share() < 1e-8, "{}", s.floor_share());
+        // Side lobes of the window, at most -92 dB.
+        assert!(s.broadband_share() < 1e-8, "{}", s.broadband_share());
     }
 
     #[test]
-    fn a_comb_of_lines_is_no_floor() {
-        // Forty lines, 10 bins apart and each half a decibel weaker than the one before.
+    fn many_lines_do_not_raise_the_noise_floor() {
+        // Forty lines, 10 bins apart, each half a decibel weaker than the previous one.
         let tones: Vec<_> = (1..=40)
             .map(|n| {
                 (
@@ -416,7 +424,7 @@ mod tests {
             })
             .collect();
         let s = spectrum(Window::BlackmanHarris, &sines(RATE, N, &tones));
-        assert!(s.floor_share() < 1e-6, "{}", s.floor_share());
+        assert!(s.broadband_share() < 1e-6, "{}", s.broadband_share());
     }
 
     #[test]
@@ -438,12 +446,12 @@ mod tests {
     }
 
     #[test]
-    fn noise_has_no_lines_and_is_all_floor() {
+    fn noise_has_no_lines_and_is_all_broadband() {
         let mut false_lines = 0;
         for seed in 0..50 {
             let s = spectrum(Window::BlackmanHarris, &noise(seed, N, 1e-3));
             false_lines += s.lines(&LineCriterion::default()).len();
-            assert!(s.floor_share() > 0.9, "{}", s.floor_share());
+            assert!(s.broadband_share() > 0.9, "{}", s.broadband_share());
         }
         assert!(
             false_lines <= 1,
@@ -453,8 +461,8 @@ mod tests {
 
     #[test]
     fn floor_is_the_median_of_noise_and_ignores_a_line() {
-        // White noise of deviation s: a bin's amplitude is Rayleigh, its median
-        // s sqrt(4 ln 2 ENBW / N), with ENBW = 2.0044 bins for the four-term window (Harris).
+        // White noise of standard deviation s: the amplitude of a bin has a Rayleigh distribution with
+        // the median s sqrt(4 ln 2 ENBW / N), with ENBW = 2.0044 bins for the four-term window (Harris).
         let mut signal = noise(3, N, 1e-3);
         let expected = 1e-3 * (4.0 * f64::ln(2.0) * 2.0044 / N as f64).sqrt();
         for strength in [0.0, 10.0] {
@@ -468,54 +476,54 @@ mod tests {
     }
 
     #[test]
-    fn floor_share_is_that_of_the_noise() {
-        // Sine of power 0.5 and noise of power 0.125.
+    fn the_broadband_share_is_the_share_of_the_noise() {
+        // A sine of power 0.5 and noise of power 0.125.
         let mut signal = noise(8, N, 0.125_f64.sqrt());
         let tone = sines(RATE, N, &[(300.2 * BIN, 1.0, 0.0)]);
         signal.iter_mut().zip(&tone).for_each(|(x, t)| *x += t);
-        let share = spectrum(Window::BlackmanHarris, &signal).floor_share();
+        let share = spectrum(Window::BlackmanHarris, &signal).broadband_share();
         assert!((share - 0.2).abs() < 0.02, "{share}");
     }
 
     #[test]
-    fn silence_has_no_lines_and_no_nan() {
+    fn constant_signals_have_no_lines_and_no_nan() {
         for signal in [vec![0.0; N], vec![3.0; N]] {
             let s = spectrum(Window::BlackmanHarris, &signal);
             assert!(s.amplitude.iter().all(|a| a.is_finite()));
             assert!(s.lines(&LineCriterion::default()).is_empty());
-            assert!(s.floor_share().is_finite());
+            assert!(s.broadband_share().is_finite());
         }
         let zero = spectrum(Window::Hann, &[0.0; N]);
-        assert_eq!(zero.floor_share(), 0.0);
+        assert_eq!(zero.broadband_share(), 0.0);
     }
 
     #[test]
     fn spans_of_a_long_signal_are_averaged_by_power() {
         let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, RATE);
         let signal = sines(RATE, 5 * N / 2, &[(82.4 * BIN, 0.017, 1.1)]);
-        // Of one span and less, nothing is averaged.
+        // Signals of one span or less are not averaged.
         for length in [N - 1, N] {
             let short = &signal[..length];
-            let spans = analyser.analyse_spans(short, N).unwrap();
+            let spans = analyser.analyse_welch(short, N).unwrap();
             assert_eq!(spans, analyser.analyse(short).unwrap());
         }
-        let mean = analyser.analyse_spans(&signal, N).unwrap();
+        let mean = analyser.analyse_welch(&signal, N).unwrap();
         assert_eq!(mean.bin, BIN);
         let line = mean.lines(&LineCriterion::default())[0];
         assert!((line.frequency - 82.4 * BIN).abs() < 1e-4 * BIN);
         assert!((line.amplitude / 0.017 - 1.0).abs() < 1e-4);
-        // A tone in the last of the spans at 0, 1/2, 1, and 3/2 of their length, and nowhere else.
+        // A tone only in the last of the spans, which start at 0, 1/2, 1 and 3/2 of their length.
         let mut late = vec![0.0; 5 * N / 2];
         late[2 * N..].copy_from_slice(&signal[2 * N..]);
         let last = analyser.analyse(&late[3 * N / 2..]).unwrap();
-        let mean = analyser.analyse_spans(&late, N).unwrap();
+        let mean = analyser.analyse_welch(&late, N).unwrap();
         for (mean, last) in mean.amplitude.iter().zip(&last.amplitude) {
             assert!((mean - last / 2.0).abs() <= 1e-12 * last, "{mean} {last}");
         }
     }
 
     #[test]
-    fn too_short_is_refused() {
+    fn short_signals_are_rejected() {
         let result = SpectrumAnalyser::new(Window::Hann, RATE).analyse(&[0.0; 15]);
         let expected = AnalysisError::TooShort {
             what: "spectrum",

@@ -1,10 +1,10 @@
-//! Short-time Fourier transform: a spectrum at a time, as samples arrive.
+//! Short-time Fourier transform of a stream.
 
 use super::{SpectrumAnalyser, Window};
 use crate::analysis::{AnalysisError, SlidingWindow};
 
-/// Spectrogram columns of a stream. A column appears once its window is full; windows overlap
-/// when the hop is shorter than they are.
+/// Spectrogram columns of a stream. A column is complete once its window is full. Windows overlap if the
+/// hop is shorter than the window.
 pub struct Stft {
     sliding: SlidingWindow<1>,
     analyser: SpectrumAnalyser,
@@ -14,17 +14,17 @@ pub struct Stft {
 /// One column of a spectrogram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The centre of the window, in samples since the start of the stream.
+    /// Centre of the window, in samples since the start of the stream.
     pub centre: f64,
-    /// Spacing of the bins, Hz; the first is 0 Hz.
+    /// Spacing of the bins, Hz; the first is at 0 Hz.
     pub bin: f64,
     /// One-sided amplitude of each bin, in the signal's unit.
     pub amplitude: Vec<f64>,
 }
 
 impl Stft {
-    /// Columns under `window`, `length` samples long, every `hop` samples (need not be whole),
-    /// of samples at `sample_rate` (Hz).
+    /// Creates a transform with `window` of `length` samples, every `hop` samples (may be fractional),
+    /// for samples at `sample_rate` (Hz).
     pub fn new(window: Window, length: usize, hop: f64, sample_rate: f64) -> Self {
         Self {
             sliding: SlidingWindow::new(length, hop),
@@ -33,10 +33,10 @@ impl Stft {
         }
     }
 
-    /// Takes the next samples and calls `each` for every column they complete.
+    /// Appends samples and calls `each` for every column they complete.
     ///
     /// # Errors
-    /// [`AnalysisError::TooShort`] if the window is shorter than a spectrum can be, and the
+    /// [`AnalysisError::TooShort`] if the window is shorter than the minimum of a spectrum, and the
     /// errors of `each`.
     pub fn push<E: From<AnalysisError>>(
         &mut self,
@@ -66,10 +66,10 @@ mod tests {
 
     const RATE: f64 = 200_000.0;
 
-    fn columns(signal: &[f64], piece: usize) -> Vec<Column> {
+    fn columns(signal: &[f64], block: usize) -> Vec<Column> {
         let mut stft = Stft::new(Window::Hann, 1000, 100.0, RATE);
         let mut out = Vec::new();
-        for part in signal.chunks(piece) {
+        for part in signal.chunks(block) {
             stft.push(part, |column| {
                 out.push(column);
                 Ok::<(), AnalysisError>(())
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_come_at_the_hop_and_do_not_depend_on_the_pieces() {
+    fn columns_follow_the_hop_and_do_not_depend_on_block_sizes() {
         let signal = sines(RATE, 3000, &[(4100.0, 1.0, 0.0)]);
         let whole = columns(&signal, 3000);
         let centres: Vec<f64> = whole.iter().map(|c| c.centre).collect();
@@ -90,8 +90,8 @@ mod tests {
     }
 
     #[test]
-    fn a_tone_that_starts_is_seen_at_its_time() {
-        // Silent for 2000 samples, then a sine: half the amplitude when half the window has it.
+    fn the_onset_of_a_tone_appears_at_its_time() {
+        // Zero for 2000 samples, then a sine: half the amplitude once it fills half the window.
         let mut signal = vec![0.0; 2000];
         signal.extend(sines(RATE, 2000, &[(4000.0, 1.0, 0.0)]));
         for column in columns(&signal, 256) {

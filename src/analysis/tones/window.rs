@@ -1,24 +1,24 @@
-//! Windows: how a stretch of signal is faded in and out before its spectrum is taken.
+//! Window functions for spectra.
 //!
-//! Cutting a sine out of time smears its line over the spectrum. A window trades the two ways of
-//! smearing against each other: a wide main lobe (neighbouring lines merge) against high side
-//! lobes (a strong line hides weak ones far away). All windows here are sums of a few cosines,
-//! so that their transforms are known in closed form (F. J. Harris, Proc. IEEE 66, 51, 1978).
+//! Truncating a sine spreads its line over the spectrum. A window trades the width of the main lobe
+//! (neighbouring lines merge) against the height of the side lobes (a strong line hides distant weak
+//! ones). All windows here are sums of a few cosines with closed-form transforms (F. J. Harris, Proc.
+//! IEEE 66, 51, 1978).
 
 use std::f64::consts::PI;
 
-/// A cosine-sum window, `w(s) = a0 + a1 cos(2 pi s) + a2 cos(4 pi s) + ...` for `s` in
-/// `[-1/2, 1/2)`; sampled periodically, as a discrete Fourier transform needs it.
+/// A cosine-sum window, `w(s) = a0 + a1 cos(2 pi s) + a2 cos(4 pi s) + ...` for `s` in `[-1/2, 1/2)`,
+/// sampled periodically as a discrete Fourier transform requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
-    /// Narrow main lobe (2 bins each side); side lobes from -31 dB, falling 18 dB an octave.
+    /// Narrow main lobe (2 bins on each side); side lobes from -31 dB, decreasing by 18 dB per octave.
     Hann,
-    /// Four terms: main lobe 4 bins each side, every side lobe below -92 dB.
+    /// Four terms: main lobe of 4 bins on each side, all side lobes below -92 dB.
     BlackmanHarris,
 }
 
 impl Window {
-    /// The coefficients `a0, a1, ...`; they sum to 1.
+    /// Coefficients `a0, a1, ...`, which sum to 1.
     fn coefficients(self) -> &'static [f64] {
         match self {
             Window::Hann => &[0.5, 0.5],
@@ -26,7 +26,7 @@ impl Window {
         }
     }
 
-    /// The window at `n` points, its largest value 1 at index `n / 2`.
+    /// Samples of the window at `n` points. The maximum is 1 at index `n / 2`.
     pub fn samples(self, n: usize) -> Vec<f64> {
         let weight = |i| {
             let s = i as f64 / n as f64 - 0.5;
@@ -38,18 +38,18 @@ impl Window {
         (0..n).map(weight).collect()
     }
 
-    /// Coherent gain: the mean of the window, by which a line's amplitude is scaled.
+    /// Coherent gain: the mean of the window, which scales the amplitude of a line.
     pub fn coherent_gain(self) -> f64 {
         self.coefficients()[0]
     }
 
-    /// Half the width of the main lobe: the distance from a line to the first zero, in bins.
+    /// Half-width of the main lobe: distance from a line to the first zero, bins.
     pub fn half_lobe(self) -> usize {
         self.coefficients().len()
     }
 
-    /// Response to a line `offset` bins away from a bin, relative to a line at the bin: 1 at 0,
-    /// 0 at the edge of the main lobe. Exact for long windows (error of order `1 / n^2`).
+    /// Response to a line `offset` bins away from a bin, relative to a line at the bin: 1 at 0, 0 at the
+    /// edge of the main lobe. Exact for long windows (error of order `1 / n^2`).
     pub fn response(self, offset: f64) -> f64 {
         let a = self.coefficients();
         let pair = |k: usize| 0.5 * (sinc(offset - k as f64) + sinc(offset + k as f64));
@@ -98,7 +98,7 @@ mod tests {
         for window in ALL {
             let w = window.samples(n);
             for offset in [0.0, 0.3, 1.0, 1.7, 2.5, 6.4] {
-                // The window is even about its middle: its transform is a sum of cosines.
+                // The window is symmetric about its middle: its transform is a sum of cosines.
                 let phase = |i: usize| 2.0 * PI * offset * (i as f64 / n as f64 - 0.5);
                 let sum: f64 = (0..n).map(|i| w[i] * phase(i).cos()).sum();
                 let direct = sum / (n as f64 * window.coherent_gain());
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn side_lobes_are_as_low_as_published() {
+    fn side_lobes_have_the_published_levels() {
         // Harris, Table 1: highest side lobe -31 dB (Hann: -31.5), -92 dB (four-term).
         for (window, level_db) in [(Window::Hann, -31.0), (Window::BlackmanHarris, -92.0)] {
             let edge = window.half_lobe();

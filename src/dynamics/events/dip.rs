@@ -1,27 +1,27 @@
-//! Guards that dip below zero and come back between two places.
+//! Detection of guards that become negative and positive again between two samples.
 
-use super::{Events, QUARTERS, TOUCH};
+use super::{Events, GRAZING_TOLERANCE, QUARTERS};
 use crate::dynamics::stepper::Stepper;
-use crate::dynamics::{Switching, Tally};
+use crate::dynamics::{SolverStats, Switching};
 
-/// Evaluations after which a minimum is given up: what is left of the dip is within rounding.
-const EVALUATIONS: usize = 40;
+/// Maximum number of evaluations in the search for a minimum; the remaining depth is within rounding.
+const MAX_EVALUATIONS: usize = 40;
 
-/// Three places and a guard's values there; the middle one is the lowest.
+/// Three times (s) and the guard values there, the middle one being the lowest.
 #[derive(Clone, Copy, Debug)]
-struct Valley {
+struct MinimumBracket {
     t: [f64; 3],
     h: [f64; 3],
 }
 
-impl Valley {
-    /// Place and value of the lowest point of the parabola through the three; `None` if it has none.
+impl MinimumBracket {
+    /// Time and value of the minimum of the parabola through the three points; `None` if it has none.
     fn vertex(&self) -> Option<(f64, f64)> {
         let [a, m, b] = self.t;
         let left = (self.h[1] - self.h[0]) / (m - a);
         let right = (self.h[2] - self.h[1]) / (b - m);
         let curvature = (right - left) / (b - a);
-        // The slope at the middle.
+        // Slope at the middle point.
         let slope = left + curvature * (m - a);
         (curvature > 0.0).then(|| {
             let t = m - 0.5 * slope / curvature;
@@ -29,7 +29,8 @@ impl Valley {
         })
     }
 
-    /// The three around the lowest once another place is known, from the four of them in order.
+    /// The three points around the lowest of four, after adding a point; `None` if the lowest is at an
+    /// end.
     fn with(&self, t: f64, h: f64) -> Option<Self> {
         let at = self.t.iter().filter(|&&other| other < t).count();
         let mut all = [(t, h); 4];
@@ -46,72 +47,72 @@ impl Valley {
     }
 }
 
-/// What a dip comes to.
-enum Depth {
-    /// It falls through zero, and is negative at this time, s.
-    Below(f64),
-    /// It comes to zero within rounding.
-    Touch,
-    /// It stays above zero.
-    Above,
+/// Result of the search for a minimum.
+enum Minimum {
+    /// The guard is negative at this time, s.
+    Negative(f64),
+    /// The minimum is zero within rounding.
+    Grazing,
+    /// The minimum is positive.
+    Positive,
 }
 
 impl Events {
-    /// Looks for guards that fall through zero within a quarter of the step and come back.
-    /// Returns a time (s) at which one is negative, with the guards there in `below`.
-    pub(super) fn dip<M: Stepper>(
+    /// Searches a quarter of the piece for guards that fall through zero and rise again. Returns a time
+    /// (s) at which one is negative; `below` then holds the guards at that time.
+    pub(super) fn find_dip<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
         stepper: &mut M,
         quarter: usize,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) -> Option<f64> {
         let mut found = None;
-        for k in 0..self.near.len() {
-            let guard = self.near[k];
-            let values = std::array::from_fn(|k| self.looks[k][guard]);
-            let Some(middle) = suspect(&values, quarter) else {
+        for k in 0..self.candidates.len() {
+            let guard = self.candidates[k];
+            let values = std::array::from_fn(|k| self.samples[k][guard]);
+            let Some(middle) = middle_of_dip(&values, quarter) else {
                 continue;
             };
             let scale = values.iter().fold(0.0, |max, h| f64::max(max, h.abs()));
-            let valley = Valley {
-                t: [0, 1, 2].map(|k| self.place(middle - 1 + k)),
+            let bracket = MinimumBracket {
+                t: [0, 1, 2].map(|k| self.quarter_time(middle - 1 + k)),
                 h: [0, 1, 2].map(|k| values[middle - 1 + k]),
             };
-            match self.depth(switching, stepper, guard, valley, scale) {
-                Depth::Below(t) => {
+            match self.find_minimum(switching, stepper, guard, bracket, scale) {
+                Minimum::Negative(t) => {
                     if found.is_none_or(|earlier| t < earlier) {
                         found = Some(t);
                         std::mem::swap(&mut self.below, &mut self.between);
                     }
                 }
-                Depth::Touch => tally.grazings += 1,
-                Depth::Above => {}
+                Minimum::Grazing => stats.grazings += 1,
+                Minimum::Positive => {}
             }
         }
         found
     }
 
-    /// Goes down a dip to its lowest point.
-    fn depth<M: Stepper>(
+    /// Locates the minimum of a guard by successive parabolic interpolation.
+    fn find_minimum<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
         stepper: &mut M,
         guard: usize,
-        mut valley: Valley,
+        mut bracket: MinimumBracket,
         scale: f64,
-    ) -> Depth {
-        let touch = TOUCH * scale;
-        for _ in 0..EVALUATIONS {
-            let [start, middle, end] = valley.t;
-            let Some((vertex, predicted)) = valley.vertex() else {
+    ) -> Minimum {
+        let touch = GRAZING_TOLERANCE * scale;
+        for _ in 0..MAX_EVALUATIONS {
+            let [start, middle, end] = bracket.t;
+            let Some((vertex, predicted)) = bracket.vertex() else {
                 break;
             };
-            // A place too near to a known one tells nothing new.
+            // A point too close to a known one gives no new information.
             let apart = 1e-3 * (end - start);
             let mut t = vertex.clamp(start + apart, end - apart);
             if (t - middle).abs() < apart {
-                let gain = valley.h[1] - predicted;
+                let gain = bracket.h[1] - predicted;
                 if gain <= 4.0 * f64::EPSILON * scale {
                     break;
                 }
@@ -122,35 +123,35 @@ impl Events {
                 };
                 t = middle + far * apart;
             }
-            self.look_between(switching, stepper, t);
+            self.sample_at(switching, stepper, t);
             let h = self.between[guard];
             if h < -touch {
-                return Depth::Below(t);
+                return Minimum::Negative(t);
             }
             if predicted > touch && (h - predicted).abs() <= 0.25 * predicted {
-                return Depth::Above;
+                return Minimum::Positive;
             }
-            let Some(narrower) = valley.with(t, h) else {
-                return Depth::Above;
+            let Some(narrower) = bracket.with(t, h) else {
+                return Minimum::Positive;
             };
-            valley = narrower;
+            bracket = narrower;
         }
-        if valley.h[1] <= touch {
-            Depth::Touch
+        if bracket.h[1] <= touch {
+            Minimum::Grazing
         } else {
-            Depth::Above
+            Minimum::Positive
         }
     }
 }
 
-/// The place in the middle of the three whose parabola comes down to zero within a quarter of the
-/// step, as far as the third differences let it be told; `None` if it stays above.
-fn suspect(values: &[f64; QUARTERS + 1], quarter: usize) -> Option<usize> {
+/// Index of the middle one of three samples whose parabola reaches zero within a quarter of the piece,
+/// allowing for the third differences; `None` if it stays positive.
+fn middle_of_dip(values: &[f64; QUARTERS + 1], quarter: usize) -> Option<usize> {
     if values[quarter - 1] < 0.0 || values[quarter] < 0.0 {
         return None;
     }
     let third = |k: usize| values[k + 3] - 3.0 * (values[k + 2] - values[k + 1]) - values[k];
-    let doubt = 0.125 * third(0).abs().max(third(1).abs());
+    let uncertainty = 0.125 * third(0).abs().max(third(1).abs());
     let scale = values.iter().fold(0.0, |max, h| f64::max(max, h.abs()));
     let [first, last] = [quarter.max(2) - 1, quarter.min(QUARTERS - 1)];
     (first..=last).find(|&middle| {
@@ -159,11 +160,13 @@ fn suspect(values: &[f64; QUARTERS + 1], quarter: usize) -> Option<usize> {
         if curvature <= 0.0 {
             return false;
         }
-        // In quarters from the start of the step.
+        // In quarters from the start of the piece.
         let vertex = middle as f64 - slope / curvature;
-        // A guard that starts from zero and rises is at its lowest there.
-        let rises = values[0] <= TOUCH * scale && vertex < 0.05;
+        // A guard that starts from zero and rises has its minimum there.
+        let rises = values[0] <= GRAZING_TOLERANCE * scale && vertex < 0.05;
         let inside = (quarter as f64 - 1.0..quarter as f64).contains(&vertex);
-        inside && !rises && m - 0.5 * slope * slope / curvature <= doubt + TOUCH * scale
+        inside
+            && !rises
+            && m - 0.5 * slope * slope / curvature <= uncertainty + GRAZING_TOLERANCE * scale
     })
 }

@@ -1,18 +1,18 @@
-//! The first zero of the guards in a bracket.
+//! Location of the first zero of the guards in a bracket.
 
 use super::Events;
 use crate::dynamics::Switching;
 use crate::dynamics::stepper::Stepper;
 
 impl Events {
-    /// The first fall of a guard between `low` and `high` (s): all guards are positive or zero at
-    /// `low` (`above`), and some negative at `high` (`below`). Returns the time just after it, to
-    /// the rounding of the time, with the guards there in `below`.
+    /// Locates the first zero of a guard between `low` and `high` (s). All guards are positive or zero
+    /// at `low` (`above`), and some are negative at `high` (`below`). Returns the time immediately after
+    /// the zero, to the rounding of the time; `below` then holds the guards at that time.
     ///
     /// The method is that of I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection
-    /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021)
-    /// 5: secants moved a little towards the middle, never more than one evaluation behind
-    /// bisection. The secant taken is that of the guard which falls first.
+    /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021) 5: a
+    /// secant step shifted slightly towards the middle, at most one evaluation slower than bisection.
+    /// The secant is that of the guard with the earliest predicted zero.
     pub(super) fn locate<M: Stepper>(
         &mut self,
         switching: &dyn Switching,
@@ -22,7 +22,7 @@ impl Events {
     ) -> f64 {
         let resolution = 2.0 * f64::EPSILON * high.abs().max(stepper.step().start_time.abs());
         let first_width = high - low;
-        // How wide the bracket may still be, if it were halved from here on.
+        // Permitted width of the bracket, as if it were halved from here on.
         let mut allowed = first_width.max(resolution);
         while high - low > resolution {
             let width = high - low;
@@ -45,7 +45,7 @@ impl Events {
             if guess <= low || guess >= high {
                 break;
             }
-            self.look_between(switching, stepper, guess);
+            self.sample_at(switching, stepper, guess);
             if self.between.iter().any(|&h| h < 0.0) {
                 high = guess;
                 std::mem::swap(&mut self.below, &mut self.between);
@@ -54,13 +54,13 @@ impl Events {
                 std::mem::swap(&mut self.above, &mut self.between);
             }
         }
-        self.group(switching, stepper, high)
+        self.merge_simultaneous(switching, stepper, high)
     }
 
-    /// Where in the bracket, from 0 to 1, the secant of a falling guard is zero first.
+    /// The earliest zero of the secants of all falling guards, as a fraction of the bracket from 0 to 1.
     ///
-    /// A guard of zero has just been crossed and rises at first, so its secant says nothing, and would
-    /// lead to where the guard is rounding: it counts as falling through zero in the middle.
+    /// A guard of zero was just crossed and initially rises. Its secant is dominated by rounding, so its
+    /// zero is assumed in the middle.
     fn first_zero(&self) -> f64 {
         let falling = self.above.iter().zip(&self.below);
         falling
@@ -72,18 +72,24 @@ impl Events {
             .fold(1.0, f64::min)
     }
 
-    /// Moves the time found (s) on by its rounding, where another guard has come to zero within
-    /// the rounding of its values: then it falls at the same time.
-    fn group<M: Stepper>(&mut self, switching: &dyn Switching, stepper: &mut M, t: f64) -> f64 {
+    /// Shifts the located time (s) by its rounding error if another guard is zero within the rounding of
+    /// its values, so that both belong to one event.
+    fn merge_simultaneous<M: Stepper>(
+        &mut self,
+        switching: &dyn Switching,
+        stepper: &mut M,
+        t: f64,
+    ) -> f64 {
         let later = t + 8.0 * f64::EPSILON * t.abs().max(stepper.step().start_time.abs());
-        let near = |guard: usize, h: f64| {
-            let start = self.looks[0][guard];
+        let is_rounding = |guard: usize, h: f64| {
+            let start = self.samples[0][guard];
             (0.0..=16.0 * f64::EPSILON * start.abs()).contains(&h) && h < start
         };
         let mut guards = self.below.iter().enumerate();
-        if later < stepper.step().end_time && guards.any(|(guard, &h)| near(guard, h)) {
-            self.look_between(switching, stepper, later);
-            // The first guard may have come back up if it hardly fell: then nothing is gained.
+        if later < stepper.step().end_time && guards.any(|(guard, &h)| is_rounding(guard, h)) {
+            self.sample_at(switching, stepper, later);
+            // The first guard may be positive again if it fell only slightly; the shift is then not
+            // used.
             let mut pairs = self.below.iter().zip(&self.between);
             if pairs.all(|(before, after)| *before >= 0.0 || *after < 0.0) {
                 std::mem::swap(&mut self.below, &mut self.between);

@@ -1,8 +1,8 @@
-//! Whether a system is one that can be integrated.
+//! Checks that a system can be integrated.
 
 use crate::dynamics::{DynamicsError, System};
 
-/// Checks that every mode of a system is an oscillation.
+/// Checks that every mode is an oscillator.
 pub(super) fn check_modes<Y: System + ?Sized>(sys: &Y) -> Result<(), DynamicsError> {
     if !sys.damping().is_empty() {
         check_size(
@@ -24,7 +24,7 @@ pub(super) fn check_modes<Y: System + ?Sized>(sys: &Y) -> Result<(), DynamicsErr
     Ok(())
 }
 
-/// Checks the length of something.
+/// Checks the length of a slice.
 pub(super) fn check_size(
     what: &'static str,
     expected: usize,

@@ -1,70 +1,70 @@
-//! The methods at work, one variant each.
+//! The workspaces of all methods in one enum.
 
 use super::Method;
 use crate::dynamics::auto::Auto;
-use crate::dynamics::explicit::Direct;
-use crate::dynamics::exponential::Interaction;
+use crate::dynamics::integrating_factor::IntegratingFactor;
+use crate::dynamics::plain::Plain;
 use crate::dynamics::rosenbrock::Rosenbrock;
 use crate::dynamics::runge_kutta::RungeKutta;
-use crate::dynamics::tableau::{DOP853, RK4, TSIT54};
+use crate::dynamics::tableau::{DOP853, RK4, TSIT5};
 use crate::dynamics::{DynamicsError, System};
 
-/// Does the same with whichever stepper there is.
+/// Evaluates the body with the active stepper, whatever its type.
 macro_rules! with_stepper {
     ($engine:expr, $stepper:ident => $body:expr) => {
         match $engine {
             Engine::Lawson54($stepper) => $body,
-            Engine::Tsit54($stepper) => $body,
+            Engine::Tsit5($stepper) => $body,
             Engine::Rk4($stepper) => $body,
             Engine::Dop853($stepper) => $body,
             Engine::Lawson853($stepper) => $body,
-            Engine::Rodas5p($stepper) => $body,
+            Engine::Rodas5P($stepper) => $body,
             Engine::Auto($stepper) => $body,
         }
     };
 }
 
-/// The methods' workspaces: a tableau in a picture each.
+/// One workspace per method: a tableau and a form, or an implicit method.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "a run has one integrator: its size does not matter"
+    reason = "a run has a single integrator, so its size is irrelevant"
 )]
 pub(super) enum Engine {
-    Lawson54(RungeKutta<Interaction, 7>),
-    Tsit54(RungeKutta<Direct, 7>),
-    Rk4(RungeKutta<Direct, 5>),
-    Dop853(RungeKutta<Direct, 16>),
-    Lawson853(RungeKutta<Interaction, 16>),
-    Rodas5p(Rosenbrock),
+    Lawson54(RungeKutta<IntegratingFactor, 7>),
+    Tsit5(RungeKutta<Plain, 7>),
+    Rk4(RungeKutta<Plain, 5>),
+    Dop853(RungeKutta<Plain, 16>),
+    Lawson853(RungeKutta<IntegratingFactor, 16>),
+    Rodas5P(Rosenbrock),
     Auto(Auto),
 }
 
-/// What an implicit method says to a system without a derivative.
-pub(super) const LACKS_DERIVATIVE: DynamicsError = DynamicsError::Lacks {
-    what: "derivative of its force",
-    wish: "implicit steps (rodas5p, auto)",
+/// The error of an implicit method for a system without derivative.
+pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability {
+    what: "derivative of the force",
+    purpose: "implicit steps (rodas5p, auto)",
 };
 
 impl Engine {
-    /// The workspace of a method for a system.
+    /// Creates the workspace of a method for a system.
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
         let dim = sys.dim();
-        let derivative = || sys.differentiable().ok_or(LACKS_DERIVATIVE);
+        let derivative = || sys.differentiable().ok_or(NO_DERIVATIVE);
         let lawson54 = || {
-            let picture = Interaction::new(sys, TSIT54.nodes.len());
-            RungeKutta::new(&TSIT54, picture, dim)
+            let form = IntegratingFactor::new(sys, TSIT5.nodes.len());
+            RungeKutta::new(&TSIT5, form, dim)
         };
         Ok(match method {
             Method::Lawson54 { .. } => Self::Lawson54(lawson54()),
-            Method::Tsit54 { .. } => Self::Tsit54(RungeKutta::new(&TSIT54, Direct, dim)),
-            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Direct, dim)),
-            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Direct, dim)),
+            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain, dim)),
+            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain, dim)),
+            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain, dim)),
             Method::Lawson853 { .. } => {
-                let picture = Interaction::new(sys, DOP853.nodes.len());
-                Self::Lawson853(RungeKutta::new(&DOP853, picture, dim))
+                let form = IntegratingFactor::new(sys, DOP853.nodes.len());
+                Self::Lawson853(RungeKutta::new(&DOP853, form, dim))
             }
-            Method::Rodas5p { .. } => Self::Rodas5p(Rosenbrock::new(sys, derivative()?)),
+            Method::Rodas5P { .. } => Self::Rodas5P(Rosenbrock::new(sys, derivative()?)),
             Method::Auto { .. } => {
                 let implicit = Rosenbrock::new(sys, derivative()?);
                 Self::Auto(Auto::new(lawson54(), implicit, sys.tangent_dim()))
@@ -72,8 +72,8 @@ impl Engine {
         })
     }
 
-    /// Whether it needs the derivative of the force.
+    /// Whether the method needs the derivative of the force.
     pub fn needs_derivative(&self) -> bool {
-        matches!(self, Self::Rodas5p(_) | Self::Auto(_))
+        matches!(self, Self::Rodas5P(_) | Self::Auto(_))
     }
 }

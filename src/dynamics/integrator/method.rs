@@ -1,95 +1,98 @@
-//! Which method, and what it needs to know.
+//! The integration methods and their parameters.
 
 use strum::VariantArray;
 
 use crate::dynamics::DynamicsError;
-use crate::dynamics::control::{Accuracy, Control, Controller};
+use crate::dynamics::error_control::{Accuracy, PiController, StepSizeControl};
 
-/// The choice of method, with its parameters.
+/// An integration method with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, strum::EnumDiscriminants)]
 #[strum_discriminants(
     name(MethodName),
-    doc = "A [`Method`] by its name, without parameters.",
+    doc = "The name of a [`Method`], without parameters.",
     derive(strum::VariantArray, strum::IntoStaticStr, strum::EnumString),
     strum(serialize_all = "kebab-case")
 )]
 pub enum Method {
-    /// Exponential pair of order 5(4), free vibration exact: Lawson's integrating factor with the
+    /// Exponential pair of order 5(4) with exact free vibration: Lawson's integrating factor with the
     /// pair of Tsitouras. The default.
     Lawson54 {
-        /// How accurate a step must be.
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
-    /// Exponential pair of order 8(5, 3), free vibration exact: Lawson's integrating factor with the
-    /// pair of [`Method::Dop853`], dense output of order 7.
+    /// Exponential method of order 8(5, 3) with exact free vibration: Lawson's integrating factor with
+    /// the tableau of [`Method::Dop853`]; dense output of order 7.
     Lawson853 {
-        /// How accurate a step must be.
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
-    /// Plain embedded pair of order 5(4) of Tsitouras.
-    Tsit54 {
-        /// How accurate a step must be.
+    /// Embedded pair of order 5(4) of Tsitouras, plain form.
+    #[strum_discriminants(strum(to_string = "tsit5", serialize = "tsit54"))]
+    Tsit5 {
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
-    /// Plain embedded pair of order 8(5, 3) of Dormand and Prince, with dense output of order 7. Pays
-    /// below errors of about 1e-8 on a smooth problem.
+    /// Embedded method of order 8(5, 3) of Dormand and Prince, plain form, with dense output of order 7.
+    /// More efficient than order 5 below relative errors of about 1e-8 on a smooth problem.
     Dop853 {
-        /// How accurate a step must be.
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
-    /// Linearly implicit method of order 5(4), Rodas5P of Rosenbrock's kind: for a law that is stiff
-    /// throughout. Needs [`System::differentiable`](crate::dynamics::System::differentiable).
-    Rodas5p {
-        /// How accurate a step must be.
+    /// Rodas5P, a linearly implicit (Rosenbrock) method of order 5(4), for systems that are stiff throughout.
+    /// Needs [`System::differentiable`](crate::dynamics::System::differentiable).
+    #[strum_discriminants(strum(to_string = "rodas5p"))]
+    Rodas5P {
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
-    /// [`Method::Lawson54`], and [`Method::Rodas5p`] where the law makes that one's steps too short:
-    /// where slip comes to rest. Needs [`System::differentiable`](crate::dynamics::System::differentiable).
+    /// [`Method::Lawson54`], and [`Method::Rodas5P`] while stiffness limits the explicit step, for
+    /// example during the transition from sliding to sticking. Needs
+    /// [`System::differentiable`](crate::dynamics::System::differentiable).
     Auto {
-        /// How accurate a step must be.
+        /// Error tolerance per step.
         accuracy: Accuracy,
-        /// The longest step, s. Needing less than 1e-10 of it counts as a failure.
+        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
         max_step: f64,
     },
     /// Classical Runge–Kutta method of order 4.
     Rk4 {
-        /// The step, s.
+        /// Step length, s.
         step: f64,
     },
 }
 
 impl MethodName {
-    /// All of them.
+    /// All method names.
     pub const ALL: &[Self] = Self::VARIANTS;
 
-    /// The name, as a scene file has it: `lawson54`.
+    /// The name on the command line and in scene files, for example `lawson54`.
     pub fn name(self) -> &'static str {
         self.into()
     }
 
-    /// Whether its step is given, not chosen by an estimate of the error.
+    /// Whether the method takes fixed steps, without error estimate.
     pub const fn has_fixed_step(self) -> bool {
         matches!(self, Self::Rk4)
     }
 
-    /// The method with its parameters: one of a fixed step takes `max_step` (s) as that.
+    /// The method with the given parameters. A fixed-step method uses `max_step` (s) as its step.
     pub const fn with(self, accuracy: Accuracy, max_step: f64) -> Method {
         match self {
             Self::Lawson54 => Method::Lawson54 { accuracy, max_step },
             Self::Lawson853 => Method::Lawson853 { accuracy, max_step },
-            Self::Tsit54 => Method::Tsit54 { accuracy, max_step },
+            Self::Tsit5 => Method::Tsit5 { accuracy, max_step },
             Self::Dop853 => Method::Dop853 { accuracy, max_step },
-            Self::Rodas5p => Method::Rodas5p { accuracy, max_step },
+            Self::Rodas5P => Method::Rodas5P { accuracy, max_step },
             Self::Auto => Method::Auto { accuracy, max_step },
             Self::Rk4 => Method::Rk4 { step: max_step },
         }
@@ -97,8 +100,8 @@ impl MethodName {
 }
 
 impl Method {
-    /// The control of the step, with its parameters checked.
-    pub(super) fn control(self) -> Result<Control, DynamicsError> {
+    /// The step-size control, with checked parameters.
+    pub(super) fn control(self) -> Result<StepSizeControl, DynamicsError> {
         let positive = |name, value: f64| {
             if value > 0.0 && value.is_finite() {
                 Ok(())
@@ -112,19 +115,36 @@ impl Method {
         };
         match self {
             Self::Lawson54 { accuracy, max_step }
-            | Self::Tsit54 { accuracy, max_step }
+            | Self::Tsit5 { accuracy, max_step }
             | Self::Dop853 { accuracy, max_step }
             | Self::Lawson853 { accuracy, max_step }
-            | Self::Rodas5p { accuracy, max_step }
+            | Self::Rodas5P { accuracy, max_step }
             | Self::Auto { accuracy, max_step } => {
                 accuracy.check()?;
-                positive("the longest step", max_step)?;
-                Ok(Control::Adaptive(Controller::new(accuracy, max_step)))
+                positive("the maximum step", max_step)?;
+                Ok(StepSizeControl::Adaptive(PiController::new(
+                    accuracy, max_step,
+                )))
             }
             Self::Rk4 { step } => {
                 positive("the step", step)?;
-                Ok(Control::Fixed(step))
+                Ok(StepSizeControl::Fixed(step))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MethodName;
+
+    #[test]
+    fn names_are_parsed_including_those_of_earlier_versions() {
+        for method in MethodName::ALL {
+            assert_eq!(method.name().parse(), Ok(*method));
+        }
+        assert_eq!(MethodName::Tsit5.name(), "tsit5");
+        assert_eq!("tsit54".parse(), Ok(MethodName::Tsit5));
+        assert_eq!(MethodName::Rodas5P.name(), "rodas5p");
     }
 }

@@ -1,81 +1,81 @@
-//! The front: states at the times asked for, whatever the steps.
+//! The integrator: states at requested times, independent of the steps.
 
 #[macro_use]
 mod engine;
 
 mod checks;
-mod companions;
 mod method;
-mod neighbour;
+mod nearby;
+mod perturbed;
 
 use checks::{check_modes, check_size};
-use engine::{Engine, LACKS_DERIVATIVE};
+use engine::{Engine, NO_DERIVATIVE};
 pub use method::{Method, MethodName};
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::control::{Control, Size};
+use super::error_control::{StateNorm, StepSizeControl};
 use super::events::Events;
-use super::pace::{Pace, Progress};
+use super::step_controller::{Progress, StepController};
 use super::stepper::{Stepper, switching};
 use super::tangents::{Crossing, Tangents};
-use super::{DynamicsError, ErrorEstimate, System, Tally};
+use super::{DynamicsError, ErrorEstimate, SolverStats, System};
 
-/// Integrates a [`System`] and gives its state at any times in rising order.
+/// Integrates a [`System`] and returns its state at any times in ascending order.
 ///
-/// The steps are the integrator's own; samples are interpolated ([`Integrator::sample`]). Where
-/// the system itself changes at a known time, [`Integrator::land`] makes a step end there and
-/// [`Integrator::restart`] goes on from there with the changed system.
+/// The integrator chooses its own steps and interpolates samples between them ([`Integrator::sample`]).
+/// If the system changes at a known time, [`Integrator::integrate_to`] makes a step end there, and
+/// [`Integrator::restart`] continues with the changed system.
 ///
-/// The system is passed to each call and must stay the same between `start` or `restart` and the
-/// next of these. Nothing is allocated after [`Integrator::new`]. When a step fails, the last good
-/// state is still held by [`Integrator::state`].
+/// The system is passed to each call. It must not change between calls of `start` or `restart`. Nothing
+/// is allocated after [`Integrator::new`]. If a step fails, [`Integrator::state`] still returns the last
+/// accepted state.
 #[derive(Clone, Debug)]
 pub struct Integrator {
     engine: Engine,
-    pace: Pace,
-    /// The longest step by the method's parameters, s; the linear part may allow less.
+    step_controller: StepController,
+    /// Maximum step by the method's parameters, s; the linear part may impose a smaller one.
     max_step: f64,
     dim: usize,
-    /// The search for events, where steps stop at them.
+    /// Event location, if enabled.
     events: Option<Events>,
-    /// The tangent vectors that go along, if any.
+    /// Tangent vectors, if enabled.
     tangents: Option<Tangents>,
-    /// The neighbour that goes along, if any.
-    neighbour: Option<Neighbour>,
-    /// Looked at before each step, if any.
+    /// Perturbed trajectory, if enabled.
+    perturbed: Option<PerturbedTrajectory>,
+    /// Stop flag, checked before each step.
     stop: Option<Arc<AtomicBool>>,
 }
 
-/// A motion that ends its steps where another one does, and between them only at its own events. It holds an
-/// [`Integrator`], as an integrator holds it.
+/// A trajectory that takes the same steps as the reference trajectory, and ends additional steps only at
+/// its own events. It contains an [`Integrator`] and is contained in one, hence the `Box`.
 #[derive(Clone, Debug)]
-struct Neighbour {
-    follower: Box<Integrator>,
-    /// Since when it is there, s.
-    born: f64,
-    /// The first motion's steps that it has still to take.
-    ends: VecDeque<Taken>,
+struct PerturbedTrajectory {
+    integrator: Box<Integrator>,
+    /// Time of its start, s.
+    start_time: f64,
+    /// Steps of the reference trajectory that it has not taken yet.
+    ends: VecDeque<StepEnd>,
 }
 
-/// A step that the first motion has taken.
+/// A step of the reference trajectory.
 #[derive(Clone, Copy, Debug)]
-struct Taken {
-    /// Its end, s.
+struct StepEnd {
+    /// End of the step, s.
     end: f64,
     is_implicit: bool,
 }
 
 impl Integrator {
-    /// An integrator for systems of this one's size. It rests in the zero state at time zero until
+    /// An integrator for systems of the size of `sys`. Its state is zero at time zero until
     /// [`Integrator::start`].
     ///
     /// # Errors
-    /// [`DynamicsError::Parameter`] for a parameter of the method out of its range,
-    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for a linear part that is no oscillation,
-    /// [`DynamicsError::Lacks`] when an implicit method is asked for and the system has no
+    /// [`DynamicsError::Parameter`] if a parameter of the method is out of range,
+    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for an invalid linear part,
+    /// [`DynamicsError::MissingCapability`] if the method is implicit and the system has no
     /// [`System::differentiable`].
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
         let control = method.control()?;
@@ -85,61 +85,63 @@ impl Integrator {
         let implicit = engine.needs_derivative();
         let max_step = control.step();
         let omega = sys.omega().to_vec();
-        let pace = Pace {
+        let step_controller = StepController {
             control,
             omega,
-            size: Size::default(),
+            size: StateNorm::default(),
             implicit,
             progress: Progress::default(),
-            tally: Tally::default(),
+            stats: SolverStats::default(),
             largest_ratio: None,
         };
         let mut integrator = Self {
             engine,
-            pace,
+            step_controller,
             max_step,
             dim,
             events: None,
             tangents: None,
-            neighbour: None,
+            perturbed: None,
             stop: None,
         };
         integrator.limit_step();
         Ok(integrator)
     }
 
-    /// Stops at events from the next start on: a status is held while a step lasts, and a step ends
-    /// where a guard falls through zero. Without this, a system with kinks is stepped through, the
-    /// law taken anew at each stage.
+    /// Enables event location from the next start on: the status is frozen during a step, and a step
+    /// ends where a guard falls through zero. Without it the law of a non-smooth system is evaluated at
+    /// each stage, and steps cross its kinks.
     ///
-    /// Guards that fall within the rounding of the time are one event. Where events follow each
-    /// other too fast to stop at each, more than 10,000 within the longest step, a system whose
-    /// events jump nowhere ([`Switching::is_continuous`](super::Switching::is_continuous)) is stepped
-    /// through until that time is over ([`Tally::overrun`]); for any other system that is an error.
+    /// Guard crossings within the rounding of the time are one event. More than 10,000 events within the
+    /// maximum step count as chattering. A system that is continuous at its events
+    /// ([`Switching::is_continuous`](super::Switching::is_continuous)) is then integrated without event
+    /// location for the rest of that interval ([`SolverStats::steps_without_event_location`]). For any other system chattering is
+    /// an error.
     ///
     /// # Errors
-    /// [`DynamicsError::Lacks`] when the system has no [`System::switching`].
+    /// [`DynamicsError::MissingCapability`] if the system has no [`System::switching`].
     pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
-        let switching = sys.switching().ok_or(DynamicsError::Lacks {
+        let switching = sys.switching().ok_or(DynamicsError::MissingCapability {
             what: "guards",
-            wish: "stopping at events",
+            purpose: "event location",
         })?;
         self.events = Some(Events::new(switching, self.dim));
         Ok(self)
     }
 
-    /// Takes no step any more once this flag is true: what would need one is
-    /// [`DynamicsError::Stopped`]. What has been reached by then can still be sampled.
-    pub fn heed(&mut self, stop: Arc<AtomicBool>) {
+    /// Sets a stop flag. Once it is true, an operation that needs another step returns
+    /// [`DynamicsError::Stopped`]. Times reached by then can still be sampled.
+    pub fn set_stop_flag(&mut self, stop: Arc<AtomicBool>) {
         self.stop = Some(stop);
     }
 
-    /// Starts at time `t` (s) from the state `z` (length [`System::dim`]), forgetting all before
-    /// but the [`Integrator::tally`], and any neighbour. Costs one call.
+    /// Starts at time `t` (s) from the state `z` (length [`System::dim`]). The [`Integrator::stats`] is
+    /// kept; the history and any perturbed trajectory are discarded. Costs one evaluation of the
+    /// right-hand side.
     ///
     /// # Errors
-    /// Those of [`Integrator::restart`], and [`DynamicsError::Size`] when `z` has another length,
-    /// [`DynamicsError::Time`] when `t` is not finite.
+    /// Those of [`Integrator::restart`], [`DynamicsError::Size`] if `z` has a different length, and
+    /// [`DynamicsError::Time`] if `t` is not finite.
     pub fn start<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -158,40 +160,40 @@ impl Integrator {
             step.end_time = t;
             step.end.copy_from_slice(z);
         });
-        self.pace.size = Size::default();
+        self.step_controller.size = StateNorm::default();
         if let Some(tangents) = &mut self.tangents {
             tangents.restart(t);
         }
-        self.neighbour = None;
+        self.perturbed = None;
         self.restart(sys)?;
-        let rate = with_stepper!(&self.engine, stepper => self.pace.rate(stepper));
-        if let Control::Adaptive(controller) = &mut self.pace.control {
-            controller.start(t, self.pace.size, rate);
+        let rate = with_stepper!(&self.engine, stepper => self.step_controller.rate(stepper));
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            controller.start(t, self.step_controller.size, rate);
         }
         Ok(())
     }
 
-    /// Goes on from the present time and state with a changed system of the same size, at the
-    /// present length of the step. States before the present time are out of reach from now on.
-    /// Costs one call. A neighbour goes on from where [`Integrator::land`] has led it.
+    /// Continues from the present time and state with a changed system of the same size, at the present
+    /// step length. Earlier times can no longer be sampled. Costs one evaluation of the right-hand side.
+    /// A perturbed trajectory continues from the time of the last [`Integrator::integrate_to`].
     ///
     /// # Errors
-    /// [`DynamicsError::Size`] when the system has another size, [`DynamicsError::Mode`] when its
-    /// linear part is no oscillation, [`DynamicsError::NonFinite`] when the present state or the
-    /// right-hand side there is not finite.
+    /// [`DynamicsError::Size`] if the system has a different size, [`DynamicsError::Mode`] for an
+    /// invalid linear part, [`DynamicsError::NonFinite`] if the present state or the right-hand side
+    /// there is not finite.
     pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
         check_modes(sys)?;
         check_size(
             "the list of natural frequencies",
-            self.pace.omega.len(),
+            self.step_controller.omega.len(),
             sys.modes(),
         )?;
         check_size("the state of the system", self.dim, sys.dim())?;
         if self.engine.needs_derivative() && sys.differentiable().is_none() {
-            return Err(LACKS_DERIVATIVE);
+            return Err(NO_DERIVATIVE);
         }
-        self.pace.omega.copy_from_slice(sys.omega());
-        with_stepper!(&mut self.engine, stepper => stepper.reread(sys));
+        self.step_controller.omega.copy_from_slice(sys.omega());
+        with_stepper!(&mut self.engine, stepper => stepper.update_linear_part(sys));
         self.limit_step();
         with_stepper!(&mut self.engine, stepper => {
             let status = match &mut self.events {
@@ -201,23 +203,23 @@ impl Integrator {
                     Some(events.status.as_slice())
                 }
             };
-            self.pace.refresh(stepper, sys, status)
+            self.step_controller.reinitialise(stepper, sys, status)
         })?;
-        match &mut self.neighbour {
-            Some(neighbour) => neighbour.restart(sys),
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.restart(sys),
             None => Ok(()),
         }
     }
 
-    /// Writes the state at time `t` (s) to `out` (length [`System::dim`]), stepping past it as
-    /// needed. Times must not go back before the start of the last step. At the very time of an
-    /// event to come it is the state before it.
+    /// Writes the state at time `t` (s) to `out` (length [`System::dim`]) and takes the necessary steps.
+    /// `t` must not be before the start of the last step. At the exact time of a pending event it is the
+    /// state before the event.
     ///
     /// # Errors
-    /// [`DynamicsError::Size`] when `out` has another length, [`DynamicsError::Time`] when `t` is
-    /// out of reach, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
-    /// [`DynamicsError::Chatter`] when the integration cannot go on, [`DynamicsError::Stopped`] when it
-    /// was told not to ([`Integrator::heed`]).
+    /// [`DynamicsError::Size`] if `out` has a different length, [`DynamicsError::Time`] if `t` is not
+    /// available, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
+    /// [`DynamicsError::Chatter`] if the integration cannot continue, [`DynamicsError::Stopped`] if the
+    /// stop flag is set ([`Integrator::set_stop_flag`]).
     pub fn sample<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -225,12 +227,12 @@ impl Integrator {
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
-        self.go_past(sys, t, f64::INFINITY)?;
-        let status = self.events.as_ref().and_then(Events::held);
+        self.advance_past(sys, t, f64::INFINITY)?;
+        let status = self.events.as_ref().and_then(Events::frozen_status);
         with_stepper!(&mut self.engine, stepper => {
             if stepper.step().at_end(t).is_none() {
-                // Where steps stop at events, that has been done under the status of the step.
-                stepper.densify(sys, status, &mut self.pace.tally);
+                // With event location this was done under the status of the step.
+                stepper.prepare_dense_output(sys, status, &mut self.step_controller.stats);
             }
             stepper.interpolate(t, out);
         });
@@ -240,54 +242,59 @@ impl Integrator {
         Ok(())
     }
 
-    /// Makes a step end exactly at time `t` (s): then [`Integrator::time`] is `t` and
-    /// [`Integrator::state`] the state there, at the method's full order. A step that has gone past
-    /// `t` is taken again, shorter; the length of the steps that follow is not affected. At the
-    /// very time of an event it is the state after it.
+    /// Integrates to exactly time `t` (s): [`Integrator::time`] is then `t` and [`Integrator::state`]
+    /// the state there, at the full order of the method. A step beyond `t` is repeated with a shorter
+    /// length; the length of later steps is not affected. At the exact time of an event it is the state
+    /// after the event.
     ///
     /// # Errors
-    /// [`DynamicsError::Time`] when `t` is out of reach, [`DynamicsError::NonFinite`],
-    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] when the integration cannot
-    /// go on, [`DynamicsError::Stopped`] when it was told not to.
-    pub fn land<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
+    /// [`DynamicsError::Time`] if `t` is not available, [`DynamicsError::NonFinite`],
+    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] if the integration cannot
+    /// continue, [`DynamicsError::Stopped`] if the stop flag is set.
+    pub fn integrate_to<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        t: f64,
+    ) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
-            with_stepper!(&mut self.engine, stepper => self.pace.rewind(stepper));
-            if let Some(neighbour) = &mut self.neighbour {
-                neighbour.rewind();
+            with_stepper!(&mut self.engine, stepper => self.step_controller.reject_step(stepper));
+            if let Some(perturbed) = &mut self.perturbed {
+                perturbed.reject_step();
             }
-            self.neighbour.take_if(|neighbour| neighbour.born() > t);
+            self.perturbed
+                .take_if(|perturbed| perturbed.start_time() > t);
             let start = self.time();
             if let Some(tangents) = &mut self.tangents {
-                tangents.rewind(start);
+                tangents.reject_step(start);
             }
             if let Some(events) = &mut self.events {
                 with_stepper!(&self.engine, stepper => {
-                    events.look(switching(sys), stepper.step().end_time, &stepper.step().end);
+                    events.find_negative(switching(sys), stepper.step().end_time, &stepper.step().end);
                 });
             }
         }
-        self.go_past(sys, t, t)?;
+        self.advance_past(sys, t, t)?;
         self.cross(sys)?;
-        match &mut self.neighbour {
-            Some(neighbour) => neighbour.catch_up(sys, t),
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.advance_to(sys, t),
             None => Ok(()),
         }
     }
 
-    /// Goes on to the next event, or to time `limit` (s) if there is none before it: then the time
-    /// reached is `limit`. Returns the guards crossed, none for the limit; the state is the one
-    /// after the crossing, and times before it are out of reach.
+    /// Integrates to the next event, or to time `limit` (s) if there is no earlier event. Returns the
+    /// guards crossed; none at the limit. The state is the one after the event, and earlier times can no
+    /// longer be sampled.
     ///
     /// # Errors
-    /// As [`Integrator::land`].
+    /// As for [`Integrator::integrate_to`].
     pub fn next_event<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         limit: f64,
     ) -> Result<&[usize], DynamicsError> {
         if self.time() > limit {
-            self.land(sys, limit)?;
+            self.integrate_to(sys, limit)?;
         }
         while self.pending().is_empty() && self.time() < limit {
             self.step(sys, limit)?;
@@ -299,7 +306,7 @@ impl Integrator {
         Ok(self.events.as_ref().map_or(&[], |events| &events.crossed))
     }
 
-    /// The present status, where steps stop at events; empty where they do not.
+    /// The present status with event location; empty without it.
     pub fn status(&self) -> &[u8] {
         self.events.as_ref().map_or(&[], |events| &events.status)
     }
@@ -314,63 +321,63 @@ impl Integrator {
         with_stepper!(&self.engine, stepper => &stepper.step().end)
     }
 
-    /// The error allowed in a step, relative to the size of the state; `None` for a fixed step.
+    /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
     pub fn tolerance(&self) -> Option<f64> {
-        match &self.pace.control {
-            Control::Fixed(_) => None,
-            Control::Adaptive(controller) => Some(controller.tolerance()),
+        match &self.step_controller.control {
+            StepSizeControl::Fixed(_) => None,
+            StepSizeControl::Adaptive(controller) => Some(controller.tolerance()),
         }
     }
 
-    /// Allows another error in a step, relative to the size of the state, from the next step on:
-    /// 1e-13 to 0.1. A fixed step stays as it is.
+    /// Sets the tolerance per step, relative to the norm of the state, from the next step on: 1e-13 to
+    /// 0.1. It has no effect on a fixed step.
     ///
     /// # Errors
-    /// [`DynamicsError::Parameter`] for one out of its range.
+    /// [`DynamicsError::Parameter`] if the tolerance is out of range.
     pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
-        if let Control::Adaptive(controller) = &mut self.pace.control {
-            controller.allow(relative)?;
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            controller.set_tolerance(relative)?;
         }
         Ok(self)
     }
 
-    /// Whether the last step was an implicit one.
+    /// Whether the last step was implicit.
     pub fn is_implicit(&self) -> bool {
         match &self.engine {
-            Engine::Rodas5p(_) => true,
+            Engine::Rodas5P(_) => true,
             Engine::Auto(auto) => auto.is_implicit(),
             _ => false,
         }
     }
 
-    /// Leaves the choice between explicit and implicit steps to someone else, where there is one.
-    fn lead(&mut self, is_implicit: bool) {
+    /// Prescribes explicit or implicit steps to a method that otherwise chooses itself.
+    fn prescribe(&mut self, is_implicit: bool) {
         if let Engine::Auto(auto) = &mut self.engine {
-            auto.lead(is_implicit);
+            auto.prescribe(is_implicit);
         }
     }
 
-    /// The length of the next full step, s.
+    /// Length of the next full step, s.
     pub fn step_size(&self) -> f64 {
-        self.pace.control.step()
+        self.step_controller.control.step()
     }
 
     /// Work done since [`Integrator::new`].
-    pub fn tally(&self) -> Tally {
-        self.pace.tally
+    pub fn stats(&self) -> SolverStats {
+        self.step_controller.stats
     }
 
-    /// The largest estimate of the local error among the steps accepted since it was last taken, or
-    /// since [`Integrator::new`]; `None` where there was no step, or steps are fixed. A step that was
-    /// cut at an event or taken back counts as a whole.
+    /// The largest local error estimate of the steps accepted since the last call, or since
+    /// [`Integrator::new`]; `None` without steps or for fixed steps. A step that was shortened at an
+    /// event or reverted counts in full.
     pub fn take_error_estimate(&mut self) -> Option<ErrorEstimate> {
         let tolerance = self.tolerance()?;
-        let ratio = self.pace.largest_ratio.take()?;
+        let ratio = self.step_controller.largest_ratio.take()?;
         Some(ErrorEstimate { ratio, tolerance })
     }
 
-    /// Steps until time `t` (s) is reached, and no step past `limit` (s).
-    fn go_past<Y: System + ?Sized>(
+    /// Steps until time `t` (s) is reached; no step ends after `limit` (s).
+    fn advance_past<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         t: f64,
@@ -383,12 +390,13 @@ impl Integrator {
         Ok(())
     }
 
-    /// The guards that are to be crossed before the next step.
+    /// Guards to be crossed before the next step.
     fn pending(&self) -> &[usize] {
         self.events.as_ref().map_or(&[], |events| &events.pending)
     }
 
-    /// Takes one step, up to `limit` (s) or the first event, with all that goes along.
+    /// Takes one step up to `limit` (s) or the first event, with tangent vectors and perturbed
+    /// trajectory.
     fn step<Y: System + ?Sized>(&mut self, sys: &Y, limit: f64) -> Result<(), DynamicsError> {
         if let Some(stop) = &self.stop
             && stop.load(Ordering::Relaxed)
@@ -398,7 +406,7 @@ impl Integrator {
         self.cross(sys)?;
         let Self {
             engine,
-            pace,
+            step_controller,
             max_step,
             events,
             tangents,
@@ -406,41 +414,41 @@ impl Integrator {
         } = self;
         with_stepper!(engine, stepper => {
             if let Some(tangents) = tangents {
-                tangents.follow(stepper.step().end_time)?;
+                tangents.begin_step(stepper.step().end_time)?;
             }
-            let status = events.as_ref().and_then(Events::held);
-            pace.step(stepper, sys, status, limit)?;
+            let status = events.as_ref().and_then(Events::frozen_status);
+            step_controller.step(stepper, sys, status, limit)?;
             let held = status.is_some();
             if let Some(events) = events {
                 if events.has_guards() {
-                    let status = events.held();
-                    stepper.densify(sys, status, &mut pace.tally);
+                    let status = events.frozen_status();
+                    stepper.prepare_dense_output(sys, status, &mut step_controller.stats);
                 }
                 if !held {
                     let step = stepper.step();
-                    events.overrun(switching(sys), step.end_time, &step.end);
-                    events.pass(step.end_time, *max_step);
-                    pace.tally.overrun += 1;
-                } else if events.find(switching(sys), stepper, &mut pace.tally) {
-                    pace.resize(stepper);
+                    events.skip_events(switching(sys), step.end_time, &step.end);
+                    events.update_window(step.end_time, *max_step);
+                    step_controller.stats.steps_without_event_location += 1;
+                } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
+                    step_controller.update_norm(stepper);
                 }
             }
             if let Some(tangents) = tangents {
                 let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
-                tangents.advance(sys, status, stepper, &mut pace.tally);
+                tangents.advance(sys, status, stepper, &mut step_controller.stats);
                 if let Some(status) = status {
-                    tangents.settle_into(switching(sys), status);
+                    tangents.project(switching(sys), status);
                 }
             }
         });
         let (end, is_implicit) = (self.time(), self.is_implicit());
-        match &mut self.neighbour {
-            Some(neighbour) => neighbour.note(sys, end, is_implicit),
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.push_step(sys, end, is_implicit),
             None => Ok(()),
         }
     }
 
-    /// Crosses the guards at which the last step was cut, and all that this brings about.
+    /// Crosses the guards at which the last step ended, and those that become negative as a result.
     fn cross<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
         let Some(events) = self
             .events
@@ -449,18 +457,19 @@ impl Integrator {
         else {
             return Ok(());
         };
-        let (pace, tangents) = (&mut self.pace, &mut self.tangents);
+        let (step_controller, tangents) = (&mut self.step_controller, &mut self.tangents);
         let switching = switching(sys);
         let continuous = switching.is_continuous();
         with_stepper!(&mut self.engine, stepper => {
             let t = stepper.step().end_time;
-            pace.tally.events += 1;
+            step_controller.stats.events += 1;
             events.crossed.clear();
             if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                tangents.jump_begins(&events.pending);
+                tangents.begin_event(&events.pending);
             }
             while let Some(&guard) = events.pending.first() {
-                // Where the state may jump, one guard's jump may save another one from falling.
+                // If the state may jump, the jump of one guard can keep another guard from becoming
+                // negative.
                 let together = if continuous { events.pending.len() } else { 1 };
                 for k in 0..together {
                     let guard = events.pending[k];
@@ -469,30 +478,30 @@ impl Integrator {
                         tangents.saltation.before(sys, crossing, &events.status, &stepper.step().end);
                     }
                     switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
-                    events.note(guard);
-                    pace.tally.crossings += 1;
+                    events.record_crossing(guard);
+                    step_controller.stats.crossings += 1;
                     if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        let bundle = &mut tangents.bundle;
-                        let vectors = (bundle.end.as_mut_slice(), bundle.width);
+                        let block = &mut tangents.block;
+                        let vectors = (block.end.as_mut_slice(), block.width);
                         let (status, end) = (&events.status, &stepper.step().end);
                         tangents.saltation.after(sys, crossing, status, end, vectors);
                     }
                 }
-                let chatters = events.count(t, self.max_step);
+                let chatters = events.count_event(t, self.max_step);
                 if chatters && !continuous {
-                    let crossings = events.recent();
+                    let crossings = events.events_in_window();
                     return Err(DynamicsError::Chatter { time: t, guard, crossings });
                 }
-                events.look(switching, t, &stepper.step().end);
+                events.find_negative(switching, t, &stepper.step().end);
                 if chatters {
                     events.pending.clear();
                 }
             }
-            pace.refresh(stepper, sys, Some(&events.status))
+            step_controller.reinitialise(stepper, sys, Some(&events.status))
         })
     }
 
-    /// Checks that a time is not before the last step.
+    /// Checks that a time is not before the start of the last step.
     fn check_time(&self, t: f64) -> Result<(), DynamicsError> {
         let earliest = with_stepper!(&self.engine, stepper => stepper.step().start_time);
         if t >= earliest && t.is_finite() {
@@ -502,11 +511,11 @@ impl Integrator {
         }
     }
 
-    /// Keeps the steps within what the parameters and the linear part allow.
+    /// Limits the step to the maximum of the parameters and of the linear part.
     fn limit_step(&mut self) {
-        if let Control::Adaptive(controller) = &mut self.pace.control {
-            let longest = with_stepper!(&self.engine, stepper => stepper.longest_step());
-            controller.limit(self.max_step.min(longest));
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            let longest = with_stepper!(&self.engine, stepper => stepper.max_step_of_linear_part());
+            controller.set_max_step(self.max_step.min(longest));
         }
     }
 }

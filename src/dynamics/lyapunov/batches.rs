@@ -1,22 +1,23 @@
-//! Sums over batches of equal time, in bounded memory.
+//! Growth accumulated over batches of equal time, in bounded memory.
 
-/// The most batches kept; twice as many as are always there once that many have been full.
-const MOST: usize = 128;
+/// Maximum number of batches. When it is reached, batches are merged in pairs.
+const MAX_BATCHES: usize = 128;
 
-/// Growth of a vector in a span of time, with where it went in between, counted from its start.
+/// Logarithmic growth of a vector over a time interval, with its range within the interval, relative to
+/// the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Part {
+pub(super) struct GrowthInterval {
     /// Growth from start to end.
     pub growth: f64,
-    /// The lowest place.
+    /// Minimum growth within the interval.
     pub low: f64,
-    /// The highest place.
+    /// Maximum growth within the interval.
     pub high: f64,
 }
 
-impl Part {
-    /// Even growth.
-    fn even(growth: f64) -> Self {
+impl GrowthInterval {
+    /// Growth at a constant rate.
+    fn uniform(growth: f64) -> Self {
         Self {
             growth,
             low: growth.min(0.0),
@@ -24,7 +25,7 @@ impl Part {
         }
     }
 
-    /// This, and then the next one.
+    /// Concatenates two successive intervals.
     pub fn then(self, next: Self) -> Self {
         Self {
             growth: self.growth + next.growth,
@@ -33,26 +34,26 @@ impl Part {
         }
     }
 
-    /// From the lowest to the highest place.
+    /// Difference between maximum and minimum growth.
     pub fn range(self) -> f64 {
         self.high - self.low
     }
 }
 
-/// Growth of several vectors by batches of equal time. When all places are taken, neighbours are
-/// merged, so that there are always 64 to 128 batches however long the motion is.
+/// Growth of several vectors in batches of equal time. When the storage is full, adjacent batches are
+/// merged. After the first 64 batches there are always 64 to 128, however long the integration.
 #[derive(Clone, Debug)]
 pub(super) struct Batches {
     width: usize,
-    /// Growth in each full batch, batch after batch.
-    full: Vec<Part>,
-    /// Growth in the batch that is being filled.
-    filling: Vec<Part>,
-    /// Time of the start of the first batch, s.
+    /// Growth in each full batch, batch by batch.
+    full: Vec<GrowthInterval>,
+    /// Growth in the incomplete batch.
+    filling: Vec<GrowthInterval>,
+    /// Start time of the first batch, s.
     start: f64,
-    /// Time up to which growth is known, s.
+    /// Time up to which growth is recorded, s.
     last: f64,
-    /// Length of a batch, s; zero before the first growth.
+    /// Length of a batch, s; zero before the first entry.
     length: f64,
 }
 
@@ -60,29 +61,29 @@ impl Batches {
     pub fn new(width: usize) -> Self {
         Self {
             width,
-            full: Vec::with_capacity(MOST * width),
-            filling: vec![Part::default(); width],
+            full: Vec::with_capacity(MAX_BATCHES * width),
+            filling: vec![GrowthInterval::default(); width],
             start: 0.0,
             last: 0.0,
             length: 0.0,
         }
     }
 
-    /// Forgets everything up to time `t` (s).
+    /// Discards everything up to time `t` (s).
     pub fn clear(&mut self, t: f64) {
         self.full.clear();
-        self.filling.fill(Part::default());
+        self.filling.fill(GrowthInterval::default());
         self.start = t;
         self.last = t;
         self.length = 0.0;
     }
 
-    /// Time at the start, s.
+    /// Start time, s.
     pub fn start(&self) -> f64 {
         self.start
     }
 
-    /// Time up to which growth is known, s.
+    /// Time up to which growth is recorded, s.
     pub fn last(&self) -> f64 {
         self.last
     }
@@ -92,28 +93,28 @@ impl Batches {
         self.length
     }
 
-    /// How many batches are full.
+    /// Number of full batches.
     pub fn count(&self) -> usize {
         self.full.len() / self.width
     }
 
-    /// The growth of a vector in a full batch.
-    pub fn get(&self, batch: usize, vector: usize) -> Part {
+    /// Growth of a vector in a full batch.
+    pub fn get(&self, batch: usize, vector: usize) -> GrowthInterval {
         self.full[batch * self.width + vector]
     }
 
-    /// Adds the growth up to time `t` (s), spread evenly over the time since the last one.
+    /// Adds the growth up to time `t` (s), distributed evenly over the time since the last entry.
     pub fn push(&mut self, t: f64, growth: &[f64]) {
         let span = t - self.last;
         if self.length == 0.0 {
             self.length = span;
         }
-        // A long span shall not fill and merge the batches many times over.
-        while span > 0.25 * MOST as f64 * self.length {
+        // Merging in advance prevents a long interval from filling the storage repeatedly.
+        while span > 0.25 * MAX_BATCHES as f64 * self.length {
             self.merge();
         }
         loop {
-            if self.count() == MOST {
+            if self.count() == MAX_BATCHES {
                 self.merge();
             }
             let border = self.start + (self.count() + 1) as f64 * self.length;
@@ -121,7 +122,7 @@ impl Batches {
             let share = (until - self.last) / span;
             if share > 0.0 {
                 for (sum, growth) in self.filling.iter_mut().zip(growth) {
-                    *sum = sum.then(Part::even(share * growth));
+                    *sum = sum.then(GrowthInterval::uniform(share * growth));
                 }
             }
             self.last = until;
@@ -129,14 +130,14 @@ impl Batches {
                 return;
             }
             self.full.extend_from_slice(&self.filling);
-            self.filling.fill(Part::default());
+            self.filling.fill(GrowthInterval::default());
             if until >= t {
                 return;
             }
         }
     }
 
-    /// Makes batches of twice the length.
+    /// Merges adjacent batches and doubles their length.
     fn merge(&mut self) {
         let (width, pairs) = (self.width, self.count() / 2);
         if 2 * pairs < self.count() {
@@ -161,14 +162,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unequal_spans_are_shared_out_by_time() {
+    fn unequal_intervals_are_distributed_by_time() {
         let mut batches = Batches::new(2);
         batches.clear(5.0);
         let mut t = 5.0;
         for k in 0..5000 {
             let span = 0.01 * f64::from(1 + (7 * k) % 13);
             t += span;
-            // One vector grows at an even rate, the other only in the first half.
+            // One vector grows at a constant rate, the other only in the first half.
             batches.push(t, &[3.0 * span, if k < 2500 { span } else { 0.0 }]);
         }
         assert!((64..=128).contains(&batches.count()), "{}", batches.count());
@@ -182,14 +183,14 @@ mod tests {
     }
 
     #[test]
-    fn the_range_of_a_wave_survives_merging() {
+    fn merging_keeps_the_range_of_a_wave() {
         let mut batches = Batches::new(1);
         for k in 1..=20_000 {
             let [before, now] = [k - 1, k].map(|k| (0.01 * f64::from(k)).sin());
             batches.push(0.01 * f64::from(k), &[now - before]);
         }
         let whole = (0..batches.count()).map(|b| batches.get(b, 0));
-        let whole = whole.fold(Part::default(), Part::then);
+        let whole = whole.fold(GrowthInterval::default(), GrowthInterval::then);
         assert!(
             (whole.low + 1.0).abs() < 1e-3 && (whole.high - 1.0).abs() < 1e-3,
             "{whole:?}"
@@ -197,13 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn a_span_longer_than_all_before_it_keeps_the_memory_bounded() {
+    fn a_long_interval_keeps_the_memory_bounded() {
         let mut batches = Batches::new(1);
         batches.push(1e-6, &[1.0]);
         batches.push(1e6, &[1e6]);
         batches.push(2e6, &[f64::NEG_INFINITY]);
         batches.push(3e6, &[1e6]);
-        assert!(batches.count() <= MOST);
+        assert!(batches.count() <= MAX_BATCHES);
         assert!((0..batches.count()).all(|b| !batches.get(b, 0).growth.is_nan()));
     }
 }

@@ -1,16 +1,16 @@
-//! The growth of tangent vectors, and what it says of the exponents.
+//! Accumulated growth of tangent vectors and the Lyapunov exponents derived from it.
 
-use super::batches::{Batches, Part};
-use super::interval::{bounded, independent};
+use super::batches::{Batches, GrowthInterval};
+use super::interval::{self, bounded_range};
 use super::{Exponent, LyapunovSpectrum, Sign};
 
-/// Within this factor a neutral vector may change its length at any time.
-const NEUTRAL: f64 = 10.0;
+/// Factor by which a neutral vector may change its length at any time.
+const NEUTRAL_FACTOR: f64 = 10.0;
 
-/// How tangent vectors have grown.
+/// Accumulated growth of tangent vectors.
 #[derive(Clone, Debug)]
 pub(in crate::dynamics) struct Growth {
-    /// Logarithms of the growth of each vector, in all.
+    /// Total logarithmic growth of each vector.
     sums: Vec<f64>,
     batches: Batches,
 }
@@ -23,18 +23,18 @@ impl Growth {
         }
     }
 
-    /// Forgets all growth up to time `t` (s).
+    /// Discards all growth up to time `t` (s).
     pub fn clear(&mut self, t: f64) {
         self.sums.fill(0.0);
         self.batches.clear(t);
     }
 
-    /// The time up to which growth is known, s.
+    /// Time up to which growth is recorded, s.
     pub fn last(&self) -> f64 {
         self.batches.last()
     }
 
-    /// Adds the logarithms of the growth of each vector since the last time, up to time `t` (s).
+    /// Adds the logarithmic growth of each vector since the last entry, up to time `t` (s).
     pub fn push(&mut self, t: f64, logarithms: &[f64]) {
         for (sum, logarithm) in self.sums.iter_mut().zip(logarithms) {
             *sum += logarithm;
@@ -42,23 +42,23 @@ impl Growth {
         self.batches.push(t, logarithms);
     }
 
-    /// Eq. (23): `lambda_i = lim 1/t ln |m_i(t)|`, by the growth so far. Before any growth the
-    /// exponents are zero with intervals without end.
+    /// Eq. (23): `lambda_i = lim 1/t ln |m_i(t)|`, from the growth so far. Before any growth the
+    /// exponents are zero with infinite intervals.
     ///
-    /// In a time shorter than `patience` (s), growth that decays slowly looks neutral. What would
-    /// count as zero then gets an interval of twice the resolution, and is doubtful.
-    pub fn spectrum(&self, dimension: usize, patience: f64) -> LyapunovSpectrum {
+    /// Over a time shorter than `min_time_for_zero` (s), slowly decaying growth looks neutral. An exponent that
+    /// would count as zero then gets an interval of twice the resolution and is undetermined.
+    pub fn spectrum(&self, dimension: usize, min_time_for_zero: f64) -> LyapunovSpectrum {
         let time = self.time();
         let mut resolution = if time > 0.0 {
-            NEUTRAL.ln() / time
+            NEUTRAL_FACTOR.ln() / time
         } else {
             f64::INFINITY
         };
         let mut exponents = Vec::with_capacity(self.sums.len());
         for (l, sum) in self.sums.iter().enumerate() {
             let value = if time > 0.0 { sum / time } else { 0.0 };
-            let parts: Vec<Part> = self.each(|batch| self.batches.get(batch, l));
-            let half_width = match (value, bounded(&parts)) {
+            let parts: Vec<GrowthInterval> = self.per_batch(|batch| self.batches.get(batch, l));
+            let half_width = match (value, bounded_range(&parts)) {
                 (f64::NEG_INFINITY, _) => 0.0,
                 (_, Some(range)) => {
                     resolution = resolution.max(range / time);
@@ -75,7 +75,7 @@ impl Growth {
             resolution,
             kaplan_yorke: None,
         };
-        if time < patience {
+        if time < min_time_for_zero {
             for k in 0..spectrum.exponents.len() {
                 if spectrum.sign(k) == Sign::Zero {
                     spectrum.exponents[k].half_width = 2.0 * spectrum.resolution;
@@ -86,24 +86,25 @@ impl Growth {
         spectrum
     }
 
-    /// Time over which growth is known, s.
+    /// Averaging time, s.
     fn time(&self) -> f64 {
         self.batches.last() - self.batches.start()
     }
 
-    /// Something of each full batch.
-    fn each<T>(&self, get: impl Fn(usize) -> T) -> Vec<T> {
+    /// Collects a quantity over all full batches.
+    fn per_batch<T>(&self, get: impl Fn(usize) -> T) -> Vec<T> {
         (0..self.batches.count()).map(get).collect()
     }
 
-    /// Half the width of the interval of something linear in the growth, given by batch; 1/s.
+    /// Half-width of the interval of a quantity linear in the growth, given per batch; 1/s.
     fn half_width(&self, growth: impl Fn(usize) -> f64) -> f64 {
-        independent(&self.each(growth)) / self.batches.length()
+        interval::half_width(&self.per_batch(growth)) / self.batches.length()
     }
 
-    /// The dimension by the exponents; its interval by what each batch would add to its error, to
-    /// first order. Where the sum so far is zero, a dimension hangs on whether the next exponent is
-    /// zero, too: none is told if that is doubtful. Above zero, the dimension passes smoothly.
+    /// The Kaplan–Yorke dimension. Its interval follows from the contributions of each batch to its
+    /// error, to first order. If the sum so far is zero, the dimension depends on whether the next
+    /// exponent is zero, too; it is `None` if that is undetermined. For a positive sum it is a smooth
+    /// function of the exponents.
     fn kaplan_yorke(&self, spectrum: &LyapunovSpectrum) -> Option<Exponent> {
         if spectrum.time <= 0.0 {
             return None;
@@ -114,7 +115,7 @@ impl Growth {
         };
         let mut sum = 0.0;
         for k in 0..spectrum.exponents.len() {
-            if sum == 0.0 && spectrum.sign(k) == Sign::Doubtful {
+            if sum == 0.0 && spectrum.sign(k) == Sign::Undetermined {
                 return None;
             }
             let next = value(k);

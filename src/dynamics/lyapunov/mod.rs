@@ -8,121 +8,123 @@ use serde::Serialize;
 
 pub(super) use growth::Growth;
 
-/// One Lyapunov exponent.
+/// A Lyapunov exponent with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Exponent {
-    /// Its value, 1/s.
+    /// Estimate of the value, 1/s unless stated otherwise.
     pub value: f64,
-    /// Half the width of its 95 % confidence interval, 1/s; infinite while it cannot be told.
+    /// Half-width of the 95 % confidence interval, in the unit of the value; infinite while it cannot be
+    /// estimated.
     pub half_width: f64,
 }
 
 impl Exponent {
-    /// Lower end of the interval, 1/s.
+    /// Lower end of the 95 % confidence interval, 1/s.
     pub fn low(&self) -> f64 {
         self.value - self.half_width
     }
 
-    /// Upper end of the interval, 1/s.
+    /// Upper end of the 95 % confidence interval, 1/s.
     pub fn high(&self) -> f64 {
         self.value + self.half_width
     }
 }
 
-/// What can be said of an exponent's sign.
+/// Sign of an exponent as far as its confidence interval determines it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Sign {
-    /// The whole interval is above zero, beyond the resolution.
+    /// The whole interval lies above zero by more than the resolution.
     Positive,
-    /// The interval holds zero and is no wider than the resolution, in a time long enough for a zero
-    /// ([`PERIODS_FOR_ZERO`]).
+    /// The interval contains zero and is no wider than the resolution, over at least the minimum
+    /// averaging time for a zero exponent ([`MIN_PERIODS_FOR_ZERO`]).
     Zero,
-    /// The whole interval is below zero, beyond the resolution.
+    /// The whole interval lies below zero by more than the resolution.
     Negative,
-    /// Neither: the interval is too wide, or it excludes zero within the resolution.
-    Doubtful,
+    /// Undetermined: the interval is too wide, or it excludes zero only within the resolution.
+    Undetermined,
 }
 
-/// Periods of the slowest mode over which growth has to be averaged before an exponent counts as
-/// zero. In less time, one that decays slowly looks alike. Where there is no mode there is no measure
-/// of time, and any is long enough.
-pub const PERIODS_FOR_ZERO: f64 = 1000.0;
+/// Minimum averaging time for a zero exponent, in periods of the slowest mode. Over a shorter time a
+/// slowly decaying direction is indistinguishable from a neutral one. A system without modes has no time
+/// scale and no minimum.
+pub const MIN_PERIODS_FOR_ZERO: f64 = 1000.0;
 
-/// The largest Lyapunov exponents of a motion, or all of them.
+/// The largest Lyapunov exponents of a trajectory, or all of them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LyapunovSpectrum {
-    /// The exponents, in the order of the orthonormal vectors. It is the falling order once the
-    /// vectors have turned to their directions; exponents nearer to each other than their intervals
-    /// may stand either way round, since sorting them would push them apart. A direction that
-    /// collapses, as all that sticks does, has the value minus infinity.
+    /// The exponents in the order of the orthonormal vectors. The order is descending after the vectors
+    /// have converged to their directions. Exponents that differ by less than their intervals may be in
+    /// either order; sorting them would bias their difference. A collapsed direction, for example that
+    /// of a sticking mass, has the value minus infinity.
     #[serde(rename = "exponents_per_s")]
     pub exponents: Vec<Exponent>,
-    /// Time over which growth was averaged, s.
+    /// Averaging time, s.
     #[serde(rename = "averaged_s")]
     pub time: f64,
-    /// Dimension of the tangent space: how many exponents there are in all.
+    /// Dimension of the tangent space: the total number of exponents.
     pub dimension: usize,
-    /// An exponent nearer to zero than this cannot be told from zero in this time, 1/s: a neutral
-    /// vector changes its length, too, by a factor of ten, say, or by what was seen of it.
+    /// Resolution, 1/s: an exponent of smaller magnitude is indistinguishable from zero over this
+    /// averaging time. A neutral vector also changes its length, by an assumed factor of 10 or by the
+    /// observed range.
     #[serde(rename = "resolution_per_s")]
     pub resolution: f64,
-    /// The Kaplan-Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
-    // Of an equilibrium, which is not seen here, it is none.
+    /// The Kaplan–Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
+    // Not serialised: it has no meaning for an equilibrium, which the exponents alone do not reveal.
     #[serde(skip)]
     pub kaplan_yorke: Option<Exponent>,
 }
 
-/// What is known of a motion beside its exponents.
+/// Type of motion as far as it is known without the exponents.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Motion {
-    /// It moves, left to itself.
+    /// A non-constant motion of an autonomous system.
     #[default]
     Free,
-    /// It moves under a law that changes with time. The phase of the drive has no tangent vector:
-    /// there is one exponent of zero less than a motion left to itself would have.
+    /// A motion of a non-autonomous (driven) system. The drive phase has no tangent vector, so there is
+    /// one zero exponent less than for the autonomous system.
     Driven,
-    /// The state has not moved at all: an equilibrium.
+    /// The state has not changed at all: an equilibrium.
     Still,
 }
 
-/// What a motion comes to, by its exponents.
+/// Type of attractor, classified by the exponents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attractor {
-    /// The state does not move at all.
+    /// A fixed point: the state is constant.
     Equilibrium(Stability),
-    /// All exponents negative: it comes to rest.
-    Rest,
-    /// Driven, and all exponents negative: it follows its drive.
-    InStep,
-    /// One exponent zero, the others negative: a limit cycle.
+    /// All exponents are negative: the motion converges to a fixed point.
+    FixedPoint,
+    /// Driven, and all exponents are negative: the motion is phase-locked to the drive.
+    PhaseLocked,
+    /// One zero exponent, the others negative: a limit cycle.
     Cycle,
-    /// So many tones (two or more), the one of a drive included; one exponent of zero for each of the
-    /// others, the rest negative.
+    /// A torus with this number of frequencies (two or more), including that of a drive. Each frequency
+    /// except that of the drive has a zero exponent; the others are negative.
     Torus(usize),
-    /// One exponent positive, and none beside it shown to be.
+    /// Exactly one exponent is shown to be positive.
     Chaos,
-    /// So many exponents shown to be positive (two or more).
-    HyperChaos(usize),
-    /// Some exponent that matters is doubtful, or too few are known.
+    /// This number of exponents is shown to be positive (two or more).
+    Hyperchaos(usize),
+    /// A relevant exponent is undetermined, or too few exponents are known.
     Undecided,
 }
 
-/// What becomes of states near an equilibrium.
+/// Stability of an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
-    /// They come to it: all exponents are negative.
+    /// All exponents are negative.
     Stable,
-    /// They leave it: an exponent is positive.
+    /// At least one exponent is positive.
     Unstable,
     /// Neither is shown.
     Undecided,
 }
 
 impl Attractor {
-    /// Whether something is told.
+    /// Whether the classification is conclusive.
     pub fn is_decided(self) -> bool {
         !matches!(
             self,
@@ -130,19 +132,19 @@ impl Attractor {
         )
     }
 
-    /// In a word, for tables and files: `rest`, `in-step`, `cycle`, `torus`, `chaos`, `hyper-chaos`,
-    /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
+    /// Identifier for tables and files: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`,
+    /// `hyperchaos`, `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Equilibrium(Stability::Stable) => "stable-equilibrium",
             Self::Equilibrium(Stability::Unstable) => "unstable-equilibrium",
             Self::Equilibrium(Stability::Undecided) => "equilibrium",
-            Self::Rest => "rest",
-            Self::InStep => "in-step",
+            Self::FixedPoint => "fixed-point",
+            Self::PhaseLocked => "phase-locked",
             Self::Cycle => "cycle",
             Self::Torus(_) => "torus",
             Self::Chaos => "chaos",
-            Self::HyperChaos(_) => "hyper-chaos",
+            Self::Hyperchaos(_) => "hyperchaos",
             Self::Undecided => "undecided",
         }
     }
@@ -151,24 +153,25 @@ impl Attractor {
 impl std::fmt::Display for Attractor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Equilibrium(Stability::Stable) => f.write_str("rests on a stable equilibrium"),
-            Self::Equilibrium(Stability::Unstable) => {
-                f.write_str("rests on an unstable equilibrium")
+            Self::Equilibrium(Stability::Stable) => f.write_str("stable equilibrium"),
+            Self::Equilibrium(Stability::Unstable) => f.write_str("unstable equilibrium"),
+            Self::Equilibrium(Stability::Undecided) => {
+                f.write_str("equilibrium of undetermined stability")
             }
-            Self::Equilibrium(Stability::Undecided) => f.write_str("rests on an equilibrium"),
-            Self::InStep => f.write_str("in step with its drive"),
+            Self::FixedPoint => f.write_str("fixed point"),
+            Self::PhaseLocked => f.write_str("phase-locked to the drive"),
             Self::Cycle => f.write_str("limit cycle"),
-            Self::Torus(tones) => write!(f, "torus of {tones} tones"),
+            Self::Torus(frequencies) => write!(f, "torus with {frequencies} frequencies"),
             other => f.write_str(other.name()),
         }
     }
 }
 
 impl LyapunovSpectrum {
-    /// What is known of the sign of exponent `k`.
+    /// Sign of exponent `k`, counted from 0.
     ///
     /// # Panics
-    /// When there are not so many exponents.
+    /// If `k` is not less than the number of exponents.
     pub fn sign(&self, k: usize) -> Sign {
         let exponent = self.exponents[k];
         if exponent.low() > self.resolution {
@@ -181,28 +184,33 @@ impl LyapunovSpectrum {
         {
             Sign::Zero
         } else {
-            Sign::Doubtful
+            Sign::Undetermined
         }
     }
 
-    /// How many of the exponents have a sign.
+    /// Number of exponents with the given sign.
     pub fn count(&self, sign: Sign) -> usize {
         let all = 0..self.exponents.len();
         all.filter(|&k| self.sign(k) == sign).count()
     }
 
-    /// What a motion left to itself comes to; see [`LyapunovSpectrum::attractor_of`].
+    /// Type of attractor of an autonomous system; see [`LyapunovSpectrum::attractor_of`].
     pub fn attractor(&self) -> Attractor {
         self.attractor_of(Motion::Free)
     }
 
-    /// What the motion comes to. An exponent counts as positive only if its whole interval is; so a
-    /// motion is called hyper-chaotic only if two are. At an equilibrium the same exponents tell of
-    /// its stability alone.
+    /// Type of attractor. An exponent counts as positive only if its whole interval is positive, so
+    /// hyperchaos requires two such exponents. For an equilibrium the same exponents determine only its
+    /// stability.
     pub fn attractor_of(&self, motion: Motion) -> Attractor {
-        let [positive, zero, negative, doubtful] =
-            [Sign::Positive, Sign::Zero, Sign::Negative, Sign::Doubtful].map(|s| self.count(s));
-        // Those not followed are at or below the last one followed.
+        let [positive, zero, negative, doubtful] = [
+            Sign::Positive,
+            Sign::Zero,
+            Sign::Negative,
+            Sign::Undetermined,
+        ]
+        .map(|s| self.count(s));
+        // Exponents that are not computed do not exceed the last computed one.
         let known = self.exponents.len() >= self.dimension || negative > 0;
         let known = known && doubtful == 0 && !self.exponents.is_empty();
         if motion == Motion::Still {
@@ -214,20 +222,21 @@ impl LyapunovSpectrum {
         }
         match (positive, zero, motion) {
             (1, ..) => Attractor::Chaos,
-            (2.., ..) => Attractor::HyperChaos(positive),
+            (2.., ..) => Attractor::Hyperchaos(positive),
             _ if !known => Attractor::Undecided,
-            (_, 0, Motion::Driven) => Attractor::InStep,
-            (_, 0, _) => Attractor::Rest,
+            (_, 0, Motion::Driven) => Attractor::PhaseLocked,
+            (_, 0, _) => Attractor::FixedPoint,
             (_, 1, Motion::Free) => Attractor::Cycle,
             (_, _, Motion::Driven) => Attractor::Torus(zero + 1),
             _ => Attractor::Torus(zero),
         }
     }
 
-    /// The Kaplan-Yorke dimension with its 95 % interval, a pure number: `k` and the sum of the
-    /// first `k` exponents over the size of the next one, `k` being the most exponents whose sum is
-    /// not negative; exponents that count as zero are taken as zero. `None` where too few exponents
-    /// are known, or where a doubtful one decides. (J. L. Kaplan and J. A. Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
+    /// The Kaplan–Yorke dimension with its 95 % interval, dimensionless: `k` plus the sum of the first
+    /// `k` exponents divided by the magnitude of the next one, where `k` is the largest number of
+    /// exponents whose sum is not negative. Exponents that count as zero are taken as zero. `None` if
+    /// too few exponents are known or if it depends on an undetermined one. (J. L. Kaplan and J. A.
+    /// Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
     pub fn kaplan_yorke(&self) -> Option<Exponent> {
         self.kaplan_yorke
     }

@@ -1,4 +1,4 @@
-//! Spectra of growth that is known.
+//! Spectra computed from prescribed growth.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 
-/// Growth for 1000 s in steps of 0.1 s at these rates, with random additions of these sizes.
+/// Growth over 1000 s in steps of 0.1 s at the given rates, with random increments of the given standard
+/// deviations.
 fn growth(rates: &[f64], noise: &[f64]) -> Growth {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut growth = Growth::new(rates.len());
@@ -30,33 +31,37 @@ fn spectrum(rates: &[f64], noise: &[f64]) -> LyapunovSpectrum {
 
 #[test]
 fn signs_and_attractors_follow_the_intervals() {
-    let quiet = [0.0; 4];
+    let no_noise = [0.0; 4];
     for (rates, expected) in [
-        ([-0.1, -0.2, -0.3, -4.0], Attractor::Rest),
+        ([-0.1, -0.2, -0.3, -4.0], Attractor::FixedPoint),
         ([0.0, -0.2, -0.3, -4.0], Attractor::Cycle),
         ([0.0, 0.0, -0.3, -4.0], Attractor::Torus(2)),
-        // Surely not zero, but nearer to it than can be told from the bounds of a neutral vector.
+        // Positive, but within the resolution set by the bounds of a neutral vector.
         ([1e-4, -0.2, -0.3, -4.0], Attractor::Undecided),
         ([0.1, 0.0, -0.3, -4.0], Attractor::Chaos),
-        ([0.1, 0.05, 0.0, -4.0], Attractor::HyperChaos(2)),
+        ([0.1, 0.05, 0.0, -4.0], Attractor::Hyperchaos(2)),
     ] {
-        assert_eq!(spectrum(&rates, &quiet).attractor(), expected, "{rates:?}");
+        assert_eq!(
+            spectrum(&rates, &no_noise).attractor(),
+            expected,
+            "{rates:?}"
+        );
     }
 }
 
 #[test]
-fn a_doubtful_exponent_is_no_hyper_chaos() {
-    // The second rate is half of its standard error.
+fn an_undetermined_exponent_does_not_count_for_hyperchaos() {
+    // The second rate is half its standard error.
     let noise = [0.05, 0.3, 0.05, 0.05];
     let spectrum = spectrum(&[0.5, 0.015, 0.0, -4.0], &noise);
-    assert_eq!(spectrum.sign(1), Sign::Doubtful, "{spectrum:?}");
+    assert_eq!(spectrum.sign(1), Sign::Undetermined, "{spectrum:?}");
     assert_eq!(spectrum.attractor(), Attractor::Chaos);
     let same = self::spectrum(&[0.015, -1.0], &noise[1..3]);
     assert_eq!(same.attractor(), Attractor::Undecided);
 }
 
 #[test]
-fn too_few_exponents_leave_the_rest_open() {
+fn too_few_exponents_leave_the_attractor_undecided() {
     let known = growth(&[0.0, 0.0], &[0.0; 2]).spectrum(4, 0.0);
     assert_eq!(known.attractor(), Attractor::Undecided);
     assert_eq!(known.kaplan_yorke(), None);
@@ -66,14 +71,14 @@ fn too_few_exponents_leave_the_rest_open() {
 }
 
 #[test]
-fn the_dimension_of_kaplan_and_yorke() {
+fn kaplan_yorke_dimensions_of_known_spectra() {
     let dimension = |rates: &[f64]| spectrum(rates, &vec![0.0; rates.len()]).kaplan_yorke();
     assert_eq!(dimension(&[-1.0, -2.0]).unwrap().value, 0.0);
     assert_eq!(dimension(&[0.0, 0.0, -2.0]).unwrap().value, 2.0);
     let value = dimension(&[0.9, 0.0, -14.5]).unwrap().value;
     assert!((value - (2.0 + 0.9 / 14.5)).abs() < 1e-12);
     assert_eq!(dimension(&[1.0, 0.0, 0.0, -1.0]).unwrap().value, 4.0);
-    // The sum of the two is without noise: the errors of the two add up to this.
+    // The sum of the two rates has no noise: their errors are fully correlated.
     let mut growth = Growth::new(2);
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     for k in 1..=4096 {
@@ -88,7 +93,7 @@ fn the_dimension_of_kaplan_and_yorke() {
 }
 
 #[test]
-fn a_collapsed_direction_is_minus_infinity_and_never_undefined() {
+fn a_collapsed_direction_has_exponent_minus_infinity() {
     let mut growth = growth(&[0.0, -1.0], &[0.0; 2]);
     growth.push(1003.0, &[0.0, f64::NEG_INFINITY]);
     growth.push(1009.0, &[0.0, -1.0]);
@@ -107,9 +112,9 @@ fn before_any_growth_nothing_is_known() {
     assert_eq!(spectrum.exponents[0].value, 0.0);
 }
 
-/// A rate well within the resolution, with an interval that excludes zero.
+/// A rate well within the resolution whose interval excludes zero.
 #[test]
-fn what_excludes_zero_is_not_called_zero() {
+fn an_interval_that_excludes_zero_is_not_zero() {
     let spectrum = LyapunovSpectrum {
         exponents: vec![Exponent {
             value: -64.3,
@@ -120,52 +125,56 @@ fn what_excludes_zero_is_not_called_zero() {
         resolution: 230.0,
         kaplan_yorke: None,
     };
-    assert_eq!(spectrum.sign(0), Sign::Doubtful);
+    assert_eq!(spectrum.sign(0), Sign::Undetermined);
     assert_eq!(spectrum.attractor(), Attractor::Undecided);
-    // As growth: nothing is said of a dimension that hangs on it.
+    // From growth: the dimension depends on it and is therefore undefined.
     let found = self::spectrum(&[1e-4, -4.0], &[0.0; 2]);
-    assert_eq!(found.sign(0), Sign::Doubtful, "{found:?}");
+    assert_eq!(found.sign(0), Sign::Undetermined, "{found:?}");
     assert_eq!(found.kaplan_yorke(), None);
 }
 
-/// A zero takes its time, what is clearly not zero does not.
+/// A zero exponent requires the minimum averaging time; a clearly non-zero one does not.
 #[test]
-fn only_patience_makes_a_zero() {
+fn a_zero_exponent_requires_the_minimum_time() {
     let noise = [0.005; 3];
     for (rates, early, late) in [
         ([0.0, -0.5, -1.0], Attractor::Undecided, Attractor::Cycle),
-        ([-0.4, -0.5, -1.0], Attractor::Rest, Attractor::Rest),
+        (
+            [-0.4, -0.5, -1.0],
+            Attractor::FixedPoint,
+            Attractor::FixedPoint,
+        ),
         ([0.5, 0.0, -1.0], Attractor::Chaos, Attractor::Chaos),
     ] {
         let growth = growth(&rates, &noise);
-        let [before, after] = [1001.0, 999.0].map(|patience| growth.spectrum(3, patience));
+        let [before, after] = [1001.0, 999.0].map(|min_time| growth.spectrum(3, min_time));
         assert_eq!((before.attractor(), after.attractor()), (early, late));
         assert_eq!(before.count(Sign::Zero), 0);
-        // Nor does a dimension hang on a zero that is not shown.
+        // The dimension is not defined either if it depends on an unconfirmed zero.
         assert_eq!(before.kaplan_yorke().is_some(), early.is_decided());
     }
 }
 
 #[test]
-fn what_exponents_mean_depends_on_what_moves() {
+fn the_attractor_depends_on_the_type_of_motion() {
     let of = |rates: &[f64], motion| spectrum(rates, &[0.0; 2]).attractor_of(motion);
     let both = [-0.5, -1.0];
-    assert_eq!(of(&both, Motion::Free), Attractor::Rest);
-    assert_eq!(of(&both, Motion::Driven), Attractor::InStep);
+    assert_eq!(of(&both, Motion::Free), Attractor::FixedPoint);
+    assert_eq!(of(&both, Motion::Driven), Attractor::PhaseLocked);
     let stable = Attractor::Equilibrium(Stability::Stable);
     assert_eq!(of(&both, Motion::Still), stable);
     assert_eq!(of(&[0.0, -1.0], Motion::Driven), Attractor::Torus(2));
     assert_eq!(of(&[0.0, 0.0], Motion::Free), Attractor::Torus(2));
-    let open = of(&[0.0, -1.0], Motion::Still);
-    assert_eq!(open, Attractor::Equilibrium(Stability::Undecided));
-    assert!(!open.is_decided() && stable.is_decided());
+    let undecided = of(&[0.0, -1.0], Motion::Still);
+    assert_eq!(undecided, Attractor::Equilibrium(Stability::Undecided));
+    assert!(!undecided.is_decided() && stable.is_decided());
     let unstable = of(&[0.7, 0.5], Motion::Still);
     assert_eq!(unstable, Attractor::Equilibrium(Stability::Unstable));
 }
 
-/// Vectors that turn slowly: the growth of the first tenth is another one.
+/// Slowly converging vectors: the growth rate differs during the first tenth.
 #[test]
-fn an_interval_holds_the_rate_behind_a_transient() {
+fn an_interval_contains_the_rate_after_a_transient() {
     let mut growth = Growth::new(1);
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     for k in 1..=4096 {

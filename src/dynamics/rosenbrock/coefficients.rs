@@ -12,12 +12,12 @@
 //!                + theta (z(t + h) + (1 - theta) sum_j (p_1j + theta p_2j + theta^2 p_3j) u_j)
 //! ```
 
-use crate::dynamics::control::{Gain, Rule};
+use crate::dynamics::error_control::{Gain, MethodTraits};
 
 pub(super) const STAGES: usize = 8;
 
-pub(super) static RULE: Rule = Rule {
-    // Without memory: a rejected step costs much.
+pub(super) static TRAITS: MethodTraits = MethodTraits {
+    // No dependence on the previous error, because a rejected step is expensive.
     gain: Gain {
         error: 0.2,
         previous: 0.0,
@@ -29,7 +29,7 @@ pub(super) static RULE: Rule = Rule {
 
 pub(super) const GAMMA: f64 = 0.211_937_563_194_290_14;
 
-/// `c_i`.
+/// Nodes `c_i`.
 pub(super) const NODES: [f64; STAGES] = [
     0.0,
     0.635_812_689_582_870_4,
@@ -41,7 +41,7 @@ pub(super) const NODES: [f64; STAGES] = [
     1.0,
 ];
 
-/// `d_i`.
+/// Coefficients `d_i` of the time derivative.
 pub(super) const DRIFTS: [f64; STAGES] = [
     0.211_937_563_194_290_14,
     -0.423_875_126_388_580_27,
@@ -53,7 +53,7 @@ pub(super) const DRIFTS: [f64; STAGES] = [
     0.0,
 ];
 
-/// `a_ij`, row after row.
+/// Coefficients `a_ij`, row by row.
 pub(super) const STATES: [&[f64]; STAGES] = [
     &[],
     &[3.0],
@@ -95,7 +95,7 @@ pub(super) const STATES: [&[f64]; STAGES] = [
     ],
 ];
 
-/// `g_ij`, row after row.
+/// Coefficients `g_ij`, row by row.
 pub(super) const SLOPES: [&[f64]; STAGES] = [
     &[],
     &[-14.155_112_264_123_755],
@@ -137,7 +137,7 @@ pub(super) const SLOPES: [&[f64]; STAGES] = [
     ],
 ];
 
-/// `p_kj`.
+/// Coefficients `p_kj` of the dense output.
 const DENSE: [[f64; STAGES]; 3] = [
     [
         25.948_786_856_663_858,

@@ -1,11 +1,11 @@
-//! A linearly implicit method, for a law so stiff that explicit steps are held down by stability.
+//! A linearly implicit (Rosenbrock) method for systems whose stiffness limits explicit steps.
 //!
-//! Where slip comes to rest, friction pulls velocities together at rates far above the natural
-//! frequencies. An explicit step must resolve these rates even when all of it has died away; a step
-//! that solves linear systems with the Jacobian need not. The method is that of Rosenbrock and Wanner
-//! of order 5(4) by Steinebach, Rodas5P: stiffly accurate, without loss of order in
-//! the stiff limit of parabolic problems, dense output of order 4. Its coefficients and their source
-//! are in `coefficients`. The Jacobian is that of [`Differentiable`], at the start of each step.
+//! During the transition from sliding to sticking, friction equalises velocities at rates far above the
+//! natural frequencies. An explicit step must resolve these rates even after the transient has decayed.
+//! A step that solves linear systems with the Jacobian need not. The method is Rodas5P of Steinebach, a
+//! Rosenbrock–Wanner method of order 5(4): stiffly accurate, without order reduction for stiff parabolic
+//! problems, dense output of order 4. The coefficients and their source are in `coefficients`. The
+//! Jacobian is that of [`Differentiable`] at the start of each step.
 
 mod coefficients;
 mod quadrature;
@@ -13,44 +13,44 @@ mod resolvent;
 mod sdirk;
 mod tangents;
 
-use super::control::{Rule, Size};
+use super::error_control::{MethodTraits, StateNorm};
 use super::runge_kutta::accumulate;
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::system::add_linear;
-use super::tangents::Bundle;
-use super::{Differentiable, System, Tally};
-use coefficients::{DRIFTS, GAMMA, NODES, RULE, SLOPES, STAGES, STATES};
+use super::tangents::TangentBlock;
+use super::{Differentiable, SolverStats, System};
+use coefficients::{DRIFTS, GAMMA, NODES, SLOPES, STAGES, STATES, TRAITS};
 use resolvent::Resolvent;
 
-/// The method at work.
+/// The method with its workspace.
 #[derive(Clone, Debug)]
 pub(super) struct Rosenbrock {
     pub step: Step,
-    /// The stages `u_j`, `stages x n`, where `n` is the length of the state without quadratures.
+    /// Stages `u_j`, `stages x n`, where `n` is the length of the state without quadratures.
     stages: Vec<f64>,
-    /// The state at a stage.
+    /// State at a stage.
     state: Vec<f64>,
-    /// The slope at a stage.
+    /// Slope at a stage.
     slope: Vec<f64>,
-    /// Slope of the state at the start of the step.
+    /// Slope at the start of the step.
     start_slope: Vec<f64>,
-    /// How the slope changes by itself, `dF/dt`, without quadratures.
-    drift: Vec<f64>,
-    /// Flows of the quadratures at the places of their rule.
-    flows: Vec<f64>,
-    /// Records at the start of the step and at its end.
+    /// Partial time derivative of the slope, `dF/dt`, without quadratures.
+    time_derivative: Vec<f64>,
+    /// Integrands of the quadratures at the nodes of the quadrature rule.
+    integrands: Vec<f64>,
+    /// Records at the start and the end of the step.
     records: [Vec<f64>; 2],
-    /// A record between the ends.
+    /// Record at a time within the step.
     between: Vec<f64>,
     resolvent: Resolvent,
-    /// Whether the Jacobian and the drift are those at the start of the step.
-    is_read: bool,
-    /// About the fastest rate of the force at the start of the step, 1/s.
+    /// Whether the Jacobian and the time derivative belong to the start of the step.
+    is_jacobian_current: bool,
+    /// Estimate of the fastest rate of the force at the start of the step, 1/s.
     pub fastest_rate: f64,
 }
 
 impl Rosenbrock {
-    /// A workspace for a system that has a derivative.
+    /// Workspace for a system with a derivative.
     pub fn new<Y: System + ?Sized>(sys: &Y, derivative: &dyn Differentiable) -> Self {
         let (dim, n) = (sys.dim(), sys.tangent_dim());
         let record = vec![0.0; derivative.record_len()];
@@ -60,17 +60,17 @@ impl Rosenbrock {
             state: vec![0.0; dim],
             slope: vec![0.0; dim],
             start_slope: vec![0.0; dim],
-            drift: vec![0.0; n],
-            flows: vec![0.0; quadrature::PLACES.len() * (dim - n)],
+            time_derivative: vec![0.0; n],
+            integrands: vec![0.0; quadrature::NODES.len() * (dim - n)],
             records: [record.clone(), record.clone()],
             between: record,
             resolvent: Resolvent::new(sys),
-            is_read: false,
+            is_jacobian_current: false,
             fastest_rate: 0.0,
         }
     }
 
-    /// Evaluates the slope at the end of the step, with its record.
+    /// Evaluates the slope at the end of the step and stores its record.
     fn slope_at_end<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
         let step = &mut self.step;
         let out = &mut step.end_slope[sys.modes()..];
@@ -85,19 +85,20 @@ impl Rosenbrock {
         );
     }
 
-    /// Takes the derivatives at the start of the step.
-    fn read<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
-        self.resolvent.read(sys, status, &mut self.records[0]);
+    /// Evaluates the derivatives at the start of the step.
+    fn update_jacobian<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
+        self.resolvent
+            .update_jacobian(sys, status, &mut self.records[0]);
         self.fastest_rate = self.resolvent.fastest_rate();
         let (t, z) = (self.step.start_time, &self.step.start);
-        let drift = &mut self.drift[sys.modes()..];
-        differentiable(sys).time_derivative(status, t, z, drift);
-        self.is_read = true;
+        let time_derivative = &mut self.time_derivative[sys.modes()..];
+        differentiable(sys).time_derivative(status, t, z, time_derivative);
+        self.is_jacobian_current = true;
     }
 
-    /// Evaluates a stage.
+    /// Evaluates one stage.
     fn stage<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, stage: usize) {
-        let (n, h) = (self.drift.len(), self.step.length());
+        let (n, h) = (self.time_derivative.len(), self.step.length());
         self.state.copy_from_slice(&self.step.start);
         if stage == 0 {
             self.slope.copy_from_slice(&self.start_slope);
@@ -110,30 +111,30 @@ impl Rosenbrock {
             accumulate(&mut self.slope[..n], 1.0 / h, &self.stages, SLOPES[stage]);
         }
         let out = &mut self.stages[stage * n..][..n];
-        let right = self.slope.iter().zip(&self.drift);
-        for (out, (slope, drift)) in out.iter_mut().zip(right) {
-            *out = slope + DRIFTS[stage] * h * drift;
+        let right = self.slope.iter().zip(&self.time_derivative);
+        for (out, (slope, time_derivative)) in out.iter_mut().zip(right) {
+            *out = slope + DRIFTS[stage] * h * time_derivative;
         }
         self.resolvent.solve(out, 1);
     }
 
-    /// Completes the end of the step and its error by the quadratures.
+    /// Computes the quadratures at the end of the step and their error estimates.
     fn integrate_quadratures<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
-        let (n, h) = (self.drift.len(), self.step.length());
+        let (n, h) = (self.time_derivative.len(), self.step.length());
         let count = self.step.dim() - n;
         if count == 0 {
             return;
         }
-        let last = quadrature::PLACES.len() - 1;
-        self.flows[..count].copy_from_slice(&self.start_slope[n..]);
-        self.flows[last * count..].copy_from_slice(&self.step.end_slope[n..]);
+        let last = quadrature::NODES.len() - 1;
+        self.integrands[..count].copy_from_slice(&self.start_slope[n..]);
+        self.integrands[last * count..].copy_from_slice(&self.step.end_slope[n..]);
         for place in 1..last {
-            let theta = quadrature::PLACES[place];
+            let theta = quadrature::NODES[place];
             self.state.copy_from_slice(&self.step.start);
             let weights = coefficients::weights(theta);
             accumulate(&mut self.state[..n], 1.0, &self.stages, &weights);
@@ -145,19 +146,19 @@ impl Rosenbrock {
                 &self.state,
                 &mut self.slope[sys.modes()..],
             );
-            self.flows[place * count..][..count].copy_from_slice(&self.slope[n..]);
+            self.integrands[place * count..][..count].copy_from_slice(&self.slope[n..]);
         }
         accumulate(
             &mut self.step.end[n..],
             h,
-            &self.flows,
+            &self.integrands,
             &quadrature::weights(1.0),
         );
         for (k, error) in self.step.error[n..].iter_mut().enumerate() {
-            let flow = std::array::from_fn(|place| self.flows[place * count + k]);
-            *error = h * quadrature::error(flow);
+            let integrand = std::array::from_fn(|place| self.integrands[place * count + k]);
+            *error = h * quadrature::error(integrand);
         }
-        tally.calls += last as u64 - 1;
+        stats.rhs_evals += last as u64 - 1;
     }
 }
 
@@ -170,28 +171,38 @@ impl Stepper for Rosenbrock {
         &mut self.step
     }
 
-    fn rule(&self) -> &'static Rule {
-        &RULE
+    fn traits(&self) -> &'static MethodTraits {
+        &TRAITS
     }
 
-    fn refresh<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, tally: &mut Tally) {
-        tally.calls += 1;
+    fn reinitialise<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
+        stats.rhs_evals += 1;
         self.slope_at_end(sys, status);
-        self.step.reach_time = self.step.end_time;
-        // The record stays at the end, where the next step takes it from.
-        self.step.anchor();
+        self.step.full_end_time = self.step.end_time;
+        // The record stays at the end; the next step takes it from there.
+        self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
     }
 
-    fn follow<Y: System + ?Sized>(&mut self, _sys: &Y, _status: Option<&[u8]>, _tally: &mut Tally) {
-        self.step.anchor();
+    fn begin_step<Y: System + ?Sized>(
+        &mut self,
+        _sys: &Y,
+        _status: Option<&[u8]>,
+        _tally: &mut SolverStats,
+    ) {
+        self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
         self.records.swap(0, 1);
-        self.is_read = false;
+        self.is_jacobian_current = false;
     }
 
-    fn rewind(&mut self) {
-        self.step.undo();
+    fn reject_step(&mut self) {
+        self.step.revert();
         self.step.end_slope.copy_from_slice(&self.start_slope);
         self.records.swap(0, 1);
     }
@@ -201,21 +212,21 @@ impl Stepper for Rosenbrock {
         sys: &Y,
         status: Option<&[u8]>,
         end_time: f64,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
         self.step.end_time = end_time;
-        self.step.reach_time = end_time;
-        if !self.is_read {
-            self.read(sys, status);
-            tally.jacobians += 1;
+        self.step.full_end_time = end_time;
+        if !self.is_jacobian_current {
+            self.update_jacobian(sys, status);
+            stats.jacobians += 1;
         }
         self.resolvent.factor(1.0 / (GAMMA * self.step.length()));
-        let n = self.drift.len();
+        let n = self.time_derivative.len();
         for stage in 0..STAGES {
             self.stage(sys, status, stage);
             if let Some(component) = self.slope[..n].iter().position(|x| !x.is_finite()) {
-                // The linear system would spread it over all components.
-                tally.calls += stage as u64;
+                // The linear solve would spread the non-finite value to all components.
+                stats.rhs_evals += stage as u64;
                 self.step.end.copy_from_slice(&self.step.start);
                 self.step.end[component] = f64::NAN;
                 return;
@@ -230,19 +241,19 @@ impl Stepper for Rosenbrock {
             switching(sys).settle(status, end_time, &mut self.step.end);
         }
         self.slope_at_end(sys, status);
-        tally.calls += STAGES as u64;
-        self.integrate_quadratures(sys, status, tally);
+        stats.rhs_evals += STAGES as u64;
+        self.integrate_quadratures(sys, status, stats);
     }
 
-    fn error(&self, omega: &[f64]) -> Size {
-        Size::of(&self.step.error, omega)
+    fn error(&self, omega: &[f64]) -> StateNorm {
+        StateNorm::of(&self.step.error, omega)
     }
 
-    fn densify<Y: System + ?Sized>(
+    fn prepare_dense_output<Y: System + ?Sized>(
         &mut self,
         _sys: &Y,
         _status: Option<&[u8]>,
-        _tally: &mut Tally,
+        _tally: &mut SolverStats,
     ) {
     }
 
@@ -252,26 +263,31 @@ impl Stepper for Rosenbrock {
             return;
         }
         out.copy_from_slice(&self.step.start);
-        let (n, h) = (self.drift.len(), self.step.length());
+        let (n, h) = (self.time_derivative.len(), self.step.length());
         let theta = (t - self.step.start_time) / h;
         let (rest, quadratures) = out.split_at_mut(n);
         accumulate(rest, 1.0, &self.stages, &coefficients::weights(theta));
-        accumulate(quadratures, h, &self.flows, &quadrature::weights(theta));
+        accumulate(
+            quadratures,
+            h,
+            &self.integrands,
+            &quadrature::weights(theta),
+        );
     }
 
-    fn record<Y: System + ?Sized>(&mut self, _sys: &Y) -> usize {
+    fn enable_tangents<Y: System + ?Sized>(&mut self, _sys: &Y) -> usize {
         sdirk::STAGES
     }
 
-    fn forget_records(&mut self) {}
+    fn disable_tangents(&mut self) {}
 
-    fn carry<Y: System + ?Sized>(
+    fn propagate_tangents<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        bundle: &mut Bundle,
-        tally: &mut Tally,
+        block: &mut TangentBlock,
+        stats: &mut SolverStats,
     ) {
-        self.carry_along(sys, status, bundle, tally);
+        self.propagate_along_dense_output(sys, status, block, stats);
     }
 }

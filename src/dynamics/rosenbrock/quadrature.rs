@@ -1,23 +1,26 @@
-//! First-order components on which nothing depends, along the dense output of the rest.
+//! First-order components that no other equation depends on, integrated along the dense output of the
+//! rest.
 //!
-//! The Jacobian leaves them out, so that the implicit method cannot take them. They are integrals of a
-//! function of time: by the rule of Lobatto of order 6 (M. Abramowitz and I. A. Stegun, Handbook of
-//! Mathematical Functions, 1964, 25.4.32) from the flow at both ends, which is known, and at two places
-//! between them, which costs two calls. The cubic through the four serves between the ends.
+//! The Jacobian omits them, so the implicit method cannot integrate them. They are integrals of
+//! functions of time. The Lobatto rule of order 6 (M. Abramowitz and I. A. Stegun, Handbook of
+//! Mathematical Functions, 1964, 25.4.32) uses the integrand at both ends of the step, which is known,
+//! and at two points between them, which costs two evaluations. The cubic through the four values
+//! provides the dense output.
 
-/// Places of the rule in the step: the ends and `(1 -+ 1 / sqrt 5) / 2`.
-pub(super) const PLACES: [f64; 4] = [0.0, 0.276_393_202_250_021, 0.723_606_797_749_979, 1.0];
+/// Nodes of the rule: the ends and `(1 -+ 1 / sqrt 5) / 2`.
+pub(super) const NODES: [f64; 4] = [0.0, 0.276_393_202_250_021, 0.723_606_797_749_979, 1.0];
 
 const SQRT_5: f64 = 2.236_067_977_499_79;
 
-/// The third difference of the flow, which tells the rule from one of order 3.
+/// Third difference of the integrand: the difference between this rule and one of order 3.
 const FINE: [f64; 4] = [-1.0 / 12.0, SQRT_5 / 12.0, -SQRT_5 / 12.0, 1.0 / 12.0];
 
-/// The error of the rule by the flow at the places, over the length of the step. The third difference
-/// falls too slowly with the step for a rule of order 6: it is sharpened by the first, as in DOP853.
-pub(super) fn error(flow: [f64; 4]) -> f64 {
-    let fine: f64 = FINE.iter().zip(flow).map(|(e, g)| e * g).sum();
-    let coarse = (flow[3] - flow[0]) / 12.0;
+/// Error estimate of the rule from the integrand at the nodes, divided by the length of the step. The
+/// third difference decreases too slowly with the step for a rule of order 6. It is combined with the
+/// first difference, as in DOP853.
+pub(super) fn error(integrand: [f64; 4]) -> f64 {
+    let fine: f64 = FINE.iter().zip(integrand).map(|(e, g)| e * g).sum();
+    let coarse = (integrand[3] - integrand[0]) / 12.0;
     let scale = fine.hypot(0.1 * coarse);
     if scale == 0.0 {
         0.0
@@ -26,7 +29,7 @@ pub(super) fn error(flow: [f64; 4]) -> f64 {
     }
 }
 
-/// Weights of the flow at the places, in the integral from the start to `theta`.
+/// Weights of the integrand at the nodes for the integral from the start to `theta`.
 pub(super) fn weights(theta: f64) -> [f64; 4] {
     let inner = |other: f64| {
         let bracket = 0.5 * other - theta * ((1.0 + other) / 3.0 - 0.25 * theta);
@@ -34,8 +37,8 @@ pub(super) fn weights(theta: f64) -> [f64; 4] {
     };
     [
         theta * (1.0 - theta * (3.0 - theta * (10.0 / 3.0 - 1.25 * theta))),
-        inner(PLACES[2]),
-        -inner(PLACES[1]),
+        inner(NODES[2]),
+        -inner(NODES[1]),
         theta * theta * (0.5 - theta * (5.0 / 3.0 - 1.25 * theta)),
     ]
 }
@@ -45,9 +48,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rule_integrates_as_it_should() {
+    fn the_rule_is_exact_to_its_degree() {
         let integral = |theta: f64, power: i32| -> f64 {
-            let terms = weights(theta).into_iter().zip(PLACES);
+            let terms = weights(theta).into_iter().zip(NODES);
             terms.map(|(b, c)| b * c.powi(power)).sum()
         };
         for power in 0..=5 {
@@ -59,9 +62,9 @@ mod tests {
             let exact = 0.3_f64.powi(power + 1) / f64::from(power + 1);
             assert!((integral(0.3, power) - exact).abs() < 1e-15, "{power}");
         }
-        let flow = |power: i32| PLACES.map(|c| c.powi(power));
-        assert!((0..=2).all(|power| error(flow(power)).abs() < 1e-30));
-        assert!(error(flow(3)) > 1e-3);
+        let integrand = |power: i32| NODES.map(|c| c.powi(power));
+        assert!((0..=2).all(|power| error(integrand(power)).abs() < 1e-30));
+        assert!(error(integrand(3)) > 1e-3);
         assert!(error([f64::NAN, 0.0, 0.0, 0.0]).is_nan());
     }
 }

@@ -1,18 +1,18 @@
 //! The linear systems of an implicit step: `(s - J) x = r`.
 //!
-//! With the state's structure, `q' = v`, the rows of the deflections are solved by hand,
-//! `x_q = (r_q + x_v) / s`. What is left are as many equations as there are modes and first-order
-//! components, a half of the state, by elimination with row exchanges (G. H. Golub, C. F. Van Loan,
+//! Because `q' = v`, the equations of the displacements are eliminated analytically, `x_q = (r_q + x_v)
+//! / s`. The remaining system has one equation per mode and first-order component, half the size of the
+//! state. It is solved by Gaussian elimination with partial pivoting (G. H. Golub, C. F. Van Loan,
 //! Matrix Computations, 4th ed., 2013, Section 3.4).
 
 use crate::dynamics::System;
 use crate::dynamics::stepper::differentiable;
 
-/// The Jacobian at a state, and the factors of `s - J` reduced.
+/// The Jacobian at a state and the LU factors of the reduced `s - J`.
 #[derive(Clone, Debug)]
 pub(super) struct Resolvent {
     modes: usize,
-    /// Rows of the reduced matrix: modes and first-order components without quadratures.
+    /// Size of the reduced matrix: modes and first-order components without quadratures.
     rows: usize,
     /// `d[f | g]/dz`, `rows x (modes + rows)`, row-major.
     force: Vec<f64>,
@@ -21,11 +21,11 @@ pub(super) struct Resolvent {
     identity: Vec<f64>,
     /// `s`, 1/s.
     shift: f64,
-    /// The factors, `rows x rows`, row-major; ones on the lower one's diagonal are not kept.
+    /// LU factors, `rows x rows`, row-major; the unit diagonal of the lower factor is not stored.
     factors: Vec<f64>,
-    /// With which row each one has been exchanged.
+    /// Row exchanged with each row (pivot index).
     exchanged: Vec<usize>,
-    /// A direction that the force's derivative stretches most, of those tried so far.
+    /// Power-iteration estimate of the dominant eigenvector of the derivative of the force.
     direction: Vec<f64>,
     image: Vec<f64>,
 }
@@ -45,14 +45,19 @@ impl Resolvent {
             shift: 1.0,
             factors: vec![0.0; rows * rows],
             exchanged: vec![0; rows],
-            // Any direction will do that is not orthogonal to the one sought.
+            // Any direction that is not orthogonal to the dominant eigenvector.
             direction: (0..rows).map(|i| 1.0 / (1.0 + i as f64)).collect(),
             image: vec![0.0; rows],
         }
     }
 
-    /// Takes the Jacobian from a record.
-    pub fn read<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, record: &mut [f64]) {
+    /// Computes the Jacobian from a record.
+    pub fn update_jacobian<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        status: Option<&[u8]>,
+        record: &mut [f64],
+    ) {
         let n = self.modes + self.rows;
         differentiable(sys).product(status, record, &self.identity, n, &mut self.force);
         for (i, linear) in self.linear.iter_mut().enumerate() {
@@ -62,7 +67,7 @@ impl Resolvent {
         }
     }
 
-    /// Factors `s - J`. Where that is singular, solutions are not finite.
+    /// Factorises `s - J`. If it is singular, the solutions are not finite.
     pub fn factor(&mut self, shift: f64) {
         self.shift = shift;
         let (m, rows) = (self.modes, self.rows);
@@ -99,7 +104,7 @@ impl Resolvent {
         }
     }
 
-    /// Replaces `width` right sides, side by side, by the solutions.
+    /// Replaces `width` right-hand sides, stored component by component, by the solutions.
     pub fn solve(&self, x: &mut [f64], width: usize) {
         let (m, rows, shift) = (self.modes, self.rows, self.shift);
         let (q, rest) = x.split_at_mut(m * width);
@@ -136,8 +141,8 @@ impl Resolvent {
         }
     }
 
-    /// About the fastest rate (1/s) at which the force drives velocities and first-order components:
-    /// two steps of the power method, from where it has come before.
+    /// Estimate of the fastest rate (1/s) at which the force drives velocities and first-order
+    /// components: two power iterations, continued from the previous estimate.
     pub fn fastest_rate(&mut self) -> f64 {
         let (m, rows) = (self.modes, self.rows);
         let mut rate = 0.0;
@@ -154,7 +159,8 @@ impl Resolvent {
             let (before, after) = (length(&self.direction), length(&self.image));
             rate = after / before;
             if after > 0.0 && after.is_finite() {
-                // A little of the old one: it is never orthogonal to what may come to be the fastest.
+                // A fraction of the old direction ensures that it never becomes orthogonal to a new
+                // dominant one.
                 for (x, y) in self.direction.iter_mut().zip(&self.image) {
                     *x = 0.03 * *x / before + y / after;
                 }
@@ -164,7 +170,7 @@ impl Resolvent {
     }
 }
 
-/// Adds `factor` times `other`.
+/// Adds `factor` times `other` to `line`.
 fn add(line: &mut [f64], factor: f64, other: &[f64]) {
     for (x, y) in line.iter_mut().zip(other) {
         *x += factor * y;
@@ -176,7 +182,7 @@ mod tests {
     use super::*;
     use crate::dynamics::Differentiable;
 
-    /// Two damped modes and a first-order component under a linear force.
+    /// Two damped modes and a first-order component with a linear force.
     struct Coupled;
 
     const FORCE: [[f64; 5]; 3] = [
@@ -222,10 +228,10 @@ mod tests {
     }
 
     #[test]
-    fn solutions_solve_the_whole_system() {
+    fn solutions_satisfy_the_full_system() {
         let mut resolvent = Resolvent::new(&Coupled);
-        resolvent.read(&Coupled, None, &mut [0.0; 6]);
-        // The second shift makes the reduced matrix exchange rows.
+        resolvent.update_jacobian(&Coupled, None, &mut [0.0; 6]);
+        // The second shift makes the reduced matrix need row exchanges.
         for shift in [20.0, 0.05, -3.0] {
             resolvent.factor(shift);
             let right: Vec<f64> = (0..10).map(|k| f64::from(k * k % 7) - 2.5).collect();
@@ -244,11 +250,11 @@ mod tests {
     }
 
     #[test]
-    fn the_fastest_rate_is_found() {
+    fn power_iteration_finds_the_fastest_rate() {
         let mut resolvent = Resolvent::new(&Coupled);
-        resolvent.read(&Coupled, None, &mut [0.0; 6]);
+        resolvent.update_jacobian(&Coupled, None, &mut [0.0; 6]);
         let rates: Vec<f64> = (0..30).map(|_| resolvent.fastest_rate()).collect();
-        // The eigenvalue of largest size of the velocities' and the component's block.
+        // Spectral radius of the block of the velocities and the first-order component.
         assert!((rates[29] - 4.07).abs() < 0.1, "{rates:?}");
     }
 }

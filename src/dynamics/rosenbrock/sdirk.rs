@@ -1,5 +1,5 @@
-//! Coefficients of the singly diagonally implicit method of order 4 in E. Hairer, G. Wanner, Solving Ordinary
-//! Differential Equations II, 2nd ed., Springer 1996, Table IV.6.5.
+//! Coefficients of the singly diagonally implicit Runge–Kutta (SDIRK) method of order 4 in E. Hairer, G.
+//! Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, Table IV.6.5.
 
 pub(super) const STAGES: usize = 5;
 
@@ -7,7 +7,7 @@ pub(super) const GAMMA: f64 = 0.25;
 
 pub(super) const NODES: [f64; STAGES] = [0.25, 0.75, 0.55, 0.5, 1.0];
 
-/// Weights below the diagonal. The last stage sits at the solution.
+/// Weights below the diagonal. The last stage is the solution.
 pub(super) const WEIGHTS: [&[f64]; STAGES] = [
     &[],
     &[0.5],

@@ -1,26 +1,26 @@
 //! Tangent vectors along a step of the implicit method.
 //!
-//! The derivative of the method itself would need that of the Jacobian. The vectors are taken by a
-//! method of their own, along the dense output of the step: they give the derivative of the flow, to
-//! the method's order, and not that of the numerical one. The method, singly diagonally implicit of
-//! order 4, damps what is stiff, as the flow does: how much, it does not say, so that strongly
-//! negative exponents come out nearer to zero than they are.
+//! The derivative of the numerical map would require the derivative of the Jacobian. Instead, a singly
+//! diagonally implicit method of order 4 propagates the vectors along the dense output of the step. They
+//! give the derivative of the flow to the order of the method, not that of the numerical map. The method
+//! damps stiff directions, as the flow does, but at a different rate. Strongly negative exponents are
+//! therefore underestimated in magnitude.
 
 use super::Rosenbrock;
 use super::sdirk::{GAMMA, NODES, STAGES, WEIGHTS};
 use crate::dynamics::runge_kutta::accumulate;
 use crate::dynamics::stepper::{Stepper, differentiable};
-use crate::dynamics::tangents::Bundle;
-use crate::dynamics::{System, Tally};
+use crate::dynamics::tangents::TangentBlock;
+use crate::dynamics::{SolverStats, System};
 
 impl Rosenbrock {
-    /// Takes vectors from the start of the step to where it ends or was cut.
-    pub(super) fn carry_along<Y: System + ?Sized>(
+    /// Propagates vectors from the start of the step to its end, shortened or not.
+    pub(super) fn propagate_along_dense_output<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
-        bundle: &mut Bundle,
-        tally: &mut Tally,
+        block: &mut TangentBlock,
+        stats: &mut SolverStats,
     ) {
         let (start, end) = (self.step.start_time, self.step.end_time);
         let h = end - start;
@@ -35,24 +35,25 @@ impl Rosenbrock {
             self.interpolate(t, &mut state);
             let out = &mut self.slope[sys.modes()..];
             differentiable(sys).force_recorded(status, t, &state, out, &mut self.between);
-            self.resolvent.read(sys, status, &mut self.between);
+            self.resolvent
+                .update_jacobian(sys, status, &mut self.between);
             self.resolvent.factor(shift);
-            bundle.stage.copy_from_slice(&bundle.start);
+            block.stage.copy_from_slice(&block.start);
             if stage > 0 {
-                accumulate(&mut bundle.stage, h, &bundle.slopes, WEIGHTS[stage]);
+                accumulate(&mut block.stage, h, &block.slopes, WEIGHTS[stage]);
             }
-            for (y, x) in bundle.end.iter_mut().zip(&bundle.stage) {
+            for (y, x) in block.end.iter_mut().zip(&block.stage) {
                 *y = shift * x;
             }
-            self.resolvent.solve(&mut bundle.end, bundle.width);
-            let numbers = bundle.end.len();
-            let slopes = &mut bundle.slopes[stage * numbers..][..numbers];
-            for ((slope, y), x) in slopes.iter_mut().zip(&bundle.end).zip(&bundle.stage) {
+            self.resolvent.solve(&mut block.end, block.width);
+            let numbers = block.end.len();
+            let slopes = &mut block.slopes[stage * numbers..][..numbers];
+            for ((slope, y), x) in slopes.iter_mut().zip(&block.end).zip(&block.stage) {
                 *slope = shift * (y - x);
             }
         }
         self.state = state;
-        tally.calls += STAGES as u64;
-        tally.jacobians += STAGES as u64;
+        stats.rhs_evals += STAGES as u64;
+        stats.jacobians += STAGES as u64;
     }
 }

@@ -1,18 +1,18 @@
-//! The pair of order 8(5, 3) of Dormand and Prince with dense output of order 7.
+//! The method of order 8(5, 3) of Dormand and Prince with dense output of order 7.
 //!
 //! E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer
 //! 1993, Sections II.5 and II.6: coefficients, error estimate and dense output of their DOP853. The
-//! dense output needs three more stages than the step. It is of order 7, one less than the step: its
-//! error in one step is `O(h^8)`.
+//! dense output needs three additional stages. It has order 7, one less than the step: its error over one step
+//! is `O(h^8)`.
 
-use super::{Gain, Rule, Tableau};
+use super::{Gain, MethodTraits, Tableau};
 
-/// Stages: twelve of the step, its end, and three of the dense output.
+/// Number of stages: twelve of the step, its end, and three of the dense output.
 const STAGES: usize = 16;
-/// The stage at the end of the step.
+/// Index of the stage at the end of the step.
 const END: usize = 12;
 
-/// The pair of order 8(5, 3). Its dense output costs three calls where it is asked for.
+/// The method of order 8(5, 3). Its dense output costs three evaluations, on demand.
 pub(in crate::dynamics) static DOP853: Tableau<STAGES> = Tableau {
     nodes: [
         0.0,
@@ -46,8 +46,8 @@ pub(in crate::dynamics) static DOP853: Tableau<STAGES> = Tableau {
     ]),
     coarse_error: Some(COARSE_ERROR),
     dense: &DENSE,
-    rule: Rule {
-        // Without memory of the step before, as in DOP853.
+    traits: MethodTraits {
+        // No dependence on the previous error, as in DOP853.
         gain: Gain {
             error: 0.125,
             previous: 0.0,
@@ -58,7 +58,7 @@ pub(in crate::dynamics) static DOP853: Tableau<STAGES> = Tableau {
     },
 };
 
-/// The weights `a_ij`; the row of the end has the weights of the solution.
+/// Weights `a_ij`; row `END` contains the weights of the solution.
 const WEIGHTS: [[f64; STAGES]; STAGES] = [
     sparse(&[]),
     sparse(&[(0, 0.052_600_151_958_767_73)]),
@@ -167,7 +167,7 @@ const WEIGHTS: [[f64; STAGES]; STAGES] = [
     ]),
 ];
 
-/// The solution less the companion of order 3.
+/// Difference between the solution and the embedded method of order 3.
 const COARSE_ERROR: [f64; STAGES] = {
     let mut error = WEIGHTS[END];
     error[0] -= 0.244_094_488_188_976_4;
@@ -176,7 +176,7 @@ const COARSE_ERROR: [f64; STAGES] = {
     error
 };
 
-/// What the dense output has beyond the cubic Hermite polynomial: the weights of
+/// The dense output minus the cubic Hermite polynomial: weights of
 /// `theta^2 (1 - theta)^2` times `1`, `theta`, `theta (1 - theta)` and `theta^2 (1 - theta)`.
 const BEYOND_HERMITE: [[f64; STAGES]; 4] = [
     sparse(&[
@@ -237,7 +237,7 @@ const BEYOND_HERMITE: [[f64; STAGES]; 4] = [
     ]),
 ];
 
-/// The dense output's weights by powers of `theta`, from the first to the seventh.
+/// Weights of the dense output for the powers of `theta` from the first to the seventh.
 static DENSE: [[f64; STAGES]; 7] = {
     let [d4, d5, d6, d7] = BEYOND_HERMITE;
     let mut powers = [[0.0; STAGES]; 7];
@@ -246,7 +246,7 @@ static DENSE: [[f64; STAGES]; 7] = {
         let b = WEIGHTS[END][i];
         let first = if i == 0 { 1.0 } else { 0.0 };
         let last = if i == END { 1.0 } else { 0.0 };
-        // The cubic through both ends with the slopes there.
+        // The cubic Hermite polynomial through both ends.
         powers[0][i] = first;
         powers[1][i] = 3.0 * b - 2.0 * first - last;
         powers[2][i] = first + last - 2.0 * b;
@@ -264,7 +264,7 @@ static DENSE: [[f64; STAGES]; 7] = {
     powers
 };
 
-/// A row by its elements that are not zero.
+/// Builds a row from its non-zero elements.
 const fn sparse(elements: &[(usize, f64)]) -> [f64; STAGES] {
     let mut row = [0.0; STAGES];
     let mut k = 0;

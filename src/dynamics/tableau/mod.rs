@@ -7,39 +7,40 @@
 //! y(t + theta h) = y + h sum_i b_i(theta) k_i     0 <= theta <= 1
 //! ```
 //!
-//! All methods are kept in first-same-as-last form: the stage at the end sits at the solution itself
-//! (`c = 1`, `a = b`), so that its slope is the first of the next step and costs nothing. Stages
-//! after that one serve the dense output only, and are evaluated where it is asked for.
+//! All methods have the first-same-as-last (FSAL) property: the last stage of the step is evaluated at
+//! the solution (`c = 1`, `a = b`), and its slope is the first slope of the next step. Later stages
+//! serve dense output only and are evaluated on demand.
 
 mod dop853;
 
 pub(super) use dop853::DOP853;
 
-use super::control::{Gain, Rule};
+use super::error_control::{Gain, MethodTraits};
 
-/// Coefficients of a method of `S` stages in first-same-as-last form.
+/// Coefficients of a method with `S` stages in first-same-as-last form.
 #[derive(Clone, Debug)]
 pub(super) struct Tableau<const S: usize> {
     /// Nodes `c_i`.
     pub nodes: [f64; S],
-    /// The stage at the end of the step; those after it serve the dense output only.
+    /// Index of the stage at the end of the step; later stages serve dense output only.
     pub end: usize,
-    /// Weights `a_ij`, zero from the diagonal on; the row of the end is the solution's weights `b_j`.
+    /// Weights `a_ij`, zero on and above the diagonal; row `end` contains the weights `b_j` of the
+    /// solution.
     pub stages: [[f64; S]; S],
-    /// Difference between the weights of the solution and those of an embedded method of a lower
-    /// order; zero in a method without an error estimate.
+    /// Difference between the weights of the solution and those of an embedded method of lower order;
+    /// zero in a method without error estimate.
     pub error: [f64; S],
-    /// The same for a second embedded method of a still lower order, where there is one. With the sizes
-    /// `e` and `f` of the two estimates, the error is taken as `e^2 / sqrt(e^2 + (f / 10)^2)`.
+    /// The same for a second embedded method of still lower order, if there is one. With the norms `e`
+    /// and `f` of the two estimates, the error is `e^2 / sqrt(e^2 + (f / 10)^2)`.
     pub coarse_error: Option<[f64; S]>,
     /// Dense output: `b_i(theta) = sum_k dense[k][i] theta^(k + 1)`.
     pub dense: &'static [[f64; S]],
-    /// What others have to know of the method.
-    pub rule: Rule,
+    /// Properties used by step control and event location.
+    pub traits: MethodTraits,
 }
 
 impl<const S: usize> Tableau<S> {
-    /// The dense output's weights `b_i(theta)`.
+    /// Weights `b_i(theta)` of the dense output.
     pub fn weights(&self, theta: f64) -> [f64; S] {
         let mut weights = [0.0; S];
         for power in self.dense.iter().rev() {
@@ -51,7 +52,7 @@ impl<const S: usize> Tableau<S> {
     }
 }
 
-/// Coefficients of a quartic dense output by powers, from those by stages.
+/// Transposes the coefficients of a quartic dense output from stages to powers.
 const fn by_power<const S: usize>(stages: [[f64; 4]; S]) -> [[f64; S]; 4] {
     let mut powers = [[0.0; S]; 4];
     let mut i = 0;
@@ -66,8 +67,8 @@ const fn by_power<const S: usize>(stages: [[f64; 4]; S]) -> [[f64; S]; 4] {
     powers
 }
 
-/// The rule of pairs of order 5(4): constants of DOPRI5.
-pub(super) const RULE_54: Rule = Rule {
+/// Properties of pairs of order 5(4), with the constants of DOPRI5.
+pub(super) const TRAITS_54: MethodTraits = MethodTraits {
     gain: Gain {
         error: 0.17,
         previous: 0.04,
@@ -80,7 +81,7 @@ pub(super) const RULE_54: Rule = Rule {
 /// The pair of order 5(4) with dense output of order 4 from the same stages: C. Tsitouras,
 /// Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
 /// Comput. Math. Appl. 62 (2011) 770–775, Table 1 and its interpolant.
-pub(super) static TSIT54: Tableau<7> = Tableau {
+pub(super) static TSIT5: Tableau<7> = Tableau {
     nodes: [0.0, 0.161, 0.327, 0.9, 0.980_025_540_904_509_7, 1.0, 1.0],
     end: 6,
     stages: [
@@ -178,12 +179,12 @@ pub(super) static TSIT54: Tableau<7> = Tableau {
             [0.0, 1.5, -4.0, 2.5],
         ])
     },
-    rule: RULE_54,
+    traits: TRAITS_54,
 };
 
-/// The classical method of order 4 (W. Kutta, Z. Math. Phys. 46 (1901) 435–453), with the cubic
-/// Hermite polynomial through both ends of the step as dense output. The polynomial's error is
-/// `O(h^4)`, as is the method's global one.
+/// The classical method of order 4 (W. Kutta, Z. Math. Phys. 46 (1901) 435–453). The dense output is the
+/// cubic Hermite polynomial through both ends of the step, with error `O(h^4)`, like the global error of
+/// the method.
 pub(super) static RK4: Tableau<5> = Tableau {
     nodes: [0.0, 0.5, 0.5, 1.0, 1.0],
     end: 4,
@@ -205,16 +206,16 @@ pub(super) static RK4: Tableau<5> = Tableau {
             [0.0, -1.0, 1.0, 0.0],
         ])
     },
-    rule: RULE_54,
+    traits: TRAITS_54,
 };
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The left sides of the order conditions of one weight vector `b`, each with its order and
-    /// its right side `1 / gamma` (Hairer, Norsett and Wanner, Solving Ordinary Differential
-    /// Equations I, 2nd ed., Table II.2.1: the rooted trees of up to five vertices).
+    /// Residuals of the order conditions for a weight vector `b`, each with its order. The right-hand
+    /// sides are `1 / gamma` (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd
+    /// ed., Table II.2.1: the rooted trees with up to five vertices).
     fn residuals<const S: usize>(
         tableau: &Tableau<S>,
         b: &[f64; S],
@@ -258,7 +259,7 @@ mod tests {
         .collect()
     }
 
-    /// The largest residual of the conditions up to `order`.
+    /// Largest residual of the conditions up to `order`.
     fn worst<const S: usize>(tableau: &Tableau<S>, b: &[f64; S], theta: f64, order: usize) -> f64 {
         let all = residuals(tableau, b, theta);
         all.iter()
@@ -266,7 +267,7 @@ mod tests {
             .fold(0.0, |worst, (_, r)| r.max(worst))
     }
 
-    fn has_its_form<const S: usize>(tableau: &Tableau<S>) {
+    fn assert_consistent<const S: usize>(tableau: &Tableau<S>) {
         for (i, row) in tableau.stages.iter().enumerate() {
             let size = row.iter().fold(1.0_f64, |max, a| max.max(a.abs()));
             assert!(
@@ -287,51 +288,52 @@ mod tests {
         {
             assert!(
                 (at_end - b).abs() < 1e-13,
-                "dense output misses the solution in weight {i}"
+                "dense output differs from the solution in weight {i}"
             );
         }
     }
 
     #[test]
     fn rows_sum_to_nodes_and_the_last_stage_is_the_solution() {
-        has_its_form(&TSIT54);
-        has_its_form(&RK4);
-        has_its_form(&DOP853);
+        assert_consistent(&TSIT5);
+        assert_consistent(&RK4);
+        assert_consistent(&DOP853);
     }
 
     #[test]
-    fn tsit54_is_of_order_five_with_a_companion_of_order_four() {
-        let b = TSIT54.stages[TSIT54.end];
+    fn tsit5_has_order_five_with_an_embedded_method_of_order_four() {
+        let b = TSIT5.stages[TSIT5.end];
         assert!(
-            worst(&TSIT54, &b, 1.0, 5) < 2e-15,
+            worst(&TSIT5, &b, 1.0, 5) < 2e-15,
             "{:?}",
-            residuals(&TSIT54, &b, 1.0)
+            residuals(&TSIT5, &b, 1.0)
         );
-        let companion = std::array::from_fn(|i| b[i] - TSIT54.error[i]);
-        assert!(worst(&TSIT54, &companion, 1.0, 4) < 2e-15);
+        let embedded = std::array::from_fn(|i| b[i] - TSIT5.error[i]);
+        assert!(worst(&TSIT5, &embedded, 1.0, 4) < 2e-15);
         assert!(
-            worst(&TSIT54, &companion, 1.0, 5) > 1e-5,
-            "an estimate of order five sees nothing"
+            worst(&TSIT5, &embedded, 1.0, 5) > 1e-5,
+            "an embedded method of order five gives no error estimate"
         );
     }
 
     #[test]
-    fn tsit54_dense_output_is_of_order_four_everywhere() {
+    fn tsit5_dense_output_has_order_four() {
         for k in 0..=20 {
             let theta = f64::from(k) / 20.0;
             assert!(
-                worst(&TSIT54, &TSIT54.weights(theta), theta, 4) < 1e-13,
+                worst(&TSIT5, &TSIT5.weights(theta), theta, 4) < 1e-13,
                 "theta = {theta}"
             );
         }
-        assert!(worst(&TSIT54, &TSIT54.weights(0.5), 0.5, 5) > 1e-6);
+        assert!(worst(&TSIT5, &TSIT5.weights(0.5), 0.5, 5) > 1e-6);
     }
 
     #[test]
-    fn dop853_meets_the_conditions_with_companions_of_orders_five_and_three() {
+    fn dop853_satisfies_the_order_conditions_with_embedded_orders_five_and_three() {
         let b = DOP853.stages[DOP853.end];
         assert!(worst(&DOP853, &b, 1.0, 5) < 1e-13);
-        // Of a method that has stage order 3 from its sixth stage on, and the quadratures.
+        // Conditions of order up to 8 for a method with stage order 3 from its sixth stage on, and the
+        // quadrature conditions.
         let quadrature = |order: i32| {
             let moments = b
                 .iter()
@@ -342,8 +344,8 @@ mod tests {
         assert!((1..=8).all(|order| quadrature(order) < 1e-14));
         assert!(quadrature(9) > 1e-6);
         for (error, order) in [(DOP853.error, 5), (DOP853.coarse_error.unwrap(), 3)] {
-            let companion = std::array::from_fn(|i| b[i] - error[i]);
-            assert!(worst(&DOP853, &companion, 1.0, order) < 1e-13);
+            let embedded = std::array::from_fn(|i| b[i] - error[i]);
+            assert!(worst(&DOP853, &embedded, 1.0, order) < 1e-13);
             assert!(error.iter().any(|e| e.abs() > 1e-3));
         }
         for k in 0..=20 {
@@ -357,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn rk4_is_of_order_four_with_dense_output_of_order_three() {
+    fn rk4_has_order_four_with_dense_output_of_order_three() {
         let b = RK4.stages[RK4.end];
         assert!(worst(&RK4, &b, 1.0, 4) < 1e-15);
         assert!(worst(&RK4, &b, 1.0, 5) > 1e-3);

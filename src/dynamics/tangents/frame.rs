@@ -1,4 +1,4 @@
-//! Orthonormal frames of tangent vectors, and when to make them.
+//! Orthonormal frames of tangent vectors and the intervals between them.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -6,33 +6,32 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::dynamics::System;
 
-/// Growth, as the natural logarithm of the largest ratio of two vectors' growth, at which the
-/// vectors are made orthonormal anew: three of sixteen digits are given up at most places.
-const TARGET: f64 = 7.0;
+/// Target for the natural logarithm of the ratio between the largest and smallest growth over one
+/// interval. At this value three of sixteen digits are lost.
+const TARGET_LOG_RATIO: f64 = 7.0;
 
-/// Steps after which the vectors are made orthonormal whatever the last growth was. Within a step an
-/// explicit method shrinks nothing by much more than a factor of `e^3`, so that a sudden contraction
-/// leaves some digits even so.
-const MOST_STEPS: u32 = 8;
+/// Maximum number of steps between orthonormalisations. A step of an explicit method contracts by a
+/// factor of at most about `e^3`, so a sudden contraction still leaves some digits.
+const MAX_INTERVAL: u32 = 8;
 
-/// Measures tangent vectors and makes them orthonormal.
+/// Measures and orthonormalises tangent vectors.
 ///
-/// Lengths are those of the vibration's energy, `sum_i (omega_i^2 q_i^2 + q_i'^2) + sum_j w_j^2`:
-/// exponents do not depend on it, but rounding does.
+/// The norm is that of the vibration energy, `sum_i (omega_i^2 q_i^2 + q_i'^2) + sum_j w_j^2`. Lyapunov
+/// exponents do not depend on the norm, but rounding errors do.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
-    /// Factor of each component.
+    /// Weight of each component.
     scale: Vec<f64>,
     width: usize,
-    /// The vectors scaled, one after another.
+    /// The scaled vectors, one after another.
     columns: Vec<f64>,
-    /// The orthonormal vectors of the start.
+    /// The initial orthonormal vectors.
     first: Vec<f64>,
-    /// Logarithm of the growth of each vector since the last frame.
+    /// Logarithm of the growth of each vector over the last interval.
     logarithms: Vec<f64>,
-    /// Steps since the last frame.
+    /// Steps since the last orthonormalisation.
     steps: u32,
-    /// Steps from one frame to the next.
+    /// Steps between orthonormalisations.
     interval: u32,
 }
 
@@ -60,35 +59,35 @@ impl Frame {
         frame
     }
 
-    /// Writes the orthonormal vectors of the seed.
+    /// Writes the initial orthonormal vectors.
     pub fn start(&mut self, vectors: &mut [f64]) {
         vectors.copy_from_slice(&self.first);
         self.steps = 0;
         self.interval = 1;
     }
 
-    /// The natural logarithm of each vector's growth up to the last frame, from the one before it;
-    /// minus infinity for a direction that has collapsed.
+    /// Natural logarithm of the growth of each vector over the last interval; minus infinity for a
+    /// collapsed direction.
     pub fn logarithms(&self) -> &[f64] {
         &self.logarithms
     }
 
-    /// Counts a step; whether it is time for a new frame.
+    /// Counts a step and returns whether orthonormalisation is due.
     pub fn is_due(&mut self) -> bool {
         self.steps += 1;
         self.steps >= self.interval
     }
 
-    /// Makes a new frame due at the next step: a jump may have pressed the vectors together.
-    pub fn hasten(&mut self) {
+    /// Makes orthonormalisation due at the next step, because a jump may have aligned the vectors.
+    pub fn require_next(&mut self) {
         self.steps = self.interval;
     }
 
-    /// Makes the vectors orthonormal by the method of Gram and Schmidt (modified, done twice), and
-    /// chooses the number of steps to the next frame.
+    /// Orthonormalises the vectors by the modified Gram–Schmidt method, applied twice, and sets the
+    /// interval to the next orthonormalisation.
     ///
-    /// A vector of which only rounding errors are left is a direction that has collapsed. Its growth
-    /// is minus infinity, and a fresh vector takes its place.
+    /// A vector that consists of rounding errors only is a collapsed direction. Its growth is minus
+    /// infinity, and it is replaced by a new vector.
     pub fn orthonormalise(&mut self, vectors: &mut [f64]) {
         let (n, width) = (self.scale.len(), self.width);
         let rounding = 16.0 * n as f64 * f64::EPSILON;
@@ -119,20 +118,20 @@ impl Frame {
         self.choose_interval();
     }
 
-    /// So many steps that the vectors grow apart by about [`TARGET`], at their last rate.
+    /// Sets the interval so that the vectors separate by about [`TARGET_LOG_RATIO`] at their last rate.
     fn choose_interval(&mut self) {
         let finite = self.logarithms.iter().copied().filter(|x| x.is_finite());
         let low = finite.clone().fold(0.0, f64::min);
         let high = finite.fold(0.0, f64::max);
         let apart = (high - low) / f64::from(self.steps.max(1));
-        let wanted = (TARGET / apart).min(f64::from(MOST_STEPS)) as u32;
+        let wanted = (TARGET_LOG_RATIO / apart).min(f64::from(MAX_INTERVAL)) as u32;
         self.interval = wanted.clamp(1, 2 * self.interval);
         self.steps = 0;
     }
 }
 
-/// Takes from `column` its parts along the orthonormal vectors `done`. Twice is enough: the second
-/// pass removes what rounding left of the first.
+/// Removes the components of `column` along the orthonormal vectors `done`. The second pass removes the
+/// rounding error of the first.
 fn make_orthogonal(column: &mut [f64], done: &[f64]) {
     for _ in 0..2 {
         for other in done.chunks_exact(column.len()) {
@@ -144,14 +143,15 @@ fn make_orthogonal(column: &mut [f64], done: &[f64]) {
     }
 }
 
-/// Puts a unit vector orthogonal to the orthonormal vectors `done` into `column`: what is left of
-/// the axis that they cover least.
+/// Writes a unit vector orthogonal to the orthonormal vectors `done` to `column`: the orthogonal part of
+/// the axis with the smallest component along them.
 fn replace(column: &mut [f64], done: &[f64]) {
     let n = column.len();
-    let covered = |axis: usize| -> f64 { done.iter().skip(axis).step_by(n).map(|x| x * x).sum() };
+    let projection =
+        |axis: usize| -> f64 { done.iter().skip(axis).step_by(n).map(|x| x * x).sum() };
     let mut least = 0;
     for axis in 1..n {
-        if covered(axis) < covered(least) {
+        if projection(axis) < projection(least) {
             least = axis;
         }
     }

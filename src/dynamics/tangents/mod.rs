@@ -1,50 +1,49 @@
-//! Eq. (20) to (22): the tangent flow, taken along with the state.
+//! Eq. (20) to (22): propagation of tangent vectors with the state.
 //!
-//! The vectors are followed only after the step has been accepted: with an explicit method through the
-//! very stages that the state has gone through, with an implicit one by a method of their own along
-//! the dense output of the step.
+//! Tangent vectors are propagated after a step is accepted. An explicit method uses the stages of the
+//! state; an implicit method uses a separate method along the dense output of the step.
 
-mod bundle;
+mod block;
 mod frame;
 mod saltation;
 
 use super::stepper::Stepper;
-use super::{DynamicsError, Switching, System, Tally, lyapunov::Growth};
-pub(super) use bundle::Bundle;
+use super::{DynamicsError, SolverStats, Switching, System, lyapunov::Growth};
+pub(super) use block::TangentBlock;
 use frame::Frame;
 pub(super) use saltation::{Crossing, Saltation};
 
-/// Tangent vectors, and what becomes of them.
+/// Tangent vectors with orthonormalisation and growth statistics.
 #[derive(Clone, Debug)]
 pub(super) struct Tangents {
-    pub bundle: Bundle,
-    /// The measure of lengths, and the orthonormalisation.
+    pub block: TangentBlock,
+    /// Norm and orthonormalisation.
     frame: Frame,
-    /// What becomes of the vectors from step to step.
-    upkeep: Upkeep,
-    /// How the vectors have grown.
+    /// Treatment of the vectors between steps.
+    orthonormalisation: Orthonormalisation,
+    /// Accumulated growth.
     growth: Growth,
-    /// Whether the state has moved in any step since growth is counted.
+    /// Whether the state has changed in any step since the last reset of the growth.
     moved: bool,
-    /// The correction at events.
+    /// Correction at events.
     pub saltation: Saltation,
 }
 
-/// What becomes of tangent vectors from step to step.
+/// Treatment of tangent vectors between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Upkeep {
-    /// They are made orthonormal where they have grown apart, and their growth is kept.
-    Orthonormal,
-    /// They are left as the flow makes them.
-    None,
+enum Orthonormalisation {
+    /// Vectors are orthonormalised when needed, and their growth is accumulated.
+    On,
+    /// Vectors are not modified.
+    Off,
 }
 
 impl Tangents {
-    /// So many vectors for a system, for a method with so many slopes a step.
+    /// `width` vectors for a system, for a method with `stages` slopes per step.
     pub fn new<Y: System + ?Sized>(sys: &Y, width: usize, seed: u64, stages: usize) -> Self {
         let numbers = sys.tangent_dim() * width;
         let mut tangents = Self {
-            bundle: Bundle {
+            block: TangentBlock {
                 width,
                 start: vec![0.0; numbers],
                 end: vec![0.0; numbers],
@@ -52,7 +51,7 @@ impl Tangents {
                 slopes: vec![0.0; stages * numbers],
             },
             frame: Frame::new(sys, width, seed),
-            upkeep: Upkeep::Orthonormal,
+            orthonormalisation: Orthonormalisation::On,
             growth: Growth::new(width),
             moved: false,
             saltation: Saltation::new(sys, width),
@@ -61,43 +60,43 @@ impl Tangents {
         tangents
     }
 
-    /// Starts at time `t` (s) with the orthonormal vectors of the seed.
+    /// Restarts at time `t` (s) with the orthonormal vectors of the seed.
     pub fn restart(&mut self, t: f64) {
-        self.frame.start(&mut self.bundle.end);
-        self.bundle.start.copy_from_slice(&self.bundle.end);
-        self.upkeep = Upkeep::Orthonormal;
+        self.frame.start(&mut self.block.end);
+        self.block.start.copy_from_slice(&self.block.end);
+        self.orthonormalisation = Orthonormalisation::On;
         self.growth.clear(t);
         self.moved = false;
     }
 
-    /// Goes on with these vectors, and leaves them to the flow.
+    /// Replaces the vectors and disables orthonormalisation.
     pub fn replace(&mut self, vectors: &[f64]) {
-        self.bundle.end.copy_from_slice(vectors);
-        self.bundle.start.copy_from_slice(vectors);
-        self.upkeep = Upkeep::None;
+        self.block.end.copy_from_slice(vectors);
+        self.block.start.copy_from_slice(vectors);
+        self.orthonormalisation = Orthonormalisation::Off;
     }
 
-    /// Lets the next step, from time `t` (s) on, start where the last one ended, with the vectors
-    /// made orthonormal where it is due.
+    /// Moves the start of the next step to the end of the last one, at time `t` (s), and orthonormalises
+    /// the vectors if due.
     ///
     /// # Errors
     /// [`DynamicsError::Tangent`] for a vector that is not finite.
-    pub fn follow(&mut self, t: f64) -> Result<(), DynamicsError> {
-        if self.upkeep == Upkeep::Orthonormal && self.frame.is_due() {
-            self.renew(t)?;
+    pub fn begin_step(&mut self, t: f64) -> Result<(), DynamicsError> {
+        if self.orthonormalisation == Orthonormalisation::On && self.frame.is_due() {
+            self.orthonormalise(t)?;
         }
-        self.bundle.start.copy_from_slice(&self.bundle.end);
+        self.block.start.copy_from_slice(&self.block.end);
         Ok(())
     }
 
-    /// Makes the vectors orthonormal, and keeps their growth up to time `t` (s).
-    fn renew(&mut self, t: f64) -> Result<(), DynamicsError> {
+    /// Orthonormalises the vectors and accumulates their growth up to time `t` (s).
+    fn orthonormalise(&mut self, t: f64) -> Result<(), DynamicsError> {
         if t <= self.growth.last() {
             return Ok(());
         }
-        self.frame.orthonormalise(&mut self.bundle.end);
+        self.frame.orthonormalise(&mut self.block.end);
         let logarithms = self.frame.logarithms();
-        // A collapsed direction is minus infinity, an overflow is not.
+        // A collapsed direction gives minus infinity; only plus infinity and NaN are errors.
         if let Some(vector) = logarithms
             .iter()
             .position(|x| x.is_nan() || *x == f64::INFINITY)
@@ -108,78 +107,77 @@ impl Tangents {
         Ok(())
     }
 
-    /// Forgets the growth up to time `t` (s), but not the directions.
+    /// Discards the growth up to time `t` (s) but keeps the directions.
     pub fn forget(&mut self, t: f64) {
-        if self.upkeep == Upkeep::Orthonormal {
-            self.frame.orthonormalise(&mut self.bundle.end);
+        if self.orthonormalisation == Orthonormalisation::On {
+            self.frame.orthonormalise(&mut self.block.end);
         }
         self.growth.clear(t);
         self.moved = false;
     }
 
-    /// Whether the state has moved in any step since growth is counted, by as little as a bit.
+    /// Whether any bit of the state has changed since the last reset of the growth.
     pub fn moved(&self) -> bool {
         self.moved
     }
 
-    /// Holds fixed in the vectors what a status held in the last step holds fixed in the state. At
-    /// each step, since a new frame may have put any vectors in the place of those that vanished.
-    pub fn settle_into(&mut self, switching: &dyn Switching, status: &[u8]) {
-        switching.settle_tangents(status, &mut self.bundle.end, self.bundle.width);
+    /// Projects the vectors onto the constraint of the frozen status. This is repeated at each step,
+    /// because orthonormalisation replaces collapsed vectors by arbitrary ones.
+    pub fn project(&mut self, switching: &dyn Switching, status: &[u8]) {
+        switching.settle_tangents(status, &mut self.block.end, self.block.width);
     }
 
-    /// The growth up to time `t` (s); `None` where vectors are left to the flow.
+    /// The growth up to time `t` (s); `None` for user-supplied vectors.
     pub fn growth(&self, t: f64) -> Option<Growth> {
-        (self.upkeep == Upkeep::Orthonormal).then(|| {
+        (self.orthonormalisation == Orthonormalisation::On).then(|| {
             let mut now = self.clone();
-            // Vectors that are not finite end the next step; up to the last frame all is well.
-            match now.renew(t) {
+            // Non-finite vectors make the next step fail; the growth up to the last frame is valid.
+            match now.orthonormalise(t) {
                 Ok(()) => now.growth,
                 Err(_) => self.growth.clone(),
             }
         })
     }
 
-    /// Components of a vector: how many exponents there are in all.
+    /// Length of a vector, which is the total number of exponents.
     pub fn dimension(&self) -> usize {
-        self.bundle.end.len() / self.bundle.width
+        self.block.end.len() / self.block.width
     }
 
-    /// Takes the last step back, to its start at time `t` (s).
-    pub fn rewind(&mut self, t: f64) {
-        self.bundle.end.copy_from_slice(&self.bundle.start);
+    /// Reverts the last step to its start at time `t` (s).
+    pub fn reject_step(&mut self, t: f64) {
+        self.block.end.copy_from_slice(&self.block.start);
         if self.growth.last() > t {
-            // The growth was forgotten within the step.
+            // The growth was reset within the step.
             self.forget(t);
         }
     }
 
-    /// Guards that have fallen are about to be crossed, and the flow may jump: the vectors are made
-    /// orthonormal before the next step.
-    pub fn jump_begins(&mut self, falling: &[usize]) {
+    /// Prepares for crossing the guards in `falling`. The flow may jump there, so the vectors are
+    /// orthonormalised before the next step.
+    pub fn begin_event(&mut self, falling: &[usize]) {
         self.saltation.begin(falling);
-        self.frame.hasten();
+        self.frame.require_next();
     }
 
-    /// Eq. (21): `delta z(t) = Phi_t delta z_0`, along the step that the stepper has just taken, up to
-    /// where it ends or was cut.
+    /// Eq. (21): `delta z(t) = Phi_t delta z_0`, over the last step up to its end, shortened or not.
     ///
-    /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the equation that each of the vectors obeys.
+    /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the variational equation of each vector.
     pub fn advance<Y: System + ?Sized, M: Stepper>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
         stepper: &mut M,
-        tally: &mut Tally,
+        stats: &mut SolverStats,
     ) {
-        // Quadratures, which come last, say nothing of the motion.
+        // Quadratures, which come last, do not count as motion.
         let n = self.dimension();
         let step = stepper.step();
         self.moved = self.moved || step.start[..n] != step.end[..n];
-        if stepper.rule().is_stiff {
-            // What is stiff presses the vectors together within one step.
-            self.frame.hasten();
+        if stepper.traits().is_stiff {
+            // A stiff step can align the vectors within one step.
+            self.frame.require_next();
         }
-        stepper.carry(sys, status, &mut self.bundle, tally);
+        stepper.propagate_tangents(sys, status, &mut self.block, stats);
     }
 }

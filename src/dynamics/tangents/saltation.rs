@@ -1,19 +1,20 @@
-//! Eq. (15) and (16): how tangent vectors pass an event.
+//! Eq. (15) and (16): the saltation correction of tangent vectors at an event.
 
 use crate::dynamics::system::add_linear;
 use crate::dynamics::{Switching, System};
 
-/// Workspace of the correction at an event.
+/// Workspace of the saltation correction.
 ///
-/// Guards of one event are crossed one after another. Those that fell through zero have delays of
-/// their own; a guard that is found negative only because another one has been crossed is passed in
-/// the same instant by the neighbours, too, with the delays of that other one.
+/// The guards of one event are crossed one after another. Each guard that falls through zero defines its
+/// own delays between the reference and the perturbed crossing. A guard that is negative only because
+/// another one was crossed is crossed at the same instant on perturbed trajectories, with the delays of
+/// that other guard.
 ///
-/// Where a guard does not fall at all under the law before (it was touched within rounding), the
-/// flow has no derivative: neighbours on one side meet the guard, those on the other pass by. The
-/// vectors are then left as they are, as for those that pass by. Such an instant has probability
-/// zero in a motion, and adds nothing to an exponent; nearly grazing ones are frequent, stretch the
-/// vectors as `1 / fall`, and are taken as they are.
+/// If a guard does not decrease under the law before the event (grazing within rounding), the flow has
+/// no derivative there: trajectories on one side cross the guard, those on the other do not. The vectors
+/// are then left unchanged, as for a trajectory that does not cross. Such an instant has probability
+/// zero and does not contribute to an exponent. Nearly grazing crossings are frequent, stretch the
+/// vectors as `1 / rate` of the guard, and are treated as regular crossings.
 #[derive(Clone, Debug)]
 pub(in crate::dynamics) struct Saltation {
     before: Vec<f64>,
@@ -21,25 +22,27 @@ pub(in crate::dynamics) struct Saltation {
     slope_after: Vec<f64>,
     gradient: Vec<f64>,
     status: Vec<u8>,
-    /// Guards of the event that fell through zero and are yet to be crossed.
+    /// Guards of the event that fell through zero and are not yet crossed.
     falling: Vec<usize>,
-    /// How much later each neighbour meets the guard, s.
+    /// Delay of the crossing for each tangent vector, s.
     delays: Vec<f64>,
-    /// How the guard changes in time, `dh/dz . F + dh/dt`, before it is crossed, 1/s.
-    fall: f64,
+    /// Rate of the guard along the flow, `dh/dz . F + dh/dt`, before the crossing, 1/s.
+    guard_rate: f64,
 }
 
-/// A guard that falls through zero at a time, s.
+/// A guard that falls through zero.
 #[derive(Clone, Copy)]
 pub struct Crossing<'a> {
-    /// The system of the guard.
+    /// The system to which the guard belongs.
     pub switching: &'a dyn Switching,
+    /// Index of the guard.
     pub guard: usize,
+    /// Time, s.
     pub t: f64,
 }
 
 impl Saltation {
-    /// For so many vectors, `width`.
+    /// Workspace for `width` vectors.
     pub fn new<Y: System + ?Sized>(sys: &Y, width: usize) -> Self {
         let zeros = vec![0.0; sys.dim()];
         let (guards, status) = sys.switching().map_or((0, 0), |switching| {
@@ -53,18 +56,18 @@ impl Saltation {
             status: Vec::with_capacity(status),
             falling: Vec::with_capacity(guards),
             delays: vec![0.0; width],
-            fall: 0.0,
+            guard_rate: 0.0,
         }
     }
 
-    /// Takes note of the guards that fell through zero at an event.
+    /// Stores the guards that fell through zero at an event.
     pub fn begin(&mut self, falling: &[usize]) {
         self.falling.clear();
         self.falling.extend_from_slice(falling);
         self.delays.fill(0.0);
     }
 
-    /// Takes note of what the correction needs from before a guard is crossed.
+    /// Stores the data before a crossing that the correction needs.
     pub fn before<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -83,15 +86,17 @@ impl Saltation {
         self.gradient.fill(0.0);
         let rate = switching.guard_gradient(status, guard, t, z, &mut self.gradient);
         let falls = self.gradient.iter().zip(&self.slope_before);
-        self.fall = rate + falls.map(|(h, f)| h * f).sum::<f64>();
+        self.guard_rate = rate + falls.map(|(h, f)| h * f).sum::<f64>();
     }
 
-    /// Eq. (15): the neighbour meets the guard later by
-    /// `delta t = -(dh/dz . delta z) / (dh/dz . F_before + dh/dt)`.
+    /// Eq. (15): delay of the perturbed crossing, `delta t = -(dh/dz . delta z) / (dh/dz . F_before +
+    /// dh/dt)`.
     ///
-    /// Eq. (16): past it, `delta z+ = dg/dz . delta z- + (dg/dz . F_before + dg/dt - F_after) delta t`.
+    /// Eq. (16): after the crossing, `delta z+ = dg/dz . delta z- + (dg/dz . F_before + dg/dt - F_after)
+    /// delta t`.
     ///
-    /// `status` and `z` are those after the crossing; `vectors` are `width` side by side.
+    /// `status` and `z` are those after the crossing; `vectors` holds `width` vectors, stored component
+    /// by component.
     pub fn after<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
@@ -108,12 +113,12 @@ impl Saltation {
         if let Some(place) = self.falling.iter().position(|&g| g == guard) {
             self.falling.swap_remove(place);
             self.delays.fill(0.0);
-            if self.fall >= 0.0 {
+            if self.guard_rate >= 0.0 {
                 return;
             }
             for (gradient, row) in self.gradient[..n].iter().zip(vectors.chunks_exact(width)) {
                 for (delay, x) in self.delays.iter_mut().zip(row) {
-                    *delay -= gradient * x / self.fall;
+                    *delay -= gradient * x / self.guard_rate;
                 }
             }
         }
@@ -132,7 +137,7 @@ impl Saltation {
     }
 }
 
-/// `dz/dt` with a status held.
+/// `dz/dt` for a frozen status.
 fn rhs_in<Y: System + ?Sized>(
     sys: &Y,
     switching: &dyn Switching,

@@ -1,13 +1,13 @@
-//! Switching between explicit and implicit steps.
+//! Automatic switching between explicit and implicit steps.
 
 use super::reference::extrapolated;
-use super::systems::{Duffing, differenced};
+use super::systems::{Duffing, by_differences};
 use super::*;
 use crate::dynamics::Differentiable;
 
-/// A mass on a spring and on a moving belt, whose friction is smooth: it creeps where it sticks.
+/// A mass on a spring and a moving belt with regularised friction: it creeps instead of sticking.
 struct Creeper {
-    /// Slip speed at which friction is nearly full, m/s.
+    /// Sliding speed at which friction is nearly fully developed, m/s.
     creep: f64,
 }
 
@@ -33,7 +33,7 @@ impl System for Creeper {
     }
 }
 
-differenced!(Creeper);
+by_differences!(Creeper);
 
 const START: [f64; 2] = [0.0, BELT];
 
@@ -43,10 +43,10 @@ fn methods() -> [Method; 3] {
 }
 
 #[test]
-fn it_goes_implicit_where_the_mass_sticks_and_comes_back() {
+fn implicit_steps_while_the_mass_sticks_explicit_steps_otherwise() {
     let creeper = Creeper { creep: 1e-4 };
     let [lawson, _, auto] = methods();
-    let explicit = run(lawson, &creeper, &START, 60.0).tally();
+    let explicit = run(lawson, &creeper, &START, 60.0).stats();
     let mut motion = run(auto, &creeper, &START, 0.0);
     let (mut stuck, mut slipping) = ([0_u32; 2], [0_u32; 2]);
     let mut z = [0.0; 2];
@@ -61,17 +61,17 @@ fn it_goes_implicit_where_the_mass_sticks_and_comes_back() {
             slipping[implicit] += 1;
         }
     }
-    let tally = motion.tally();
+    let stats = motion.stats();
     assert!(stuck[1] > 5 * stuck[0], "{stuck:?}");
     assert!(slipping[0] > 5 * slipping[1], "{slipping:?}");
-    assert!(tally.switches >= 8, "{tally:?}");
-    // A Jacobian with its factors is counted as ten calls here.
-    let cost = tally.calls + 10 * tally.jacobians;
-    assert!(5 * cost < explicit.calls, "{tally:?} {explicit:?}");
+    assert!(stats.switches >= 8, "{stats:?}");
+    // A Jacobian with its factorisation counts as ten evaluations.
+    let cost = stats.rhs_evals + 10 * stats.jacobians;
+    assert!(5 * cost < explicit.rhs_evals, "{stats:?} {explicit:?}");
 }
 
 #[test]
-fn all_three_come_to_the_same() {
+fn explicit_implicit_and_automatic_steps_agree() {
     let creeper = Creeper { creep: 1e-3 };
     let exact = extrapolated(&creeper, &START, 20.0, 20_000);
     for method in methods() {
@@ -81,46 +81,49 @@ fn all_three_come_to_the_same() {
 }
 
 #[test]
-fn where_nothing_is_stiff_it_is_the_explicit_method() {
+fn without_stiffness_all_steps_are_explicit() {
     let [lawson, _, auto] = methods();
     let (lawson, auto) = (
         run(lawson, &Duffing, &Duffing::START, 100.0),
         run(auto, &Duffing, &Duffing::START, 100.0),
     );
     assert_eq!(
-        (lawson.state(), lawson.tally()),
-        (auto.state(), auto.tally())
+        (lawson.state(), lawson.stats()),
+        (auto.state(), auto.stats())
     );
 }
 
 #[test]
-fn a_neighbour_takes_the_same_kind_of_steps() {
+fn a_perturbed_trajectory_takes_the_same_method_at_each_step() {
     let creeper = Creeper { creep: 1e-3 };
     let [.., auto] = methods();
     let mut motion = run(auto, &creeper, &START, 5.0);
-    let there = motion.state().to_vec();
-    motion.add_neighbour(&creeper, &there).unwrap();
+    let initial = motion.state().to_vec();
+    motion.add_perturbed(&creeper, &initial).unwrap();
     let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
     for k in 1..=2000 {
         let t = 5.0 + 0.02 * f64::from(k);
         motion.sample(&creeper, t, &mut first).unwrap();
-        motion.sample_neighbour(&creeper, t, &mut second).unwrap();
-        assert_eq!(first, second, "the same start, the same steps: at {t}");
+        motion.sample_perturbed(&creeper, t, &mut second).unwrap();
+        assert_eq!(
+            first, second,
+            "identical initial states must stay identical, at {t}"
+        );
     }
-    assert!(motion.tally().switches > 4, "{:?}", motion.tally());
+    assert!(motion.stats().switches > 4, "{:?}", motion.stats());
 }
 
 #[test]
-fn exponents_go_through_the_switches() {
-    // Strongly attracting: one exponent zero (the phase of the cycle), the other far below.
+fn exponents_are_correct_across_method_switches() {
+    // Strongly attracting limit cycle: one zero exponent (the phase), the other strongly negative.
     let creeper = Creeper { creep: 1e-3 };
     for method in methods() {
         let motion = Integrator::new(method, &creeper).unwrap();
         let mut motion = motion.with_tangents(&creeper, 2, 1).unwrap();
         motion.start(&creeper, 0.0, &START).unwrap();
-        motion.land(&creeper, 50.0).unwrap();
-        motion.forget_growth();
-        motion.land(&creeper, 550.0).unwrap();
+        motion.integrate_to(&creeper, 50.0).unwrap();
+        motion.reset_growth();
+        motion.integrate_to(&creeper, 550.0).unwrap();
         let spectrum = motion.exponents().unwrap();
         let [first, second] = [0, 1].map(|k| spectrum.exponents[k].value);
         assert!(first.abs() < 0.02, "{method:?}: {spectrum:?}");

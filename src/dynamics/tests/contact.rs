@@ -1,4 +1,4 @@
-//! Kinked forces: springs that open and close.
+//! Forces with kinks: unilateral springs.
 
 use super::reference::unilateral;
 use super::systems::Unilateral;
@@ -7,7 +7,7 @@ use super::*;
 const END: f64 = 30.0;
 
 #[test]
-fn the_springs_do_open_and_close() {
+fn all_springs_open_and_close_repeatedly() {
     let mut integrator = run(
         all_methods(1e-8, 0.1, 1e-3)[0],
         &Unilateral,
@@ -39,7 +39,7 @@ fn all_methods_converge_to_the_event_located_reference() {
             let integrator = run(method, &Unilateral, &Unilateral::START, END);
             let error = distance(&integrator.state()[..6], &exact);
             let eighth = METHODS[k].order > 5.0;
-            // Steps so long go over a short contact that no stage has seen.
+            // The steps are so long that they can miss a short contact between two stages.
             let allowed = if eighth {
                 300.0 * relative + 1e-6
             } else {
@@ -61,7 +61,7 @@ fn all_methods_converge_to_the_event_located_reference() {
 }
 
 #[test]
-fn the_work_of_the_springs_is_the_energy_gained() {
+fn the_work_of_the_springs_equals_the_energy_change() {
     let energy = |z: &[f64]| -> f64 {
         (0..3)
             .map(|i| 0.5 * (z[3 + i].powi(2) + (Unilateral::OMEGA[i] * z[i]).powi(2)))
@@ -80,7 +80,7 @@ fn the_work_of_the_springs_is_the_energy_gained() {
 }
 
 #[test]
-fn samples_have_the_accuracy_of_the_steps() {
+fn samples_are_as_accurate_as_step_ends() {
     for method in all_methods(1e-9, 0.5, 1e-4) {
         let mut integrator = run(method, &Unilateral, &Unilateral::START, 0.0);
         let mut z = [0.0; 7];
@@ -94,10 +94,10 @@ fn samples_have_the_accuracy_of_the_steps() {
 }
 
 #[test]
-fn dry_friction_jumps_are_stepped_through() {
-    // q'' + q = -F sign(q'): each half cycle shortens the swing by 2 F, exactly.
+fn jumps_of_dry_friction_are_integrated_without_event_location() {
+    // q'' + q = -F sign(q'): each half cycle reduces the amplitude by exactly 2 F.
     let friction = 0.03;
-    let dry = systems::Forced {
+    let dry_friction = systems::Forced {
         omega: [1.0],
         force: |_, _, v: f64| {
             if v == 0.0 {
@@ -108,15 +108,20 @@ fn dry_friction_jumps_are_stepped_through() {
         },
     };
     for method in &adaptive_methods(1e-8, 0.5) {
-        let integrator = run(*method, &dry, &[1.0, 0.0], 10.0 * std::f64::consts::PI);
+        let integrator = run(
+            *method,
+            &dry_friction,
+            &[1.0, 0.0],
+            10.0 * std::f64::consts::PI,
+        );
         assert!(
             distance(integrator.state(), &[1.0 - 20.0 * friction, 0.0]) < 1e-6,
             "{:?}",
             integrator.state()
         );
         assert!(
-            integrator.tally().rejections > 30,
-            "a jump must cost rejections"
+            integrator.stats().rejections > 30,
+            "jumps must cause rejected steps"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Exponents of systems whose exponents are known.
+//! Lyapunov exponents of systems with known exponents.
 
 use std::f64::consts::PI;
 
@@ -8,16 +8,16 @@ use crate::dynamics::{
 };
 use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
 
-/// Where the steps end.
+/// Treatment of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Steps {
-    /// Wherever they do.
+    /// No event location.
     Free,
-    /// At events.
+    /// Event location.
     ToEvents,
 }
 
-/// All exponents by the growth from time `from` to time `to`.
+/// All exponents from the growth between the times `from` and `to`.
 fn spectrum<Y: System>(
     method: Method,
     steps: Steps,
@@ -31,20 +31,20 @@ fn spectrum<Y: System>(
     }
     integrator = integrator.with_tangents(sys, sys.tangent_dim(), 1).unwrap();
     integrator.start(sys, 0.0, z0).unwrap();
-    integrator.land(sys, from).unwrap();
-    integrator.forget_growth();
-    integrator.land(sys, to).unwrap();
+    integrator.integrate_to(sys, from).unwrap();
+    integrator.reset_growth();
+    integrator.integrate_to(sys, to).unwrap();
     let spectrum = integrator.exponents().unwrap();
     assert!((spectrum.time - (to - from)).abs() < 1e-9);
     spectrum
 }
 
-/// Whether an interval, made `times` as wide, holds a value: with 1.5, that of 99 in 100.
-fn holds(exponent: &Exponent, value: f64, times: f64) -> bool {
-    (exponent.value - value).abs() <= times * exponent.half_width
+/// Whether an interval scaled by `factor` contains a value; 1.5 gives 99 % confidence.
+fn contains(exponent: &Exponent, value: f64, factor: f64) -> bool {
+    (exponent.value - value).abs() <= factor * exponent.half_width
 }
 
-/// Two oscillators, one damped, one excited, and nothing else.
+/// Two linear oscillators, one damped and one with negative damping.
 struct Linear;
 
 impl System for Linear {
@@ -76,7 +76,7 @@ impl Differentiable for Linear {
 }
 
 #[test]
-fn a_linear_flow_has_its_own_rates() {
+fn the_exponents_of_a_linear_system_are_its_decay_rates() {
     let free = Linear;
     let z0 = [1.0, 0.0, 0.0, 1.0];
     let span = (0.0, 400.0 * PI);
@@ -84,14 +84,14 @@ fn a_linear_flow_has_its_own_rates() {
         let spectrum = spectrum(method, Steps::Free, &free, &z0, span);
         let expected = [0.03, 0.03, -0.02, -0.02];
         for (found, rate) in spectrum.exponents.iter().zip(expected) {
-            // Over whole periods only what the vectors' first direction adds is left.
+            // Over whole periods only the contribution of the initial directions remains.
             assert!(
                 (found.value - rate).abs() < spectrum.resolution,
                 "{method:?} {spectrum:?}"
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        let rounding = if matches!(method, Method::Rk4 { .. } | Method::Rodas5p { .. }) {
+        let rounding = if matches!(method, Method::Rk4 { .. } | Method::Rodas5P { .. }) {
             1e-6
         } else {
             1e-9
@@ -102,7 +102,7 @@ fn a_linear_flow_has_its_own_rates() {
 
 /// J. C. Sprott, Chaos and Time-Series Analysis (2003): 0.9056, 0, -14.572; the sum is exact.
 #[test]
-fn the_exponents_of_lorenz() {
+fn lorenz_exponents_agree_with_published_values() {
     let lorenz = Lorenz::CLASSICAL;
     for method in all_methods(1e-9, 0.1, 0.002) {
         let spectrum = spectrum(
@@ -114,12 +114,12 @@ fn the_exponents_of_lorenz() {
         );
         for (k, value) in [0.9056, 0.0, -14.5723].into_iter().enumerate() {
             assert!(
-                holds(&spectrum.exponents[k], value, 1.5),
+                contains(&spectrum.exponents[k], value, 1.5),
                 "{method:?} {spectrum:?}"
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        let implicit = matches!(method, Method::Rodas5p { .. });
+        let implicit = matches!(method, Method::Rodas5P { .. });
         let allowed = if implicit { 1e-4 } else { 1e-6 };
         assert!((sum + 41.0 / 3.0).abs() < allowed, "{method:?}: {sum}");
         assert_eq!(
@@ -129,7 +129,7 @@ fn the_exponents_of_lorenz() {
         );
         assert_eq!(spectrum.count(Sign::Zero), 1);
         assert!(
-            holds(&spectrum.kaplan_yorke().unwrap(), 2.0621, 1.5),
+            contains(&spectrum.kaplan_yorke().unwrap(), 2.0621, 1.5),
             "{spectrum:?}"
         );
     }
@@ -137,7 +137,7 @@ fn the_exponents_of_lorenz() {
 
 /// J. C. Sprott, Chaos and Time-Series Analysis (2003): 0.0714, 0, -5.394.
 #[test]
-fn the_exponents_of_roessler() {
+fn roessler_exponents_agree_with_published_values() {
     let method = all_methods(1e-8, 1.0, 0.01)[1];
     let roessler = Roessler::CLASSICAL;
     let spectrum = spectrum(
@@ -148,15 +148,15 @@ fn the_exponents_of_roessler() {
         (200.0, 6200.0),
     );
     for (k, value) in [0.0714, 0.0, -5.394].into_iter().enumerate() {
-        assert!(holds(&spectrum.exponents[k], value, 1.5), "{spectrum:?}");
+        assert!(contains(&spectrum.exponents[k], value, 1.5), "{spectrum:?}");
     }
     assert_eq!(spectrum.attractor(), Attractor::Chaos, "{spectrum:?}");
 }
 
-/// The flow of Henon and Heiles is symplectic, so that its exponents are pairs of opposite sign; at
-/// any time, once the frame has turned to its directions.
+/// The Hénon–Heiles flow is symplectic. Its exponents form pairs of opposite sign at all times after the
+/// frame has converged to its directions.
 #[test]
-fn the_exponents_of_henon_and_heiles_are_pairs() {
+fn henon_heiles_exponents_form_pairs() {
     let z0 = [0.0, -0.25, 0.42081, 0.0];
     for method in &adaptive_methods(1e-11, 0.5) {
         let spectrum = spectrum(*method, Steps::Free, &HenonHeiles, &z0, (1000.0, 3000.0));
@@ -167,9 +167,9 @@ fn the_exponents_of_henon_and_heiles_are_pairs() {
     }
 }
 
-/// Every impact takes the area of the tangent plane times `r^2`, and damping the rest.
+/// Each impact multiplies the area in the tangent plane by `r^2`; damping contributes the rest.
 #[test]
-fn impacts_and_damping_make_the_sum_of_the_exponents() {
+fn the_sum_of_exponents_follows_from_impacts_and_damping() {
     for damping in [0.0, 0.03] {
         let sys = ImpactOscillator {
             omega: 1.0,
@@ -185,8 +185,8 @@ fn impacts_and_damping_make_the_sum_of_the_exponents() {
                 .and_then(|new| new.with_tangents(&sys, 2, 1))
                 .unwrap();
             integrator.start(&sys, 0.0, &[0.5, 0.0]).unwrap();
-            integrator.land(&sys, 50.0).unwrap();
-            integrator.forget_growth();
+            integrator.integrate_to(&sys, 50.0).unwrap();
+            integrator.reset_growth();
             let mut impacts = 0;
             while integrator.time() < 550.0 {
                 impacts += integrator.next_event(&sys, 550.0).unwrap().len();
@@ -203,9 +203,9 @@ fn impacts_and_damping_make_the_sum_of_the_exponents() {
     }
 }
 
-/// An elastic wall takes nothing.
+/// An elastic wall conserves the area.
 #[test]
-fn an_elastic_wall_conserves() {
+fn an_elastic_wall_conserves_area() {
     let sys = ImpactOscillator {
         omega: 1.0,
         damping: 0.0,
@@ -222,10 +222,11 @@ fn an_elastic_wall_conserves() {
     }
 }
 
-/// What a status holds it holds for neighbours, too, also where it is held from the start: on the
-/// wall nothing is left of them, on the belt only where along it they stick.
+/// The constraint of a status also applies to tangent vectors, including a status that holds from the
+/// start. On the wall all vectors collapse; on the belt only the neutral direction along the sticking
+/// states remains.
 #[test]
-fn what_is_held_from_the_start_has_no_growth_across() {
+fn constrained_directions_collapse_from_the_start() {
     let wall = ImpactOscillator {
         omega: 1.0,
         damping: 0.0,
@@ -249,38 +250,38 @@ fn what_is_held_from_the_start_has_no_growth_across() {
         let values: Vec<f64> = resting.exponents.iter().map(|e| e.value).collect();
         assert_eq!(values, [f64::NEG_INFINITY; 2], "{method:?}");
         assert_eq!(resting.kaplan_yorke().unwrap().value, 0.0);
-        let carried = spectrum(method, Steps::ToEvents, &belt, &[0.0, 0.2], (20.0, 120.0));
-        let values: Vec<f64> = carried.exponents.iter().map(|e| e.value).collect();
+        let sticking = spectrum(method, Steps::ToEvents, &belt, &[0.0, 0.2], (20.0, 120.0));
+        let values: Vec<f64> = sticking.exponents.iter().map(|e| e.value).collect();
         assert_eq!(values[1], f64::NEG_INFINITY, "{method:?}");
         assert!(values[0].abs() < 1e-12, "{method:?}: {values:?}");
     }
 }
 
-/// Exponents at a state that does not move tell of its stability, and of no attractor.
+/// The exponents of an equilibrium determine its stability, not an attractor.
 #[test]
-fn an_equilibrium_is_told_from_a_motion() {
+fn an_equilibrium_is_distinguished_from_a_motion() {
     let motion = |z0: &[f64]| {
         let method = all_methods(1e-9, 0.5, 0.01)[0];
         let mut integrator = Integrator::new(method, &Linear)
             .and_then(|new| new.with_tangents(&Linear, 4, 1))
             .unwrap();
         integrator.start(&Linear, 0.0, z0).unwrap();
-        integrator.land(&Linear, 10.0).unwrap();
-        integrator.forget_growth();
-        integrator.land(&Linear, 410.0).unwrap();
+        integrator.integrate_to(&Linear, 10.0).unwrap();
+        integrator.reset_growth();
+        integrator.integrate_to(&Linear, 410.0).unwrap();
         let spectrum = integrator.exponents().unwrap();
         let motion = integrator.motion(&Linear);
         (motion, spectrum.attractor_of(motion))
     };
     let unstable = Attractor::Equilibrium(Stability::Unstable);
     assert_eq!(motion(&[0.0; 4]), (Motion::Still, unstable));
-    // By as little as can be told.
+    // The smallest detectable motion.
     assert_eq!(motion(&[1e-300, 0.0, 0.0, 0.0]).0, Motion::Free);
 }
 
-/// An independent program's values.
+/// Reference values from an independent program.
 #[test]
-fn the_exponents_of_the_impact_oscillator() {
+fn impact_oscillator_exponents_agree_with_an_independent_program() {
     let sys = ImpactOscillator {
         omega: 1.0,
         damping: 0.0,
@@ -297,21 +298,27 @@ fn the_exponents_of_the_impact_oscillator() {
         &[0.5, 0.0],
         (500.0, 20_500.0),
     );
-    assert!(holds(&spectrum.exponents[0], 0.14245, 1.5), "{spectrum:?}");
-    assert!(holds(&spectrum.exponents[1], -0.35276, 1.5), "{spectrum:?}");
-    // The sum of the two is the rate of impacts.
+    assert!(
+        contains(&spectrum.exponents[0], 0.14245, 1.5),
+        "{spectrum:?}"
+    );
+    assert!(
+        contains(&spectrum.exponents[1], -0.35276, 1.5),
+        "{spectrum:?}"
+    );
+    // The sum of the exponents gives the impact rate.
     let [first, second] = [0, 1].map(|k| spectrum.exponents[k]);
     let per_impact = 2.0 * 0.8_f64.ln();
     let rate = Exponent {
         value: (first.value + second.value) / per_impact,
         half_width: (first.half_width + second.half_width) / per_impact.abs(),
     };
-    assert!(holds(&rate, 0.47125, 1.0), "{rate:?}");
+    assert!(contains(&rate, 0.47125, 1.0), "{rate:?}");
     assert_eq!(spectrum.attractor(), Attractor::Chaos);
 }
 
-/// Whatever starts in the stick-slip of the mass ends in it, in finite time: along the cycle the
-/// vector is neutral, across it nothing is left.
+/// All nearby states reach the stick-slip cycle in finite time: the vector along the cycle is neutral,
+/// the other one collapses.
 #[test]
 fn sticking_collapses_a_direction() {
     let sys = MassOnBelt {
@@ -335,7 +342,7 @@ fn sticking_collapses_a_direction() {
     }
 }
 
-/// So many oscillators of van der Pol, each with a frequency of its own.
+/// Uncoupled van der Pol oscillators with different frequencies.
 struct VanDerPol {
     omega: Vec<f64>,
 }
@@ -376,7 +383,7 @@ impl Differentiable for VanDerPol {
 }
 
 #[test]
-fn a_cycle_has_one_zero_and_a_torus_one_for_each_frequency() {
+fn a_cycle_has_one_zero_exponent_and_a_torus_one_per_frequency() {
     let frequencies = [1.0, 2.0_f64.sqrt(), 5.0_f64.sqrt()];
     for (modes, expected) in [
         (1, Attractor::Cycle),
@@ -388,11 +395,11 @@ fn a_cycle_has_one_zero_and_a_torus_one_for_each_frequency() {
         };
         let z0 = vec![1.0; 2 * modes];
         for method in all_methods(1e-8, 0.2, 0.02) {
-            // From 1000 periods of the slowest mode on, 6283.
+            // Just above the minimum of 1000 periods of the slowest mode (6283 s), and later.
             for time in [6300.0, 7777.0] {
                 let spectrum = spectrum(method, Steps::Free, &sys, &z0, (60.0, 60.0 + time));
                 assert_eq!(spectrum.attractor(), expected, "{method:?} {spectrum:?}");
-                assert_eq!(spectrum.count(Sign::Doubtful), 0);
+                assert_eq!(spectrum.count(Sign::Undetermined), 0);
                 assert_eq!(spectrum.kaplan_yorke().unwrap().value, modes as f64);
             }
             let early = spectrum(method, Steps::Free, &sys, &z0, (60.0, 1060.0));
@@ -402,12 +409,12 @@ fn a_cycle_has_one_zero_and_a_torus_one_for_each_frequency() {
     }
 }
 
-/// How often the 95 % interval of a short run holds the exponent: 100 runs of Lorenz over 200 time
-/// units. Measured: 100, 100 and 99 of them. They hold it more often than they need to, since fast
-/// growth there is soon followed by slow growth, which makes means better than independent ones.
+/// Coverage of the 95 % intervals in short runs: 100 runs of Lorenz over 200 time units. Measured: 100,
+/// 100 and 99 of 100. The coverage exceeds 95 % because fast growth is soon followed by slow growth,
+/// which makes the means more accurate than those of independent values. Run with
 /// `cargo test --release --lib coverage -- --ignored --nocapture`
 #[test]
-#[ignore = "a study of statistics; takes some seconds"]
+#[ignore = "statistical study; takes several seconds"]
 fn coverage_of_the_intervals_of_lorenz() {
     let method = all_methods(1e-6, 0.1, 0.002)[1];
     let mut inside = [0; 3];
@@ -415,7 +422,7 @@ fn coverage_of_the_intervals_of_lorenz() {
         let z0 = [1.0 + 0.01 * f64::from(k), -2.0, 17.0];
         let spectrum = spectrum(method, Steps::Free, &Lorenz::CLASSICAL, &z0, (20.0, 220.0));
         for (l, value) in [0.9056, 0.0, -14.5723].into_iter().enumerate() {
-            inside[l] += u32::from(holds(&spectrum.exponents[l], value, 1.0));
+            inside[l] += u32::from(contains(&spectrum.exponents[l], value, 1.0));
         }
     }
     println!("{inside:?} of 100");

@@ -1,11 +1,11 @@
-//! What exponential methods alone promise.
+//! Properties of the exponential methods.
 
 use super::reference::extrapolated;
 use super::systems::{Free, Lorenz};
 use super::*;
 
 #[test]
-fn without_modes_both_pictures_are_the_same_method() {
+fn without_modes_plain_and_lawson_forms_agree() {
     let [lawson, tsit, dop, lawson8, ..] = adaptive_methods(1e-7, 0.1);
     for (exponential, plain) in [(lawson, tsit), (lawson8, dop)] {
         let (exponential, plain) = (
@@ -13,12 +13,12 @@ fn without_modes_both_pictures_are_the_same_method() {
             run(plain, &Lorenz, &Lorenz::START, 5.0),
         );
         assert_eq!(exponential.state(), plain.state());
-        assert_eq!(exponential.tally(), plain.tally());
+        assert_eq!(exponential.stats(), plain.stats());
     }
 }
 
 #[test]
-fn lawson_takes_free_vibration_exactly_at_huge_steps() {
+fn lawson_is_exact_for_free_vibration_at_very_long_steps() {
     let free = Free {
         omega: vec![3.0, 41.0, 7.5, 0.0, 19.0],
         damping: vec![0.0, 1e-4, 0.02, 0.0, 0.999],
@@ -32,21 +32,21 @@ fn lawson_takes_free_vibration_exactly_at_huge_steps() {
         for k in 0..=200 {
             let t = 2.5 * f64::from(k);
             integrator.sample(&free, t, &mut z).unwrap();
-            // The phase omega t is itself only known to its rounding, about 41 * 500 * 1e-16.
+            // The phase omega t is accurate only to its rounding, about 41 * 500 * 1e-16.
             assert!(
                 distance(&z, &free.exact(&z0, t)) < 1e-9,
                 "t = {t}: {z:?} {:?}",
                 free.exact(&z0, t)
             );
         }
-        assert_eq!(integrator.tally().rejections, 0);
-        // The most damped mode allows 300 / (0.999 * 19) = 15.8.
-        assert_eq!(integrator.tally().steps, 32);
+        assert_eq!(integrator.stats().rejections, 0);
+        // The most damped mode limits the step to 300 / (0.999 * 19) = 15.8.
+        assert_eq!(integrator.stats().steps, 32);
     }
 }
 
 #[test]
-fn lawson_needs_far_fewer_calls_where_the_force_is_weak() {
+fn lawson_needs_far_fewer_evaluations_for_a_weak_force() {
     let [lawson, tsit, ..] = adaptive_methods(1e-8, 1.0);
     let weak = systems::Forced {
         omega: [10.0],
@@ -57,6 +57,6 @@ fn lawson_needs_far_fewer_calls_where_the_force_is_weak() {
         run(tsit, &weak, &[1.0, 0.0], 30.0),
     );
     let exact = extrapolated(&weak, &[1.0, 0.0], 30.0, 1000);
-    assert!(2 * lawson.tally().calls < tsit.tally().calls);
+    assert!(2 * lawson.stats().rhs_evals < tsit.stats().rhs_evals);
     assert!(distance(lawson.state(), &exact) <= distance(tsit.state(), &exact));
 }

@@ -1,10 +1,10 @@
-//! Independent references: they share nothing with the methods they judge.
+//! Reference solutions that share no code with the methods under test.
 
 use super::System;
 use super::systems::Unilateral;
 
 /// Extrapolated modified midpoint rule (W. B. Gragg, SIAM J. Numer. Anal. 2 (1965) 384–403; Hairer,
-/// Norsett and Wanner, Section II.9) of order 16, in `steps` steps. For smooth systems.
+/// Norsett and Wanner, Section II.9) of order 16 in `steps` steps, for smooth systems.
 pub fn extrapolated<Y: System>(sys: &Y, z0: &[f64], t_end: f64, steps: usize) -> Vec<f64> {
     extrapolated_from(sys, 0.0, z0, t_end, steps)
 }
@@ -39,7 +39,7 @@ pub fn extrapolated_from<Y: System>(
     z
 }
 
-/// The midpoint rule in `n` (even) substeps of a step `big`, without smoothing.
+/// The midpoint rule without smoothing in `n` (even) substeps of a step `big`.
 fn midpoint<Y: System>(sys: &Y, t: f64, z: &[f64], big: f64, n: usize) -> Vec<f64> {
     let h = big / n as f64;
     let mut slope = vec![0.0; z.len()];
@@ -56,26 +56,27 @@ fn midpoint<Y: System>(sys: &Y, t: f64, z: &[f64], big: f64, n: usize) -> Vec<f6
     now
 }
 
-/// The state `[q | v]` of [`Unilateral`] at time `t_end`. While no spring opens or closes the
-/// system is linear, so that its Taylor series is exact to rounding; openings and closings are
-/// found on it by bisection, and the series starts anew there.
+/// The state `[q | v]` of [`Unilateral`] at time `t_end`. Between contact changes the system is linear
+/// and its Taylor series is exact to rounding. Contact changes are located by bisection on the series,
+/// which then restarts.
 pub fn unilateral(z0: &[f64], t_end: f64) -> Vec<f64> {
     const H: f64 = 0.01;
     let mut z = [0.0; 6];
     z.copy_from_slice(&z0[..6]);
     let mut t = 0.0;
-    let mut closed: [bool; 3] = std::array::from_fn(|n| Unilateral::gap(n, &z) > 0.0);
+    let mut in_contact: [bool; 3] = std::array::from_fn(|n| Unilateral::gap(n, &z) > 0.0);
     while t < t_end {
-        let series = taylor(&z, closed);
+        let series = taylor(&z, in_contact);
         let h = H.min(t_end - t);
-        let holds =
-            |tau: f64| (0..3).all(|n| (Unilateral::gap(n, &at(&series, tau)) > 0.0) == closed[n]);
+        let holds = |tau: f64| {
+            (0..3).all(|n| (Unilateral::gap(n, &at(&series, tau)) > 0.0) == in_contact[n])
+        };
         if holds(h) {
             z = at(&series, h);
             t = if h < H { t_end } else { t + h };
             continue;
         }
-        // The first instant at which a spring has changed sides.
+        // The first instant at which a contact changes.
         let (mut low, mut high) = (0.0, h);
         while high - low > 1e-16 {
             let middle = 0.5 * (low + high);
@@ -87,13 +88,13 @@ pub fn unilateral(z0: &[f64], t_end: f64) -> Vec<f64> {
         }
         z = at(&series, high);
         t += high;
-        closed = std::array::from_fn(|n| Unilateral::gap(n, &z) > 0.0);
+        in_contact = std::array::from_fn(|n| Unilateral::gap(n, &z) > 0.0);
     }
     z.to_vec()
 }
 
-/// Taylor coefficients of `[q | v]` with the springs' sides held.
-fn taylor(z: &[f64; 6], closed: [bool; 3]) -> [[f64; 6]; 14] {
+/// Taylor coefficients of `[q | v]` for fixed contacts.
+fn taylor(z: &[f64; 6], in_contact: [bool; 3]) -> [[f64; 6]; 14] {
     let mut series = [[0.0; 6]; 14];
     series[0] = *z;
     for order in 1..14 {
@@ -103,10 +104,10 @@ fn taylor(z: &[f64; 6], closed: [bool; 3]) -> [[f64; 6]; 14] {
             next[i] = last[3 + i];
             next[3 + i] = -Unilateral::OMEGA[i].powi(2) * last[i];
         }
-        for (n, &closed) in closed.iter().enumerate() {
+        for (n, &in_contact) in in_contact.iter().enumerate() {
             let constant = if order == 1 { Unilateral::PRESS } else { 0.0 };
             let gap = Unilateral::gap(n, &last) - Unilateral::PRESS + constant;
-            let change = if closed { gap } else { 0.0 } - constant;
+            let change = if in_contact { gap } else { 0.0 } - constant;
             for i in 0..3 {
                 next[3 + i] -= Unilateral::SHAPES[n][i] * change;
             }

@@ -1,18 +1,18 @@
-//! Unilateral springs, as many as one likes, with their guards.
+//! Any number of unilateral springs, with guards.
 
 use std::cell::Cell;
 
 use super::super::{Differentiable, Switching, System};
 
-/// Oscillators pressed against unilateral springs, `N_n = max(0, p_n + k phi_n . q)`, as the
-/// perturbation from `q = 0`.
+/// Oscillators preloaded against unilateral springs, `N_n = max(0, p_n + k phi_n . q)`; `q` is the
+/// displacement from equilibrium.
 pub struct Springs {
     pub omega: Vec<f64>,
-    /// The shapes `phi_n`, spring after spring.
+    /// Shapes `phi_n`, spring by spring.
     pub shapes: Vec<f64>,
     pub press: Vec<f64>,
     pub stiffness: f64,
-    /// Calls of the force, under a status or not.
+    /// Number of force evaluations, with and without a frozen status.
     pub calls: Cell<u64>,
 }
 
@@ -28,7 +28,7 @@ impl Springs {
         }
     }
 
-    /// The normal force of a spring while positive.
+    /// Normal force of a spring if positive.
     fn gap(&self, n: usize, z: &[f64]) -> f64 {
         let m = self.omega.len();
         let shape = &self.shapes[n * m..][..m];
@@ -74,11 +74,11 @@ impl Differentiable for Springs {
         out.fill(0.0);
         let m = self.omega.len();
         for (n, shape) in self.shapes.chunks_exact(m).enumerate() {
-            let closed = match status {
+            let in_contact = match status {
                 Some(status) => status[n] == 1,
                 None => self.gap(n, &record[1..]) > 0.0,
             };
-            for l in (0..width).filter(|_| closed) {
+            for l in (0..width).filter(|_| in_contact) {
                 let moved: f64 = (0..m).map(|i| shape[i] * vectors[i * width + l]).sum();
                 for i in 0..m {
                     out[i * width + l] -= self.stiffness * shape[i] * moved;
@@ -100,8 +100,12 @@ impl Switching for Springs {
     fn force_in(&self, status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
         self.calls.set(self.calls.get() + 1);
         out.fill(0.0);
-        for (n, closed) in status.iter().enumerate() {
-            let normal = if *closed == 1 { self.gap(n, z) } else { 0.0 };
+        for (n, in_contact) in status.iter().enumerate() {
+            let normal = if *in_contact == 1 {
+                self.gap(n, z)
+            } else {
+                0.0
+            };
             self.add_spring(n, normal, out);
         }
     }
@@ -128,6 +132,6 @@ impl Switching for Springs {
         _z: &[f64],
         _gradient: &mut [f64],
     ) -> f64 {
-        unreachable!("no tangent vectors are followed here")
+        unreachable!("these tests propagate no tangent vectors")
     }
 }

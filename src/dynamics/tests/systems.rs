@@ -1,11 +1,11 @@
-//! Small systems to integrate.
+//! Small test systems.
 
 use super::System;
 use crate::dynamics::Differentiable;
 use crate::dynamics::stepper::force;
 
-/// Implements [`Differentiable`] by differences of the force.
-macro_rules! differenced {
+/// Implements [`Differentiable`] by finite differences of the force.
+macro_rules! by_differences {
     ($sys:ty $(, $generic:ident)?) => {
         impl$(<$generic: Fn(f64, f64, f64) -> f64>)? crate::dynamics::Differentiable for $sys {
             fn product(
@@ -23,7 +23,7 @@ macro_rules! differenced {
         }
     };
 }
-pub(super) use differenced;
+pub(super) use by_differences;
 
 /// [`Differentiable::product`] by central differences, for a system without quadratures.
 pub fn differences<Y: System>(
@@ -52,14 +52,14 @@ pub fn differences<Y: System>(
     }
 }
 
-/// Oscillators without a force.
+/// Oscillators in free vibration.
 pub struct Free {
     pub omega: Vec<f64>,
     pub damping: Vec<f64>,
 }
 
 impl Free {
-    /// The exact state at time `t` from `z0` at time zero, mode by mode.
+    /// The exact state at time `t` from `z0` at time zero, for each mode.
     pub fn exact(&self, z0: &[f64], t: f64) -> Vec<f64> {
         let m = self.omega.len();
         let mut z = vec![0.0; 2 * m];
@@ -74,9 +74,9 @@ impl Free {
             let (sigma, wd) = (zeta * w, w * (1.0 - zeta * zeta).sqrt());
             let (a, b) = (q, (v + sigma * q) / wd);
             let (s, c) = (wd * t).sin_cos();
-            let shrink = (-sigma * t).exp();
-            z[i] = shrink * (a * c + b * s);
-            z[m + i] = shrink * ((b * wd - sigma * a) * c - (a * wd + sigma * b) * s);
+            let attenuation = (-sigma * t).exp();
+            z[i] = attenuation * (a * c + b * s);
+            z[m + i] = attenuation * ((b * wd - sigma * a) * c - (a * wd + sigma * b) * s);
         }
         z
     }
@@ -97,8 +97,8 @@ impl System for Free {
     }
 }
 
-/// Three oscillators, one damped, one without stiffness, coupled by cubic springs and driven, and
-/// the work of that force as a first-order component.
+/// Three driven oscillators, one damped, one with zero frequency, coupled by cubic springs. The work of
+/// the force is a first-order component.
 pub struct Duffing;
 
 impl Duffing {
@@ -159,7 +159,7 @@ impl Differentiable for Duffing {
     }
 }
 
-/// The equations of Lorenz (10, 28, 8/3): first-order components only.
+/// The Lorenz equations (10, 28, 8/3): first-order components only.
 pub struct Lorenz;
 
 impl Lorenz {
@@ -183,8 +183,8 @@ impl System for Lorenz {
     }
 }
 
-/// Three oscillators pressed against three unilateral springs, `N_n = max(0, p + k phi_n . q)`, as
-/// the perturbation from `q = 0`; and the work of the springs as a first-order component.
+/// Three oscillators preloaded against three unilateral springs, `N_n = max(0, p + k phi_n . q)`; `q` is
+/// the displacement from equilibrium. The work of the springs is a first-order component.
 pub struct Unilateral;
 
 impl Unilateral {
@@ -194,7 +194,7 @@ impl Unilateral {
     pub const STIFFNESS: f64 = 3.0;
     pub const SHAPES: [[f64; 3]; 3] = [[0.9, 0.4, -0.3], [0.6, -0.7, 0.5], [0.3, 0.8, 0.7]];
 
-    /// `p + k phi_n . q`: the normal force of spring `n` while positive.
+    /// `p + k phi_n . q`: the normal force of spring `n` if positive.
     pub fn gap(n: usize, q: &[f64]) -> f64 {
         Self::PRESS + Self::STIFFNESS * (0..3).map(|i| Self::SHAPES[n][i] * q[i]).sum::<f64>()
     }
@@ -247,7 +247,7 @@ impl Differentiable for Unilateral {
     }
 }
 
-/// One oscillator under any force `f(t, q, v)`.
+/// One oscillator with an arbitrary force `f(t, q, v)`.
 pub struct Forced<F> {
     pub omega: [f64; 1],
     pub force: F,
@@ -265,6 +265,6 @@ impl<F: Fn(f64, f64, f64) -> f64> System for Forced<F> {
     }
 }
 
-differenced!(Free);
-differenced!(Lorenz);
-differenced!(Forced<F>, F);
+by_differences!(Free);
+by_differences!(Lorenz);
+by_differences!(Forced<F>, F);

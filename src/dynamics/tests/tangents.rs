@@ -1,4 +1,4 @@
-//! Tangent vectors against differences of the flow itself.
+//! Tangent vectors compared with finite differences of the flow.
 
 use super::*;
 use crate::dynamics::{Differentiable, Switching};
@@ -32,7 +32,7 @@ const CONTACT: DampedContact = DampedContact {
     contact_damping: 1.5,
 };
 
-fn to_events<Y: System>(method: Method, sys: &Y) -> Integrator {
+fn integrator_with_events<Y: System>(method: Method, sys: &Y) -> Integrator {
     let integrator = Integrator::new(method, sys).unwrap();
     match sys.switching() {
         Some(_) => integrator.with_events(sys).unwrap(),
@@ -40,24 +40,26 @@ fn to_events<Y: System>(method: Method, sys: &Y) -> Integrator {
     }
 }
 
-/// The state at time `t`.
+/// The state at time `t`, with event location if the system has guards.
 fn flow<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> Vec<f64> {
-    let mut integrator = to_events(method, sys);
+    let mut integrator = integrator_with_events(method, sys);
     integrator.start(sys, 0.0, z0).unwrap();
-    integrator.land(sys, t).unwrap();
+    integrator.integrate_to(sys, t).unwrap();
     integrator.state().to_vec()
 }
 
-/// The largest difference of the tangent vectors from differences of the flow, relative to the
-/// largest of their numbers; and the crossings on the way.
+/// Largest difference between the tangent vectors and finite differences of the flow, relative to the
+/// largest component; and the number of crossings.
 fn difference<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> (f64, u64) {
     let n = sys.tangent_dim();
-    let mut integrator = to_events(method, sys).with_tangents(sys, n, 0).unwrap();
+    let mut integrator = integrator_with_events(method, sys)
+        .with_tangents(sys, n, 0)
+        .unwrap();
     integrator.start(sys, 0.0, z0).unwrap();
     let mut unit = vec![0.0; n * n];
     (0..n).for_each(|c| unit[c * n + c] = 1.0);
-    integrator.follow_vectors(&unit).unwrap();
-    integrator.land(sys, t).unwrap();
+    integrator.set_tangent_vectors(&unit).unwrap();
+    integrator.integrate_to(sys, t).unwrap();
     let vectors = integrator.tangent_vectors().unwrap();
     let largest = vectors.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let mut worst = 0.0_f64;
@@ -74,11 +76,11 @@ fn difference<Y: System>(method: Method, sys: &Y, z0: &[f64], t: f64) -> (f64, u
             worst = worst.max((slope - vectors[k * n + l]).abs() / largest);
         }
     }
-    (worst, integrator.tally().crossings)
+    (worst, integrator.stats().crossings)
 }
 
 #[test]
-fn the_tangent_flow_is_the_derivative_of_the_flow_across_jumps() {
+fn tangent_vectors_are_the_derivative_of_the_flow_across_jumps() {
     for method in all_methods(1e-12, 0.1, 1e-3) {
         for (name, (error, crossings)) in [
             (
@@ -94,7 +96,7 @@ fn the_tangent_flow_is_the_derivative_of_the_flow_across_jumps() {
                 "belt, sticking",
                 difference(method, &BELT, &[1.8, -0.3], 20.0),
             ),
-            // The spring pulls harder than friction can hold: the mass does not stick.
+            // The spring force exceeds the friction limit: the mass does not stick.
             ("belt, turning", difference(method, &BELT, &[2.3, 0.6], 1.0)),
             (
                 "damped contact",
@@ -111,7 +113,7 @@ fn the_tangent_flow_is_the_derivative_of_the_flow_across_jumps() {
     }
 }
 
-/// Three laws, of which the second one lasts no time: its guard is negative as soon as it begins.
+/// Three laws. The second one has zero duration: its guard is negative from the start.
 struct Relay;
 
 impl System for Relay {
@@ -194,7 +196,7 @@ impl Differentiable for Relay {
 }
 
 #[test]
-fn guards_crossed_in_one_instant_share_their_delay() {
+fn guards_crossed_at_one_instant_share_their_delay() {
     for method in all_methods(1e-12, 0.1, 1e-3) {
         let (error, crossings) = difference(method, &Relay, &[0.2, 0.1], 2.0);
         assert_eq!(crossings, 2);
@@ -202,53 +204,60 @@ fn guards_crossed_in_one_instant_share_their_delay() {
     }
 }
 
-/// The rate at which two trajectories part that are brought back to a small distance again and again
-/// (G. Benettin, L. Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20). It shares
-/// no tangent vector, no derivative and no saltation with what it judges.
-fn parting<Y: System>(method: Method, sys: &Y, z0: &[f64], every: f64, times: u32) -> f64 {
-    const APART: f64 = 1e-7;
-    let (mut first, mut second) = (to_events(method, sys), to_events(method, sys));
-    let mut near = z0.to_vec();
-    near[0] += APART;
+/// Separation rate of two trajectories with periodic renormalisation of their distance (G. Benettin, L.
+/// Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20). This uses no tangent vectors,
+/// derivatives or saltation matrices.
+fn separation_rate<Y: System>(method: Method, sys: &Y, z0: &[f64], every: f64, times: u32) -> f64 {
+    const INITIAL_DISTANCE: f64 = 1e-7;
+    let (mut first, mut second) = (
+        integrator_with_events(method, sys),
+        integrator_with_events(method, sys),
+    );
+    let mut perturbed = z0.to_vec();
+    perturbed[0] += INITIAL_DISTANCE;
     first.start(sys, 0.0, z0).unwrap();
     let (mut sum, skip) = (0.0, times / 10);
     for k in 1..=times {
         let from = every * f64::from(k - 1);
-        second.start(sys, from, &near).unwrap();
-        first.land(sys, from + every).unwrap();
-        second.land(sys, from + every).unwrap();
-        let apart: Vec<f64> = second
+        second.start(sys, from, &perturbed).unwrap();
+        first.integrate_to(sys, from + every).unwrap();
+        second.integrate_to(sys, from + every).unwrap();
+        let difference_vector: Vec<f64> = second
             .state()
             .iter()
             .zip(first.state())
             .map(|(b, a)| b - a)
             .collect();
-        let length = apart.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = difference_vector.iter().map(|x| x * x).sum::<f64>().sqrt();
         if k > skip {
-            sum += (length / APART).ln();
+            sum += (length / INITIAL_DISTANCE).ln();
         }
-        for ((near, a), x) in near.iter_mut().zip(first.state()).zip(&apart) {
-            *near = a + x * (APART / length);
+        for ((perturbed, a), x) in perturbed
+            .iter_mut()
+            .zip(first.state())
+            .zip(&difference_vector)
+        {
+            *perturbed = a + x * (INITIAL_DISTANCE / length);
         }
     }
     sum / (every * f64::from(times - skip))
 }
 
 #[test]
-fn two_trajectories_part_at_the_largest_exponent() {
+fn two_trajectories_separate_at_the_largest_exponent() {
     let method = all_methods(1e-10, 0.1, 1e-3)[1];
-    let lorenz = parting(method, &Lorenz::CLASSICAL, &[1.0, -2.0, 17.0], 0.5, 2000);
+    let lorenz = separation_rate(method, &Lorenz::CLASSICAL, &[1.0, -2.0, 17.0], 0.5, 2000);
     assert!((lorenz - 0.9056).abs() < 0.02, "{lorenz}");
     let sys = ImpactOscillator {
         damping: 0.0,
         ..IMPACTS
     };
-    let impacts = parting(method, &sys, &[0.5, 0.0], 2.0, 4000);
+    let impacts = separation_rate(method, &sys, &[0.5, 0.0], 2.0, 4000);
     assert!((impacts - 0.14245).abs() < 0.01, "{impacts}");
 }
 
 #[test]
-fn taking_a_step_back_takes_the_vectors_back() {
+fn reverting_a_step_reverts_the_vectors() {
     let lorenz = Lorenz::CLASSICAL;
     for method in all_methods(1e-9, 0.1, 0.01) {
         let exponents = |detour: bool| {
@@ -258,11 +267,11 @@ fn taking_a_step_back_takes_the_vectors_back() {
             integrator.start(&lorenz, 0.0, &[1.0, -2.0, 17.0]).unwrap();
             integrator.sample(&lorenz, 3.0, &mut [0.0; 3]).unwrap();
             if detour {
-                integrator.forget_growth();
+                integrator.reset_growth();
             }
-            integrator.land(&lorenz, 3.0).unwrap();
-            integrator.forget_growth();
-            integrator.land(&lorenz, 5.0).unwrap();
+            integrator.integrate_to(&lorenz, 3.0).unwrap();
+            integrator.reset_growth();
+            integrator.integrate_to(&lorenz, 5.0).unwrap();
             integrator.exponents().unwrap()
         };
         let (straight, detour) = (exponents(false), exponents(true));
@@ -272,9 +281,9 @@ fn taking_a_step_back_takes_the_vectors_back() {
     }
 }
 
-/// Vectors of one's own stay the flow's derivative, whatever else is asked for.
+/// User-supplied vectors remain the derivative of the flow.
 #[test]
-fn vectors_of_ones_own_survive_what_forgets_growth() {
+fn user_supplied_vectors_are_unaffected_by_a_growth_reset() {
     let sys = Lorenz::CLASSICAL;
     let vectors = |forget: bool| {
         let method = all_methods(1e-8, 0.1, 0.01)[1];
@@ -283,13 +292,13 @@ fn vectors_of_ones_own_survive_what_forgets_growth() {
             .unwrap();
         motion.start(&sys, 0.0, &[1.0, -2.0, 17.0]).unwrap();
         motion
-            .follow_vectors(&[1.0, 1.0, 0.0, 1.0, 2.0, -1.0])
+            .set_tangent_vectors(&[1.0, 1.0, 0.0, 1.0, 2.0, -1.0])
             .unwrap();
-        motion.land(&sys, 0.5).unwrap();
+        motion.integrate_to(&sys, 0.5).unwrap();
         if forget {
-            motion.forget_growth();
+            motion.reset_growth();
         }
-        motion.land(&sys, 1.0).unwrap();
+        motion.integrate_to(&sys, 1.0).unwrap();
         motion.tangent_vectors().unwrap().to_vec()
     };
     assert_eq!(vectors(true), vectors(false));

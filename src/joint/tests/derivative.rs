@@ -1,4 +1,4 @@
-//! The derivative of the force: against differences, and its two forms against one another.
+//! The derivative of the force compared with differences, and its two implementations with each other.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,13 +6,13 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::dynamics::Switching;
 
-/// Numbers between -1 and 1.
+/// Random numbers between -1 and 1.
 fn noise(count: usize, seed: u64) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-/// Joints of every law, with and without lift-off, with and without padding.
+/// Joints with every law, with and without separation, with and without padding.
 fn joints() -> Vec<Joint> {
     let mut joints = Vec::new();
     for (nodes, modes) in [(37, 11), (16, 5), (3, 1), (41, 14)] {
@@ -56,9 +56,9 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Neither a record nor the state's own status changes a bit of the force, or of the audit.
+/// A record and the status of the state leave force and audit bit-identical.
 #[test]
-fn records_and_status_leave_the_force_alone() {
+fn records_and_status_leave_the_force_unchanged() {
     for joint in joints() {
         let joint = joint.with_audit();
         let z = state(&joint, 5);
@@ -76,7 +76,7 @@ fn records_and_status_leave_the_force_alone() {
     }
 }
 
-/// Difference quotient of the force along a direction, of fourth order.
+/// Fourth-order difference quotient of the force along a direction.
 fn quotient(joint: &Joint, status: Option<&[u8]>, z: &[f64], along: &[f64], step: f64) -> Vec<f64> {
     let m = joint.modes();
     let at = |k: f64| {
@@ -91,27 +91,27 @@ fn quotient(joint: &Joint, status: Option<&[u8]>, z: &[f64], along: &[f64], step
         .collect()
 }
 
-/// Distance of two vectors over the largest number in either.
+/// Maximum difference of two vectors relative to their largest component.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |max: f64, x| max.max(x.abs()));
     let size = largest(&mut a.iter().chain(b).copied());
     largest(&mut a.iter().zip(b).map(|(a, b)| a - b)) / size.max(f64::MIN_POSITIVE)
 }
 
-/// Both forms of the product are the derivative of the force: where gaps decide, and where a status
-/// is held far beyond its guards; with some nodes open and some sliding backwards.
+/// Both implementations of the product give the derivative of the force, by gaps and under a fixed status far
+/// beyond its guards, with separated nodes and nodes in reverse slip.
 #[test]
 fn products_are_the_derivative() {
-    let (mut open, mut closed, mut backwards) = (0, 0, 0);
+    let (mut separated, mut closed, mut reversed) = (0, 0, 0);
     for joint in joints() {
         let m = joint.modes();
         let z = state(&joint, 11);
         let elsewhere = status(&joint, &state(&joint, 12));
         for k in 0..joint.contact_nodes() {
             let action = joint.node_action(k, &z[..m], &z[m..]);
-            open += usize::from(action.normal == 0.0);
+            separated += usize::from(action.normal == 0.0);
             closed += usize::from(action.normal > 0.0);
-            backwards += usize::from(action.slip[0] < 0.0);
+            reversed += usize::from(action.slip[0] < 0.0);
         }
         for (status, step) in [(None, 1e-5), (Some(elsewhere.as_slice()), 1e-4)] {
             let mut along = noise(2 * m, 13);
@@ -121,22 +121,22 @@ fn products_are_the_derivative() {
             let (mut record, mut force) = (record(&joint), vec![0.0; m]);
             joint.force_recorded(status, 0.0, &z, &mut force, &mut record);
             let mut got = vec![0.0; m];
-            joint.product_swept(&mut record, &along, 1, &mut got);
+            joint.product_matrix_free(&mut record, &along, 1, &mut got);
             assert!(distance(&got, &want) < 1e-8, "{:e}", distance(&got, &want));
             joint.product_assembled(&mut record, &along, 1, &mut got);
             assert!(distance(&got, &want) < 1e-8, "{:e}", distance(&got, &want));
         }
     }
     assert!(
-        open > 50 && closed > 50 && backwards > 50,
-        "{open} open, {closed} closed, {backwards} sliding backwards"
+        separated > 50 && closed > 50 && reversed > 50,
+        "{separated} separated, {closed} closed, {reversed} in reverse slip"
     );
 }
 
-/// Deep in the creep region, where the slip's direction turns within the difference quotient's own
-/// reach, and where there is no slip at all.
+/// Products in the creep region, where the direction of slip changes within the difference quotient, and at zero
+/// slip.
 #[test]
-fn products_hold_near_rest() {
+fn products_are_exact_near_rest() {
     let mut model = scattered(24, 11, STRIBECK);
     model.sliding_velocity = vec![[0.0; 3]; 24];
     let joint = Joint::new(&model);
@@ -147,14 +147,14 @@ fn products_hold_near_rest() {
         let z: Vec<f64> = z.iter().map(|z| speed * z).collect();
         joint.force_recorded(None, 0.0, &z, &mut force, &mut record);
         let mut got = vec![0.0; 11];
-        joint.product_swept(&mut record, &along, 1, &mut got);
+        joint.product_matrix_free(&mut record, &along, 1, &mut got);
         let want = quotient(&joint, None, &z, &along, 3e-3 * speed);
         assert!(distance(&got, &want) < 1e-7, "{:e}", distance(&got, &want));
     }
-    // At rest, mu(V)/V is creep mu_s: friction is viscous.
+    // At rest mu(V)/V is creep mu_s, and friction is viscous.
     joint.force_recorded(None, 0.0, &[0.0; 22], &mut force, &mut record);
     let mut got = vec![0.0; 11];
-    joint.product_swept(&mut record, &along, 1, &mut got);
+    joint.product_matrix_free(&mut record, &along, 1, &mut got);
     let mut want = vec![0.0; 11];
     for k in 0..24 {
         let shapes = model.shapes_at(k);
@@ -168,10 +168,10 @@ fn products_hold_near_rest() {
     assert!(distance(&got, &want) < 1e-13);
 }
 
-/// The assembled Jacobian and the pass over the nodes are the same linear map, for any number of
-/// vectors side by side; a record may be used again and again.
+/// Assembled and matrix-free products are the same linear map for any number of vectors; a record can be used
+/// repeatedly.
 #[test]
-fn assembled_and_swept_agree() {
+fn assembled_and_matrix_free_products_agree() {
     for joint in joints() {
         let m = joint.modes();
         let z = state(&joint, 17);
@@ -182,7 +182,7 @@ fn assembled_and_swept_agree() {
             let mut vectors = noise(2 * m * width, width as u64);
             vectors[..m * width].iter_mut().for_each(|q| *q /= omega);
             let (mut swept, mut assembled) = (vec![0.0; m * width], vec![0.0; m * width]);
-            joint.product_swept(&mut record, &vectors, width, &mut swept);
+            joint.product_matrix_free(&mut record, &vectors, width, &mut swept);
             joint.product_assembled(&mut record, &vectors, width, &mut assembled);
             let mut chosen = vec![0.0; m * width];
             joint.product(None, &mut record, &vectors, width, &mut chosen);

@@ -1,11 +1,11 @@
-//! The hot loop against Eq. (8) in plain scalars: every law and effect, every number of nodes that leaves
-//! another tail, on every machine that this one can be.
+//! The hot loop compared with a scalar implementation of Eq. (8): every law and effect, every remainder of nodes,
+//! every supported instruction set.
 
 use super::*;
 use crate::dynamics::Switching;
-use crate::joint::lanes::machines;
+use crate::joint::simd::machines;
 
-/// A model in which every third node does not slide, so that its slip is zero where nothing moves.
+/// A model in which every third node has no steady slip.
 fn model(nodes: usize, modes: usize, friction: Friction, unilateral: bool) -> Model {
     let mut model = Model {
         unilateral,
@@ -17,7 +17,7 @@ fn model(nodes: usize, modes: usize, friction: Friction, unilateral: bool) -> Mo
     model
 }
 
-/// The joint as it is built in, and by a law of one's own that says the same.
+/// The joint with the built-in law, and with an equivalent custom law.
 fn built(model: &Model) -> Vec<Joint> {
     let mut joints = vec![Joint::new(model).with_audit()];
     let radial = model.friction.radial();
@@ -30,7 +30,7 @@ fn built(model: &Model) -> Vec<Joint> {
     joints
 }
 
-/// Half of the nodes open and all moving; nothing moving; and all as it is in steady sliding.
+/// States: half of the nodes separated and all moving; no motion; steady sliding.
 fn states(joint: &Joint) -> [Vec<f64>; 3] {
     let m = joint.modes();
     let moving = state(joint, 17);
@@ -40,7 +40,7 @@ fn states(joint: &Joint) -> [Vec<f64>; 3] {
     [moving, held, steady]
 }
 
-/// Power of friction's deviation from steady sliding, and how large what it sums is, node by node.
+/// Power of the deviation of friction from steady sliding, and the sum of its absolute contributions.
 fn friction_power(joint: &Joint, z: &[f64]) -> (f64, f64) {
     let m = joint.modes();
     let rest = vec![0.0; m];
@@ -48,7 +48,7 @@ fn friction_power(joint: &Joint, z: &[f64]) -> (f64, f64) {
     for k in 0..joint.contact_nodes() {
         let action = joint.node_action(k, &z[..m], &z[m..2 * m]);
         let steady = joint.node_action(k, &rest, &rest);
-        // The vibration alone: with no displacement there is no `Omega x u`.
+        // The vibration only: zero displacement excludes `Omega x u`.
         let moving = joint.node_action(k, &rest, &z[m..2 * m]);
         for c in 0..3 {
             let vibration = moving.slip[c] - steady.slip[c];
@@ -83,37 +83,37 @@ fn assert_scalar(model: &Model, joint: &Joint, z: &[f64], case: &str) {
         "{case}: {lost} {power}"
     );
 
-    // With a record, and with the status held, to the last bit.
+    // A record and a fixed status leave the force bit-identical.
     let (mut again, mut record) = (vec![1.0; m + 1], vec![0.0; joint.record_len()]);
     joint.force_recorded(None, 0.0, z, &mut again, &mut record);
     assert_eq!(got, again, "{case}: recorded");
     let mut status = vec![0; joint.status_len()];
     joint.status_of(0.0, z, &mut status);
     joint.force_in(&status, 0.0, z, &mut again);
-    assert_eq!(got, again, "{case}: held");
+    assert_eq!(got, again, "{case}: fixed status");
 }
 
 #[test]
-fn the_hot_loop_is_the_scalar_loop() {
+fn hot_loop_and_scalar_loop_agree() {
     for nodes in 1..=70 {
         let modes = [11, 4, 13][nodes % 3];
         for friction in frictions() {
             for unilateral in [true, false] {
                 let mut model = model(nodes, modes, friction, unilateral);
-                // With damping of the contact, with `Omega x u` (much faster than it is), with both.
-                let extras = (nodes + usize::from(unilateral)) % 6;
+                // With contact damping, with `Omega x u` (exaggerated), with both.
+                let optional = (nodes + usize::from(unilateral)) % 6;
                 model.contact_damping = [
                     ContactDamping::None,
                     ContactDamping::KelvinVoigt { time: 2e-6 },
                     ContactDamping::HuntCrossley { dissipation: 5.0 },
-                ][extras % 3];
-                model.convection = (extras > 2).then_some([900.0, -300.0, 500.0]);
+                ][optional % 3];
+                model.convection = (optional > 2).then_some([900.0, -300.0, 500.0]);
                 for mut joint in built(&model) {
                     for machine in machines() {
                         joint.arch = machine;
                         for (kind, z) in states(&joint).iter().enumerate() {
                             let case = format!(
-                                "{nodes} nodes, {friction:?}, extras {extras}, {machine:?}, state {kind}"
+                                "{nodes} nodes, {friction:?}, optional terms {optional}, {machine:?}, state {kind}"
                             );
                             assert_scalar(&model, &joint, z, &case);
                         }

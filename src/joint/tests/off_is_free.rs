@@ -1,10 +1,9 @@
-//! Proof that an effect that is off is free: each kernel of the joint in each setting against a loop that
-//! was written by hand for this setting alone. Both have the same nodes in blocks of eight, the same
-//! vectors and the same order, so that they agree to the last bit; what differs is what the kernel does for
-//! effects that it was not asked for.
+//! Disabled effects have no cost: comparison of each kernel in each setting with a loop written by hand for this
+//! setting only. Both use the same blocks of eight nodes, the same vectors and the same order, so that their results
+//! are bit-identical; the difference in cost is that of the disabled effects.
 //!
-//! Instructions are counted by callgrind, which repeats exactly; it knows no AVX-512, so that they are those
-//! of four nodes a vector. `benches/off_is_free.sh` writes the table into the guide.
+//! Callgrind counts the instructions reproducibly. It does not support AVX-512, so that the counts are for four
+//! nodes per vector. `benches/off_is_free.sh` writes the table into the guide.
 
 mod derivative;
 mod force;
@@ -19,12 +18,12 @@ use pulp::bytemuck::cast_slice_mut;
 use self::derivative::*;
 use self::force::*;
 use super::*;
+use crate::joint::contact_force::PAPER_MODES;
 use crate::joint::differentiable::Parts;
-use crate::joint::lanes::{LANES, machines};
+use crate::joint::simd::{LANES, machines};
 use crate::joint::system::ActiveLaw;
-use crate::joint::traction::PAPER_MODES;
 
-/// Number of nodes: some of the last eight are padding, and a vector is left over by pairs.
+/// Number of nodes, with padding in the last block and a remaining vector after the pairs.
 const NODES: usize = 100;
 
 const LEVEL: Constant = Constant {
@@ -38,12 +37,12 @@ const FALLING: Stribeck = Stribeck {
     stribeck: 10.0,
 };
 
-/// A joint in one setting, and what its kernels are called with.
+/// A joint in one setting with the arguments of its kernels.
 struct Setup {
     setting: &'static str,
     joint: Joint,
     z: Vec<f64>,
-    /// Two tangent vectors side by side.
+    /// Two adjacent tangent vectors.
     vectors: Vec<f64>,
     /// The record of the state.
     record: Vec<f64>,
@@ -75,7 +74,7 @@ impl Setup {
         State { q, v }
     }
 
-    /// The pass over the nodes by hand.
+    /// The hand-written force kernel.
     fn pass<const M: usize, const F: usize>(&self, setting: impl Setting<M, F>, out: &mut [f64]) {
         self.joint.arch.dispatch(Pass {
             nodes: &self.joint.nodes,
@@ -89,7 +88,7 @@ impl Setup {
         self.joint.parts_of(record).kept
     }
 
-    /// What an assembly by hand reads and writes.
+    /// Arguments of a hand-written assembly.
     fn matrix<'a>(&'a self, record: &'a mut [f64]) -> Matrix<'a> {
         let Parts { kept, sums, matrix } = self.joint.parts_of(record);
         Matrix {
@@ -100,40 +99,40 @@ impl Setup {
         }
     }
 
-    /// What a sweep by hand reads and writes.
+    /// Arguments of a hand-written matrix-free product.
     fn sweep<'a>(&'a self, out: &'a mut [f64], record: &'a mut [f64]) -> Sweep<'a> {
         Sweep {
             nodes: &self.joint.nodes,
             kept: self.kept(record),
             vectors: &self.vectors,
-            // How many vectors there are is no effect: nobody knows it before.
+            // The number of vectors is known at run time only, also by hand.
             width: black_box(2),
             out,
         }
     }
 }
 
-/// Writes the force, or two of them side by side, and the record.
+/// Writes the force (or two adjacent ones) and the record.
 type Kernel = fn(&Setup, &mut [f64], &mut [f64]);
 
 /// One kernel in one setting.
 struct Case<'a> {
     kernel: &'static str,
     setup: &'a Setup,
-    /// That of the joint, and that by hand.
+    /// The kernel of the joint, and the hand-written one.
     sides: [Kernel; 2],
 }
 
 const FORCE: &str = "force";
 
-/// The kernel that writes the record which the others read.
+/// The kernel that writes the record for the others.
 const RECORDED: &str = "force and record";
 
-/// The kernel that gives the change of the force with two vectors.
+/// The kernel for the change of the force with two tangent vectors.
 const TANGENTS: &str = "two tangents";
 
 impl Case<'_> {
-    /// What both sides start from: room for the force, and the record.
+    /// Initial buffers of both implementations: force and record.
     fn start(&self) -> [Vec<f64>; 2] {
         let mut record = self.setup.record.clone();
         if self.kernel == RECORDED {
@@ -253,11 +252,14 @@ impl Settings {
         };
         let tangents = |setup, by_hand: Kernel| {
             let product: Kernel = |s, out, record| {
-                s.joint.product_swept(record, &s.vectors, 2, out);
+                s.joint.product_matrix_free(record, &s.vectors, 2, out);
             };
             case(TANGENTS, setup, product, by_hand)
         };
-        let open: Kernel = |s, out, _| s.joint.open_nodes(&s.z[..PAPER_MODES], open_bits(out));
+        let status: Kernel = |s, out, _| {
+            s.joint
+                .separated_nodes(&s.z[..PAPER_MODES], status_bits(out))
+        };
         vec![
             jacobian(&self.spring, |s, _, record| {
                 s.joint.arch.dispatch(AssembledSpring(s.matrix(record)));
@@ -277,25 +279,25 @@ impl Settings {
             tangents(&self.whole, |s, out, record| {
                 s.joint.arch.dispatch(SweptWhole(s.sweep(out, record)));
             }),
-            case("open nodes", &self.whole, open, |s, out, _| {
-                s.joint.arch.dispatch(Open {
+            case("contact status", &self.whole, status, |s, out, _| {
+                s.joint.arch.dispatch(Status {
                     nodes: &s.joint.nodes,
                     q: &s.z[..PAPER_MODES],
-                    open: open_bits(out),
+                    status: status_bits(out),
                 });
             }),
         ]
     }
 }
 
-/// Room for the bits of open nodes, within that for the force.
-fn open_bits(out: &mut [f64]) -> &mut [u8] {
+/// Buffer for the status bits, within that for the force.
+fn status_bits(out: &mut [f64]) -> &mut [u8] {
     &mut cast_slice_mut(out)[..NODES.div_ceil(8)]
 }
 
-/// To the last bit, on every machine that this one can be, and each side does write its numbers.
+/// Both implementations are bit-identical with every supported instruction set, and both write their output.
 #[test]
-fn loops_by_hand_say_the_same() {
+fn hand_written_loops_agree() {
     for machine in machines() {
         let settings = Settings::new(machine);
         for case in settings.cases() {
@@ -307,15 +309,15 @@ fn loops_by_hand_say_the_same() {
                 bits(numbers).collect::<Vec<_>>()
             });
             assert_eq!(product, by_hand, "{name}");
-            assert!(bits(case.start()).ne(product), "{name}: nothing done");
+            assert!(bits(case.start()).ne(product), "{name}: no output");
         }
     }
 }
 
-/// Calls of a side that are counted together.
+/// Number of calls in one count.
 const CALLS: u32 = 10;
 
-/// What is counted, and timed.
+/// The section that is counted and timed.
 #[inline(never)]
 fn burst(case: &Case<'_>, side: usize, numbers: &mut [Vec<f64>; 2]) {
     for _ in 0..CALLS {
@@ -324,7 +326,7 @@ fn burst(case: &Case<'_>, side: usize, numbers: &mut [Vec<f64>; 2]) {
 }
 
 #[test]
-#[ignore = "is run within callgrind by `off_is_free`"]
+#[ignore = "run within callgrind by `off_is_free`"]
 fn each_side_once() {
     for case in Settings::new(Arch::new()).cases() {
         for side in [0, 1] {
@@ -334,7 +336,7 @@ fn each_side_once() {
     }
 }
 
-/// Instructions a call, of both sides of each case in turn.
+/// Instructions per call of both implementations of each case.
 fn instructions() -> Vec<[f64; 2]> {
     let out = tempfile::tempdir().unwrap();
     let run = Command::new("valgrind")
@@ -344,7 +346,7 @@ fn instructions() -> Vec<[f64; 2]> {
             out.path().display()
         ))
         .arg("--toggle-collect=*off_is_free*burst*")
-        // Written in another way: of two options with one pattern only the first holds.
+        // The pattern differs, since callgrind ignores a second option with the same pattern.
         .arg("--dump-after=*burst*")
         .arg(std::env::current_exe().unwrap())
         .args(["--ignored", "--exact", "--test-threads=1"])
@@ -369,7 +371,7 @@ fn instructions() -> Vec<[f64; 2]> {
     counts.as_chunks().0.to_vec()
 }
 
-/// Least time a call, us, of both sides in turn.
+/// Minimum time per call, us, of both implementations.
 fn times(case: &Case<'_>) -> [f64; 2] {
     let mut numbers = case.start();
     let mut least = [f64::INFINITY; 2];
@@ -384,9 +386,9 @@ fn times(case: &Case<'_>) -> [f64; 2] {
     least
 }
 
-/// How many times the instructions of the loop by hand a kernel may take: 1.03, but for some that are known
-/// to miss it. To find its loop a call takes about 70 instructions, which show where there is little else
-/// to do; and as the pass meets three ways to lift off, it holds less in registers.
+/// Maximum ratio of instructions to those of the hand-written loop: 1.03, with known exceptions. The dispatch takes
+/// about 70 instructions per call, which is significant for short kernels; and the three separation rules leave
+/// fewer registers.
 fn most(case: &Case<'_>) -> f64 {
     match (case.kernel, &case.setup.joint.law) {
         (FORCE, ActiveLaw::None) => 1.11,
@@ -396,7 +398,7 @@ fn most(case: &Case<'_>) -> f64 {
     }
 }
 
-/// The table of the guide; no kernel takes more instructions than it may.
+/// Prints the table of the guide and checks the ratios.
 #[test]
 #[ignore = "needs valgrind: apt-get install valgrind; cargo test --release --lib off_is_free -- --ignored"]
 fn off_is_free() {

@@ -1,4 +1,4 @@
-//! Guards, statuses, and the laws that hold between them.
+//! Guards and contact status.
 
 use super::*;
 use crate::dynamics::Switching;
@@ -9,10 +9,10 @@ fn force_in(joint: &Joint, status: &[u8], z: &[f64]) -> Vec<f64> {
     force
 }
 
-/// A held set is the smooth continuation of its law: all nodes closed is the joint whose nodes are
-/// bonded, all open is no contact at all, and each node gives what it gives whatever the others do.
+/// A fixed status is the smooth continuation of its law: all nodes closed is the bonded joint, all nodes separated
+/// is no contact, and the nodes are independent.
 #[test]
-fn held_sets_go_on_beyond_their_guards() {
+fn fixed_status_continues_beyond_its_guards() {
     for friction in frictions() {
         let model = scattered(37, 11, friction);
         let joint = Joint::new(&model);
@@ -30,21 +30,24 @@ fn held_sets_go_on_beyond_their_guards() {
         bonded.force(0.0, &z, &mut plain);
         assert_eq!(closed, plain);
         joint.force(0.0, &z, &mut plain);
-        assert_ne!(closed, plain, "some nodes must be beyond their guards");
-        let open = force_in(&joint, &all, &z);
-        for (force, steady) in open.iter().zip(&joint.equilibrium().force) {
+        assert_ne!(
+            closed, plain,
+            "the state must contain nodes beyond their guards"
+        );
+        let separated = force_in(&joint, &all, &z);
+        for (force, steady) in separated.iter().zip(&joint.equilibrium().force) {
             assert_eq!(*force, -steady);
         }
         let (a, b) = (force_in(&joint, &some, &z), force_in(&joint, &others, &z));
         let size = closed.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
         for i in 0..11 {
-            assert!((a[i] + b[i] - closed[i] - open[i]).abs() < 1e-13 * size);
+            assert!((a[i] + b[i] - closed[i] - separated[i]).abs() < 1e-13 * size);
         }
     }
 }
 
-/// A guard a node, positive in the state's own status, each the gap with the sign of its side; none
-/// for the padding, none without lift-off.
+/// One guard per node: the gap with the sign of its status, positive in the status of the state; none for padding,
+/// none for bonded nodes.
 #[test]
 fn guards_are_the_gaps() {
     let joint = Joint::new(&scattered(37, 11, STRIBECK));
@@ -74,7 +77,7 @@ fn guards_are_the_gaps() {
     bonded.guard_values(&own, 0.0, &z, &mut []);
 }
 
-/// Guards are linear in the displacements, and their gradient is what they change by.
+/// Guards are linear in the displacements with the stated gradient.
 #[test]
 fn gradients_are_exact() {
     let joint = Joint::new(&scattered(37, 11, STRIBECK)).with_audit();
@@ -96,15 +99,15 @@ fn gradients_are_exact() {
     }
 }
 
-/// Crossing turns over the node's own bit and nothing else, and puts its guard right.
+/// A transition flips the bit of its node only and makes its guard positive.
 #[test]
-fn crossing_changes_sides() {
+fn transitions_flip_one_bit() {
     let joint = Joint::new(&scattered(37, 11, STRIBECK));
     let mut z = state(&joint, 5);
     let mut status = vec![0; 5];
     joint.status_of(0.0, &z, &mut status);
     for guard in [0, 7, 8, 36] {
-        // Moved along the guard's own gradient until it is just past it.
+        // Displaced along the gradient of the guard until it is just past zero.
         let (mut values, mut gradient) = (vec![0.0; 37], vec![0.0; 22]);
         joint.guard_values(&status, 0.0, &z, &mut values);
         joint.guard_gradient(&status, guard, 0.0, &z, &mut gradient);

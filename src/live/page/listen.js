@@ -1,7 +1,8 @@
-// Plays what comes, with a little in hand; when that runs out it fades to silence and gathers anew.
+// Plays audio blocks from a short buffer. If the buffer runs empty, the player fades to silence and refills
+// it.
 
-const IN_HAND = 0.15;
-const AT_MOST = 1.0;
+const BUFFERED = 0.15;
+const MAX_BUFFERED = 1.0;
 const FADE = 1 / 256;
 
 class Player extends AudioWorkletProcessor {
@@ -17,8 +18,8 @@ class Player extends AudioWorkletProcessor {
     this.port.onmessage = ({ data }) => {
       this.#pieces.push(data);
       this.#count += data.length;
-      // Whoever was asleep for a while does not hear the past.
-      while (this.#count > AT_MOST * sampleRate) {
+      // After a pause of the browser tab, old audio is dropped.
+      while (this.#count > MAX_BUFFERED * sampleRate) {
         this.#count -= this.#pieces.shift().length - this.#at;
         this.#at = 0;
       }
@@ -38,7 +39,7 @@ class Player extends AudioWorkletProcessor {
 
   process(_, [[channel]]) {
     for (let k = 0; k < channel.length; k++) {
-      this.#playing = this.#playing ? this.#count > 0 : this.#count > IN_HAND * sampleRate;
+      this.#playing = this.#playing ? this.#count > 0 : this.#count > BUFFERED * sampleRate;
       if (this.#playing) {
         this.#gain = Math.min(1, this.#gain + FADE);
         this.#last = this.#next();

@@ -1,42 +1,42 @@
-// The control panel: what the hands do goes out, what the run does comes in.
+// The control panel: sends commands to the server and displays the state of the run.
 
 import { ViewerHost } from "/viewer-host.js";
 
 const $ = (id) => document.getElementById(id);
 const RETRY = 700;
 
-// Kinds of motion, in the colours of the recording.
-const KINDS = {
+// Types of motion, in the colours of the recording.
+const REGIME_COLOURS = {
   silent: "#5b666d",
   transient: "#8d8d52",
   periodic: "#58a9ff",
   "quasi-periodic": "#b98cff",
   chaotic: "#ff7a59",
   noise: "#c9c9c9",
-  unsure: "#3a4247",
+  undetermined: "#3a4247",
   stable: "#5b666d",
 };
-const BY_NUMBER = ["#5b666d", "#58a9ff", "#43c59e", "#b98cff", "#ffd166", "#ffa53a", "#ff7a59"];
+const UNSTABLE_MODE_COLOURS = ["#5b666d", "#58a9ff", "#43c59e", "#b98cff", "#ffd166", "#ffa53a", "#ff7a59"];
 
 function colour(kind) {
   const count = Number.parseInt(kind, 10);
-  return KINDS[kind] ?? BY_NUMBER[Math.min(count, BY_NUMBER.length - 1)] ?? "#888";
+  return REGIME_COLOURS[kind] ?? UNSTABLE_MODE_COLOURS[Math.min(count, UNSTABLE_MODE_COLOURS.length - 1)] ?? "#888";
 }
 const NODE_COLOURS = ["#ffa53a", "#58a9ff", "#f2f5f7"];
 
-// Names of files and scenes may hold characters that change how other text is shown.
+// File and scene names may contain characters that change the direction or layout of other text.
 const HIDDEN = /[\p{Cc}\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]/gu;
 const shown = (text) =>
   text.replace(HIDDEN, (c) => `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}`);
 
-const state = { panel: null, refusedUntil: 0, asked: null, askedUntil: 0, pacing: false };
+const state = { panel: null, refusedUntil: 0, asked: null, askedUntil: 0, draggingSpeed: false };
 
-// ---- dark, or light for a projector in a bright room
+// ---- theme: dark, or light for a projector
 
 const asSystem = window.matchMedia.bind(window);
 const theme = localStorage.getItem("theme") === "light" ? "light" : "dark";
 document.documentElement.dataset.theme = theme;
-// The viewer goes by what it takes for the system's wish.
+// The viewer follows the colour scheme of the system. The page overrides that query.
 window.matchMedia = (query) => {
   const wish = /prefers-color-scheme:\s*(\w+)/.exec(query);
   return asSystem(!wish ? query : wish[1] === theme ? "all" : "not all");
@@ -47,7 +47,7 @@ function toggleTheme() {
   location.reload();
 }
 
-// ---- talking with the server
+// ---- connection to the server
 
 let control = null;
 
@@ -85,24 +85,24 @@ function refused(words) {
   setTimeout(done, 4100);
 }
 
-// ---- what is told once
+// ---- sent once by the server
 
 let scenes = [];
 let hardKick = null;
 
-function welcome(told) {
-  scenes = told.scenes.map(([name]) => name);
+function welcome(sent) {
+  scenes = sent.scenes.map(([name]) => name);
   $("scene").replaceChildren(
-    ...told.scenes.map(([name, title]) => new Option(shown(`${name}: ${title}`), name)),
+    ...sent.scenes.map(([name, title]) => new Option(shown(`${name}: ${title}`), name)),
   );
-  soundRate = told.sound_rate;
-  hardKick = told.hard_kick;
+  soundRate = sent.audio_rate_hz;
+  hardKick = sent.hard_kick_mm_per_s;
 }
 
 let bandsNow = { source: "", at: [] };
 
-function bands(told) {
-  bandsNow = told;
+function bands(sent) {
+  bandsNow = sent;
   drawBands();
 }
 
@@ -113,7 +113,7 @@ function showSource() {
 
 function drawBands() {
   const svg = $("bands");
-  const reach = state.panel?.reach_deg;
+  const reach = state.panel?.tilt_range_deg;
   const at = bandsNow.at;
   if (!reach || at.length === 0) {
     svg.replaceChildren();
@@ -122,7 +122,7 @@ function drawBands() {
     return;
   }
   const x = (deg) => (1000 * (deg - reach[0])) / (reach[1] - reach[0]);
-  // Neighbours of one kind are one band.
+  // Adjacent tilts with the same type of motion form one band.
   const ranges = [];
   for (const [k, [deg, kind]] of at.entries()) {
     const low = k === 0 ? deg : 0.5 * (at[k - 1][0] + deg);
@@ -154,31 +154,31 @@ function drawBands() {
   showSource();
 }
 
-// ---- what is told again and again
+// ---- sent repeatedly by the server
 
-function panel(told) {
+function panel(status) {
   const before = state.panel;
-  state.panel = told;
-  const now = told.time_s;
+  state.panel = status;
+  const now = status.time_s;
   $("time").textContent = now < 1 ? `${(1e3 * now).toFixed(1)} ms` : `${now.toFixed(4)} s`;
-  if ($("scene").value !== told.scene) $("scene").value = told.scene;
-  $("title").textContent = told.title;
-  showTilt(told, before);
-  showPace(told);
-  const sure = told.confidence === null ? "" : ` (${Math.round(100 * told.confidence)} % sure)`;
-  $("regime").textContent = told.regime ? told.regime + sure : "not yet told";
-  $("lines").replaceChildren(...(told.lines.length ? told.lines.slice(0, 3).map(line) : ["none yet"]));
-  $("speed").textContent = `${told.speed_mm_s.toPrecision(3)} mm/s`;
-  showNodes(told.nodes);
-  if (told.words !== before?.words || told.lesson !== before?.lesson || told.run !== before?.run) {
-    // The lesson itself stands in the viewer; here is what to look at.
-    const look = told.lesson.split("\n\n").find((part) => part.startsWith("**Look at**"));
-    markdown($("words"), `${told.words || (look ? "" : told.about)}\n\n${look ?? ""}`);
+  if ($("scene").value !== status.scene) $("scene").value = status.scene;
+  $("title").textContent = status.title;
+  showTilt(status, before);
+  showSpeed(status);
+  const sure = status.confidence === null ? "" : ` (confidence ${Math.round(100 * status.confidence)} %)`;
+  $("regime").textContent = status.regime ? status.regime + sure : "not classified yet";
+  $("lines").replaceChildren(...(status.lines.length ? status.lines.slice(0, 3).map(line) : ["none yet"]));
+  $("peak-velocity").textContent = `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`;
+  showNodes(status.nodes);
+  if (status.narration !== before?.narration || status.lesson !== before?.lesson || status.run !== before?.run) {
+    // The viewer displays the complete lesson; the panel only says where to look.
+    const look = status.lesson.split("\n\n").find((part) => part.startsWith("**Look at**"));
+    markdown($("words"), `${status.narration || (look ? "" : status.about)}\n\n${look ?? ""}`);
   }
-  if (told.recording !== before?.recording) showRecording(told.recording);
-  if (told.events.at(-1)?.number !== before?.events.at(-1)?.number) showEvents(told.events);
-  $("watching").textContent = told.watching === 1 ? "1 viewer" : `${told.watching} viewers`;
-  if (told.run !== before?.run) drawBands();
+  if (status.recording !== before?.recording) showRecording(status.recording);
+  if (status.events.at(-1)?.number !== before?.events.at(-1)?.number) showEvents(status.events);
+  $("watching").textContent = status.watching === 1 ? "1 viewer" : `${status.watching} viewers`;
+  if (status.run !== before?.run) drawBands();
 }
 
 function line({ frequency_hz, amplitude, label: name }) {
@@ -188,45 +188,45 @@ function line({ frequency_hz, amplitude, label: name }) {
   return row;
 }
 
-function showTilt(told, before) {
+function showTilt(status, before) {
   const slider = $("tilt");
-  $("tilting").hidden = !told.reach_deg;
-  if (!told.reach_deg || told.tilt_deg === null) return;
-  if (told.run !== before?.run) {
-    [slider.min, slider.max] = told.reach_deg;
+  $("tilting").hidden = !status.tilt_range_deg;
+  if (!status.tilt_range_deg || status.tilt_deg === null) return;
+  if (status.run !== before?.run) {
+    [slider.min, slider.max] = status.tilt_range_deg;
   }
-  // What was asked for stands until it is there, or was refused.
-  const there = Math.abs(told.tilt_deg - state.asked) < 5e-3;
-  if (there || told.run !== before?.run || (!told.paused && performance.now() > state.askedUntil)) {
+  // A requested tilt is displayed until it is applied or rejected.
+  const applied = Math.abs(status.tilt_deg - state.asked) < 5e-3;
+  if (applied || status.run !== before?.run || (!status.paused && performance.now() > state.askedUntil)) {
     state.asked = null;
   }
-  slider.value = state.asked ?? told.tilt_deg;
+  slider.value = state.asked ?? status.tilt_deg;
   $("tilt-now").textContent = `${Number(slider.value).toFixed(2)}°`;
 }
 
-// Two digits, without powers of ten.
+// Two significant digits, without exponents.
 const short = (x) => `${Number(x.toPrecision(2))}`;
 
-function paceWords(msPerS) {
+function speedText(msPerS) {
   if (msPerS >= 999.5) return "real time";
   return `${msPerS >= 10 ? msPerS.toFixed(0) : msPerS.toPrecision(2)} ms/s`;
 }
 
-function showPace(told) {
-  const asked = 1e3 * told.pace;
-  if (!state.pacing) $("pace").value = Math.log10(asked);
-  $("pace-now").textContent = paceWords(asked);
-  $("pause").textContent = told.paused ? "Go on" : "Pause";
-  $("pause").setAttribute("aria-pressed", told.paused);
-  $("neighbours").hidden = told.neighbours === null;
-  $("neighbours").firstElementChild.checked = told.neighbours === true;
-  const slow = told.reached !== null && told.reached < 0.9 * told.pace;
-  const reached = told.reached === null ? "" : paceWords(1e3 * told.reached);
-  $("reached").textContent = told.paused
-    ? "time stands still"
+function showSpeed(status) {
+  const asked = 1e3 * status.speed;
+  if (!state.draggingSpeed) $("speed").value = Math.log10(asked);
+  $("speed-now").textContent = speedText(asked);
+  $("pause").textContent = status.paused ? "Resume" : "Pause";
+  $("pause").setAttribute("aria-pressed", status.paused);
+  $("lyapunov").hidden = status.lyapunov === null;
+  $("lyapunov").firstElementChild.checked = status.lyapunov === true;
+  const slow = status.measured_speed !== null && status.measured_speed < 0.9 * status.speed;
+  const measured_speed = status.measured_speed === null ? "" : speedText(1e3 * status.measured_speed);
+  $("measured_speed").textContent = status.paused
+    ? "paused"
     : slow
-      ? `this machine reaches ${reached}${told.neighbours ? "; without neighbours it is faster" : ""}`
-      : `1 ms takes ${short(1 / asked)} s`;
+      ? `actual speed ${measured_speed}${status.lyapunov ? "; faster without Lyapunov exponents" : ""}`
+      : `1 ms of simulated time takes ${short(1 / asked)} s`;
 }
 
 function showNodes(nodes) {
@@ -240,8 +240,8 @@ function showNodes(nodes) {
       return bar;
     }),
   );
-  const [stick, slip, open] = nodes;
-  $("nodes-words").textContent = `contact nodes: ${stick} stick, ${slip} slide, ${open} open`;
+  const [stick, slip, separated] = nodes;
+  $("nodes-words").textContent = `contact nodes: ${stick} stick, ${slip} slip, ${separated} separated`;
 }
 
 function showEvents(events) {
@@ -261,10 +261,10 @@ function showRecording(file) {
   $("record").setAttribute("aria-pressed", Boolean(file));
   $("record").textContent = file ? "Stop recording" : "Record";
   $("recording").hidden = !file;
-  $("recording").textContent = file ? `into ${file}` : "";
+  $("recording").textContent = file ? `recording to ${file}` : "";
 }
 
-// Headings, lists, tables, bold, italic and code: what the words of a run are made of.
+// Renders headings, lists, tables, bold, italic and code.
 function markdown(where, text) {
   const blocks = [];
   let list = null;
@@ -329,7 +329,7 @@ function mute() {
   context.close();
   $("listen").setAttribute("aria-pressed", "false");
   $("listen").textContent = "Listen";
-  $("heard").hidden = true;
+  $("audio").hidden = true;
 }
 
 async function listen() {
@@ -355,11 +355,11 @@ async function openSound() {
   socket.binaryType = "arraybuffer";
   sound = { context, socket, samples: 0 };
   const mine = sound;
-  // A server that is gone plays no more.
+  // The connection to the server is lost.
   socket.onclose = mute;
   socket.onmessage = (event) => {
     if (typeof event.data === "string") {
-      heard(JSON.parse(event.data).heard);
+      showAudio(JSON.parse(event.data).audio);
       return;
     }
     const piece = new Float32Array(event.data);
@@ -368,64 +368,64 @@ async function openSound() {
   };
   $("listen").setAttribute("aria-pressed", "true");
   $("listen").textContent = "Mute";
-  $("heard").hidden = false;
-  $("heard").textContent = "listening…";
+  $("audio").hidden = false;
+  $("audio").textContent = "waiting for audio…";
 }
 
-function heard({ what, slower }) {
+function showAudio({ what, time_stretch: stretch }) {
   const pitch =
-    slower < 1.02 ? "at its true pitch" : `${short(slower)} times slower, and so lower, than life`;
-  const hint = slower > 60 ? "; too low to hear: choose a faster pace" : "";
-  $("heard").textContent = `${what}, ${pitch}, made as loud as it may be${hint}`;
+    stretch < 1.02 ? "at true pitch" : `slowed down and lowered by a factor of ${short(stretch)}`;
+  const hint = stretch > 60 ? "; too low to hear: choose a higher playback speed" : "";
+  $("audio").textContent = `${what}, ${pitch}, level normalised${hint}`;
 }
 
-// ---- hands
+// ---- user input
 
-function tilted(deg) {
+function setTilt(deg) {
   state.asked = Number(deg);
   state.askedUntil = performance.now() + 2000;
   ask({ do: "tilt", deg: state.asked });
 }
-const paced = (ms) => ask({ do: "pace", ms_per_s: Number(ms) });
+const setSpeed = (ms) => ask({ do: "speed", ms_per_s: Number(ms) });
 const kick = (event) =>
   ask({ do: "kick", ...(event.shiftKey && { mm_per_s: hardKick }) });
 const togglePause = () => ask({ do: state.panel?.paused ? "resume" : "pause" });
-const toggleNeighbours = () => ask({ do: "neighbours", follow: !state.panel?.neighbours });
+const toggleLyapunov = () => ask({ do: "lyapunov", enabled: !state.panel?.lyapunov });
 const toggleRecord = () => ask({ do: state.panel?.recording ? "stop-recording" : "record" });
 
 $("tilt").addEventListener("input", (event) => {
   $("tilt-now").textContent = `${Number(event.target.value).toFixed(2)}°`;
-  tilted(event.target.value);
+  setTilt(event.target.value);
 });
-$("tilt").addEventListener("change", (event) => tilted(event.target.value));
-$("pace").addEventListener("input", (event) => {
-  state.pacing = true;
-  paced(10 ** Number(event.target.value));
+$("tilt").addEventListener("change", (event) => setTilt(event.target.value));
+$("speed").addEventListener("input", (event) => {
+  state.draggingSpeed = true;
+  setSpeed(10 ** Number(event.target.value));
 });
-$("pace").addEventListener("change", () => setTimeout(() => (state.pacing = false), 300));
-$("paces").addEventListener("click", (event) => {
-  if (event.target.dataset.pace) paced(event.target.dataset.pace);
+$("speed").addEventListener("change", () => setTimeout(() => (state.draggingSpeed = false), 300));
+$("speed-presets").addEventListener("click", (event) => {
+if (event.target.dataset.speed) setSpeed(event.target.dataset.speed);
 });
 $("scene").addEventListener("change", (event) => {
   ask({ do: "scene", name: event.target.value });
-  // Keys steer again.
+  // Returns the keyboard focus to the shortcuts.
   event.target.blur();
 });
 $("pause").addEventListener("click", togglePause);
 $("step").addEventListener("click", () => ask({ do: "step" }));
 $("kick").addEventListener("click", kick);
 $("reset").addEventListener("click", () => ask({ do: "reset" }));
-$("neighbours").addEventListener("change", toggleNeighbours);
+$("lyapunov").addEventListener("change", toggleLyapunov);
 $("record").addEventListener("click", toggleRecord);
 $("listen").addEventListener("click", listen);
 
 function nudge(by) {
   const panel = state.panel;
-  if (!panel?.reach_deg) return;
-  const [low, high] = panel.reach_deg;
+  if (!panel?.tilt_range_deg) return;
+  const [low, high] = panel.tilt_range_deg;
   const deg = Math.min(high, Math.max(low, Number($("tilt").value) + by));
   $("tilt").value = deg;
-  tilted(deg.toFixed(4));
+  setTilt(deg.toFixed(4));
 }
 
 const KEYS = {
@@ -434,7 +434,7 @@ const KEYS = {
   k: kick,
   r: () => ask({ do: "reset" }),
   m: listen,
-  e: toggleNeighbours,
+  e: toggleLyapunov,
   f: toggleRecord,
   l: toggleTheme,
   h: () => document.body.classList.toggle("alone"),
@@ -442,20 +442,20 @@ const KEYS = {
     const next = scenes[(scenes.indexOf(state.panel?.scene) + 1) % scenes.length];
     ask({ do: "scene", name: next });
   },
-  1: () => paced(1),
-  2: () => paced(20),
-  3: () => paced(250),
-  4: () => paced(1000),
+  1: () => setSpeed(1),
+  2: () => setSpeed(20),
+  3: () => setSpeed(250),
+  4: () => setSpeed(1000),
 };
 
-// Before the viewer sees it, which has keys of its own, and before a focused slider or button does.
+// Captures keys before the viewer, which has its own shortcuts, and before a focused slider or button.
 window.addEventListener(
   "keydown",
   (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const lists = ["ArrowUp", "ArrowDown", "Enter", " "];
     if (event.target instanceof HTMLSelectElement && lists.includes(event.key)) return;
-    if (event.target === $("pace") && event.key.startsWith("Arrow")) return;
+    if (event.target === $("speed") && event.key.startsWith("Arrow")) return;
     const step = event.shiftKey ? 0.5 : 0.1;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const act =
@@ -468,11 +468,11 @@ window.addEventListener(
   true,
 );
 
-// ---- begin
+// ---- start
 
 connect();
 const host = new ViewerHost($("viewer"));
-// For those who look into the page.
+// For tests in a browser.
 window.squeakscope = { host, state, ask, soundSamples: () => sound?.samples ?? 0 };
 host
   .start()

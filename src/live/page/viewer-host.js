@@ -1,7 +1,7 @@
-// The viewer beside the panel: Rerun's, fed with the run as it comes.
+// Rerun's web viewer, fed with the recording of the run.
 
 const RETRY = 700;
-const TELL_EVERY = 200;
+const ACKNOWLEDGE_EVERY = 200;
 const TIMELINE = "sim_time";
 
 export class ViewerHost {
@@ -14,17 +14,17 @@ export class ViewerHost {
     this.#canvas = canvas;
   }
 
-  // Bytes that the viewer has been given.
+  // Bytes passed to the viewer so far.
   get bytes() {
     return this.#bytes;
   }
 
-  // The viewer's own interface, for those who look into it.
+  // The viewer's own API, for tests.
   get handle() {
     return this.#handle;
   }
 
-  // Simulated time up to which the viewer has the run, s; null before it has any.
+  // Simulated time up to which the viewer has data, s; null without data.
   seen() {
     const recording = this.#handle?.get_active_recording_id();
     const range = recording && this.#handle.get_timeline_time_range(recording, TIMELINE);
@@ -46,23 +46,23 @@ export class ViewerHost {
     this.#listen();
   }
 
-  // A channel of its own for each connection: the server begins with all that the viewer needs.
+  // Each connection uses a new channel, because the server first sends everything that a viewer needs.
   #listen() {
     const id = `live-${++this.#channel}`;
     const socket = new WebSocket(`ws://${location.host}/stream`);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.#handle.open_channel(id, "squeakscope");
-      // From now on the server minds how far the viewer is.
-      socket.send(JSON.stringify({ seen: 0 }));
+      // Enables flow control on the server.
+      socket.send(JSON.stringify({ displayed_s: 0 }));
     };
-    // The server leaves out what the viewer would only show too late.
-    const tell = setInterval(() => {
+    // The server skips data if the viewer lags behind.
+    const acknowledge = setInterval(() => {
       const seen = this.seen();
       if (seen !== null && socket.readyState === WebSocket.OPEN) {
-        socket.send(JSON.stringify({ seen }));
+        socket.send(JSON.stringify({ displayed_s: seen }));
       }
-    }, TELL_EVERY);
+    }, ACKNOWLEDGE_EVERY);
     socket.onmessage = (event) => {
       if (this.#handle.has_panicked()) {
         socket.close();
@@ -72,11 +72,11 @@ export class ViewerHost {
       this.#handle.send_rrd_to_channel(id, new Uint8Array(event.data));
     };
     socket.onclose = () => {
-      clearInterval(tell);
+      clearInterval(acknowledge);
       try {
         this.#handle.close_channel(id);
       } catch {
-        // It had not been opened yet.
+        // The channel was not open yet.
       }
       setTimeout(() => this.#listen(), RETRY);
     };

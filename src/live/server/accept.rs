@@ -1,7 +1,7 @@
-//! Who is let in: a limit of connections in all and for each address, and none that only waits.
+//! Connection limits: in total, per address, and for idle connections.
 //!
-//! A connection has one request. Where there are too many, or no file descriptors are left, the one that has been
-//! waited for longest without a whole request makes room for the newcomer.
+//! A connection serves one request. At a limit, or without free file descriptors, the oldest
+//! connection without a complete request is closed in favour of the new one.
 
 use std::convert::Infallible;
 use std::io;
@@ -19,71 +19,71 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 
-/// How much of the server there is for a client.
+/// Limits of the server.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Connections in all.
-    pub in_all: usize,
-    /// Connections of one address.
+    /// Connections in total.
+    pub total: usize,
+    /// Connections per address.
     pub per_address: usize,
-    /// Wall time for a request's line and headers.
-    pub for_headers: Duration,
-    /// Wall time for a request and its answer.
-    pub for_answer: Duration,
-    /// Wall time for the client of a web socket to take in a message.
-    pub for_message: Duration,
-    /// Wall time after which a silent client of a web socket is asked whether it is there, and has to answer.
-    pub silence: Duration,
+    /// Timeout for the request line and headers.
+    pub header_timeout: Duration,
+    /// Timeout for a request and its response.
+    pub request_timeout: Duration,
+    /// Timeout for a web-socket client to accept a message.
+    pub message_timeout: Duration,
+    /// Time after which a silent web-socket client gets a ping, and timeout for its response.
+    pub ping_after: Duration,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            in_all: 128,
-            // A page has three, and a few while it loads.
+            total: 128,
+            // A page has three, and a few more while it loads.
             per_address: 32,
-            for_headers: Duration::from_secs(10),
+            header_timeout: Duration::from_secs(10),
             // The viewer's 42 MB at 1.2 Mbit/s.
-            for_answer: Duration::from_secs(300),
-            for_message: Duration::from_secs(10),
-            silence: Duration::from_secs(20),
+            request_timeout: Duration::from_secs(300),
+            message_timeout: Duration::from_secs(10),
+            ping_after: Duration::from_secs(20),
         }
     }
 }
 
-/// Bytes of a request's line and headers.
-const HEADERS: usize = 1 << 14;
-/// How long is waited when the system accepts nobody.
+/// Maximum size of the request line and headers, bytes.
+const MAX_HEADERS: usize = 1 << 14;
+/// Delay after a failed accept.
 const RETRY: Duration = Duration::from_millis(50);
-/// How long is waited for a connection to be closed that makes room.
-const CLOSED: Duration = Duration::from_millis(1);
+/// Delay after a connection was closed in favour of a new one.
+const CLOSE_DELAY: Duration = Duration::from_millis(1);
 
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\ncontent-length: 42\r\n\
     cross-origin-resource-policy: same-origin\r\n\r\n\
-    too many connections: close a page of this";
+    too many connections; close another viewer";
 
-/// Serves whoever comes, for as long as it is polled.
+/// Serves connections for as long as it is polled.
 pub(super) async fn accept(listener: TcpListener, router: Router, limits: Limits) {
-    let seats = Arc::new(Seats::new(limits));
+    let connections = Arc::new(Connections::new(limits));
     loop {
         match listener.accept().await {
-            Ok((stream, peer)) => match Seats::take(&seats, peer.ip()) {
-                Some(seat) => drop(tokio::spawn(attend(stream, seat, router.clone()))),
+            Ok((stream, peer)) => match Connections::take(&connections, peer.ip()) {
+                Some(slot) => drop(tokio::spawn(serve(stream, slot, router.clone()))),
                 None => refuse(stream),
             },
-            Err(fault) if is_of_the_client(&fault) => {}
-            // There are no descriptors left, or no memory.
+            Err(fault) if is_client_error(&fault) => {}
+            // No file descriptors or no memory left.
             Err(_) => {
-                let made_room = seats.make_room(|_| true);
-                tokio::time::sleep(if made_room { CLOSED } else { RETRY }).await;
+                let closed = connections.close_oldest(|_| true);
+                tokio::time::sleep(if closed { CLOSE_DELAY } else { RETRY }).await;
             }
         }
     }
 }
 
-/// Whether it is a client's connection that failed, not the listening.
-fn is_of_the_client(fault: &io::Error) -> bool {
+/// Whether a client's connection failed, and not the listening socket.
+fn is_client_error(fault: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionAborted, ConnectionRefused, ConnectionReset, Interrupted};
     [
         ConnectionAborted,
@@ -94,23 +94,23 @@ fn is_of_the_client(fault: &io::Error) -> bool {
     .contains(&fault.kind())
 }
 
-/// Tells a client, if it still listens, that there is no room.
+/// Sends an error response without waiting.
 fn refuse(stream: TcpStream) {
     if let Ok(mut stream) = stream.into_std() {
-        // Without waiting; what fits nowhere is lost.
+        // A partial write is acceptable.
         let _ = io::Write::write(&mut stream, FULL);
     }
 }
 
-/// Serves the request of a connection. A web socket takes the seat along.
-async fn attend(stream: TcpStream, seat: Seat, router: Router) {
-    let seat = Arc::new(seat);
-    let limits = seat.limits();
-    let dismissed = Arc::clone(&seat.dismissed);
+/// Serves the request of a connection. A web socket keeps the slot.
+async fn serve(stream: TcpStream, slot: ConnectionSlot, router: Router) {
+    let slot = Arc::new(slot);
+    let limits = slot.limits();
+    let close = Arc::clone(&slot.close);
     let service = TowerToHyperService::new(router);
     let service = service_fn(move |mut request: hyper::Request<Incoming>| {
-        seat.has_asked();
-        request.extensions_mut().insert(Arc::clone(&seat));
+        slot.mark_requested();
+        request.extensions_mut().insert(Arc::clone(&slot));
         let answered = service.call(request);
         async {
             let mut response = answered.await?;
@@ -123,123 +123,123 @@ async fn attend(stream: TcpStream, seat: Seat, router: Router) {
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(limits.for_headers)
-        .max_buf_size(HEADERS)
+        .header_read_timeout(limits.header_timeout)
+        .max_buf_size(MAX_HEADERS)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     tokio::select! {
-        // Whatever ends it is the client's affair.
-        _ = tokio::time::timeout(limits.for_answer, connection) => {}
-        () = dismissed.notified() => {}
+        // A connection error concerns only its client.
+        _ = tokio::time::timeout(limits.request_timeout, connection) => {}
+        () = close.notified() => {}
     }
 }
 
-/// The connections that there are.
+/// Open connections.
 #[derive(Debug)]
-struct Seats {
+struct Connections {
     limits: Limits,
     /// Oldest first.
-    taken: Mutex<Vec<Taken>>,
+    open: Mutex<Vec<Connection>>,
 }
 
 #[derive(Debug)]
-struct Taken {
+struct Connection {
     address: IpAddr,
-    /// Whether there is no whole request yet.
-    waits: bool,
-    /// Also what it is known by.
-    dismissed: Arc<Notify>,
+    /// Whether the request is still incomplete.
+    incomplete: bool,
+    /// Signal to close the connection; also its identity.
+    close: Arc<Notify>,
 }
 
-/// A connection's place, free again when this is dropped.
+/// A connection slot, released on drop.
 #[derive(Debug)]
-pub(super) struct Seat {
-    seats: Arc<Seats>,
-    dismissed: Arc<Notify>,
+pub(super) struct ConnectionSlot {
+    connections: Arc<Connections>,
+    close: Arc<Notify>,
 }
 
-impl Seats {
+impl Connections {
     fn new(limits: Limits) -> Self {
         Self {
             limits,
-            taken: Mutex::default(),
+            open: Mutex::default(),
         }
     }
 
-    /// A place for a newcomer, if there is one.
-    fn take(seats: &Arc<Self>, address: IpAddr) -> Option<Seat> {
+    /// Takes a slot for a new connection, if possible.
+    fn take(connections: &Arc<Self>, address: IpAddr) -> Option<ConnectionSlot> {
         let address = network(address);
-        let is_own = |taken: &Taken| taken.address == address;
+        let is_own = |taken: &Connection| taken.address == address;
         let (own, all) = {
-            let taken = seats.taken();
+            let taken = connections.open();
             (
                 taken.iter().filter(|taken| is_own(taken)).count(),
                 taken.len(),
             )
         };
-        let room = if own >= seats.limits.per_address {
-            seats.make_room(is_own)
-        } else if all >= seats.limits.in_all {
-            seats.make_room(|_| true)
+        let admitted = if own >= connections.limits.per_address {
+            connections.close_oldest(is_own)
+        } else if all >= connections.limits.total {
+            connections.close_oldest(|_| true)
         } else {
             true
         };
-        room.then(|| {
-            let dismissed = Arc::<Notify>::default();
-            seats.taken().push(Taken {
+        admitted.then(|| {
+            let close = Arc::<Notify>::default();
+            connections.open().push(Connection {
                 address,
-                waits: true,
-                dismissed: Arc::clone(&dismissed),
+                incomplete: true,
+                close: Arc::clone(&close),
             });
-            Seat {
-                seats: Arc::clone(seats),
-                dismissed,
+            ConnectionSlot {
+                connections: Arc::clone(connections),
+                close,
             }
         })
     }
 
-    /// Dismisses the oldest of some that only wait; whether there was one.
-    fn make_room(&self, of: impl Fn(&Taken) -> bool) -> bool {
-        let mut taken = self.taken();
-        let oldest = taken.iter().position(|taken| taken.waits && of(taken));
+    /// Closes the oldest selected connection without a complete request. Returns whether there was one.
+    fn close_oldest(&self, of: impl Fn(&Connection) -> bool) -> bool {
+        let mut taken = self.open();
+        let oldest = taken.iter().position(|taken| taken.incomplete && of(taken));
         if let Some(oldest) = oldest {
-            taken.remove(oldest).dismissed.notify_one();
+            taken.remove(oldest).close.notify_one();
         }
         oldest.is_some()
     }
 
-    fn taken(&self) -> MutexGuard<'_, Vec<Taken>> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    fn open(&self) -> MutexGuard<'_, Vec<Connection>> {
+        self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Seat {
-    /// How much there is for a client.
+impl ConnectionSlot {
+    /// Limits of the server.
     pub fn limits(&self) -> Limits {
-        self.seats.limits
+        self.connections.limits
     }
 
-    /// Notes that there is a whole request.
-    fn has_asked(&self) {
-        let mut taken = self.seats.taken();
+    /// Marks the request as complete.
+    fn mark_requested(&self) {
+        let mut taken = self.connections.open();
         let own = taken.iter_mut().find(|taken| self.is(taken));
         if let Some(taken) = own {
-            taken.waits = false;
+            taken.incomplete = false;
         }
     }
 
-    fn is(&self, taken: &Taken) -> bool {
-        Arc::ptr_eq(&taken.dismissed, &self.dismissed)
+    fn is(&self, taken: &Connection) -> bool {
+        Arc::ptr_eq(&taken.close, &self.close)
     }
 }
 
-impl Drop for Seat {
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
-        self.seats.taken().retain(|taken| !self.is(taken));
+        self.connections.open().retain(|taken| !self.is(taken));
     }
 }
 
-/// What counts as one address: of IPv6 the network, whose every address one client may have.
+/// Address used for the limit: for IPv6 the /64 network, all of which may belong to one client.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(six) => Ipv6Addr::from_bits(six.to_bits() >> 64 << 64).into(),
@@ -251,9 +251,9 @@ fn network(address: IpAddr) -> IpAddr {
 mod tests {
     use super::*;
 
-    fn seats() -> Arc<Seats> {
-        Arc::new(Seats::new(Limits {
-            in_all: 8,
+    fn connections() -> Arc<Connections> {
+        Arc::new(Connections::new(Limits {
+            total: 8,
             per_address: 3,
             ..Limits::default()
         }))
@@ -264,45 +264,45 @@ mod tests {
     }
 
     #[test]
-    fn one_address_does_not_take_all_places() {
-        let seats = seats();
-        let take = |number| Seats::take(&seats, address(number));
-        let own: Vec<Seat> = (0..3).map(|_| take(1).unwrap()).collect();
-        own.iter().for_each(Seat::has_asked);
-        assert!(take(1).is_none(), "all of them have a request");
+    fn one_address_cannot_take_all_slots() {
+        let connections = connections();
+        let take = |number| Connections::take(&connections, address(number));
+        let own: Vec<ConnectionSlot> = (0..3).map(|_| take(1).unwrap()).collect();
+        own.iter().for_each(ConnectionSlot::mark_requested);
+        assert!(take(1).is_none(), "all its connections have a request");
         let other = take(2).unwrap();
         drop(own);
         assert!(take(1).is_some());
         assert!(
-            !seats
-                .taken()
+            !connections
+                .open()
                 .iter()
-                .any(|taken| taken.waits && !other.is(taken))
+                .any(|taken| taken.incomplete && !other.is(taken))
         );
     }
 
     #[tokio::test]
-    async fn the_oldest_that_only_waits_makes_room() {
-        let seats = seats();
-        let take = |number| Seats::take(&seats, address(number));
+    async fn the_oldest_idle_connection_is_closed_for_a_new_one() {
+        let connections = connections();
+        let take = |number| Connections::take(&connections, address(number));
         let asked = take(0).unwrap();
-        asked.has_asked();
+        asked.mark_requested();
         let oldest = take(1).unwrap();
-        let others: Vec<Seat> = (2..8).map(|k| take(k).unwrap()).collect();
-        let newcomer = take(1000).unwrap();
-        oldest.dismissed.notified().await;
-        assert_eq!(seats.taken().len(), 8);
-        others.iter().for_each(Seat::has_asked);
-        newcomer.has_asked();
+        let others: Vec<ConnectionSlot> = (2..8).map(|k| take(k).unwrap()).collect();
+        let new = take(1000).unwrap();
+        oldest.close.notified().await;
+        assert_eq!(connections.open().len(), 8);
+        others.iter().for_each(ConnectionSlot::mark_requested);
+        new.mark_requested();
         assert!(take(1001).is_none());
         drop(oldest);
-        assert_eq!(seats.taken().len(), 8, "its place was given away");
+        assert_eq!(connections.open().len(), 8, "its slot is already reused");
         drop(asked);
         assert!(take(1001).is_some());
     }
 
     #[test]
-    fn a_network_of_ipv6_counts_as_one_address() {
+    fn an_ipv6_network_counts_as_one_address() {
         let [one, same, other] = ["2001:db8::1", "2001:db8::f:2", "2001:db8:0:1::1"]
             .map(|text| network(text.parse().unwrap()));
         assert!(one == same && one != other);

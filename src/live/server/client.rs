@@ -1,4 +1,4 @@
-//! A web socket whose other end may flood, fall silent, or never read.
+//! A web socket with limits for flooding, silent and slow clients.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,135 +7,145 @@ use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
-use super::accept::Seat;
+use super::accept::ConnectionSlot;
 
-/// Bytes of a message from a client, at most.
-const LONGEST: usize = 1 << 12;
-/// Messages that are read, a second and at once. Beyond that a client waits, on the network and not in memory.
-const READ: [f64; 2] = [500.0, 1000.0];
-/// What commands may cost, a second and at once; see [`Command::cost`](super::super::Command).
-pub(super) const COMMANDS: [f64; 2] = [100.0, 200.0];
+/// Maximum size of a message from a client, bytes.
+const MAX_MESSAGE: usize = 1 << 12;
+/// Messages read per second, and burst. The excess waits on the network and not in memory.
+const READ_RATE: [f64; 2] = [500.0, 1000.0];
+/// Cost of commands per second, and burst; see [`Command::cost`](super::super::Command).
+pub(super) const COMMAND_RATE: [f64; 2] = [100.0, 200.0];
 
-/// The client has gone, or does not read.
+/// The client has disconnected or does not read.
 #[derive(Debug)]
-pub(super) struct Gone;
+pub(super) struct Disconnected;
 
-/// A client at the other end of a web socket.
+/// The client of a web socket.
 #[derive(Debug)]
 pub(super) struct Client {
     socket: WebSocket,
-    reading: Allowance,
-    commands: Allowance,
-    /// When it last said something, or was asked to.
-    heard: Instant,
-    /// Whether it was asked since.
-    asked: bool,
-    /// Free for others when the client goes.
-    seat: Arc<Seat>,
+    reading: TokenBucket,
+    commands: TokenBucket,
+    /// Time of its last message or of the last ping.
+    last_message: Instant,
+    /// Whether a ping was sent since its last message.
+    pinged: bool,
+    /// Connection slot, released when the client disconnects.
+    slot: Arc<ConnectionSlot>,
 }
 
 impl Client {
-    /// Turns a request into a web socket, and attends to it until that is over.
-    pub fn attend<F>(
+    /// Upgrades a request to a web socket and serves it until it is closed.
+    pub fn serve<F>(
         upgrade: WebSocketUpgrade,
-        seat: Arc<Seat>,
-        attend: impl FnOnce(Self) -> F + Send + 'static,
+        slot: Arc<ConnectionSlot>,
+        serve: impl FnOnce(Self) -> F + Send + 'static,
     ) -> Response
     where
-        F: Future<Output = Result<(), Gone>> + Send + 'static,
+        F: Future<Output = Result<(), Disconnected>> + Send + 'static,
     {
         upgrade
-            .max_message_size(LONGEST)
-            .max_frame_size(LONGEST)
+            .max_message_size(MAX_MESSAGE)
+            .max_frame_size(MAX_MESSAGE)
             .on_upgrade(move |socket| async move {
                 let now = Instant::now();
                 let client = Self {
                     socket,
-                    reading: Allowance::new(READ, now),
-                    commands: Allowance::new(COMMANDS, now),
-                    heard: now,
-                    asked: false,
-                    seat,
+                    reading: TokenBucket::new(READ_RATE, now),
+                    commands: TokenBucket::new(COMMAND_RATE, now),
+                    last_message: now,
+                    pinged: false,
+                    slot,
                 };
-                // However it ended, it is over.
-                let _ = attend(client).await;
+                // Every error means that the connection is closed.
+                let _ = serve(client).await;
             })
     }
 
-    /// The next message. May be given up while it waits; nothing is lost.
+    /// The next message. Cancel-safe.
     ///
     /// # Errors
-    /// [`Gone`].
-    pub async fn recv(&mut self) -> Result<Message, Gone> {
+    /// [`Disconnected`].
+    pub async fn recv(&mut self) -> Result<Message, Disconnected> {
         loop {
-            sleep_until(self.reading.has(0.0)).await;
-            match timeout_at(self.heard + self.seat.limits().silence, self.socket.recv()).await {
-                Ok(Some(Ok(Message::Close(_)) | Err(_)) | None) => return Err(Gone),
+            sleep_until(self.reading.available_at(0.0)).await;
+            match timeout_at(
+                self.last_message + self.slot.limits().ping_after,
+                self.socket.recv(),
+            )
+            .await
+            {
+                Ok(Some(Ok(Message::Close(_)) | Err(_)) | None) => return Err(Disconnected),
                 Ok(Some(Ok(message))) => {
-                    (self.heard, self.asked) = (Instant::now(), false);
-                    self.reading.take(1.0, self.heard);
+                    (self.last_message, self.pinged) = (Instant::now(), false);
+                    self.reading.take(1.0, self.last_message);
                     return Ok(message);
                 }
-                Err(_) if self.asked => return Err(Gone),
+                Err(_) if self.pinged => return Err(Disconnected),
                 Err(_) => {
-                    (self.heard, self.asked) = (Instant::now(), true);
+                    (self.last_message, self.pinged) = (Instant::now(), true);
                     self.send(Message::Ping(Default::default())).await?;
                 }
             }
         }
     }
 
-    /// Whether a command that costs so much is allowed now.
-    pub fn may(&mut self, cost: f64) -> bool {
+    /// Whether a command of the given cost is allowed now; if so, the cost is deducted.
+    pub fn allow(&mut self, cost: f64) -> bool {
         let now = Instant::now();
-        let allowed = self.commands.has(cost) <= now;
+        let allowed = self.commands.available_at(cost) <= now;
         if allowed {
             self.commands.take(cost, now);
         }
         allowed
     }
 
-    /// Sends a message; one that is not taken in for long ends the connection.
+    /// Sends a message. A client that does not accept it in time is disconnected.
     ///
     /// # Errors
-    /// [`Gone`].
-    pub async fn send(&mut self, message: Message) -> Result<(), Gone> {
-        match timeout(self.seat.limits().for_message, self.socket.send(message)).await {
+    /// [`Disconnected`].
+    pub async fn send(&mut self, message: Message) -> Result<(), Disconnected> {
+        match timeout(
+            self.slot.limits().message_timeout,
+            self.socket.send(message),
+        )
+        .await
+        {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) | Err(_) => Err(Gone),
+            Ok(Err(_)) | Err(_) => Err(Disconnected),
         }
     }
 }
 
-/// So much a second, and so much at once.
+/// Token bucket: a rate per second and a burst size.
 #[derive(Debug)]
-struct Allowance {
-    per_second: f64,
-    at_once: f64,
-    /// What was left at a time; may be less than nothing.
+struct TokenBucket {
+    rate: f64,
+    burst: f64,
+    /// Tokens left at the time `at`; may be negative.
     left: f64,
     at: Instant,
 }
 
-impl Allowance {
-    fn new([per_second, at_once]: [f64; 2], now: Instant) -> Self {
+impl TokenBucket {
+    fn new([rate, burst]: [f64; 2], now: Instant) -> Self {
         Self {
-            per_second,
-            at_once,
-            left: at_once,
+            rate,
+            burst,
+            left: burst,
             at: now,
         }
     }
 
-    /// From when on there is so much of it.
-    fn has(&self, cost: f64) -> Instant {
+    /// Time from which on the given number of tokens is available.
+    fn available_at(&self, cost: f64) -> Instant {
         let missing = (cost - self.left).max(0.0);
-        self.at + Duration::from_secs_f64(missing / self.per_second)
+        self.at + Duration::from_secs_f64(missing / self.rate)
     }
 
     fn take(&mut self, cost: f64, now: Instant) {
-        let gained = self.per_second * (now - self.at).as_secs_f64();
-        self.left = (self.left + gained).min(self.at_once) - cost;
+        let gained = self.rate * (now - self.at).as_secs_f64();
+        self.left = (self.left + gained).min(self.burst) - cost;
         self.at = now;
     }
 }
@@ -145,21 +155,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_allowance_grows_with_time_and_not_beyond_its_limit() {
+    fn a_token_bucket_refills_up_to_its_burst_size() {
         let began = Instant::now();
         let after = |seconds| began + Duration::from_secs_f64(seconds);
-        let mut allowance = Allowance::new([10.0, 20.0], began);
+        let mut bucket = TokenBucket::new([10.0, 20.0], began);
         let mut allowed = |cost: f64, now: Instant| {
-            let has = allowance.has(cost) <= now;
+            let has = bucket.available_at(cost) <= now;
             if has {
-                allowance.take(cost, now);
+                bucket.take(cost, now);
             }
             has
         };
         let mut flood = |now| (0..1000).filter(|_| allowed(1.0, now)).count();
-        assert_eq!(flood(began), 20, "at once");
+        assert_eq!(flood(began), 20, "burst");
         assert_eq!(flood(after(0.5)), 5);
-        assert_eq!(flood(after(100.0)), 20, "not for ever");
+        assert_eq!(flood(after(100.0)), 20, "limited to the burst size");
         assert!(!allowed(5.0, after(100.4)) && allowed(5.0, after(100.5)));
     }
 }

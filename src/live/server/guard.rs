@@ -1,8 +1,8 @@
-//! Who may ask for anything: this server's own page, and programs that are no browser.
+//! Access control: only this server's own page, and programs other than browsers, may connect.
 //!
-//! A page from elsewhere that is open in the same browser can neither read nor steer. It is known by the name that
-//! it gives the server (`Host`; a forged name is how DNS rebinding begins), by where it comes from (`Origin`), and
-//! by what the browser says of both (`Sec-Fetch-Site`).
+//! A foreign page in the same browser can neither read nor control the run. It is recognised by the host name
+//! in its request (`Host`; DNS rebinding starts with a forged name), by its origin (`Origin`), and by the
+//! browser's own statement (`Sec-Fetch-Site`).
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -14,12 +14,12 @@ use axum::response::{IntoResponse, Response};
 
 use super::shared::Shared;
 
-/// What may be loaded and reached from the page: nothing but this server.
+/// Content security policy: the page may load and contact only this server.
 const CONTENT_POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; \
     worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// In every answer.
+/// Headers of every response.
 const HEADERS: [(HeaderName, &str); 5] = [
     (header::CONTENT_SECURITY_POLICY, CONTENT_POLICY),
     (
@@ -31,13 +31,13 @@ const HEADERS: [(HeaderName, &str); 5] = [
     (header::CACHE_CONTROL, "no-store"),
 ];
 
-/// Says where a browser's request comes from.
+/// Header with the browser's statement about the origin of a request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// Why a request is refused.
+/// Reason for the rejection of a request.
 type Refusal = (StatusCode, &'static str);
 
-/// Refuses what is meant for, or comes from, somewhere else.
+/// Rejects requests to other hosts and from other origins.
 pub(super) async fn guard(
     State(shared): State<Arc<Shared>>,
     request: Request,
@@ -54,22 +54,22 @@ pub(super) async fn guard(
     response
 }
 
-/// Whether a request names this server, and comes from its page or from no page at all.
+/// Checks that a request names this server and comes from its page or from no page.
 fn admitted<B>(request: &axum::http::Request<B>, address: SocketAddr) -> Result<(), Refusal> {
     if request.version() != Version::HTTP_11 {
-        let why = "this server speaks HTTP/1.1";
+        let why = "this server supports HTTP/1.1 only";
         return Err((StatusCode::HTTP_VERSION_NOT_SUPPORTED, why));
     }
     let malformed = |why| (StatusCode::BAD_REQUEST, why);
-    let host = only(request, header::HOST)?.ok_or(malformed("a request must name its host"))?;
+    let host = only(request, header::HOST)?.ok_or(malformed("the Host header is missing"))?;
     if let Some(named) = request.uri().authority()
         && named.as_str() != host
     {
-        return Err(malformed("a request must name one host"));
+        return Err(malformed("Host header and URI name different hosts"));
     }
     let elsewhere = |why| (StatusCode::FORBIDDEN, why);
     if !is_own(host, address) {
-        let why = "this server does not have that name: open it by its address";
+        let why = "unknown host name; open the page by its IP address";
         return Err(elsewhere(why));
     }
     let origin = only(request, header::ORIGIN)?;
@@ -77,13 +77,13 @@ fn admitted<B>(request: &axum::http::Request<B>, address: SocketAddr) -> Result<
     let own_page = origin.is_none_or(|origin| origin.strip_prefix("http://") == Some(host));
     let own_site = site.is_none_or(|site| ["none", "same-origin"].contains(&site));
     if !own_page || !own_site {
-        let why = "another page may neither read nor steer this run: type its address to open it";
+        let why = "requests from other pages are not allowed; type the address of this page into the browser";
         return Err(elsewhere(why));
     }
     Ok(())
 }
 
-/// The value of a header that may be there once.
+/// The value of a header that may occur at most once.
 fn only<B>(request: &axum::http::Request<B>, name: HeaderName) -> Result<Option<&str>, Refusal> {
     let mut values = request.headers().get_all(name).iter();
     let value = values.next().map(|value| value.to_str().unwrap_or(""));
@@ -91,13 +91,12 @@ fn only<B>(request: &axum::http::Request<B>, name: HeaderName) -> Result<Option<
         None => Ok(value),
         Some(_) => Err((
             StatusCode::BAD_REQUEST,
-            "Host, Origin and Sec-Fetch-Site must not be repeated",
+            "Host, Origin and Sec-Fetch-Site must occur only once",
         )),
     }
 }
 
-/// Whether `host` (with a port, if it is not 80) is an address of this server, or the name of this machine to
-/// itself.
+/// Whether `host` (with a port, unless it is 80) is an address of this server or `localhost`.
 fn is_own(host: &str, address: SocketAddr) -> bool {
     let (name, port) = match host.rsplit_once(':') {
         // An IPv6 address without a port ends in a bracket.
@@ -109,7 +108,7 @@ fn is_own(host: &str, address: SocketAddr) -> bool {
     }
     let bare = name.trim_start_matches('[').trim_end_matches(']');
     match bare.parse::<IpAddr>() {
-        // Bound to all addresses, any number may be this machine's: names are what is forged.
+        // A server on all interfaces accepts every IP address: only names can be forged by DNS.
         Ok(ip) => ip == address.ip() || address.ip().is_unspecified(),
         Err(_) => {
             bare.eq_ignore_ascii_case("localhost")
@@ -122,7 +121,7 @@ fn is_own(host: &str, address: SocketAddr) -> bool {
 mod tests {
     use super::*;
 
-    /// The status with which a request with these headers is refused, if it is.
+    /// Status code with which a request with these headers is rejected, if it is.
     fn asked(headers: &[(&str, &str)]) -> Option<u16> {
         let mut request = axum::http::Request::builder();
         for (name, value) in headers {
@@ -134,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn only_its_own_page_is_admitted() {
+    fn only_the_own_page_is_admitted() {
         for host in ["127.0.0.1:9000", "localhost:9000", "LOCALHOST:9000"] {
             let own = format!("http://{host}");
             assert_eq!(asked(&[("host", host)]), None, "{host}");
@@ -173,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_one_thing_twice_is_refused() {
+    fn repeated_headers_are_rejected() {
         let (host, site) = (("host", "127.0.0.1:9000"), ("sec-fetch-site", "none"));
         let origin = ("origin", "http://127.0.0.1:9000");
         assert_eq!(asked(&[host, site, origin]), None);
@@ -192,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn on_all_addresses_numbers_are_admitted_and_names_are_not() {
+    fn on_all_interfaces_addresses_are_admitted_and_names_are_not() {
         let address = "0.0.0.0:9000".parse().unwrap();
         assert!(is_own("192.168.1.5:9000", address));
         assert!(is_own("[::1]:9000", address));

@@ -1,4 +1,4 @@
-//! What the handlers of all requests share.
+//! State shared by the request handlers.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -7,15 +7,16 @@ use std::time::Duration;
 use re_web_viewer_server::WebViewerData;
 use tokio::sync::watch;
 
-use crate::live::bands::Bands;
+use crate::live::bands::RegimeBands;
 use crate::live::session::Session;
 
-/// How often the panel is sent, if it has changed.
+/// Interval at which a changed panel is sent.
 pub const PANEL_EVERY: Duration = Duration::from_millis(50);
 
+/// Data shared by all connections of the server.
 pub struct Shared {
     pub session: Arc<Session>,
     pub viewer: &'static WebViewerData,
     pub address: SocketAddr,
-    pub bands: watch::Receiver<Bands>,
+    pub bands: watch::Receiver<RegimeBands>,
 }

@@ -1,4 +1,4 @@
-//! The web sockets: control, recording and sound.
+//! Web sockets for control, recording and audio.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -12,55 +12,56 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 use tokio::time::MissedTickBehavior;
 
-use super::accept::Seat;
-use super::client::{Client, Gone};
+use super::accept::ConnectionSlot;
+use super::client::{Client, Disconnected};
 use super::shared::{PANEL_EVERY, Shared};
-use crate::live::command::{Command, HARD, KICKS, PACES};
-use crate::live::flow::Flow;
-use crate::live::hub::{Name, News, Ticket};
+use crate::live::command::{Command, HARD_KICK, KICK_RANGE, SPEED_RANGE};
+use crate::live::flow_control::FlowControl;
+use crate::live::hub::{Name, Subscription, Update};
 use crate::live::session::Session;
 
-/// Bytes of a message to a viewer, about.
+/// Approximate size of a message to a viewer, bytes.
 const MESSAGE: usize = 1 << 20;
-/// Why a connection is closed that lags too far behind.
+/// Close code for a client that lags too far behind.
 const TOO_SLOW: u16 = 4000;
 
-/// What the page is told once.
+/// The first message to the page.
 #[derive(Serialize)]
 struct Welcome {
     version: &'static str,
     scenes: Vec<[String; 2]>,
-    paces: [f64; 2],
-    kicks: [f64; 2],
-    hard_kick: f64,
-    sound_rate: u32,
+    speed_range_ms_per_s: [f64; 2],
+    kick_range_mm_per_s: [f64; 2],
+    hard_kick_mm_per_s: f64,
+    /// Sampling rate of the audio, Hz.
+    audio_rate_hz: u32,
 }
 
 pub(super) async fn control(
     State(shared): State<Arc<Shared>>,
-    Extension(seat): Extension<Arc<Seat>>,
+    Extension(slot): Extension<Arc<ConnectionSlot>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::attend(upgrade, seat, |client| controlled(client, shared))
+    Client::serve(upgrade, slot, |client| serve_control(client, shared))
 }
 
-/// A message to the page: an object with one key.
+/// A message to the page: a JSON object with one key.
 fn message(key: &str, value: &impl Serialize) -> Message {
     let value = serde_json::to_value(value).unwrap_or_default();
     let text = serde_json::json!({ key: value }).to_string();
     Message::Text(Utf8Bytes::from(text))
 }
 
-/// Talks with a control panel until it goes.
-async fn controlled(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
+/// Serves a control panel until it disconnects.
+async fn serve_control(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
     let session = &shared.session;
     let welcome = Welcome {
         version: crate::VERSION,
         scenes: session.scenes(),
-        paces: PACES,
-        kicks: KICKS,
-        hard_kick: HARD,
-        sound_rate: crate::sound::RATE,
+        speed_range_ms_per_s: SPEED_RANGE,
+        kick_range_mm_per_s: KICK_RANGE,
+        hard_kick_mm_per_s: HARD_KICK,
+        audio_rate_hz: crate::sound::RATE,
     };
     let mut bands = shared.bands.clone();
     let first = [
@@ -72,11 +73,11 @@ async fn controlled(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone>
     }
     let mut tick = tokio::time::interval(PANEL_EVERY);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut told = None;
+    let mut sent = None;
     loop {
         let answer = tokio::select! {
             asked = client.recv() => match asked? {
-                Message::Text(text) => Some(carried_out(&mut client, session, text.as_str()).await),
+                Message::Text(text) => Some(apply(&mut client, session, text.as_str()).await),
                 _ => None,
             },
             Ok(()) = bands.changed() => {
@@ -84,10 +85,10 @@ async fn controlled(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone>
             }
             _ = tick.tick() => {
                 let panel = session.panel();
-                let changed = told.as_ref() != Some(&panel);
-                let news = changed.then(|| message("panel", &panel));
-                told = Some(panel);
-                news
+                let changed = sent.as_ref() != Some(&panel);
+                let message = changed.then(|| message("panel", &panel));
+                sent = Some(panel);
+                message
             }
         };
         if let Some(answer) = answer {
@@ -96,19 +97,19 @@ async fn controlled(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone>
     }
 }
 
-/// Does what a text asks for; the answer says whether it was done.
-async fn carried_out(client: &mut Client, session: &Arc<Session>, text: &str) -> Message {
+/// Applies a command and returns the response.
+async fn apply(client: &mut Client, session: &Arc<Session>, text: &str) -> Message {
     let command: Command = match serde_json::from_str(text) {
         Ok(command) => command,
-        Err(fault) => return message("refused", &format!("not a command: {fault}")),
+        Err(fault) => return message("refused", &format!("invalid command: {fault}")),
     };
-    if !client.may(command.cost()) {
-        return message("refused", &"too many commands: wait a moment");
+    if !client.allow(command.cost()) {
+        return message("refused", &"too many commands; wait a moment");
     }
     let session = Arc::clone(session);
-    // Reading a scene takes a moment.
-    let obeyed = tokio::task::spawn_blocking(move || session.obey(&command)).await;
-    match obeyed {
+    // Loading a scene takes a moment.
+    let applied = tokio::task::spawn_blocking(move || session.apply(&command)).await;
+    match applied {
         Ok(Ok(())) => message("done", &text),
         Ok(Err(refused)) => message("refused", &refused.to_string()),
         Err(fault) => message("refused", &fault.to_string()),
@@ -117,17 +118,17 @@ async fn carried_out(client: &mut Client, session: &Arc<Session>, text: &str) ->
 
 pub(super) async fn stream(
     State(shared): State<Arc<Shared>>,
-    Extension(seat): Extension<Arc<Seat>>,
+    Extension(slot): Extension<Arc<ConnectionSlot>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::attend(upgrade, seat, |client| streamed(client, shared))
+    Client::serve(upgrade, slot, |client| serve_stream(client, shared))
 }
 
-/// Sends the recording to a viewer until it goes. One that takes it in too slowly misses some.
-async fn streamed(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
+/// Sends the recording to a viewer until it disconnects. A slow viewer misses temporal data.
+async fn serve_stream(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
     let session = &shared.session;
-    let Ticket { past, mut news } = session.hub.enter();
-    let mut flow = Flow::default();
+    let Subscription { past, mut updates } = session.hub.subscribe();
+    let mut flow = FlowControl::default();
     let mut missed: HashSet<Name> = HashSet::new();
     let mut waiting: Vec<u8> = Vec::new();
     for piece in past {
@@ -143,45 +144,45 @@ async fn streamed(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
             client.send(Message::Binary(full.into())).await?;
             flow.sent(Instant::now());
         }
-        let mut take = |news: News, waiting: &mut Vec<u8>| {
-            if news.begins {
+        let mut take = |update: Update, waiting: &mut Vec<u8>| {
+            if update.starts_recording {
                 flow.begin();
             }
-            if news.lasting {
-                waiting.extend_from_slice(&news.bytes);
+            if update.is_static {
+                waiting.extend_from_slice(&update.bytes);
             } else if flow.is_behind(Instant::now()) {
-                missed.insert(news.name);
+                missed.insert(update.name);
             } else {
-                // What has been left out holds on until something else is told of the same.
+                // Data that were left out remain valid until new data of the same name arrive.
                 if !missed.is_empty() {
-                    missed.remove(&news.name);
+                    missed.remove(&update.name);
                     for piece in session.hub.last(&std::mem::take(&mut missed)) {
                         waiting.extend_from_slice(&piece);
                     }
                 }
-                waiting.extend_from_slice(&news.bytes);
-                flow.tells(news.until);
+                waiting.extend_from_slice(&update.bytes);
+                flow.queue(update.end_time);
             }
         };
         let mut lost = false;
         tokio::select! {
-            piece = news.recv() => match piece {
+            piece = updates.recv() => match piece {
                 Ok(piece) => take(piece, &mut waiting),
                 Err(RecvError::Lagged(_)) => lost = true,
                 Err(RecvError::Closed) => return Ok(()),
             },
-            told = client.recv() => {
-                if let Message::Text(text) = told?
-                    && let Ok(Seen { seen }) = serde_json::from_str(text.as_str())
+            received = client.recv() => {
+                if let Message::Text(text) = received?
+                    && let Ok(Acknowledgement { displayed_s }) = serde_json::from_str(text.as_str())
                 {
-                    flow.saw(Instant::now(), seen);
+                    flow.acknowledge(Instant::now(), displayed_s);
                 }
                 continue;
             }
         };
-        // What has come meanwhile goes along.
+        // Adds pieces that have arrived in the meantime.
         while waiting.len() < MESSAGE && !lost {
-            match news.try_recv() {
+            match updates.try_recv() {
                 Ok(piece) => take(piece, &mut waiting),
                 Err(TryRecvError::Lagged(_)) => lost = true,
                 Err(_) => break,
@@ -193,46 +194,47 @@ async fn streamed(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
     }
 }
 
-/// What a viewer says of itself.
+/// Acknowledgement of a viewer.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Seen {
-    /// Simulated time up to which it shows the run, s.
-    seen: f64,
+struct Acknowledgement {
+    /// Simulated time up to which the viewer displays the run, s.
+    displayed_s: f64,
 }
 
 pub(super) async fn sound(
     State(shared): State<Arc<Shared>>,
-    Extension(seat): Extension<Arc<Seat>>,
+    Extension(slot): Extension<Arc<ConnectionSlot>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::attend(upgrade, seat, |client| played(client, shared))
+    Client::serve(upgrade, slot, |client| serve_sound(client, shared))
 }
 
-/// What a listener hears.
+/// Description of the audio signal, for a listener.
 #[derive(Debug, Default, Serialize)]
-struct Heard {
-    /// In a few words.
+struct AudioInfo {
+    /// What is compared: quantity and point.
     what: String,
-    /// How many times slower, and so lower, than life.
-    slower: f32,
+    /// Time stretch: the sound is slower and lower by this factor.
+    time_stretch: f32,
 }
 
-impl Heard {
-    /// Whether it is worth telling again.
-    fn differs_from(&self, told: &Self) -> bool {
-        self.what != told.what || (self.slower - told.slower).abs() > 0.02 * told.slower
+impl AudioInfo {
+    /// Whether the change is large enough for a new message.
+    fn differs_from(&self, sent: &Self) -> bool {
+        self.what != sent.what
+            || (self.time_stretch - sent.time_stretch).abs() > 0.02 * sent.time_stretch
     }
 }
 
-/// Plays to a listener until it goes. One that lags misses some.
-async fn played(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
-    let ear = &shared.session.ear;
-    let mut news = ear.listen();
-    let mut told = Heard::default();
+/// Streams audio to a listener until it disconnects. A slow listener misses some.
+async fn serve_sound(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
+    let stream = &shared.session.audio;
+    let mut blocks = stream.subscribe();
+    let mut sent = AudioInfo::default();
     loop {
         let sound = tokio::select! {
-            sound = news.recv() => match sound {
+            sound = blocks.recv() => match sound {
                 Ok(sound) => sound,
                 Err(RecvError::Lagged(_)) => continue,
                 Err(RecvError::Closed) => return Ok(()),
@@ -242,20 +244,20 @@ async fn played(mut client: Client, shared: Arc<Shared>) -> Result<(), Gone> {
                 continue;
             }
         };
-        let heard = Heard {
-            what: ear.words(),
-            slower: ear.slower(),
+        let info = AudioInfo {
+            what: stream.description(),
+            time_stretch: stream.time_stretch(),
         };
-        if heard.differs_from(&told) {
-            client.send(message("heard", &heard)).await?;
-            told = heard;
+        if info.differs_from(&sent) {
+            client.send(message("audio", &info)).await?;
+            sent = info;
         }
         let bytes: Vec<u8> = sound.iter().flat_map(|x| x.to_le_bytes()).collect();
         client.send(Message::Binary(bytes.into())).await?;
     }
 }
 
-/// Closes a connection that lags too far behind: the page connects anew.
+/// Closes the connection of a client that lags too far behind. The page reconnects.
 fn too_slow() -> Message {
     Message::Close(Some(CloseFrame {
         code: TOO_SLOW,

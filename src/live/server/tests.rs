@@ -1,4 +1,4 @@
-//! A real server on a port of its own, and clients that speak to it by hand.
+//! A real server on its own port, and hand-written clients.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -10,18 +10,18 @@ use tungstenite::stream::MaybeTlsStream;
 
 use super::*;
 use crate::live::bind;
-use crate::live::session::{Plan, Watcher};
-use crate::pipeline::KICKS_A_FRAME;
-use crate::record::{Audience, Piece};
+use crate::live::session::{SessionOptions, ViewTarget};
+use crate::pipeline::MAX_KICKS_PER_FRAME;
+use crate::record::{EncodedMessage, MessageReceiver};
 use crate::scene::Scene;
 use crate::sound::Source;
 
-/// Long after anything here should have happened, on a busy machine too.
+/// Timeout for everything in these tests, on a busy machine too.
 const DEADLINE: Duration = Duration::from_secs(90);
-/// Connections of one address.
-const PLACES: usize = 6;
+/// Connections per address.
+const SLOTS: usize = 6;
 
-/// A server of a session that does not begin: what is asked of it waits.
+/// A server of a session that does not start: its commands stay pending.
 struct Served {
     page: Option<Page>,
     session: Arc<Session>,
@@ -31,18 +31,18 @@ struct Served {
 impl Served {
     fn new() -> Self {
         Self::with(Limits {
-            per_address: PLACES,
+            per_address: SLOTS,
             ..Limits::default()
         })
     }
 
     fn with(limits: Limits) -> Self {
-        let session = Arc::new(Session::new(Plan {
+        let session = Arc::new(Session::new(SessionOptions {
             scene: Scene::load("torus-3deg").unwrap(),
             command: "squeakscope live".to_owned(),
-            pace: 0.02,
-            neighbours: true,
-            watcher: Watcher::Page,
+            speed: 0.02,
+            lyapunov: true,
+            watcher: ViewTarget::Page,
             folder: PathBuf::from("absent"),
             save: None,
             wav: None,
@@ -50,7 +50,7 @@ impl Served {
         }));
         let serving = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
         let host = serving.address.to_string();
-        let bands = Some(Bands::default());
+        let bands = Some(RegimeBands::default());
         let page = Page::limited(serving, Arc::clone(&session), bands, limits).unwrap();
         Self {
             page: Some(page),
@@ -59,7 +59,7 @@ impl Served {
         }
     }
 
-    /// A connection that has said something.
+    /// A connection on which a text was sent.
     fn said(&self, words: &str) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(DEADLINE)).unwrap();
@@ -67,12 +67,12 @@ impl Served {
         stream
     }
 
-    /// The answer to a request, in lower case.
+    /// The response to a request, in lower case.
     fn asked(&self, words: &str) -> String {
         rest(self.said(words))
     }
 
-    /// The page, as it is given to a client of today.
+    /// The page as an ordinary client receives it.
     fn home(&self) -> String {
         self.asked(&request("/", &[("host", &self.host)]))
     }
@@ -94,7 +94,7 @@ impl Drop for Served {
     }
 }
 
-/// A request with these headers.
+/// A request with the given headers.
 fn request(path: &str, headers: &[(&str, &str)]) -> String {
     let mut text = format!("GET {path} HTTP/1.1\r\n");
     for (name, value) in headers {
@@ -105,7 +105,7 @@ fn request(path: &str, headers: &[(&str, &str)]) -> String {
 
 type Socket = tungstenite::WebSocket<MaybeTlsStream<TcpStream>>;
 
-/// All that still comes, in lower case; a connection that is reset has ended, too.
+/// The remaining bytes in lower case; a reset connection counts as closed.
 fn rest(mut stream: TcpStream) -> String {
     let mut answer = Vec::new();
     if let Err(fault) = stream.read_to_end(&mut answer) {
@@ -114,7 +114,7 @@ fn rest(mut stream: TcpStream) -> String {
     String::from_utf8_lossy(&answer).to_lowercase()
 }
 
-/// Why a command was refused; nothing if it was done.
+/// The reason for the rejection of a command, or `None` if it was applied.
 fn ask(socket: &mut Socket, command: &Value) -> Option<String> {
     socket
         .send(tungstenite::Message::text(command.to_string()))
@@ -122,7 +122,7 @@ fn ask(socket: &mut Socket, command: &Value) -> Option<String> {
     answer(socket)
 }
 
-/// The next answer to a command.
+/// The next response to a command.
 fn answer(socket: &mut Socket) -> Option<String> {
     loop {
         let tungstenite::Message::Text(text) = socket.read().unwrap() else {
@@ -138,7 +138,7 @@ fn answer(socket: &mut Socket) -> Option<String> {
     }
 }
 
-/// A frame that says nothing, as a client sends it.
+/// An empty pong frame of a client.
 const PONG: [u8; 6] = [0x8a, 0x80, 0, 0, 0, 0];
 
 const UPGRADE: [(&str, &str); 4] = [
@@ -149,7 +149,7 @@ const UPGRADE: [(&str, &str); 4] = [
 ];
 
 #[test]
-fn every_path_refuses_pages_from_elsewhere() {
+fn every_path_rejects_requests_from_other_pages() {
     let served = Served::with(Limits::default());
     let host = ("host", served.host.as_str());
     let own = format!("http://{}", served.host);
@@ -202,7 +202,7 @@ fn every_path_refuses_pages_from_elsewhere() {
 }
 
 #[test]
-fn only_http_1_1_of_a_sensible_length_is_served() {
+fn only_http_1_1_of_limited_length_is_served() {
     let served = Served::new();
     let host = &served.host;
     let old = served.asked(&format!("GET / HTTP/1.0\r\nhost: {host}\r\n\r\n"));
@@ -223,24 +223,24 @@ fn only_http_1_1_of_a_sensible_length_is_served() {
 }
 
 #[test]
-fn newcomers_are_served_beside_those_who_never_finish() {
+fn new_connections_are_served_despite_incomplete_requests() {
     let served = Served::new();
     let begun = format!("GET / HTTP/1.1\r\nhost: {}\r\n", served.host);
-    let slow: Vec<TcpStream> = (0..4 * PLACES).map(|_| served.said(&begun)).collect();
+    let slow: Vec<TcpStream> = (0..4 * SLOTS).map(|_| served.said(&begun)).collect();
     for _ in 0..3 {
         let answer = served.home();
         assert!(answer.starts_with("http/1.1 200"), "{answer}");
     }
-    // They made room, the oldest first.
-    for stream in slow.into_iter().take(3 * PLACES) {
+    // They were closed in favour of new ones, the oldest first.
+    for stream in slow.into_iter().take(3 * SLOTS) {
         assert_eq!(rest(stream), "");
     }
 }
 
 #[test]
-fn headers_that_do_not_come_are_not_waited_for() {
+fn headers_have_a_timeout() {
     let served = Served::with(Limits {
-        for_headers: Duration::from_millis(50),
+        header_timeout: Duration::from_millis(50),
         ..Limits::default()
     });
     let answers = ["", "GET /", "GET / HTTP/1.1\r\nhost: "].map(|begun| rest(served.said(begun)));
@@ -251,9 +251,9 @@ fn headers_that_do_not_come_are_not_waited_for() {
 }
 
 #[test]
-fn an_address_has_so_many_sockets_and_no_more() {
+fn the_number_of_sockets_per_address_is_limited() {
     let served = Served::new();
-    let mut open: Vec<Socket> = (0..PLACES)
+    let mut open: Vec<Socket> = (0..SLOTS)
         .map(|_| served.socket("/control").unwrap())
         .collect();
     let full = served.home();
@@ -265,20 +265,17 @@ fn an_address_has_so_many_sockets_and_no_more() {
     let refused = ask(&mut open[0], &json!({ "do": "tilt", "deg": 99 }));
     assert!(
         refused.unwrap().contains("the tilt must be"),
-        "those that there are go on"
+        "existing connections continue"
     );
     drop(open);
     let began = std::time::Instant::now();
     while served.socket("/control").is_err() {
-        assert!(
-            began.elapsed() < DEADLINE,
-            "their places are not free again"
-        );
+        assert!(began.elapsed() < DEADLINE, "the slots were not released");
     }
 }
 
 #[test]
-fn a_flood_of_kicks_is_a_few_kicks_and_many_answers() {
+fn a_flood_of_kicks_is_limited_and_every_kick_is_answered() {
     const SENT: usize = 1500;
     let served = Served::new();
     let mut floods: Vec<_> = (0..4)
@@ -302,16 +299,16 @@ fn a_flood_of_kicks_is_a_few_kicks_and_many_answers() {
     let refused = floods.drain(..).map(|flood| flood.join().unwrap());
     let [by_client, by_frame] =
         refused.fold([0; 2], |[a, b], [client, frame]| [a + client, b + frame]);
-    assert_eq!(by_client + by_frame, 4 * SENT - KICKS_A_FRAME);
-    // Each had forty at once, and a few more in the time that it took.
+    assert_eq!(by_client + by_frame, 4 * SENT - MAX_KICKS_PER_FRAME);
+    // Each client has a burst of forty kicks, plus a few for the elapsed time.
     assert!(by_client > 0 && by_frame > 0, "{by_client} and {by_frame}");
-    // Others are not refused for it.
+    // Other clients are not affected.
     let mut other = served.socket("/control").unwrap();
     assert_eq!(ask(&mut other, &json!({ "do": "tilt", "deg": 4 })), None);
 }
 
 #[test]
-fn fields_that_a_command_does_not_have_are_refused() {
+fn unknown_fields_of_a_command_are_rejected() {
     let served = Served::new();
     let mut socket = served.socket("/control").unwrap();
     for command in [
@@ -332,33 +329,33 @@ fn fields_that_a_command_does_not_have_are_refused() {
 }
 
 #[test]
-fn a_viewer_that_never_reads_is_parted_with() {
+fn a_viewer_that_never_reads_is_disconnected() {
     let served = Served::with(Limits {
-        for_message: Duration::from_millis(50),
+        message_timeout: Duration::from_millis(50),
         ..Limits::default()
     });
     let upgrade = [("host", served.host.as_str())].into_iter().chain(UPGRADE);
     let mut silent = served.said(&request("/stream", &upgrade.collect::<Vec<_>>()));
     let began = std::time::Instant::now();
-    // Once the server has closed it, the system says so to one who writes.
+    // After the server has closed the connection, writing fails.
     while silent.write_all(&PONG).is_ok() {
-        assert!(began.elapsed() < DEADLINE, "it is still waited for");
-        // More than the system keeps on the way.
-        served.session.hub.hear(Piece {
+        assert!(began.elapsed() < DEADLINE, "the connection is still open");
+        // More than the buffers of the system hold.
+        served.session.hub.receive(EncodedMessage {
             bytes: vec![0; 1 << 20],
             name: "states".to_owned(),
-            lasting: false,
-            begins: false,
-            until: None,
+            is_static: false,
+            starts_recording: false,
+            end_time: None,
         });
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
 #[test]
-fn a_client_that_answers_nothing_is_parted_with() {
+fn a_client_that_does_not_answer_pings_is_disconnected() {
     let served = Served::with(Limits {
-        silence: Duration::from_millis(20),
+        ping_after: Duration::from_millis(20),
         ..Limits::default()
     });
     for path in ["/control", "/stream", "/sound"] {
@@ -369,7 +366,7 @@ fn a_client_that_answers_nothing_is_parted_with() {
 }
 
 #[test]
-fn all_addresses_are_none_to_open() {
+fn the_unspecified_address_is_replaced() {
     for all in ["0.0.0.0:9000", "[::]:9000"] {
         let found = reachable(all.parse().unwrap());
         assert!(

@@ -1,96 +1,95 @@
-//! What theory predicts of a scene's mechanism before the run. Nothing here is measured.
+//! Predictions of the linear theory for a scene's mechanism, computed before the run. No measurements.
 
 use serde::Serialize;
 
 use crate::joint::NamedMode;
 use crate::scene::{Mechanism, Start};
 
-/// What is computed of a scene that shows a mechanism.
+/// Predictions for a scene that demonstrates a mechanism.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Computed {
+pub struct MechanismPrediction {
     /// The mechanism.
     #[serde(skip)]
     pub mechanism: Mechanism,
-    /// The vibration modes linearised at steady sliding under the first load, tilt and rotation, by
-    /// ascending frequency.
+    /// Modes linearised about steady sliding under the initial load, tilt and rotation, in ascending order of
+    /// frequency.
     pub modes: Vec<NamedMode>,
-    /// The lowest natural frequency, without contact and friction, Hz.
+    /// Lowest natural frequency without contact and friction, Hz.
     pub natural_hz: f64,
-    /// The tilt that it holds for, rad; `None` of what has no tilt.
+    /// Tilt of the prediction, rad; `None` for a subject without tilt.
     pub tilt: Option<f64>,
-    /// Sliding speed of steady sliding, m/s.
+    /// Sliding speed in steady sliding, m/s.
     pub sliding_speed: f64,
-    /// How the run is kicked.
+    /// Initial conditions of the run.
     #[serde(skip)]
     pub start: Start,
-    /// The friction curve as the scene has it, and with its two slope factors exchanged.
+    /// Readings of the friction curve: as in the scene, and with its two slope factors exchanged.
     pub readings: Option<[FrictionReading; 2]>,
     /// Two modes that friction couples.
     pub coupling: Option<Coupling>,
-    /// A picture of the computed.
+    /// Curves to draw.
     #[serde(skip)]
-    pub picture: Option<ComputedPicture>,
+    pub picture: Option<PredictedCurves>,
 }
 
-/// One reading of the friction curve, Eq. (5).
+/// One reading (interpretation) of the friction curve, Eq. (5).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrictionReading {
-    /// Slope factor of the creep region, s/m.
+    /// Slope factor of the creep range, s/m.
     pub creep: f64,
-    /// Slope factor of the sliding region, s/m.
+    /// Slope factor of the sliding range, s/m.
     pub stribeck: f64,
     /// Coefficient of friction at the sliding speed.
     pub mu: f64,
-    /// Its slope there, s/m.
+    /// Slope of the friction curve at the sliding speed, s/m.
     pub slope: f64,
-    /// The modes under this curve.
+    /// Linearised modes under this curve.
     pub modes: Vec<NamedMode>,
 }
 
-/// The coefficient of friction of two coupled modes, and the one at which they begin to flutter.
+/// Coefficient of friction of two coupled modes, and the critical value for flutter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Coupling {
-    /// That of the run.
+    /// Coefficient of friction of the run.
     pub mu: f64,
-    /// The critical one, from the run's own stiffness matrix; `None` if there is none.
+    /// Critical coefficient from the stiffness matrix of the run; `None` if there is none.
     pub critical: Option<f64>,
 }
 
-/// Computed curves, and where the run is on them.
+/// Predicted curves and the operating point of the run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ComputedPicture {
-    /// What the curves are of.
-    pub subject: CurveSubject,
-    /// The points of each curve.
+pub struct PredictedCurves {
+    /// Quantities of the curves.
+    pub subject: CurveQuantity,
+    /// Points of each curve.
     pub curves: Vec<Vec<[f64; 2]>>,
-    /// Where the run is.
+    /// Operating points of the run.
     pub marks: Vec<[f64; 2]>,
 }
 
-/// What computed curves are of.
+/// Quantities of computed curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CurveSubject {
-    /// Coefficient of friction over the sliding speed, mm/s: of the scene, then with the slope factors
-    /// exchanged, if that is the mechanism.
+pub enum CurveQuantity {
+    /// Coefficient of friction versus sliding speed, mm/s: of the scene, and with the slope factors exchanged
+    /// if that is the mechanism.
     Friction,
-    /// Over the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
+    /// Versus the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
     /// the growth rate, 1/s.
     Flutter,
 }
 
-impl Computed {
-    /// The modes that grow, the fastest first.
+impl MechanismPrediction {
+    /// Unstable modes, in descending order of growth rate.
     pub fn unstable(&self) -> Vec<&NamedMode> {
         unstable(&self.modes)
     }
 
-    /// The largest growth rate of a mode, 1/s; `None` where there is no mode.
+    /// Largest growth rate of a mode, 1/s; `None` if there is no mode.
     pub fn fastest(&self) -> Option<f64> {
         fastest(&self.modes)
     }
 
-    /// The mode, of those that grow, that has a frequency (Hz) to 5 %: a large vibration shifts the
-    /// frequency a little.
+    /// The unstable mode within 5 % of a frequency (Hz): a large vibration shifts the frequency slightly.
     pub fn unstable_near(&self, frequency: f64) -> Option<&NamedMode> {
         let off = |mode: &NamedMode| (mode.frequency_hz / frequency - 1.0).abs();
         let unstable = self.modes.iter().filter(|mode| mode.unstable);
@@ -100,12 +99,12 @@ impl Computed {
 }
 
 impl FrictionReading {
-    /// See [`Computed::unstable`].
+    /// See [`MechanismPrediction::unstable`].
     pub fn unstable(&self) -> Vec<&NamedMode> {
         unstable(&self.modes)
     }
 
-    /// See [`Computed::fastest`].
+    /// See [`MechanismPrediction::fastest`].
     pub fn fastest(&self) -> Option<f64> {
         fastest(&self.modes)
     }

@@ -1,28 +1,28 @@
-//! What travels from the simulation to the analysis.
+//! Messages from the simulation to the analysis.
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, Tally};
+use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum NodeState {
-    /// In contact, slip speed in the creep region of the friction curve and below a tenth of steady
+    /// In contact, with a slip speed in the creep range of the friction curve and below a tenth of steady
     /// sliding.
     Stick,
     /// In contact and sliding.
     Slip,
-    /// Lifted off: the normal force is zero.
+    /// Separated: the normal force is zero.
     Separated,
 }
 
-/// Where the contact nodes are; shared by all frames of one tilt, load and rotation.
+/// Geometry of the contact patch, shared by all frames with the same tilt, load and rotation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchGeometry {
-    /// Positions of the nodes from the ball's centre, m.
+    /// Positions of the nodes relative to the ball's centre, m.
     pub positions: Vec<[f64; 3]>,
     /// Outward unit normals of the ball at the nodes.
     pub normals: Vec<[f64; 3]>,
@@ -30,27 +30,27 @@ pub struct PatchGeometry {
     pub areas: Vec<f64>,
     /// Pre-stress of each node, Pa.
     pub pre_stress: Vec<f64>,
-    /// Unit vector from the ball's centre to the centre of the patch (against the load).
+    /// Unit vector from the ball's centre to the patch centre (against the load).
     pub direction: [f64; 3],
     /// Radius of the patch, m.
     pub radius: f64,
 }
 
-/// The contact nodes at one instant; vectors run over the nodes.
+/// The contact nodes at one instant. Each vector has one entry per node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchSnapshot {
     /// Simulated time, s.
     pub time: f64,
     /// State of each node.
     pub states: Vec<NodeState>,
-    /// Normal force on each node, N (stress times area, never negative).
+    /// Normal force on each node, N (stress times area, at least 0).
     pub normal_force: Vec<f64>,
     /// Friction force on the ball at each node, N.
     pub friction: Vec<[f64; 3]>,
 }
 
 impl PatchSnapshot {
-    /// How many nodes are in a state.
+    /// Number of nodes in a state.
     pub fn count(&self, state: NodeState) -> usize {
         self.states.iter().filter(|&&s| s == state).count()
     }
@@ -63,61 +63,59 @@ pub struct EnergySample {
     pub time: f64,
     /// Vibration energy of each mode, `(q'^2 + omega^2 q^2) / 2`.
     pub modal: Vec<f64>,
-    /// All that is stored (modes, contact springs, pre-load), J.
+    /// Total stored energy (modes, contact springs, pre-load), J.
     pub total: f64,
     /// Work of friction on the vibration since the start, J.
     pub friction_work: f64,
-    /// What the audit misses: total now - total at the start - work of friction - what changes of tilt,
-    /// load and rotation brought in, J.
+    /// Residual of the audit, J: present energy - initial energy - work of friction - energy added by kicks
+    /// and by changes of tilt, load and rotation.
     pub residual: f64,
 }
 
-/// Lyapunov exponents of a run so far.
+/// Lyapunov exponents of a run up to a time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Exponents {
     /// Simulated time, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// The exponents, by the growth since the motion has settled.
+    /// Exponents averaged since the end of the settling time.
     #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
-    /// What is known of the motion beside them.
+    /// Further properties of the motion.
     pub motion: Motion,
-    /// The lowest natural frequency `omega_1`, rad/s: an exponent over it belongs to the time
+    /// Lowest natural frequency `omega_1`, rad/s. An exponent divided by it refers to the dimensionless time
     /// `tau = omega_1 t`.
     #[serde(rename = "omega_1_rad_per_s")]
     pub omega_1: f64,
 }
 
 impl Exponents {
-    /// What the motion comes to.
+    /// The attractor that the exponents indicate.
     pub fn attractor(&self) -> Attractor {
         self.spectrum.attractor_of(self.motion)
     }
 }
 
-/// A second copy of the joint that started almost in the state of the first, at the samples of a
-/// frame.
+/// The perturbed trajectory at the samples of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct TwinSamples {
-    /// Index of the first sample of the frame at which there is a second copy; the vectors begin
-    /// there.
+pub struct PerturbedSamples {
+    /// Index of the first sample of the frame with a perturbed trajectory; the vectors start there.
     pub first: usize,
-    /// Displacement of the second copy's probe, m.
+    /// Displacement of its probe, m.
     pub displacement: Vec<f64>,
-    /// Velocity of the second copy's probe, m/s.
+    /// Velocity of its probe, m/s.
     pub velocity: Vec<f64>,
-    /// Distance of the two states in the norm of the vibration's energy, over the largest size
-    /// (norm of the state) that the first copy has had.
+    /// Distance of the two states in the energy norm, divided by the largest norm of the simulated state so
+    /// far.
     pub distance: Vec<f64>,
-    /// Distance below which the two may be parted by the errors of their steps, and not by the flow.
+    /// Distance below which step errors, and not the flow, may dominate.
     pub floor: f64,
 }
 
-/// A batch of uniform samples with what belongs to the same stretch of time. Owned data.
+/// A batch of uniform samples with all data of the same interval. Owned data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Number of the frame, from 0.
+    /// Index of the frame, from 0.
     pub index: u64,
     /// Time of the first sample, s.
     pub t0: f64,
@@ -145,36 +143,36 @@ pub struct Frame {
     pub patch: Vec<PatchSnapshot>,
     /// Energies, in time order.
     pub energy: Vec<EnergySample>,
-    /// Contact transitions in this frame: of a joint, nodes opening or closing between samples; of a
-    /// small system, guards crossed.
+    /// Contact transitions in this frame: for a joint, nodes that separate or close between samples; for a
+    /// small system, events.
     pub transitions: u64,
-    /// Exponents where they were due in this frame, in time order; none unless asked for.
+    /// Lyapunov exponents due in this frame, in time order; empty unless requested.
     pub exponents: Vec<Exponents>,
-    /// The second copy, beside the samples; `None` unless asked for.
-    pub twin: Option<TwinSamples>,
-    /// Status of a small system at each sample, an index of [`SmallInfo::statuses`](super::SmallInfo::statuses); empty for
-    /// others.
+    /// The perturbed trajectory at the samples; `None` unless requested.
+    pub perturbed: Option<PerturbedSamples>,
+    /// State of a small system at each sample, an index of
+    /// [`SmallInfo::statuses`](super::SmallInfo::statuses); empty for other subjects.
     pub status: Vec<u8>,
-    /// Work of the integrator since the start.
-    pub tally: Tally,
-    /// The largest local error of the steps to this frame; `None` where steps have no estimate.
+    /// Solver statistics since the start.
+    pub stats: SolverStats,
+    /// Largest local error of the steps of this frame; `None` without an error estimate.
     pub error: Option<ErrorEstimate>,
-    /// Wall time the simulation thread has spent integrating since the start, s.
+    /// Wall time of the integration since the start, s.
     pub busy_seconds: f64,
-    /// What was done to the run at the first sample, in words.
+    /// Descriptions of the commands applied at the first sample.
     pub events: Vec<String>,
-    /// How much of it is to be drawn; `None` for all that the scene asks for.
-    pub shown: Option<Shown>,
+    /// Display rates of a live run; `None` to display everything that the scene requests.
+    pub shown: Option<DisplayRates>,
 }
 
-/// How much of a run is drawn while somebody watches it, whatever its pace.
+/// Display rates of a live run, which depend on the playback speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown {
-    /// Pictures of body and patch in a simulated second.
+pub struct DisplayRates {
+    /// Snapshots of body and patch per simulated second.
     pub pictures: f64,
-    /// Of the series every so many samples one is drawn, at least 1.
+    /// Number of samples per displayed sample of the time series, at least 1.
     pub every: usize,
-    /// Windows of an analysis are looked at that end so many samples apart, or more.
+    /// Minimum number of samples between the ends of two windows of an analysis.
     pub apart: u64,
 }
 
@@ -184,13 +182,13 @@ impl Frame {
         self.displacement.len()
     }
 
-    /// Whether the frame holds no sample.
+    /// Whether the frame contains no sample.
     pub fn is_empty(&self) -> bool {
         self.displacement.is_empty()
     }
 
-    /// Samples from one window of an analysis that is looked at to the next, at least; 0 for all that the scene
-    /// asks for.
+    /// Minimum number of samples between the ends of two analysed windows; 0 for all windows that the scene
+    /// requests.
     pub fn apart(&self) -> u64 {
         self.shown.map_or(0, |shown| shown.apart)
     }
@@ -200,7 +198,7 @@ impl Frame {
         self.t0 + k as f64 * self.dt
     }
 
-    /// Time just past the last sample, s: where the next frame starts.
+    /// Time just after the last sample, s: the start of the next frame.
     pub fn end(&self) -> f64 {
         self.time(self.len())
     }

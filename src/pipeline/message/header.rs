@@ -1,52 +1,52 @@
-//! What is known of a run before its first frame.
+//! Data of a run that are known before its first frame.
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::computed::Computed;
+use super::computed::MechanismPrediction;
 use crate::fem::SurfaceMesh;
 
-/// One mode, for labels.
+/// A mode, for labels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeInfo {
     /// Short name, such as `2nd bending x`.
     pub label: String,
-    /// Natural frequency used, Hz.
+    /// Natural frequency, Hz.
     pub frequency_hz: f64,
 }
 
-/// What is known before the first frame.
+/// Data known before the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
-    /// Name of the scene, or of the file.
+    /// Name of the scene or of the file.
     pub scene: String,
-    /// One line that says what the scene shows.
+    /// One-line description of the scene.
     pub title: String,
-    /// A few sentences (Markdown): what to look for.
+    /// A few sentences (Markdown) about the scene.
     pub about: String,
-    /// The whole scene file's text; empty where there is no scene.
+    /// Full text of the scene file; empty for a signal from a file.
     pub scene_text: String,
-    /// How the program was started.
+    /// Command line of the program.
     pub command: String,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate: f64,
-    /// Time planned, s: simulated time, or the length of the signal.
+    /// Planned duration, s of simulated time, or duration of the signal.
     pub duration: f64,
-    /// Whether the run goes on after that, until somebody ends it.
+    /// Whether the run continues after the planned duration until it is stopped.
     pub endless: bool,
-    /// The analyses whose records will come.
+    /// Analyses whose records follow.
     pub analyses: Vec<AnalysisKind>,
-    /// What the coordinates of a [`SectionPoint`](super::SectionPoint) are.
+    /// Coordinates of a [`SectionPoint`](super::SectionPoint).
     pub section: [SectionCoordinate; 2],
-    /// Where the samples come from.
+    /// Source of the samples.
     pub subject: Subject,
-    /// What was computed of a scene that shows a mechanism; `None` for all others.
-    pub computed: Option<Arc<Computed>>,
+    /// Linear prediction for the scene's mechanism; `None` if the scene has none.
+    pub computed: Option<Arc<MechanismPrediction>>,
 }
 
 impl Header {
-    /// The joint, if that is the subject.
+    /// The joint, if the subject is a joint.
     pub fn joint(&self) -> Option<&JointInfo> {
         match &self.subject {
             Subject::Joint(joint) => Some(joint),
@@ -54,7 +54,7 @@ impl Header {
         }
     }
 
-    /// Whether records of this analysis will come.
+    /// Whether records of this analysis follow.
     pub fn has(&self, analysis: AnalysisKind) -> bool {
         self.analyses.contains(&analysis)
     }
@@ -68,7 +68,7 @@ impl Header {
     }
 }
 
-/// An analysis of a run, by the records that it makes.
+/// An analysis of a run, named after its records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AnalysisKind {
@@ -90,89 +90,87 @@ pub enum AnalysisKind {
     Regime,
     /// [`Record::Exponents`](super::Record::Exponents).
     Exponents,
-    /// [`Record::Parting`](super::Record::Parting), and [`Frame::twin`](super::Frame::twin).
-    Butterfly,
+    /// [`Record::TrajectoryDivergence`](super::Record::TrajectoryDivergence) and [`Frame::perturbed`](super::Frame::perturbed).
+    PerturbedTrajectory,
 }
 
-/// A coordinate of a passage through a Poincare section.
+/// A coordinate of a point of the Poincare section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SectionCoordinate {
-    /// The displacement so many delays after `y(t)`, m: 2 is `y(t + 2 tau)`.
+    /// Displacement at the given number of delays after `y(t)`, m: 2 means `y(t + 2 tau)`.
     Delayed(usize),
-    /// The modal coordinate of the mode with this index, sqrt(kg) m.
+    /// Modal coordinate of the mode with this index, sqrt(kg) m.
     Q(usize),
-    /// The modal velocity of the mode with this index, sqrt(kg) m/s.
+    /// Modal velocity of the mode with this index, sqrt(kg) m/s.
     Qdot(usize),
 }
 
 impl SectionCoordinate {
-    /// Those of the section of Fig. 10, `(y(t), y(t + 2 tau))`.
+    /// Coordinates of the section of Fig. 10, `(y(t), y(t + 2 tau))`.
     pub const DELAYED: [Self; 2] = [Self::Delayed(0), Self::Delayed(2)];
 }
 
-/// Where the samples come from.
+/// Subject of an analysis: the source of the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Subject {
     /// A simulated joint. Samples are the displacement (m) and velocity (m/s) of the probe.
     Joint(JointInfo),
-    /// A simulated small system. Samples are its displacement (m) and velocity (m/s).
+    /// A simulated small system. Samples are displacement (m) and velocity (m/s) of the observed mass.
     Small(SmallInfo),
-    /// A signal from a file. Displacement and velocity are both the signal in its own unit, and
-    /// where a record says m or m/s that unit is meant.
+    /// A signal from a file. Displacement and velocity are both the signal in its own unit, which replaces
+    /// the m and m/s of the records.
     Signal(SignalInfo),
 }
 
 /// The joint of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointInfo {
-    /// What the body is, in a few words: `Ball and beam`.
+    /// The body in a few words: `Ball and beam`.
     pub body: String,
-    /// The modes, in the order of the modal coordinates.
+    /// Modes, in the order of the modal coordinates.
     pub modes: Vec<ModeInfo>,
-    /// The smallest tilt that the scene plans, rad.
+    /// Smallest scheduled tilt, rad.
     pub min_tilt: f64,
-    /// The largest tilt that the scene plans to reach, rad.
+    /// Largest scheduled tilt, rad.
     pub max_tilt: f64,
-    /// The tilts that may be asked for while it runs, rad; `None` where nobody steers.
-    pub reach: Option<[f64; 2]>,
-    /// Direction that the load tilts towards, from +x to +y, rad.
+    /// Range of tilts that can be set during an interactive run, rad; `None` for other runs.
+    pub tilt_range: Option<[f64; 2]>,
+    /// Azimuth of the tilted load, from +x to +y, rad.
     pub azimuth: f64,
-    /// The body's surface; empty where it is not known.
+    /// Surface mesh of the body; empty if unknown.
     pub outline: SurfaceMesh,
-    /// Rotation of the ball where its factor is 1, rad/s.
+    /// Rotation of the ball at a rotation factor of 1, rad/s.
     pub rotation: [f64; 3],
-    /// The smallest and the largest factor on the rotation that the scene plans; both 1 where it is
-    /// constant.
+    /// Smallest and largest scheduled rotation factor; both 1 for a constant rotation.
     pub rotation_span: [f64; 2],
-    /// The smallest and the largest load that the scene plans, N; the same where it is constant.
+    /// Smallest and largest scheduled load, N; equal for a constant load.
     pub load_span: [f64; 2],
     /// Radius of the ball, m.
     pub ball_radius: f64,
-    /// Radius of the contact patch under the largest load, m.
+    /// Radius of the contact patch under the largest scheduled load, m.
     pub patch_radius: f64,
-    /// Slip speed at the central contact point in steady sliding at the first tilt, where the factor on
-    /// the rotation is 1, m/s.
+    /// Slip speed at the central contact point in steady sliding at the initial tilt and a rotation factor of
+    /// 1, m/s.
     pub sliding_speed: f64,
 }
 
 impl JointInfo {
-    /// The largest load that the scene plans, N.
+    /// Largest scheduled load, N.
     pub fn largest_load(&self) -> f64 {
         self.load_span[1]
     }
 
-    /// The largest slip speed in steady sliding that the scene plans, as [`JointInfo::sliding_speed`],
-    /// m/s.
+    /// Largest scheduled slip speed in steady sliding, as [`JointInfo::sliding_speed`], m/s.
     pub fn largest_sliding_speed(&self) -> f64 {
         self.sliding_speed * self.rotation_span[1]
     }
 
-    /// Whether the load changes.
+    /// Whether the load varies.
     pub fn load_varies(&self) -> bool {
         self.load_span[0] != self.load_span[1]
     }
 
-    /// Whether the rotation changes.
+    /// Whether the rotation varies.
     pub fn rotation_varies(&self) -> bool {
         self.rotation_span[0] != self.rotation_span[1]
     }
@@ -181,51 +179,51 @@ impl JointInfo {
 /// The small system of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallInfo {
-    /// What it is, in a few words: `an impact oscillator`.
+    /// The system in a few words: `an impact oscillator`.
     pub words: String,
-    /// Its natural frequency, Hz.
+    /// Natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Highest frequency worth showing, Hz.
+    /// Upper limit of frequency axes, Hz.
     pub highest_frequency: f64,
-    /// What it can be doing, by the number in [`Frame::status`](super::Frame::status).
+    /// Possible states, indexed by [`Frame::status`](super::Frame::status).
     pub statuses: Vec<StatusInfo>,
-    /// What its transitions are: `impacts`.
+    /// Meaning of a transition: `impacts`.
     pub transition: String,
 }
 
-/// Something that a small system can be doing, for as long as one smooth law holds.
+/// A discrete state of a small system, within which a smooth law holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusInfo {
-    /// In words: `sticks`.
+    /// Name: `sticks`.
     pub label: String,
-    /// By which it is drawn.
+    /// Kind, which determines the colour.
     pub kind: StatusKind,
 }
 
-/// The kinds of status of a small system.
+/// Kinds of discrete states of a small system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StatusKind {
-    /// It moves freely: off the wall, out of contact, sliding the usual way.
+    /// Moves freely: off the wall, out of contact, or sliding in the usual direction.
     Free,
-    /// Something holds it: it sticks, rests or touches.
+    /// Is held: sticks, rests or touches.
     Held,
-    /// It moves in another way than usual.
+    /// Moves in an unusual way.
     Other,
 }
 
-/// A signal that somebody else made.
+/// A recorded signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalInfo {
-    /// Where it was read from, such as a file's name.
+    /// Origin, such as the file name.
     pub source: String,
-    /// Name of the column or channel; empty if the source has only one without a name.
+    /// Name of the column or channel; empty if the file has a single unnamed one.
     pub column: String,
     /// Unit of the samples; empty if unknown.
     pub unit: String,
     /// Time of the first sample, s.
     pub start: f64,
-    /// Smallest and largest sample.
+    /// Smallest and largest sample, in the unit of the signal.
     pub span: [f64; 2],
-    /// Highest frequency worth showing, Hz.
+    /// Upper limit of frequency axes, Hz.
     pub highest_frequency: f64,
 }

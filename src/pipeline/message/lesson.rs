@@ -1,153 +1,153 @@
-//! What a run shows of the mechanism of its scene: measurements to set against what was computed.
+//! Measurements of a run that demonstrates a mechanism, for comparison with the linear prediction.
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::computed::Computed;
+use super::computed::MechanismPrediction;
 use super::frame::Exponents;
-use super::observation::Parting;
+use super::observation::TrajectoryDivergence;
 use crate::analysis::SpectralLine;
 
-/// What was computed of the scene's mechanism, and what has been measured so far.
+/// Linear prediction for the scene's mechanism, and the measurements so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lesson {
     /// Simulated time, s.
     pub time: f64,
-    /// What was computed before the run.
-    pub computed: Arc<Computed>,
-    /// What has been measured.
+    /// Prediction made before the run.
+    pub computed: Arc<MechanismPrediction>,
+    /// Measurements so far.
     pub measured: Measurements,
 }
 
-/// What has been measured in a run that shows a mechanism; shares are of the last 25 ms.
+/// Measurements of a run that demonstrates a mechanism. Shares refer to the last 25 ms.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Measurements {
-    /// Growth of the velocity level, as long as it is small.
+    /// Growth rate of the velocity level while the vibration is small.
     pub growth: Option<Growth>,
-    /// Whether the vibration has become too large for the linear theory.
+    /// Whether the linear growth has ended: the vibration has become too large for the linear theory.
     pub growth_ended: bool,
-    /// The first level that is not zero, m/s.
+    /// First nonzero level, m/s.
     pub first_level: Option<f64>,
-    /// Root mean square of the velocity over the last half natural period, m/s.
+    /// Velocity level: RMS over the last half natural period, m/s.
     pub level: f64,
-    /// Lines of the last spectrum, the strongest first; empty before the first one.
+    /// Lines of the last spectrum, strongest first; empty before the first spectrum.
     pub lines: Vec<SpectralLine>,
-    /// States of the contact nodes, of a joint with snapshots of them.
+    /// States of the contact nodes, for a joint with snapshots.
     pub nodes: Option<NodeShares>,
-    /// Statuses, of a small system.
+    /// States of a small system.
     pub statuses: Option<StatusShares>,
-    /// The modes with the most energy when growth ended.
+    /// The leader at the end of the growth: the family of modes with the most energy.
     pub leader_at_end: Option<String>,
-    /// The modes with the most energy.
+    /// Family of modes with the most energy.
     pub leader: Option<String>,
-    /// The tilt now, rad.
+    /// Present tilt, rad.
     pub tilt: Option<f64>,
-    /// The strongest line over a tilt that goes up and comes down, where that is the mechanism.
+    /// Strongest spectral line while the tilt rises and falls, if hysteresis is the mechanism.
     pub tilts: Option<TiltLoop>,
-    /// Distance of the perturbed trajectory: the first one, and the last.
-    pub separation: Option<[Parting; 2]>,
-    /// The last exponents.
+    /// Distance of the perturbed trajectory: first and last value.
+    pub separation: Option<[TrajectoryDivergence; 2]>,
+    /// Last Lyapunov exponents.
     #[serde(skip)]
     pub exponents: Option<Arc<Exponents>>,
 }
 
-/// A growth rate with its error.
+/// A growth rate with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Growth {
-    /// The rate, 1/s.
+    /// Growth rate, 1/s.
     pub rate: f64,
-    /// Half the width of its 95 % interval, 1/s.
+    /// Half-width of its 95 % confidence interval, 1/s.
     pub half_width: f64,
 }
 
-/// Contact nodes that stick and that have separated.
+/// Shares of contact nodes that stick or have separated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NodeShares {
-    /// Mean share of the nodes that stick.
+    /// Mean share of sticking nodes, 0 to 1.
     pub stuck: f64,
-    /// Largest share of the nodes that stick at once.
+    /// The most stuck nodes: largest share that sticks simultaneously, 0 to 1.
     pub most_stuck: f64,
-    /// Share of the time in which half of the nodes stick.
+    /// Share of the time in which at least half of the nodes stick, 0 to 1.
     pub half_stuck: f64,
-    /// Mean share of the nodes that are separated.
+    /// Mean share of separated nodes, 0 to 1.
     pub separated: f64,
-    /// Largest share of the nodes that are separated at once.
+    /// The most separated nodes: largest share that is separated simultaneously, 0 to 1.
     pub most_separated: f64,
-    /// Share of the time in which all nodes are separated.
+    /// Share of the time in which all nodes are separated, 0 to 1.
     pub all_separated: f64,
-    /// How often a node separates, 1/s.
+    /// Separations per node and second, 1/s.
     pub separations_per_s: f64,
 }
 
-/// What a small system has been doing.
+/// Shares of the states of a small system.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StatusShares {
-    /// Share of the time in which it sticks, rests or touches.
+    /// Share of the time in which it sticks, rests or touches, 0 to 1.
     pub held: f64,
-    /// How often that ends, 1/s.
+    /// Number of releases per second, 1/s.
     pub releases_per_s: f64,
 }
 
-/// The strongest line over a tilt that goes up and comes down.
+/// Loop over the tilt: the strongest spectral line over a tilt that rises and falls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TiltLoop {
-    /// The tilt of the last line, rad; `None` before the tilt has moved.
+    /// Tilt of the last line, rad; `None` before the tilt changes.
     pub tilt: Option<f64>,
-    /// Whether the tilt has come down, be it a little.
-    pub has_come_down: bool,
-    /// Changes from one lasting line to another on the way up.
+    /// Whether the tilt has decreased at least once.
+    pub has_decreased: bool,
+    /// Lasting changes of the line while the tilt rises.
     pub up: Vec<ToneChange>,
-    /// The same on the way down.
+    /// Lasting changes of the line while the tilt falls.
     pub down: Vec<ToneChange>,
-    /// The smallest and the largest tilt with different lines up and down, rad.
+    /// Smallest and largest tilt, rad, of the differing lines between rise and fall.
     pub differing: Option<[f64; 2]>,
-    /// Tilt of the last change on the way up, rad.
+    /// Tilt of the last change during the rise, rad.
     pub last_up: Option<f64>,
-    /// Tilt of the change back after it, rad, if it is smaller.
+    /// Tilt of the change back during the fall, rad, if it is smaller.
     pub back: Option<f64>,
 }
 
-/// A change of the strongest line.
+/// A change of the strongest spectral line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ToneChange {
-    /// The line before, Hz.
+    /// Frequency before the change, Hz.
     pub from: f64,
-    /// The new line, where it first appeared.
+    /// The new line at its first occurrence.
     pub to: TiltedTone,
 }
 
-/// Level and strongest line at one instant.
+/// Level and strongest spectral line at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Course {
+pub struct LevelSample {
     /// Simulated time, s.
     pub time: f64,
-    /// Measured: root mean square of the probe's velocity over the half natural period that ends then, m/s.
+    /// Measured level: RMS velocity of the probe over the half natural period that ends at `time`, m/s.
     pub level: f64,
-    /// Computed: where the level would be if it had grown at the largest computed growth rate;
-    /// `None` once the vibration is too large for the linear theory.
+    /// Predicted level: growth at the largest computed rate, m/s; `None` once the vibration is too large for
+    /// the linear theory.
     pub predicted: Option<f64>,
-    /// The strongest line at a tilt, where the tilt changes.
+    /// Strongest line at its tilt, if the tilt varies.
     pub tone: Option<TiltedTone>,
 }
 
-/// The strongest line at a tilt.
+/// The strongest spectral line at a tilt.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TiltedTone {
-    /// Tilt in the middle of the window of the spectrum, rad.
+    /// Tilt at the centre of the window of the spectrum, rad.
     pub tilt: f64,
-    /// Which way the tilt went.
-    pub way: Way,
-    /// The line, Hz.
+    /// Direction in which the tilt changes.
+    pub way: TiltDirection,
+    /// Frequency of the line, Hz.
     pub frequency: f64,
 }
 
-/// Which way a tilt goes.
+/// Direction in which a tilt changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Way {
-    /// Up, and at the top.
+pub enum TiltDirection {
+    /// Rising, or at the maximum.
     Up,
-    /// Down, and at the bottom afterwards.
+    /// Falling, or at the minimum after a fall.
     Down,
 }

@@ -1,4 +1,4 @@
-//! The messages of a run: frames from the simulation, records to a sink.
+//! Messages of a run: frames from the simulation, records to a sink.
 
 mod computed;
 mod frame;
@@ -9,17 +9,22 @@ mod record;
 
 pub use crate::analysis::{SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
-pub use computed::{Computed, ComputedPicture, Coupling, CurveSubject, FrictionReading};
+pub use computed::{
+    Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
+};
 pub use frame::{
-    EnergySample, Exponents, Frame, NodeState, PatchGeometry, PatchSnapshot, Shown, TwinSamples,
+    DisplayRates, EnergySample, Exponents, Frame, NodeState, PatchGeometry, PatchSnapshot,
+    PerturbedSamples,
 };
 pub use header::{
     AnalysisKind, Header, JointInfo, ModeInfo, SectionCoordinate, SignalInfo, SmallInfo,
     StatusInfo, StatusKind, Subject,
 };
 pub use lesson::{
-    Course, Growth, Lesson, Measurements, NodeShares, StatusShares, TiltLoop, TiltedTone,
-    ToneChange, Way,
+    Growth, Lesson, LevelSample, Measurements, NodeShares, StatusShares, TiltDirection, TiltLoop,
+    TiltedTone, ToneChange,
 };
-pub use observation::{Appearance, Circumstances, Observation, Parting, PartingLine, Vibration};
+pub use observation::{
+    Appearance, DivergenceFit, Observation, OperatingPoint, TrajectoryDivergence, Vibration,
+};
 pub use record::{Health, Record, Summary};

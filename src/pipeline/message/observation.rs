@@ -1,4 +1,4 @@
-//! What a run shows, as numbers; words are chosen where they are shown.
+//! Observations about the motion, as numbers. The text is chosen where they are displayed.
 
 use std::sync::Arc;
 
@@ -7,133 +7,132 @@ use serde::Serialize;
 use super::frame::Exponents;
 use crate::analysis::SpectralLine;
 
-/// How far two copies have parted.
+/// Distance of the perturbed trajectory from the simulated one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Parting {
+pub struct TrajectoryDivergence {
     /// Time of the newest sample, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// Time of the first sample of the second copy, s.
+    /// Start time of the perturbed trajectory, s.
     #[serde(rename = "start_s")]
     pub start: f64,
-    /// Their distance (see [`TwinSamples::distance`](super::TwinSamples::distance)): root of the
-    /// mean square since the last such record.
+    /// Distance, see [`PerturbedSamples::distance`](super::PerturbedSamples::distance): RMS since the last record.
     pub distance: f64,
-    /// The straight line through the logarithm of the distance, from where it last rose above
-    /// [`TwinSamples::floor`](super::TwinSamples::floor) until it is saturated; `None` as long as there are
-    /// too few distances.
-    pub line: Option<PartingLine>,
-    /// When the distance had become as large as the motion itself, s; it can grow no more.
+    /// Straight line fitted to the logarithm of the distance, from its last rise above
+    /// [`PerturbedSamples::floor`](super::PerturbedSamples::floor) until saturation; `None` if there are too few
+    /// distances.
+    pub line: Option<DivergenceFit>,
+    /// Time at which the distance reached 0.1 of the largest norm of the motion, s: exponential growth ends.
     #[serde(rename = "saturated_s")]
     pub saturated: Option<f64>,
 }
 
 /// `ln(distance) = intercept + rate (t - start)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PartingLine {
-    /// The rate, 1/s: an estimate of the largest exponent.
+pub struct DivergenceFit {
+    /// Rate of divergence, 1/s: the slope, an estimate of the largest Lyapunov exponent.
     #[serde(rename = "rate_per_s")]
     pub rate: f64,
-    /// Half the width of its 95 % interval by the scatter about the line, 1/s.
+    /// Half-width of its 95 % confidence interval from the scatter about the line, 1/s.
     #[serde(rename = "half_width_per_s")]
     pub half_width: f64,
-    /// Time of the first distance that the line goes through, s.
+    /// Time since which distances are used for the fit, s.
     #[serde(rename = "since_s")]
     pub since: f64,
     /// Logarithm of the distance at the start.
     pub intercept: f64,
 }
 
-impl PartingLine {
-    /// Whether the distance grows, as far as the scatter about the line can tell.
+impl DivergenceFit {
+    /// Whether the 95 % confidence interval of the rate is positive.
     pub fn grows(&self) -> bool {
         self.rate > self.half_width
     }
 
-    /// Whether the distance shrinks, as far as the scatter about the line can tell.
+    /// Whether the 95 % confidence interval of the rate is negative.
     pub fn shrinks(&self) -> bool {
         self.rate < -self.half_width
     }
 }
 
-/// Something a run shows that is worth a few sentences.
+/// An observation worth a few sentences.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observation {
-    /// The vibration now.
+    /// The present vibration.
     Vibration(Box<Vibration>),
-    /// The perturbed trajectory has separated from the first one.
+    /// The perturbed trajectory has separated from the simulated one.
     Separated {
-        /// Distance at the start, relative to the motion.
+        /// Initial distance, relative to the motion.
         initial_distance: f64,
-        /// Time from the start until the distance was as large as the motion, s.
+        /// Time from the start until the distance reached 0.1 of the largest norm of the motion, s.
         after: f64,
-        /// Time in which the distance grew by the factor e, s; `None` if growth was not measured.
+        /// Time in which the distance grew by the factor e, s; `None` if no growth was measured.
         e_fold_time: Option<f64>,
     },
-    /// The exponents at the end of the run.
+    /// Lyapunov exponents at the end of the run.
     Exponents(Arc<Exponents>),
 }
 
-/// A vibration, by its envelope and its spectrum since the envelope last changed.
+/// A vibration, by its envelope and its spectrum since the last change of the envelope.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Vibration {
-    /// What it looks like.
+    /// Appearance.
     pub appearance: Appearance,
     /// Growth rate of the envelope, 1/s.
     pub growth_rate: f64,
-    /// Spectral lines of the velocity, the strongest first.
+    /// Spectral lines of the velocity, strongest first.
     pub lines: Vec<SpectralLine>,
-    /// The first base frequency, Hz, if the lines have one.
+    /// First base frequency, Hz, if the lines have one.
     pub f1: Option<f64>,
-    /// The second base frequency, Hz, if the lines have one.
+    /// Second base frequency, Hz, if the lines have one.
     pub f2: Option<f64>,
-    /// The lowest difference frequency of the two, Hz.
+    /// Lowest difference frequency of the two, Hz.
     pub beat: Option<f64>,
-    /// Amplitude of the second tone over that of the first.
+    /// Amplitude ratio of the second tone to the first.
     pub second_tone: f64,
-    /// Share of the power in the broadband floor.
-    pub floor_share: f64,
-    /// Largest speed of the contact point, m/s.
+    /// Broadband share of the power, 0 to 1.
+    pub broadband_share: f64,
+    /// Peak speed of the contact point, m/s.
     pub peak_speed: f64,
-    /// Largest speed against the sliding direction, m/s, 0 or more.
+    /// Peak backward speed, against the sliding direction, m/s, at least 0.
     pub backward_speed: f64,
-    /// Half the range of the displacement, m.
+    /// Half the peak-to-peak displacement, m.
     pub half_range: f64,
-    /// What acts on the joint.
-    pub now: Circumstances,
+    /// The operating point of the joint now.
+    pub now: OperatingPoint,
 }
 
-/// What acts on the joint at one instant.
+/// Operating point of the joint at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Circumstances {
+pub struct OperatingPoint {
     /// Tilt, rad.
     pub tilt: f64,
-    /// Load, N, where it varies.
+    /// Load, N; `None` if it is constant.
     pub load: Option<f64>,
-    /// Factor on the rotation, where it varies.
+    /// Rotation factor; `None` if it is constant.
     pub rotation_factor: Option<f64>,
-    /// Slip speed in steady sliding, m/s: what velocities are compared with.
+    /// Slip speed in steady sliding, m/s, the reference of velocities.
     pub sliding_speed: f64,
 }
 
-/// What a vibration looks like. A spectrum and an envelope prove neither a torus nor chaos.
+/// Appearance of a vibration. A spectrum and an envelope prove neither a torus nor chaos.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Appearance {
-    /// Hardly anything moves.
+    /// Almost no motion.
     Silent,
-    /// The envelope rises.
+    /// Rising envelope.
     Growing,
-    /// The envelope falls.
+    /// Falling envelope.
     Fading,
-    /// The envelope has just stopped changing; too early for more.
+    /// The envelope has just become stationary; too early for a classification.
     Settling,
-    /// One fundamental and its harmonics; a second tone at most faint.
+    /// One fundamental with its harmonics; a second tone is weak or absent.
     Tone,
     /// Two base frequencies and their combinations.
     TwoTones,
-    /// Lines over a broad floor.
+    /// Lines over a broadband floor.
     Broad,
-    /// Lines without a simple pattern, or none.
+    /// Lines without a simple pattern, or no lines.
     Unsettled,
 }

@@ -1,4 +1,4 @@
-//! What travels from the analysis to a sink.
+//! Messages from the analysis to a sink.
 
 use std::sync::Arc;
 
@@ -6,22 +6,22 @@ use serde::Serialize;
 
 use super::frame::{Exponents, Frame};
 use super::header::Header;
-use super::lesson::{Course, Lesson};
-use super::observation::{Observation, Parting};
+use super::lesson::{Lesson, LevelSample};
+use super::observation::{Observation, TrajectoryDivergence};
 use crate::analysis::{
     DelayChoice, Divergence, Measures, RecurrenceImage, SectionPoint, SpectralLine, Verdict,
     ZeroOne,
 };
-use crate::dynamics::{ErrorEstimate, Tally};
+use crate::dynamics::{ErrorEstimate, SolverStats};
 
-/// What a stage of analysis says to the sink.
+/// A message of an analysis stage to the sink.
 #[derive(Clone, Debug)]
 pub enum Record {
-    /// First of all, once.
+    /// The first record of a run.
     Header(Arc<Header>),
-    /// The samples themselves, every frame, in order.
+    /// The samples of a frame, for every frame in order.
     Samples(Arc<Frame>),
-    /// One-sided amplitude spectrum of the velocity over a sliding window.
+    /// One-sided amplitude spectrum of the velocity in a sliding window.
     Spectrum {
         /// End of the window, s.
         time: f64,
@@ -29,7 +29,7 @@ pub enum Record {
         bin: f64,
         /// Amplitudes, m/s.
         amplitude: Vec<f64>,
-        /// The strongest lines, strongest first.
+        /// Strongest spectral lines, in descending order.
         peaks: Vec<SpectralLine>,
     },
     /// One column of the spectrogram.
@@ -38,8 +38,7 @@ pub enum Record {
         time: f64,
         /// Spacing of the bins, Hz; the first bin is 0 Hz.
         bin: f64,
-        /// Level of each bin, dB relative to an amplitude of 1 mm/s (of a signal from a file:
-        /// of a thousandth of its unit).
+        /// Level of each bin, dB re an amplitude of 1 mm/s (for a signal from a file: 1/1000 of its unit).
         level_db: Vec<f32>,
     },
     /// Recurrence plot of the displacement in a sliding window.
@@ -49,14 +48,14 @@ pub enum Record {
         /// The plot; its threshold is in m.
         image: Arc<RecurrenceImage>,
     },
-    /// Trail of delay vectors in three dimensions, (u(t), u(t - lag), u(t - 2 lag)), m.
+    /// Delay vectors in three dimensions, (u(t), u(t - lag), u(t - 2 lag)), m.
     Embedding {
         /// Time of the newest point, s.
         time: f64,
         /// Points, oldest first.
         points: Vec<[f32; 3]>,
     },
-    /// Lag and dimension chosen from a sliding window of the displacement (Fig. 8).
+    /// Delay and embedding dimension chosen from a sliding window of the displacement (Fig. 8).
     Delay {
         /// End of the window, s.
         time: f64,
@@ -64,7 +63,7 @@ pub enum Record {
         window: f64,
         /// Sample spacing, s.
         dt: f64,
-        /// The choice and the curves that led to it.
+        /// The choice and the curves on which it is based.
         choice: Arc<DelayChoice>,
     },
     /// Recurrence quantification of a sliding window of the displacement.
@@ -73,25 +72,24 @@ pub enum Record {
         time: f64,
         /// Length of the window, s.
         window: f64,
-        /// Spacing of the states, s: lengths of lines times this are durations.
+        /// Spacing of the states, s: it converts lengths of lines to durations.
         dt: f64,
-        /// Threshold distance used, m; `None` if each state had its own.
+        /// Threshold distance, m; `None` if each state has its own.
         threshold: Option<f64>,
-        /// The measures.
+        /// Recurrence quantification measures.
         measures: Measures,
-        /// The most frequent spacing of diagonals, s.
+        /// Most frequent distance between diagonal lines, s.
         period: Option<f64>,
     },
-    /// Passages through the Poincare section that have become known since the last such record, in
-    /// time order; at least one.
+    /// New points of the Poincare section, in time order; at least one.
     Section {
-        /// Time of the newest sample, s. A passage is known a few samples (of a delay section:
-        /// also two delays) after it.
+        /// Time of the newest sample, s. A crossing is known a few samples after it; that of a delay section
+        /// two more delays later.
         time: f64,
-        /// The passages, in the coordinates that [`Header::section`] names.
+        /// Section points, in the coordinates given by [`Header::section`].
         points: Vec<SectionPoint>,
     },
-    /// How neighbours part in a sliding window of the displacement, and the 0-1 test.
+    /// Divergence of nearby states in a sliding window of the displacement, and the 0-1 test.
     Chaos {
         /// End of the window, s.
         time: f64,
@@ -99,60 +97,59 @@ pub enum Record {
         window: f64,
         /// Sample spacing, s.
         dt: f64,
-        /// Mean log distance of neighbours, and its straight part.
+        /// Mean logarithmic distance of nearby states, and its linear part.
         divergence: Arc<Divergence>,
         /// The 0-1 test.
         zero_one: Arc<ZeroOne>,
     },
-    /// The kind of motion in a sliding window of the displacement.
+    /// Regime of the motion in a sliding window of the displacement.
     Regime {
         /// End of the window, s.
         time: f64,
         /// Length of the window, s.
         window: f64,
-        /// The verdict with its evidence.
+        /// The classification with its evidence.
         verdict: Arc<Verdict>,
     },
     /// Lyapunov exponents of the simulated motion so far.
     Exponents(Arc<Exponents>),
-    /// How far the two copies have parted.
-    Parting(Parting),
-    /// How the run is doing.
+    /// Distance of the perturbed trajectory.
+    TrajectoryDivergence(TrajectoryDivergence),
+    /// Performance and accuracy of the run.
     Health(Health),
-    /// What the run shows now; [`text::narration`](crate::text::narration) puts it into words.
+    /// An observation about the motion; [`text::narration`](crate::text::narration) renders it as text.
     Narration {
         /// Simulated time, s.
         time: f64,
-        /// What is observed.
+        /// The observation.
         observation: Observation,
     },
-    /// Something that was done to the run while it went on.
+    /// A command that was applied to the run.
     Event {
         /// Simulated time, s.
         time: f64,
-        /// What was done.
+        /// Description.
         text: String,
     },
-    /// What the run shows of the scene's mechanism so far; [`text::LessonText`](crate::text::LessonText)
-    /// puts it into words.
+    /// Measurements for the scene's mechanism so far; [`text::LessonText`](crate::text::LessonText) renders
+    /// them as text.
     Lesson(Arc<Lesson>),
-    /// One point of the course of a run that shows a mechanism.
-    Course(Course),
-    /// Something the user should know.
+    /// Level and strongest spectral line at one instant of a run that demonstrates a mechanism.
+    LevelSample(LevelSample),
+    /// A warning to the user.
     Warning {
         /// Simulated time, s.
         time: f64,
-        /// The words.
+        /// Text of the message.
         text: String,
     },
-    /// Last of all, once, when the run ended well or was interrupted.
+    /// The last record of a run that was completed or stopped by the user.
     Summary(Arc<Summary>),
 }
 
 impl Record {
-    /// Whether this is a picture whole in itself, so that a later one of its kind makes it
-    /// needless to someone who only watches. A spectrogram column is none: leaving it out
-    /// would leave a hole in the spectrogram.
+    /// Whether a newer record of this kind makes the record obsolete on a display. A spectrogram column does
+    /// not count: dropping it would leave a gap in the spectrogram.
     pub fn is_picture(&self) -> bool {
         matches!(
             self,
@@ -164,35 +161,35 @@ impl Record {
     }
 }
 
-/// How the run is doing, over the last frame or frames.
+/// Performance and accuracy of a run over its last frame or frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Health {
     /// Simulated time, s.
     pub time: f64,
-    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
+    /// Simulated time per computing time of the simulation thread; 0 if nothing is simulated.
     pub real_time_factor: f64,
-    /// The largest local error of a step; `None` where there is no estimate.
+    /// Largest local error of a step; `None` without an error estimate.
     pub error: Option<ErrorEstimate>,
     /// Accepted steps per simulated millisecond.
     pub steps_per_ms: f64,
     /// Rejected steps per simulated millisecond.
     pub rejections_per_ms: f64,
-    /// Right-hand-side calls per simulated millisecond.
-    pub calls_per_ms: f64,
+    /// Right-hand-side evaluations per simulated millisecond.
+    pub rhs_evals_per_ms: f64,
     /// Contact transitions per simulated millisecond.
     pub events_per_ms: f64,
-    /// Frames waiting between simulation and analysis.
+    /// Number of frames in the channel from the simulation to the analysis.
     pub frames_waiting: usize,
-    /// Records waiting between analysis and recorder.
+    /// Number of records in the channel from the analysis to the recorder.
     pub records_waiting: usize,
-    /// Pictures replaced by later ones so far (only when viewing without saving).
+    /// Number of pictures replaced by newer ones so far (only if the run is displayed but not saved).
     pub drops: u64,
-    /// Energy audit: largest residual of the last frame relative to the energy turned over and 1e-12 J,
-    /// below which nothing is resolved; `None` where none is told.
+    /// Energy audit: largest residual of the last frame relative to the largest energy so far plus 1e-12 J,
+    /// the absolute tolerance; `None` without energy samples.
     pub audit: Option<f64>,
 }
 
-/// What the run came to.
+/// Results of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// Simulated time, s.
@@ -201,32 +198,32 @@ pub struct Summary {
     /// Wall time of the whole run, s.
     #[serde(rename = "wall_s")]
     pub wall: f64,
-    /// Simulated seconds a second of the simulation thread; 0 where nothing is simulated.
+    /// Simulated time per computing time of the simulation thread; 0 if nothing is simulated.
     pub real_time_factor: f64,
-    /// Lines of the spectrum of the velocity (m/s) over the last window, strongest first.
+    /// Spectral lines of the velocity (m/s) in the last window, in descending order.
     #[serde(rename = "lines")]
     pub peaks: Vec<SpectralLine>,
-    /// Half the peak-to-peak displacement over the last window, m.
+    /// Half the peak-to-peak displacement in the last window, m.
     #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
-    /// Largest speed of the probe over the last window, m/s.
+    /// Peak velocity of the probe in the last window, m/s.
     #[serde(rename = "peak_velocity_m_per_s")]
     pub peak_velocity: f64,
-    /// Work of the integrator.
+    /// Solver statistics.
     #[serde(flatten)]
-    pub tally: Tally,
-    /// Contact transitions; of a small system, events.
+    pub stats: SolverStats,
+    /// Contact transitions; for a small system, events.
     pub transitions: u64,
-    /// Relative residual of the energy audit at the end; `None` where nothing was audited.
+    /// Relative residual of the energy audit at the end; `None` without an audit.
     #[serde(rename = "energy_residual")]
     pub audit: Option<f64>,
-    /// The last exponents; `None` unless asked for, or if the run ended before they settled.
-    // They are read together with what they come to.
+    /// Last Lyapunov exponents; `None` if not requested, or if the run ended before averaging started.
+    // Printed together with the attractor that they indicate.
     #[serde(skip)]
     pub exponents: Option<Exponents>,
-    /// How far the two copies had parted at the end; `None` unless asked for.
-    #[serde(rename = "butterfly")]
-    pub parting: Option<Parting>,
-    /// Whether the run was interrupted before its planned end.
+    /// Final distance of the perturbed trajectory; `None` if not requested.
+    #[serde(rename = "divergence")]
+    pub divergence: Option<TrajectoryDivergence>,
+    /// Whether the run was stopped before its planned end.
     pub interrupted: bool,
 }

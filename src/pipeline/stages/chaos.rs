@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::choices::Unfolding;
+use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement, sliding};
@@ -10,15 +10,15 @@ use crate::analysis::{DivergenceSearch, ZeroOneTest, divergence, zero_one};
 use crate::pipeline::message::Record;
 use crate::scene::{ChaosSpec, DelaySpec};
 
-/// States followed in a window, at most; more make the curve smoother, but hardly different.
-const MOST_REFERENCES: usize = 500;
+/// Maximum number of reference states per window. More references make the curve only slightly smoother.
+const MAX_REFERENCES: usize = 500;
 
-/// Emits [`Record::Chaos`] of samples at `rate` (Hz); `delay` is the scene's choice of delays. A window
-/// without a result, such as a constant one, is skipped.
+/// Emits [`Record::Chaos`] of samples at `rate` (Hz); `delay` is the delay analysis of the scene. A window
+/// without a result, such as a constant signal, is skipped.
 ///
-/// The 0-1 test takes one sample a delay: samples that follow more closely hide chaos.
+/// The 0-1 test uses one sample per delay: oversampled data appear regular.
 pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Stage + use<> {
-    let unfolding = Unfolding::new(&spec.embedding, delay, rate);
+    let unfolding = StageEmbedding::new(&spec.embedding, delay, rate);
     let theiler = samples(spec.theiler, rate, 1);
     let horizon = samples(spec.horizon, rate, 1);
     let method = spec.method;
@@ -33,7 +33,7 @@ pub fn chaos(spec: &ChaosSpec, delay: Option<&DelaySpec>, rate: f64) -> impl Sta
             theiler,
             horizon,
             method,
-            most_references: MOST_REFERENCES,
+            max_references: MAX_REFERENCES,
         };
         let test = ZeroOneTest::with_stride(embedding.lag);
         let [signal] = window.channels;

@@ -1,10 +1,10 @@
-//! A warning where events follow one another too fast to stop at each.
+//! Warning about events too frequent to stop at each of them.
 
 use super::stage::{Context, Emit, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
-/// Emits [`Record::Warning`] once, when a step has run over its events.
+/// Emits [`Record::Warning`] once, when a step has passed over events.
 #[derive(Default)]
 pub struct ChatterStage {
     reported: bool,
@@ -17,16 +17,16 @@ impl Stage for ChatterStage {
         _context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
-        if self.reported || frame.tally.overrun == 0 {
+        if self.reported || frame.stats.steps_without_event_location == 0 {
             return Ok(());
         }
         self.reported = true;
         emit(Record::Warning {
             time: frame.t0,
             text: format!(
-                "contact nodes open and close too often to stop at each, from {:.3} ms on: some \
-                 steps run over their events, as all do with time.events = \"through\"; the control \
-                 of the error still holds for them",
+                "from {:.3} ms on, contact nodes separate and close too often to stop at each event: \
+                 some steps integrate over their events, as all steps do with time.events = \"through\"; \
+                 error control still applies to these steps",
                 1e3 * frame.t0
             ),
         })
@@ -38,15 +38,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chatter_is_told_once() {
+    fn chatter_is_reported_once() {
         let mut stage = ChatterStage::default();
         let mut reported = Vec::new();
-        for (overrun, t0) in [(0, 0.0), (2, 1e-3), (7, 2e-3)] {
+        for (steps_without_event_location, t0) in [(0, 0.0), (2, 1e-3), (7, 2e-3)] {
             let mut frame = Frame {
                 t0,
                 ..Frame::default()
             };
-            frame.tally.overrun = overrun;
+            frame.stats.steps_without_event_location = steps_without_event_location;
             let mut emit = |record| {
                 reported.push(record);
                 Ok(())
@@ -59,7 +59,7 @@ mod tests {
             panic!("{reported:?}")
         };
         assert_eq!(*time, 1e-3);
-        assert!(text.contains("from 1.000 ms on: some steps run"), "{text}");
+        assert!(text.contains("from 1.000 ms on, contact nodes"), "{text}");
         assert!(!text.contains("  "), "{text}");
     }
 }

@@ -1,7 +1,7 @@
-//! Delays and dimensions in samples: those that a scene gives, and those that the signal chose.
+//! Delays and dimensions in samples, given by the scene or chosen from the signal.
 
 use crate::analysis::DelayChoice;
-use crate::scene::{DelaySpec, EmbeddingSpec, Setting};
+use crate::scene::{AutoOr, DelaySpec, EmbeddingSpec};
 
 use super::clock::samples;
 
@@ -14,16 +14,16 @@ pub struct Embedding {
     pub dimension: usize,
 }
 
-/// What was chosen, and when: stages that look later than others still see what was known at
-/// their instant, whatever the frames.
+/// The choices with their instants. A stage that evaluates an earlier instant sees the choice of that
+/// instant, independent of the frames.
 #[derive(Debug, Default)]
-pub struct Choices {
-    /// How many samples had been seen, and what was chosen then; only changes are kept.
+pub struct DelayChoices {
+    /// Number of samples at the choice, and the choice; only changes are stored.
     made: Vec<(u64, Embedding)>,
 }
 
-impl Choices {
-    /// Notes a choice made when `seen` samples had been seen.
+impl DelayChoices {
+    /// Stores a choice made after `seen` samples.
     pub fn note(&mut self, seen: u64, choice: &DelayChoice) {
         let embedding = Embedding {
             lag: choice.lag,
@@ -34,7 +34,7 @@ impl Choices {
         }
     }
 
-    /// The last choice made by the time when `seen` samples had been seen.
+    /// The last choice made after at most `seen` samples.
     fn at(&self, seen: u64) -> Option<Embedding> {
         let known = self.made.partition_point(|(when, _)| *when <= seen);
         known.checked_sub(1).map(|last| self.made[last].1)
@@ -43,22 +43,22 @@ impl Choices {
 
 /// Delay and dimension of a stage, each given or chosen.
 #[derive(Clone, Copy, Debug)]
-pub struct Unfolding {
-    lag: Setting<usize>,
-    dimension: Setting<usize>,
-    most: Embedding,
+pub struct StageEmbedding {
+    lag: AutoOr<usize>,
+    dimension: AutoOr<usize>,
+    max: Embedding,
 }
 
-impl Unfolding {
-    /// For samples at `rate` (Hz); `delay` bounds what can be chosen. A delay is rounded to whole
-    /// samples, one at least.
+impl StageEmbedding {
+    /// For samples at `rate` (Hz); `delay` limits the automatic choice. A delay is rounded to whole samples,
+    /// at least one.
     pub fn new(spec: &EmbeddingSpec, delay: Option<&DelaySpec>, rate: f64) -> Self {
         let lag = spec.lag.map(|lag| samples(lag, rate, 1));
         let largest_lag = delay.map_or(1, |delay| samples(delay.largest_lag, rate, 1));
         Self {
             lag,
             dimension: spec.dimension,
-            most: Embedding {
+            max: Embedding {
                 lag: lag.or(largest_lag),
                 dimension: spec
                     .dimension
@@ -67,16 +67,15 @@ impl Unfolding {
         }
     }
 
-    /// The longest delay and largest dimension that there can be.
-    pub fn most(&self) -> Embedding {
-        self.most
+    /// Largest possible delay and dimension.
+    pub fn max(&self) -> Embedding {
+        self.max
     }
 
-    /// What holds when `seen` samples have been seen; `None` as long as something is yet to be
-    /// chosen.
-    pub fn at(&self, seen: u64, choices: &Choices) -> Option<Embedding> {
+    /// Delay and dimension after `seen` samples; `None` until both are known.
+    pub fn at(&self, seen: u64, choices: &DelayChoices) -> Option<Embedding> {
         match (self.lag, self.dimension) {
-            (Setting::Given(lag), Setting::Given(dimension)) => Some(Embedding { lag, dimension }),
+            (AutoOr::Given(lag), AutoOr::Given(dimension)) => Some(Embedding { lag, dimension }),
             (lag, dimension) => choices.at(seen).map(|chosen| Embedding {
                 lag: lag.or(chosen.lag),
                 dimension: dimension.or(chosen.dimension),
@@ -104,14 +103,14 @@ mod tests {
             neighbours: FalseNeighbours {
                 lag,
                 share: Vec::new(),
-                judged: Vec::new(),
+                evaluated: Vec::new(),
             },
         }
     }
 
     #[test]
-    fn a_choice_holds_from_its_instant_until_the_next() {
-        let mut choices = Choices::default();
+    fn a_choice_applies_from_its_instant_to_the_next() {
+        let mut choices = DelayChoices::default();
         choices.note(100, &choice(7, 3));
         choices.note(200, &choice(7, 3));
         choices.note(300, &choice(9, 4));
@@ -124,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_is_not_chosen() {
-        let mut choices = Choices::default();
+    fn given_values_are_not_replaced_by_a_choice() {
+        let mut choices = DelayChoices::default();
         let spec = |lag, dimension| EmbeddingSpec { lag, dimension };
-        let given = spec(Setting::Given(60e-6), Setting::Given(5));
-        let given = Unfolding::new(&given, None, 200e3).at(0, &choices);
+        let given = spec(AutoOr::Given(60e-6), AutoOr::Given(5));
+        let given = StageEmbedding::new(&given, None, 200e3).at(0, &choices);
         assert_eq!(
             given,
             Some(Embedding {
@@ -136,8 +135,8 @@ mod tests {
                 dimension: 5
             })
         );
-        let half = spec(Setting::Auto, Setting::Given(5));
-        let half = Unfolding::new(&half, None, 200e3);
+        let half = spec(AutoOr::Auto, AutoOr::Given(5));
+        let half = StageEmbedding::new(&half, None, 200e3);
         assert_eq!(half.at(10, &choices), None);
         choices.note(10, &choice(7, 3));
         assert_eq!(

@@ -1,9 +1,9 @@
-//! Samples and their times.
+//! Sample indices and times.
 
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::Frame;
 
-/// The time of every sample of the run, counted from the first one: times do not accumulate rounding errors.
+/// Time of every sample of the run from its index. Rounding errors do not accumulate.
 pub struct Clock {
     dt: f64,
     origin: Option<f64>,
@@ -11,7 +11,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// For samples at `rate` (Hz); starts with the first frame.
+    /// For samples at `rate` (Hz). The first frame defines the origin.
     pub fn new(rate: f64) -> Self {
         Self {
             dt: 1.0 / rate,
@@ -20,13 +20,13 @@ impl Clock {
         }
     }
 
-    /// Checks that the frame starts where the last one ended, to a hundredth of a sample.
+    /// Checks that the frame starts where the last one ended, to 1 % of a sample spacing.
     pub fn check(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
         let origin = *self.origin.get_or_insert(frame.t0);
         let due = origin + self.seen as f64 * self.dt;
         let (late, off) = (frame.t0 - due, frame.dt - self.dt);
         let slack = 0.01 * self.dt;
-        // Written so that NaN fails, too.
+        // A NaN fails this comparison.
         if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
             return Ok(());
         }
@@ -39,12 +39,12 @@ impl Clock {
         })
     }
 
-    /// Counts the samples of a frame that has been analysed.
+    /// Counts the samples of an analysed frame.
     pub fn advance(&mut self, frame: &Frame) {
         self.seen += frame.len() as u64;
     }
 
-    /// Samples analysed so far.
+    /// Number of samples analysed so far.
     pub fn seen(&self) -> u64 {
         self.seen
     }
@@ -54,7 +54,7 @@ impl Clock {
         self.origin.unwrap_or(0.0) + k * self.dt
     }
 
-    /// Time covered so far, s.
+    /// Simulated time so far, s.
     pub fn elapsed(&self) -> f64 {
         self.seen as f64 * self.dt
     }

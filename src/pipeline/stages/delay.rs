@@ -1,4 +1,4 @@
-//! The choice of delay and dimension from the probe's displacement.
+//! Choice of delay and embedding dimension from the probe's displacement.
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use crate::analysis::{DelaySearch, choose_delay};
 use crate::pipeline::message::Record;
 use crate::scene::DelaySpec;
 
-/// Emits [`Record::Delay`] of samples at `rate` (Hz), and notes each choice for the stages after it.
+/// Emits [`Record::Delay`] of samples at `rate` (Hz) and stores each choice for the later stages.
 ///
-/// A window in which nothing can be chosen is skipped.
+/// A window without a valid choice is skipped.
 pub fn delay(spec: &DelaySpec, rate: f64) -> impl Stage + use<> {
     let search = DelaySearch {
         largest_lag: samples(spec.largest_lag, rate, 1),

@@ -1,4 +1,4 @@
-//! Lyapunov exponents of the simulated motion, and the attractor they show in the end.
+//! Lyapunov exponents of the simulated motion, and the attractor that they indicate.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ impl Stage for ExponentsStage {
     }
 
     fn finish(&mut self, context: &mut Context, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
-        // An attractor that is not known yet is not reported.
+        // An undecided attractor is not reported.
         let last = self.last.as_ref();
         let Some(last) = last.filter(|last| last.attractor().is_decided()) else {
             return Ok(());

@@ -1,29 +1,29 @@
-//! What the run shows now, as samples arrive.
+//! Observations about the vibration, for the commentary of a run.
 
 use std::borrow::Cow;
 
+use super::appearance::{AppearanceClassifier, RecentSamples};
 use super::clock::samples;
-use super::narrator::{Heard, Narrator};
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
-use crate::pipeline::message::{Circumstances, Frame, JointInfo, Observation, Record};
+use crate::pipeline::message::{Frame, JointInfo, Observation, OperatingPoint, Record};
 
-/// Emits [`Record::Narration`] when the samples of `joint` at `rate` (Hz) show something new; looks `every`
-/// so many seconds.
+/// Emits [`Record::Narration`] if the samples of `joint` at `rate` (Hz) have a new appearance, checked every
+/// `every` seconds.
 ///
-/// The narrator has a window of its own, [`Narrator::MEMORY`] long, whatever the window of the spectrum
-/// that is shown.
+/// The classifier has its own window of [`AppearanceClassifier::MEMORY`], independent of the window of the
+/// displayed spectrum.
 pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<> {
-    let count = |seconds| samples(seconds, rate, SpectrumAnalyser::FEWEST_SAMPLES);
-    let sliding = SlidingWindow::new(count(Narrator::MEMORY), every * rate)
-        .starting_with(count(Narrator::FIRST));
-    let mut narrator = Narrator::new(rate);
+    let count = |seconds| samples(seconds, rate, SpectrumAnalyser::MIN_SAMPLES);
+    let sliding = SlidingWindow::new(count(AppearanceClassifier::MEMORY), every * rate)
+        .with_min_length(count(AppearanceClassifier::FIRST));
+    let mut classifier = AppearanceClassifier::new(rate);
     let (load_varies, rotation_varies) = (joint.load_varies(), joint.rotation_varies());
     let sliding_speed = joint.sliding_speed;
     let now = move |frame: &Frame| {
         let rotation_factor = rotation_varies.then_some(frame.rotation_factor);
-        Circumstances {
+        OperatingPoint {
             tilt: frame.tilt,
             load: load_varies.then_some(frame.load),
             rotation_factor,
@@ -36,7 +36,7 @@ pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<>
         move |window, _, emit| {
             let [velocity, displacement] = window.channels;
             let time = window.time;
-            let seen = narrator.listen(&Heard {
+            let seen = classifier.classify(&RecentSamples {
                 time,
                 now: now(window.frame),
                 velocity,
@@ -60,7 +60,7 @@ mod tests {
     use crate::pipeline::{Monitor, run};
     use crate::scene::Scene;
 
-    /// What is said of a scene that comes with the program: its headings, repetitions left out.
+    /// The headings for a preset scene, without repetitions.
     fn headings(scene: &str) -> Vec<String> {
         let mut records: Vec<Record> = Vec::new();
         let scene = Scene::load(scene).unwrap();
@@ -87,25 +87,25 @@ mod tests {
     const TWO_TONES: &str = "## Looks like two tones";
     const PARTED: &str = "## The perturbed trajectory has separated";
     const CHAOS: &str = "## Lyapunov exponents: chaos";
-    const BROAD: &str = "## Lines over a broad floor: looks like chaos";
+    const BROAD: &str = "## Spectral lines over a broadband floor";
 
     #[test]
-    fn every_scene_is_told_as_what_it_is() {
+    fn every_scene_has_its_appearance() {
         assert_eq!(headings("printed-friction"), ["## Silent"]);
         assert_eq!(headings("periodic-2deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("mode-shift-3.5deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("torus-3deg"), [GROWING, SETTLES, TWO_TONES]);
-        let mut told = headings("chaos-5deg");
-        let before = told.len();
-        told.retain(|heading| heading != PARTED);
-        // Whether the copies have parted before the exponents are sure hangs on the last bit.
-        assert!(before - told.len() <= 1, "{before}");
-        told.dedup();
-        assert_eq!(told, [GROWING, SETTLES, BROAD, CHAOS]);
+        let mut seen = headings("chaos-5deg");
+        let before = seen.len();
+        seen.retain(|heading| heading != PARTED);
+        // Whether the trajectories separate before the exponents are decided depends on the last bit.
+        assert!(before - seen.len() <= 1, "{before}");
+        seen.dedup();
+        assert_eq!(seen, [GROWING, SETTLES, BROAD, CHAOS]);
     }
 
     #[test]
-    fn the_ramp_shows_its_three_faces_once_each() {
+    fn the_tilt_ramp_passes_three_appearances_once_each() {
         let expected = [GROWING, SETTLES, TONE, TWO_TONES, BROAD];
         assert_eq!(headings("tilt-ramp"), expected);
     }

@@ -2,24 +2,24 @@
 
 use std::borrow::Cow;
 
-use super::choices::Unfolding;
+use super::choices::StageEmbedding;
 use super::clock::samples;
 use super::stage::Stage;
-use super::thinning::EveryStep;
+use super::subsample::Subsampler;
 use super::windowed::{Windowed, input};
-use crate::analysis::{DelayVectors, RateBase, RecurrenceRule, SlidingWindow, quantify};
+use crate::analysis::{DelayVectors, RateBase, RecurrenceCriterion, SlidingWindow, quantify};
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, QuantificationSpec};
 
-/// Emits [`Record::Quantification`] of samples at `rate` (Hz); `delay` is the scene's choice of delays.
-/// A window without a result is skipped.
+/// Emits [`Record::Quantification`] of samples at `rate` (Hz); `delay` is the delay analysis of the scene. A
+/// window without a result is skipped.
 ///
-/// States are taken every step, counted from the first sample of the run; step and delay are
-/// rounded, to whole samples and to whole steps, one at least. Measures of lines are in states.
+/// States are sampled every `step`, counted from the first sample of the run. The step is rounded to whole
+/// samples and the delay to whole steps, at least one each. Line lengths are in states.
 ///
-/// Each window is counted anew: 1.3 ms for 2000 states of `torus-3deg` or `periodic-2deg` under a
-/// fixed distance, where [`RecurrenceWindow`](crate::analysis::RecurrenceWindow) takes 1.5 and
-/// 7 ms for the 500 that enter from one window of the scenes to the next.
+/// Each window is evaluated from scratch: 1.3 ms for 2000 states of `torus-3deg` or `periodic-2deg` with a
+/// fixed threshold. [`RecurrenceWindow`](crate::analysis::RecurrenceWindow) needs 1.5 and 7 ms for the 500
+/// states that enter between two windows of these scenes.
 pub fn quantification(
     spec: &QuantificationSpec,
     delay: Option<&DelaySpec>,
@@ -29,19 +29,19 @@ pub fn quantification(
     let states_per_second = rate / step as f64;
     let dt = 1.0 / states_per_second;
     let states = samples(spec.sliding.window, states_per_second, 1);
-    let unfolding = Unfolding::new(&spec.embedding, delay, rate);
-    let most = unfolding.most();
-    let longest = DelayVectors::samples_for(states, steps(most.lag, step), most.dimension);
+    let unfolding = StageEmbedding::new(&spec.embedding, delay, rate);
+    let max = unfolding.max();
+    let longest = DelayVectors::samples_for(states, steps(max.lag, step), max.dimension);
     let sliding =
-        SlidingWindow::new(longest, spec.sliding.every * states_per_second).starting_with(states);
-    let rule = RecurrenceRule {
-        norm: spec.nearness.norm,
-        threshold: spec.nearness.threshold,
+        SlidingWindow::new(longest, spec.sliding.every * states_per_second).with_min_length(states);
+    let rule = RecurrenceCriterion {
+        norm: spec.criterion.norm,
+        threshold: spec.criterion.threshold,
         theiler: samples(spec.theiler, states_per_second, 1),
     };
     let (least_diagonal, least_vertical) = (spec.least_diagonal, spec.least_vertical);
-    let mut every_step = EveryStep::new(step);
-    let input = input(move |frame| [Cow::Owned(every_step.of(&frame.displacement))]);
+    let mut subsampler = Subsampler::new(step);
+    let input = input(move |frame| [Cow::Owned(subsampler.of(&frame.displacement))]);
     let measures = Windowed::new(sliding, input, move |window, context, emit| {
         let Some(embedding) = unfolding.at(window.seen, &context.choices) else {
             return Ok(());
@@ -53,7 +53,7 @@ pub fn quantification(
             return Ok(());
         };
         let vectors = DelayVectors::new(&signal[from..], lag, embedding.dimension)?;
-        // The distance first, because it is reported, too.
+        // The threshold distance first, because it is reported.
         let Ok(rule) = rule.fixed(&vectors) else {
             return Ok(());
         };
@@ -72,7 +72,7 @@ pub fn quantification(
     measures.with_step(step)
 }
 
-/// A delay (samples) in whole steps, one at least.
+/// A delay (samples) in whole steps, at least one.
 fn steps(lag: usize, step: usize) -> usize {
     ((lag + step / 2) / step).max(1)
 }

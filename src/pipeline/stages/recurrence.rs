@@ -1,8 +1,8 @@
-//! Recurrence plots and the trail of delay vectors of the probe's displacement.
+//! Recurrence plots and delay reconstruction of the probe's displacement.
 
 use std::sync::Arc;
 
-use super::choices::{Embedding, Unfolding};
+use super::choices::{Embedding, StageEmbedding};
 use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Windowed, displacement};
@@ -10,33 +10,32 @@ use crate::analysis::{DelayVectors, RecurrenceImage, RecurrencePlot, SlidingWind
 use crate::pipeline::message::Record;
 use crate::scene::{DelaySpec, RecurrenceSpec};
 
-/// Coordinates of the trail: what can be drawn.
+/// Dimension of the drawn delay reconstruction.
 const TRAIL_DIMENSION: usize = 3;
 
-/// Emits [`Record::Recurrence`] and [`Record::Embedding`] over the same window, from the first
-/// instant on at which all delayed samples exist. Samples come at `rate` (Hz); `delay` is the scene's
-/// choice of delays.
+/// Emits [`Record::Recurrence`] and [`Record::Embedding`] of the same window, as soon as all delayed samples
+/// exist. Samples come at `rate` (Hz); `delay` is the delay analysis of the scene.
 ///
-/// The lag is rounded to whole samples (at least one), and reported as rounded. Delay vectors are
-/// built of the samples as they are; a plot shows `size` of them, evenly spread over the window,
-/// the newest included. The trail shows them all.
+/// The lag is rounded to whole samples (at least one) and reported as rounded. Delay vectors use all samples.
+/// A plot shows `size` of them, evenly distributed over the window and including the newest one. The
+/// reconstruction shows all of them.
 pub fn recurrence(
     spec: &RecurrenceSpec,
     delay: Option<&DelaySpec>,
     rate: f64,
 ) -> impl Stage + use<> {
     let length = samples(spec.sliding.window, rate, 1);
-    let unfolding = Unfolding::new(&spec.embedding, delay, rate);
-    let most = unfolding.most();
-    let longest = DelayVectors::samples_for(length, most.lag, most.dimension.max(TRAIL_DIMENSION));
-    let sliding = SlidingWindow::new(longest, spec.sliding.every * rate).starting_with(length);
+    let unfolding = StageEmbedding::new(&spec.embedding, delay, rate);
+    let max = unfolding.max();
+    let longest = DelayVectors::samples_for(length, max.lag, max.dimension.max(TRAIL_DIMENSION));
+    let sliding = SlidingWindow::new(longest, spec.sliding.every * rate).with_min_length(length);
     let size = spec.size.min(length);
     let spacing = length as f64 / size as f64;
     let pick = |i: usize| (i as f64 * spacing).round() as usize - 1;
-    // Indices of the plotted vectors among those of the window.
+    // Indices of the plotted vectors within the window.
     let picks: Vec<usize> = (1..=size).map(pick).collect();
-    let mut plot = RecurrencePlot::with(spec.nearness.norm, 1);
-    let threshold = spec.nearness.threshold;
+    let mut plot = RecurrencePlot::with(spec.criterion.norm, 1);
+    let threshold = spec.criterion.threshold;
     Windowed::new(sliding, displacement, move |window, context, emit| {
         let Some(Embedding { lag, dimension }) = unfolding.at(window.seen, &context.choices) else {
             return Ok(());
@@ -63,7 +62,7 @@ pub fn recurrence(
         let image = Arc::new(image);
         emit(Record::Recurrence { time, image })?;
         let trail = newest(TRAIL_DIMENSION)?;
-        // The record has the newest coordinate first; Eq. (25) has it last.
+        // The record starts with the newest coordinate; in Eq. (25) it is the last one.
         let [oldest, middle, now] = [0, 1, 2].map(|c| trail.coordinate(c));
         let points = now.iter().zip(middle).zip(oldest);
         let points = points.map(|((a, b), c)| [*a as f32, *b as f32, *c as f32]);

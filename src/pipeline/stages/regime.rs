@@ -1,4 +1,4 @@
-//! The regime of the motion, from the probe's displacement.
+//! Regime of the motion, from the probe's displacement.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ mod tests {
     use crate::pipeline::{Monitor, run};
     use crate::scene::Scene;
 
-    /// The verdicts on a scene that comes with the program: (time in ms, verdict).
+    /// Regimes of a preset scene: (time in ms, regime).
     fn verdicts(scene: &str) -> Vec<(f64, Regime)> {
         let mut records: Vec<Record> = Vec::new();
         let scene = Scene::load(scene).unwrap();
@@ -48,13 +48,13 @@ mod tests {
     }
 
     #[test]
-    fn a_tone_and_a_torus_are_told_as_that() {
+    fn a_periodic_motion_and_a_torus_are_recognised() {
         for (scene, expected) in [
             ("periodic-2deg", Regime::Periodic),
             ("torus-3deg", Regime::QuasiPeriodic),
         ] {
             let verdicts = verdicts(scene);
-            // Once the start is gone from the window.
+            // After the transient has left the window.
             let mut settled = verdicts.iter().filter(|(time, _)| *time > 70.0);
             let other = settled.find(|(_, regime)| *regime != expected);
             assert_eq!(other, None, "{scene}: {verdicts:?}");
@@ -62,8 +62,8 @@ mod tests {
     }
 
     #[test]
-    fn weak_chaos_is_told_as_chaos() {
-        // Its start settles as the torus does; once it is gone from the window it is chaos.
+    fn weak_chaos_is_recognised() {
+        // The transient resembles the torus; after it has left the window, the motion is chaotic.
         let verdicts = verdicts("chaos-5deg");
         let chaotic = |(_, regime): &&(f64, Regime)| *regime == Regime::Chaotic;
         assert!(
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ramp_goes_from_a_tone_to_a_torus_to_chaos() {
+    fn the_tilt_ramp_passes_from_periodic_to_torus_to_chaos() {
         let verdicts = verdicts("tilt-ramp");
         let lasting = verdicts.iter().map(|(_, regime)| *regime).filter(|regime| {
             let lasting = [Regime::Periodic, Regime::QuasiPeriodic, Regime::Chaotic];

@@ -1,24 +1,24 @@
-//! Passages through a Poincare section.
+//! Points of a Poincare section.
 
 use std::borrow::Cow;
 
-use super::choices::{Choices, Unfolding};
+use super::choices::{DelayChoices, StageEmbedding};
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed, displacement, input};
 use crate::analysis::{AnalysisError, SectionFinder, SlidingWindow};
 use crate::pipeline::message::{Frame, Record, SectionPoint};
 use crate::scene::{
-    DelaySpec, EmbeddingSpec, SectionSpec, SectionSurface, Setting, StateCoordinate,
+    AutoOr, DelaySpec, EmbeddingSpec, SectionSpec, SectionSurface, StateCoordinate,
 };
 
-/// Coordinates of the delay trajectory of Fig. 10.
+/// Dimension of the delay trajectory of Fig. 10.
 const DIMENSION: usize = 3;
 
-/// Emits [`Record::Section`] at its instants, if passages have become known since the last one, of
-/// samples at `rate` (Hz); `delay` is the scene's choice of delays.
+/// Emits [`Record::Section`] at regular intervals if there are new points, for samples at `rate` (Hz);
+/// `delay` is the delay analysis of the scene.
 ///
-/// A passage is known some samples after it, see [`SectionFinder`]. Where the delay is chosen
-/// automatically another choice starts another section; passages at the border are left out.
+/// A crossing is known a few samples after it, see [`SectionFinder`]. If the delay is chosen automatically, a
+/// new choice starts a new section; crossings at the transition are lost.
 pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<dyn Stage> {
     let hop = spec.every * rate;
     let direction = spec.direction;
@@ -26,11 +26,11 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
         SectionSurface::Delay { lag, level } => {
             let embedding = EmbeddingSpec {
                 lag,
-                dimension: Setting::Given(DIMENSION),
+                dimension: AutoOr::Given(DIMENSION),
             };
-            let unfolding = Unfolding::new(&embedding, delay, rate);
+            let unfolding = StageEmbedding::new(&embedding, delay, rate);
             let find = Find {
-                lag_at: move |seen, choices: &Choices| Some(unfolding.at(seen, choices)?.lag),
+                lag_at: move |seen, choices: &DelayChoices| Some(unfolding.at(seen, choices)?.lag),
                 finder: move |lag| SectionFinder::delay(lag, DIMENSION, level, direction),
                 shown: [0, 2],
             };
@@ -45,7 +45,7 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
             let coordinates =
                 input(move |frame| plane_coordinates(frame, [&normal_q, &normal_qdot], shown));
             let find = Find {
-                lag_at: |_, _: &Choices| Some(0),
+                lag_at: |_, _: &DelayChoices| Some(0),
                 finder: move |_| SectionFinder::plane(&[1.0, 0.0, 0.0], offset, direction),
                 shown: [1, 2],
             };
@@ -54,8 +54,8 @@ pub fn section(spec: &SectionSpec, delay: Option<&DelaySpec>, rate: f64) -> Box<
     }
 }
 
-/// For each sample: normal (of `q` and of `dq/dt`) times state, and the two coordinates that are shown.
-/// Nothing of a frame without modes.
+/// For each sample: the scalar product of the normal (of `q` and of `dq/dt`) with the state, and the two
+/// displayed coordinates. Empty for a frame without modes.
 fn plane_coordinates(
     frame: &Frame,
     [normal_q, normal_qdot]: [&[f64]; 2],
@@ -78,33 +78,33 @@ fn plane_coordinates(
     channels.map(Cow::Owned)
 }
 
-/// How passages are found, and which two coordinates of each are shown.
+/// Detection of crossings, and the two displayed coordinates of each.
 struct Find<L, F> {
-    /// The delay (samples) that holds when so many samples have been seen; 0 if there is none.
+    /// The delay (samples) after the given number of samples; 0 for a section without delay.
     lag_at: L,
-    /// A finder for that delay.
+    /// Creates a finder for that delay.
     finder: F,
     shown: [usize; 2],
 }
 
-/// A finder, the delay it was made for, and the sample it began with.
+/// A finder, its delay, and the sample at which it started.
 struct Running {
     finder: SectionFinder,
     lag: usize,
     origin: u64,
 }
 
-/// The passages of a stream of `C` channels, sent every `hop` samples.
+/// The section points of a stream of `C` channels, emitted every `hop` samples.
 fn passages<const C: usize, I, L, F>(hop: f64, input: I, find: Find<L, F>) -> impl Stage
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
-    L: Fn(u64, &Choices) -> Option<usize> + Send,
+    L: Fn(u64, &DelayChoices) -> Option<usize> + Send,
     F: Fn(usize) -> Result<SectionFinder, AnalysisError> + Send,
 {
-    // Long enough for what is new at each instant.
+    // Long enough for the new samples at each instant.
     let length = hop.max(1.0).ceil() as usize;
-    let sliding = SlidingWindow::new(length, hop).starting_with(1);
-    // Samples that have been searched.
+    let sliding = SlidingWindow::new(length, hop).with_min_length(1);
+    // Number of samples already searched.
     let mut taken = 0;
     let mut running: Option<Running> = None;
     let passages = Windowed::new(sliding, input, move |window, context, emit| {

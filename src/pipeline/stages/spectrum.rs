@@ -1,7 +1,7 @@
-//! Sliding amplitude spectrum of the probe's velocity, its lines named.
+//! Sliding amplitude spectrum of the probe's velocity, with named lines.
 
 use super::clock::samples;
-use super::reading::{LINE_WINDOW, Reading};
+use super::named_lines::{LINE_WINDOW, NamedLines};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
@@ -10,20 +10,20 @@ use crate::scene::SpectrumSpec;
 
 /// Emits [`Record::Spectrum`] of samples at `rate` (Hz).
 ///
-/// Until the window is full the spectrum is taken of the samples so far, from a quarter of the window
-/// on; its bins are then wider.
+/// Until the window is full, the spectrum uses the samples so far, from a quarter of the window on, with
+/// wider bins.
 pub fn spectrum(spec: &SpectrumSpec, rate: f64) -> impl Stage + use<> {
-    let least = SpectrumAnalyser::FEWEST_SAMPLES;
+    let least = SpectrumAnalyser::MIN_SAMPLES;
     let length = samples(spec.sliding.window, rate, least);
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
-        .starting_with((length / 4).max(least));
+        .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     Windowed::new(sliding, velocity, move |window, _, emit| {
         let spectrum = analyser.analyse(window.channels[0])?;
         emit(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,
-            peaks: Reading::of(&spectrum).peaks(),
+            peaks: NamedLines::of(&spectrum).peaks(),
             amplitude: spectrum.amplitude,
         })
     })

@@ -1,16 +1,16 @@
-//! What every stage of the analysis is, and what the stages share.
+//! Trait of the analysis stages, and their shared state.
 
-use super::choices::Choices;
+use super::choices::DelayChoices;
 use super::clock::Clock;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
 
-/// Where a stage puts its records.
+/// The callback by which a stage emits its records.
 pub type Emit<'a> = dyn FnMut(Record) -> Result<(), AnalyseError> + 'a;
 
-/// A stage: takes the frames of a run one by one.
+/// An analysis stage. It processes the frames of a run one by one.
 pub trait Stage: Send {
-    /// Takes the next frame.
+    /// Processes the next frame.
     fn push(
         &mut self,
         frame: &Frame,
@@ -18,24 +18,24 @@ pub trait Stage: Send {
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError>;
 
-    /// Takes a record that a stage before this one has emitted; by default ignored.
+    /// Observes a record of an earlier stage; ignored by default.
     fn observe(&mut self, _record: &Record) {}
 
-    /// Emits what remains after the last frame; by default nothing.
+    /// Emits the remaining records after the last frame; none by default.
     fn finish(&mut self, _context: &mut Context, _emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
         Ok(())
     }
 
-    /// Adds its results to the summary of the run; by default nothing.
+    /// Adds the results of the stage to the summary of the run; none by default.
     fn summarise(&self, _summary: &mut Summary) {}
 }
 
-/// What the stages share.
+/// The context of a stage: state shared by the stages.
 pub struct Context {
-    /// The time of every sample.
+    /// Times of the samples.
     pub clock: Clock,
     /// Delays and dimensions chosen so far.
-    pub choices: Choices,
+    pub choices: DelayChoices,
 }
 
 impl Context {
@@ -43,7 +43,7 @@ impl Context {
     pub fn new(rate: f64) -> Self {
         Self {
             clock: Clock::new(rate),
-            choices: Choices::default(),
+            choices: DelayChoices::default(),
         }
     }
 

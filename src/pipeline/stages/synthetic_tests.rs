@@ -1,4 +1,4 @@
-//! Scenes, headers and frames made up for tests: signals known in closed form, cut into frames.
+//! Scenes, headers and frames for tests: signals known in closed form, split into frames.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -7,15 +7,15 @@ use crate::analysis::test_signals::sines;
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
 use crate::scene::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
-    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
-    SpectrumSpec,
+    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
+    RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
+    WindowSpec,
 };
 
 /// Sample rate of all synthetic runs, Hz.
 pub const RATE: f64 = 200_000.0;
 
-/// Slip speed in steady sliding, m/s; the paper's is near it.
+/// Slip speed in steady sliding, m/s, close to that of the paper.
 pub const SLIDING_SPEED: f64 = 15.9e-3;
 
 /// The default analyses.
@@ -32,17 +32,17 @@ pub fn analyses() -> AnalysisSpec {
             sliding: sliding(5e-3, 2.5e-3),
             size: 400,
             embedding: EMBEDDING,
-            nearness: nearness(Threshold::Rate(0.05)),
+            criterion: criterion(Threshold::Rate(0.05)),
         }),
         ..AnalysisSpec::default()
     }
 }
 
-/// All analyses; delay and dimension are the signal's own where they can be.
-pub fn laboratory() -> AnalysisSpec {
+/// All analyses; delay and dimension are chosen from the signal where possible.
+pub fn all_analyses() -> AnalysisSpec {
     let embedding = EmbeddingSpec {
-        lag: Setting::Auto,
-        dimension: Setting::Auto,
+        lag: AutoOr::Auto,
+        dimension: AutoOr::Auto,
     };
     AnalysisSpec {
         delay: Some(DelaySpec {
@@ -56,14 +56,14 @@ pub fn laboratory() -> AnalysisSpec {
             sliding: sliding(2e-3, 2e-3),
             size: 100,
             embedding,
-            nearness: nearness(Threshold::Rate(0.05)),
+            criterion: criterion(Threshold::Rate(0.05)),
         }),
         quantification: Some(QuantificationSpec {
-            // 61 states, told every 30.5.
+            // 61 states every 30.5 states.
             sliding: sliding(1.22e-3, 0.61e-3),
             step: 20e-6,
             embedding,
-            nearness: nearness(Threshold::Spread(0.3)),
+            criterion: criterion(Threshold::Spread(0.3)),
             theiler: 60e-6,
             least_diagonal: 5,
             least_vertical: 2,
@@ -71,7 +71,7 @@ pub fn laboratory() -> AnalysisSpec {
         section: Some(SectionSpec {
             every: 0.7525e-3,
             surface: SectionSurface::Delay {
-                lag: Setting::Auto,
+                lag: AutoOr::Auto,
                 level: 0.0,
             },
             direction: Direction::Rising,
@@ -91,20 +91,20 @@ pub fn laboratory() -> AnalysisSpec {
     }
 }
 
-/// Windows of so many seconds, so often.
-pub fn sliding(window: f64, every: f64) -> SlidingSpec {
-    SlidingSpec { window, every }
+/// A sliding window of the given length and interval, s.
+pub fn sliding(window: f64, every: f64) -> WindowSpec {
+    WindowSpec { window, every }
 }
 
-/// What unfolds tones near 4 kHz.
+/// Delay and dimension that unfold tones near 4 kHz.
 pub const EMBEDDING: EmbeddingSpec = EmbeddingSpec {
-    lag: Setting::Given(60e-6),
-    dimension: Setting::Given(5),
+    lag: AutoOr::Given(60e-6),
+    dimension: AutoOr::Given(5),
 };
 
-/// Euclidean distances under a threshold.
-pub fn nearness(threshold: Threshold) -> NearnessSpec {
-    NearnessSpec {
+/// Euclidean distances below a threshold.
+pub fn criterion(threshold: Threshold) -> ThresholdSpec {
+    ThresholdSpec {
         norm: Norm::Euclidean,
         threshold,
     }
@@ -131,7 +131,7 @@ impl Motion {
         }
     }
 
-    /// The same with an exponential envelope that is 1 at the end.
+    /// The same motion with an exponential envelope that is 1 at the end.
     pub fn with_growth(mut self, rate: f64) -> Self {
         let n = self.velocity.len();
         for x in [&mut self.displacement, &mut self.velocity] {
@@ -142,14 +142,14 @@ impl Motion {
         self
     }
 
-    /// One after the other.
+    /// This motion followed by another one.
     pub fn then(mut self, next: &Self) -> Self {
         self.displacement.extend(&next.displacement);
         self.velocity.extend(&next.velocity);
         self
     }
 
-    /// One fading into the other over 10 ms: a real motion has no clicks.
+    /// This motion followed by another one, with a cross-fade of 10 ms: a real motion has no discontinuity.
     pub fn fading_into(mut self, next: &Self) -> Self {
         let fade = (10e-3 * RATE) as usize;
         let pairs = [
@@ -167,7 +167,7 @@ impl Motion {
         self
     }
 
-    /// Cut into frames of `size` samples, the first sample at time `t0`.
+    /// Splits the motion into frames of `size` samples, starting at time `t0`.
     pub fn frames(&self, t0: f64, tilt: f64, size: usize) -> Vec<Arc<Frame>> {
         let parts = self
             .displacement
@@ -208,7 +208,7 @@ pub fn header() -> Header {
             modes: Vec::new(),
             min_tilt: 0.0,
             max_tilt: 0.0,
-            reach: None,
+            tilt_range: None,
             azimuth: 0.0,
             outline: SurfaceMesh::default(),
             rotation: [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],

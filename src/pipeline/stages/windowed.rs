@@ -1,4 +1,4 @@
-//! The analysis of a sliding window, the form of most stages.
+//! Analysis of a sliding window, the form of most stages.
 
 use std::borrow::Cow;
 
@@ -7,34 +7,34 @@ use super::stage::{Context, Emit, Stage};
 use crate::analysis::SlidingWindow;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::Frame;
-use crate::scene::SlidingSpec;
+use crate::scene::WindowSpec;
 
-/// A window that is due, of `C` channels.
+/// A window of `C` channels that is due.
 pub struct Window<'a, const C: usize> {
-    /// The samples of each channel, oldest first.
+    /// Samples of each channel, oldest first.
     pub channels: [&'a [f64]; C],
-    /// Samples of the run up to the newest one of the window.
+    /// Number of samples of the run up to the newest sample of the window.
     pub seen: u64,
     /// Time of the newest sample, s.
     pub time: f64,
-    /// The frame in which the window ends.
+    /// Frame that contains the end of the window.
     pub frame: &'a Frame,
 }
 
-/// The signals of a frame that an analysis takes.
+/// Channels of input signals of an analysis from one frame.
 pub type Channels<'a, const C: usize> = [Cow<'a, [f64]>; C];
 
-/// The displacement of the probe.
+/// Displacement of the probe.
 pub fn displacement(frame: &Frame) -> Channels<'_, 1> {
     [Cow::Borrowed(&frame.displacement)]
 }
 
-/// The velocity of the probe.
+/// Velocity of the probe.
 pub fn velocity(frame: &Frame) -> Channels<'_, 1> {
     [Cow::Borrowed(&frame.velocity)]
 }
 
-/// A closure as an input: the compiler infers no lifetimes for one that is not passed to a function.
+/// Marks a closure as an input. The compiler infers its lifetimes only if it is passed to a function.
 pub fn input<const C: usize, I>(input: I) -> I
 where
     I: for<'f> FnMut(&'f Frame) -> Channels<'f, C> + Send,
@@ -42,20 +42,20 @@ where
     input
 }
 
-/// The windows that a scene asks for of samples at `rate` (Hz), of one sample at least.
-pub fn sliding(spec: &SlidingSpec, rate: f64) -> SlidingWindow<1> {
+/// The sliding window of a scene for samples at `rate` (Hz), at least one sample long.
+pub fn sliding(spec: &WindowSpec, rate: f64) -> SlidingWindow<1> {
     SlidingWindow::new(samples(spec.window, rate, 1), spec.every * rate)
 }
 
-/// Calls `analyse` for each window of what `input` takes from the frames. While the run is shown live,
-/// windows that end too close together ([`Frame::apart`]) are skipped.
+/// Calls `analyse` for each window of the signals that `input` extracts from the frames. In a live run,
+/// windows whose ends are too close ([`Frame::apart`]) are skipped.
 pub struct Windowed<const C: usize, I, A> {
     sliding: SlidingWindow<C>,
     input: I,
     analyse: A,
-    /// One sample of `input` for so many of the run.
+    /// Number of samples of the run per sample of `input`.
     step: u64,
-    /// Whether each window is analysed, also while the run is shown live.
+    /// Whether every window is analysed even in a live run.
     complete: bool,
 }
 
@@ -75,13 +75,13 @@ where
         }
     }
 
-    /// The same for an input of every `step`-th sample of the run, the first one included.
+    /// The same stage for an input with every `step`-th sample of the run, including the first one.
     pub fn with_step(self, step: usize) -> Self {
         let step = step as u64;
         Self { step, ..self }
     }
 
-    /// The same, no window skipped.
+    /// The same stage without skipped windows.
     pub fn complete(self) -> Self {
         let complete = true;
         Self { complete, ..self }
@@ -100,7 +100,7 @@ where
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
         if !self.complete {
-            self.sliding.space_out(frame.apart() / self.step);
+            self.sliding.set_min_spacing(frame.apart() / self.step);
         }
         let channels = (self.input)(frame);
         let (analyse, step) = (&mut self.analyse, self.step);

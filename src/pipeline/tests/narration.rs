@@ -1,9 +1,9 @@
-//! What is narrated of known signals.
+//! Commentary on known signals.
 
 use super::*;
 
 #[test]
-fn narration_follows_growth_tone_torus_and_noise() {
+fn commentary_follows_growth_tone_torus_and_noise() {
     let growing = Motion::tones(0.0125, &CYCLE[..1]).with_growth(750.0);
     let mut chaos = Motion::tones(0.1, &TORUS);
     for (v, x) in chaos.velocity.iter_mut().zip(noise(5, 20_000, 5e-3)) {
@@ -14,28 +14,32 @@ fn narration_follows_growth_tone_torus_and_noise() {
         .fading_into(&Motion::tones(0.1, &TORUS))
         .fading_into(&chaos);
     let records = run(analyses(), &motion, 256);
-    // Between two faces the window holds both, and what is said then may vary; the order of
-    // what is said may not, nor may it come back.
-    let mut told = headings(&records);
-    // Where two motions meet the envelope may dip, and it settles anew.
-    assert_eq!(told[1], "## The vibration settles");
-    told.retain(|heading| !heading.contains("settles"));
-    told.dedup();
+    // While the window contains two motions the appearance may vary, but the order of the reported
+    // appearances may not, and none may recur.
+    let mut reported = headings(&records);
+    // At a transition the envelope may dip and settle again.
+    assert_eq!(reported[1], "## The vibration settles");
+    reported.retain(|heading| !heading.contains("settles"));
+    reported.dedup();
     let place = |heading: &str| {
-        let places: Vec<usize> = (0..told.len())
-            .filter(|&i| told[i].contains(heading))
+        let places: Vec<usize> = (0..reported.len())
+            .filter(|&i| reported[i].contains(heading))
             .collect();
-        assert_eq!(places.len(), 1, "{heading}: {told:?}");
+        assert_eq!(places.len(), 1, "{heading}: {reported:?}");
         places[0]
     };
     let order = [
         place("growing"),
         place("pure tone"),
         place("two tones"),
-        place("looks like chaos"),
+        place("broadband floor"),
     ];
-    assert!(order.is_sorted(), "{told:?}");
-    assert_eq!((order[0], order[3]), (0, told.len() - 1), "{told:?}");
+    assert!(order.is_sorted(), "{reported:?}");
+    assert_eq!(
+        (order[0], order[3]),
+        (0, reported.len() - 1),
+        "{reported:?}"
+    );
 
     let texts = narrations(&records);
     let heads = |t: &str, heading: &str| t.lines().next().is_some_and(|h| h.contains(heading));
@@ -46,7 +50,7 @@ fn narration_follows_growth_tone_torus_and_noise() {
         "{tone}"
     );
     assert!(tone.contains("Tilt 2.9°"), "{tone}");
-    // The last words on the torus may already have some of the noise in their window.
+    // The last text on the torus may include part of the noise.
     let torus =
         |t: &str| heads(t, "two tones") && t.contains("3.87 kHz") && t.contains("beat at 240 Hz");
     assert!(texts.iter().any(|t| torus(t)), "{texts:?}");
@@ -81,8 +85,8 @@ fn a_torus_with_many_combinations_is_two_tones() {
 }
 
 #[test]
-fn the_lorenz_system_is_lines_over_a_broad_floor() {
-    // Lorenz 10, 28, 8/3, its time unit shrunk to 0.3 ms; x stands for the velocity.
+fn the_lorenz_system_has_lines_over_a_broadband_floor() {
+    // Lorenz system 10, 28, 8/3 with a time unit of 0.3 ms; x is used as the velocity.
     let flow = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
     let along = |s: [f64; 3], d: [f64; 3], h: f64| std::array::from_fn(|i| s[i] + h * d[i]);
     let h = 1.0 / (0.3e-3 * RATE);
@@ -96,12 +100,12 @@ fn the_lorenz_system_is_lines_over_a_broad_floor() {
     }
     let records = run(analyses(), &motion, 256);
     let last = headings(&records).pop().unwrap();
-    assert_eq!(last, "## Lines over a broad floor: looks like chaos");
+    assert_eq!(last, "## Spectral lines over a broadband floor");
 }
 
 #[test]
-fn narration_does_not_flicker_and_is_refreshed() {
-    // 0.2 s of one tone: once it has been heard for 20 ms, then every 50 ms.
+fn commentary_does_not_flicker_and_is_refreshed() {
+    // 0.2 s of one tone: the first report after 20 ms, then every 50 ms.
     let records = run(analyses(), &Motion::tones(0.2, &CYCLE), 256);
     let times = instants(&records, |r| match r {
         Record::Narration { time, .. } => Some(*time),
@@ -112,8 +116,8 @@ fn narration_does_not_flicker_and_is_refreshed() {
 }
 
 #[test]
-fn slip_reversal_is_told_from_the_velocity() {
-    for (factor, words) in [(0.9, "never slips backwards"), (1.1, "slip reverses")] {
+fn slip_reversal_is_detected_from_the_velocity() {
+    for (factor, words) in [(0.9, "never reverses"), (1.1, "slip reverses")] {
         let tone = [(4100.0, factor * SLIDING_SPEED, 0.0)];
         let records = run(analyses(), &Motion::tones(0.02, &tone), 256);
         assert!(

@@ -1,10 +1,10 @@
-//! Summaries, and faults of frames and sinks.
+//! Summaries, and errors of frames and sinks.
 
 use super::*;
 use crate::pipeline::SinkError;
 
 #[test]
-fn summary_is_of_the_last_window() {
+fn the_summary_refers_to_the_last_window() {
     let motion = Motion::tones(0.03, &[(4100.0, 50e-3, 0.0)]).then(&Motion::tones(0.04, &CYCLE));
     let mut analyser = Analyser::new(&analyses(), &header());
     let mut records: Vec<Record> = Vec::new();
@@ -31,7 +31,7 @@ fn summary_is_of_the_last_window() {
 }
 
 #[test]
-fn summary_of_a_run_too_short_has_no_lines() {
+fn the_summary_of_a_short_run_has_no_lines() {
     let mut analyser = Analyser::new(&analyses(), &header());
     assert_eq!(analyser.summary(), Summary::default());
     let mut records: Vec<Record> = Vec::new();
@@ -62,18 +62,18 @@ fn a_gap_between_frames_is_an_error() {
     assert_eq!(
         records.len(),
         1,
-        "a frame that does not fit must not be forwarded"
+        "a frame after a gap must not be forwarded"
     );
 }
 
 #[test]
-fn the_analyser_can_move_to_a_thread_of_its_own() {
+fn the_analyser_can_be_sent_to_another_thread() {
     fn movable<T: Send>(_: &T) {}
     movable(&Analyser::new(&analyses(), &header()));
 }
 
 #[test]
-fn a_sink_that_refuses_stops_the_run() {
+fn an_error_of_the_sink_stops_the_run() {
     struct Full;
     impl Sink for Full {
         fn accept(&mut self, _: Record) -> Result<(), SinkError> {
@@ -83,5 +83,5 @@ fn a_sink_that_refuses_stops_the_run() {
     let mut analyser = Analyser::new(&analyses(), &header());
     let frames = Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256);
     let error = analyser.push(&frames[0], &mut Full).unwrap_err();
-    assert_eq!(error.to_string(), "a record could not be kept: disk full");
+    assert_eq!(error.to_string(), "cannot store a record: disk full");
 }

@@ -1,25 +1,25 @@
-//! Fig. 1 and 2: ball and beam, the patch, the mode shapes.
+//! Fig. 1 and 2: ball and beam, contact patch, mode shapes.
 
 use crate::fem::{FamilyMode, ModeKind, SurfaceMesh};
 use crate::joint::{AssemblyError, BallJoint, Model};
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
-/// Rings and meridians of the wire model.
+/// Numbers of rings and of meridians of the wireframe.
 const ALONG: usize = 40;
 const ROUND: usize = 16;
 
-/// The largest displacement of a mode shape as drawn, m.
+/// Largest drawn displacement of a mode shape, m.
 const LARGEST: f64 = 15e-3;
-/// That of torsion, which would blow up the beam if drawn so large.
+/// The same for torsion, which would distort the beam at the larger value.
 const LARGEST_TORSION: f64 = 7e-3;
 
-/// From where the body is looked at: an oblique view, the beam's axis upright.
+/// Projection onto the page: an oblique view with the beam axis vertical.
 const VIEW: [[f64; 3]; 2] = [[0.866, -0.5, 0.0], [0.12, 0.21, 0.97]];
 
-/// Fig. 1: configuration at a tilt (rad) and pre-stress on the contact patch.
+/// Fig. 1: configuration at a tilt (rad), and pre-stress on the contact patch.
 ///
 /// # Errors
-/// If the modes come from a file.
+/// [`AssemblyError`] if the modes come from a file, so the geometry of the body is unknown.
 pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figure, AssemblyError> {
     let mesh = ball.body()?.outline(ALONG, ROUND);
     let radius = ball.ball_radius();
@@ -38,8 +38,11 @@ pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figur
         Axis::linear("mm", [-225.0, 65.0]),
         vec![
             wires(&mesh, Color::Ink, |_, at| at),
-            load.wide(1.6).named(format!("load {} N", ball.spec().load)),
-            turning.wide(1.6).named(format!("rotation {size:.3} rad/s")),
+            load.with_line_width(1.6)
+                .with_label(format!("load {} N", ball.spec().load)),
+            turning
+                .with_line_width(1.6)
+                .with_label(format!("rotation {size:.3} rad/s")),
         ],
     );
     Ok(Figure::new(
@@ -50,7 +53,7 @@ pub fn configuration(ball: &BallJoint, model: &Model, tilt: f64) -> Result<Figur
     ))
 }
 
-/// The pre-stress of the contact nodes over their distance from the middle of the patch, and Hertz'.
+/// Pre-stress of the contact nodes over the distance from the centre of the patch, compared with Hertz.
 fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
     let distance = |position: &[f64; 3]| {
         let along: f64 = position.iter().zip(direction).map(|(a, b)| a * b).sum();
@@ -60,7 +63,7 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
     let nodes = model.positions.iter().zip(&model.pre_stress);
     let nodes = nodes.map(|(position, p)| [1e3 * distance(position), 1e-6 * p]);
     let radius = ball.patch_radius();
-    // The load over the patch's area is two thirds of the pressure in its middle.
+    // Hertz: the mean pressure is two thirds of the pressure at the centre.
     let middle = 1.5 * ball.spec().load / (std::f64::consts::PI * radius * radius);
     let curve = (0..=200).map(|k| {
         let s = f64::from(k) / 200.0;
@@ -71,20 +74,20 @@ fn pre_stress(ball: &BallJoint, model: &Model, direction: [f64; 3]) -> Panel {
     });
     Panel::new(
         format!("pre-stress on the patch, up to {:.2} MPa", 1e-6 * middle),
-        Axis::linear("distance from the middle, mm", [0.0, 1.05e3 * radius]),
+        Axis::linear("distance from the centre, mm", [0.0, 1.05e3 * radius]),
         Axis::linear("pre-stress, MPa", [0.0, 1.1e-6 * middle]),
         vec![
-            Layer::line(curve.collect(), Color::Faint).named("Hertz"),
+            Layer::line(curve.collect(), Color::Faint).with_label("Hertz"),
             Layer::points(nodes.collect(), 1.8, Color::Accent)
-                .named(format!("{} contact nodes", model.nodes())),
+                .with_label(format!("{} contact nodes", model.nodes())),
         ],
     )
 }
 
-/// Fig. 2: the mode shapes, one of each bending pair, upon the body at rest.
+/// Fig. 2: mode shapes, one of each bending pair, drawn over the undeformed body.
 ///
 /// # Errors
-/// If the modes come from a file.
+/// [`AssemblyError`] if the modes come from a file, so the geometry of the body is unknown.
 pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
     let body = ball.body()?;
     let mesh = body.outline(ALONG, ROUND);
@@ -93,7 +96,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
         Panel::new(title, x, Axis::linear("mm", [-230.0, 45.0]), layers)
     };
     let rest = wires(&mesh, Color::Ink, |_, at| at);
-    let mut panels = vec![panel("at rest".to_owned(), vec![rest])];
+    let mut panels = vec![panel("undeformed".to_owned(), vec![rest])];
     for FamilyMode { mode, name } in body.families() {
         let shape = |vertex| mesh.shapes_at(vertex)[mode];
         let size = |vertex| shape(vertex).iter().map(|x| x * x).sum::<f64>();
@@ -122,7 +125,7 @@ pub fn mode_shapes(ball: &BallJoint) -> Result<Figure, AssemblyError> {
     ))
 }
 
-/// Rings and meridians of the surface, each vertex moved by `moved`.
+/// Rings and meridians of the surface, with each vertex displaced by `moved`.
 fn wires(mesh: &SurfaceMesh, color: Color, moved: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Layer {
     let at = |ring: usize, j: usize| {
         let vertex = 1 + ring * ROUND + j % ROUND;
@@ -132,15 +135,15 @@ fn wires(mesh: &SurfaceMesh, color: Color, moved: impl Fn(usize, [f64; 3]) -> [f
     let rings = rings.map(|ring| (0..=ROUND).map(|j| at(ring, j)).collect());
     let meridians = (0..ROUND).step_by(2);
     let meridians = meridians.map(|j| (0..ALONG).map(|ring| at(ring, j)).collect());
-    Layer::lines(rings.chain(meridians).collect(), color).wide(0.5)
+    Layer::lines(rings.chain(meridians).collect(), color).with_line_width(0.5)
 }
 
-/// A point of space (m) on the picture, mm.
+/// Projection of a point in space (m) onto the page (mm).
 fn place(at: [f64; 3]) -> [f64; 2] {
     VIEW.map(|axis| 1e3 * axis.iter().zip(at).map(|(a, b)| a * b).sum::<f64>())
 }
 
-/// A line with a head.
+/// An arrow as a polyline.
 fn arrow([from, to]: [[f64; 2]; 2]) -> Vec<[f64; 2]> {
     let along = [to[0] - from[0], to[1] - from[1]];
     let barb = |side: f64| {

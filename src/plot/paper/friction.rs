@@ -1,16 +1,16 @@
-//! Fig. 3: the friction curve, as its caption prints it and as it is used.
+//! Fig. 3: the friction curve with the slope factors as printed in the paper and as used.
 
 use crate::joint::Stribeck;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
-/// The largest slip speed shown, m/s.
+/// Largest slip speed shown, m/s.
 const FASTEST: f64 = 0.1;
 
 /// Slope factors as printed in the caption of Fig. 3: `d` of the creep and `f` of the Stribeck curve, s/m.
 const PRINTED: [f64; 2] = [10.0, 1000.0];
 
-/// Fig. 3: the curve with its slope factors as printed, and the one in use; `sliding` is the speed of steady
-/// sliding at the middle of the patch, m/s.
+/// Fig. 3: friction curves with the slope factors as printed and as used. `sliding` is the speed of steady
+/// sliding at the patch centre, m/s.
 pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
     let printed = Stribeck {
         creep: PRINTED[0],
@@ -36,11 +36,12 @@ pub fn friction_curves(law: &Stribeck, sliding: f64) -> Figure {
         Axis::linear("slip speed, mm/s", [0.0, 1e3 * FASTEST]),
         Axis::linear("coefficient of friction", [0.0, 1.08 * law.mu_s]),
         vec![
-            Layer::line(curve(law), Color::Series(0)).named(format!("used here: {}", words(law))),
+            Layer::line(curve(law), Color::Series(0))
+                .with_label(format!("used here: {}", words(law))),
             Layer::line(curve(&printed), Color::Series(2))
-                .named(format!("as printed: {}", words(&printed))),
-            Layer::upright(1e3 * sliding, Color::Faint)
-                .named(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
+                .with_label(format!("as printed: {}", words(&printed))),
+            Layer::vertical_line(1e3 * sliding, Color::Faint)
+                .with_label(format!("steady sliding, {:.1} mm/s", 1e3 * sliding)),
         ],
     );
     let title = format!(

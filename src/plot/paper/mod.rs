@@ -1,15 +1,15 @@
-//! Counterparts of the paper's figures.
+//! Figures that correspond to those of the paper.
 //!
-//! | figure | here |
+//! | figure | content |
 //! |---|---|
 //! | 1 | [`configuration`]: ball, beam, load and rotation; pre-stress on the patch |
 //! | 2 | [`mode_shapes`] |
-//! | 3 | [`friction_curves`]: as printed, and exchanged |
-//! | 4 to 7 | [`motion`]: growth, time series, phase plot, spectrum, delay reconstruction, recurrence plot |
-//! | 8 | [`embedding`]: mutual information and false neighbours |
+//! | 3 | [`friction_curves`]: as printed and as used |
+//! | 4 to 7 | [`motion`]: growth rates, time series, phase portrait, spectrum, delay reconstruction, recurrence plot |
+//! | 8 | [`embedding`]: mutual information and false nearest neighbours |
 //! | 9 | [`recurrence_plots`] |
 //! | 10 | [`sections`] |
-//! | 11 | [`bifurcation`]: maxima, exponents and lines over the tilt |
+//! | 11 | [`bifurcation`]: maxima, exponents and spectral lines over the tilt |
 
 mod body;
 mod friction;

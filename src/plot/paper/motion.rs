@@ -1,30 +1,30 @@
-//! Fig. 4 to 10: one motion from all sides, how it is embedded, and motions over the tilt.
+//! Fig. 4 to 10: the motion at one tilt, the choice of its embedding, and comparisons over the tilt.
 
 use crate::analysis::{DelayChoice, RecurrenceImage};
 use crate::joint::{Cause, ExplainedMode};
 use crate::plot::response::{
-    self, LAG, SMALLEST, SectionPlane, SpectrumPlane, between_samples, largest,
+    self, LAG, SMALLEST, SectionAxes, SpectrumAxes, interpolated, largest,
 };
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
-use crate::study::response::{Portrait, Response};
+use crate::study::response::{PhasePortrait, SettledResponse};
 
-/// The highest frequency of a spectrum, Hz, and its decades.
+/// Highest frequency of a spectrum, Hz, and the decades of its amplitude axis.
 const HIGHEST: f64 = 15e3;
 const DECADES: i32 = 6;
-/// Panels a row.
+/// Panels per row.
 const ROW: usize = 4;
 
-/// Fig. 4 to 7: growth of the linear modes, time series, phase plot, spectrum, delay reconstruction
-/// and recurrence plot of the motion at a tilt (degrees), whose linear modes are `modes`.
+/// Fig. 4 to 7: growth rates of the linear modes `modes`, time series, phase portrait, spectrum, delay
+/// reconstruction and recurrence plot of the motion at a tilt (degrees).
 pub fn motion(
     number: usize,
     tilt_deg: f64,
-    response: &Response,
+    response: &SettledResponse,
     modes: &[ExplainedMode],
 ) -> Figure {
     let title = format!(
-        "Fig. {number}: {} at {tilt_deg}°, {:.0} % sure",
+        "Fig. {number}: {} at {tilt_deg}°, confidence {:.0} %",
         response.regime,
         100.0 * response.confidence
     );
@@ -35,10 +35,10 @@ pub fn motion(
             .lines
             .first()
             .map_or(SMALLEST[0], |line| line.amplitude);
-        let plane = SpectrumPlane::new(strongest, DECADES, HIGHEST);
+        let plane = SpectrumAxes::new(strongest, DECADES, HIGHEST);
         panels.extend([
-            response::series(portrait, color),
-            response::phase(&between_samples(portrait), None, color),
+            response::time_series(portrait, color),
+            response::phase_portrait(&interpolated(portrait), None, color),
             plane.panel(portrait.bin, &portrait.spectrum, &response.lines),
             response::reconstruction(portrait, color),
             response::recurrence(recurrence(portrait).as_ref(), false),
@@ -50,14 +50,14 @@ pub fn motion(
     Figure::grid(format!("figure-{number}"), title, 66.0, 3, &panels)
 }
 
-/// The recurrence plot of what moves.
-fn recurrence(portrait: &Portrait) -> Option<RecurrenceImage> {
+/// The recurrence plot; `None` for a constant signal.
+fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
     let mut pairs = portrait.displacement.windows(2);
     let moves = pairs.any(|pair| pair[0] != pair[1]);
     portrait.recurrence().ok().flatten().filter(|_| moves)
 }
 
-/// Growth of each oscillating mode, and what feeds and damps it: the shares add up to the growth.
+/// Growth rate of each oscillating mode and its contributions, which sum to the growth rate.
 fn growth(modes: &[ExplainedMode]) -> Panel {
     const WIDTH: f64 = 0.45;
     const DAMPING: [Cause; 4] = [
@@ -71,8 +71,8 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
         (&[Cause::Coupling], Color::Series(0), "coupling"),
         (&DAMPING, Color::Pale, "damping"),
     ];
-    let mut layers = vec![Layer::level(0.0)];
-    // Bars that feed stand upon each other, and so do those that damp.
+    let mut layers = vec![Layer::horizontal_line(0.0)];
+    // Positive contributions are stacked upwards, negative ones downwards.
     let mut ends = vec![[0.0_f64; 2]; modes.len()];
     for (causes, color, label) in feeds {
         let spans = modes.iter().zip(&mut ends).map(|(mode, ends)| {
@@ -83,7 +83,7 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
             *end += share;
             [1e-3 * mode.frequency_hz, from, *end]
         });
-        layers.push(Layer::columns(&spans.collect::<Vec<_>>(), WIDTH, color).named(label));
+        layers.push(Layer::columns(&spans.collect::<Vec<_>>(), WIDTH, color).with_label(label));
     }
     let unstable = modes.iter().filter(|mode| mode.growth > 0.0).count();
     for (growing, color) in [(true, Color::Accent), (false, Color::Ink)] {
@@ -96,13 +96,13 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
     Panel::new(
         format!("{unstable} unstable modes"),
         Axis::linear("frequency, kHz", [0.0, 13.0]),
-        Axis::linear("growth (dots) and its causes, 1/s", growth),
+        Axis::linear("growth rate (dots), contributions (bars), 1/s", growth),
         layers,
     )
 }
 
-/// Fig. 8: mutual information and share of false neighbours of the motion at a tilt (degrees), sampled
-/// every `dt` (s).
+/// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
+/// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let microseconds = |samples: usize| 1e6 * dt * samples as f64;
     let mutual = choice.mutual.bits.iter().enumerate();
@@ -115,7 +115,8 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
         Axis::linear("information, bit", [0.0, 1.05 * most]),
         vec![
             Layer::line(mutual, Color::Ink),
-            Layer::upright(delay, Color::Accent).named(format!("{} samples", choice.lag)),
+            Layer::vertical_line(delay, Color::Accent)
+                .with_label(format!("{} samples", choice.lag)),
         ],
     );
     let shares = choice.neighbours.share.iter().zip(1..);
@@ -126,44 +127,44 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
             "b  false nearest neighbours: dimension {}",
             choice.dimension
         ),
-        Axis::counting("dimension", shares.len()),
-        Axis::linear("false neighbours, %", [0.0, 105.0]),
+        Axis::integers("dimension", shares.len()),
+        Axis::linear("false nearest neighbours, %", [0.0, 105.0]),
         vec![
             Layer::line(shares.clone(), Color::Faint),
             Layer::points(shares, 2.4, Color::Ink),
-            Layer::upright(choice.dimension as f64, Color::Accent)
-                .named(format!("m = {}", choice.dimension)),
+            Layer::vertical_line(choice.dimension as f64, Color::Accent)
+                .with_label(format!("m = {}", choice.dimension)),
         ],
     );
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
     Figure::new("figure-8", title, 80.0, vec![vec![information, neighbours]])
 }
 
-/// What is written above the motion at a tilt (degrees).
-fn title((tilt, response): &(f64, &Response)) -> String {
+/// Title of the motion at a tilt (degrees).
+fn title((tilt, response): &(f64, &SettledResponse)) -> String {
     format!("{tilt}°, {}", response.regime)
 }
 
-/// Fig. 9: recurrence plots of 5 ms at each of some tilts (degrees).
-pub fn recurrence_plots(points: &[(f64, &Response)]) -> Figure {
+/// Fig. 9: recurrence plots of 5 ms at several tilts (degrees).
+pub fn recurrence_plots(points: &[(f64, &SettledResponse)]) -> Figure {
     let panels = points.iter().filter_map(|point| {
         let found = recurrence(point.1.portrait.as_ref()?);
-        Some(response::recurrence(found.as_ref(), false).titled(title(point)))
+        Some(response::recurrence(found.as_ref(), false).with_title(title(point)))
     });
     let panels: Vec<Panel> = panels.collect();
     Figure::grid("figure-9", "Fig. 9: recurrence plots", 54.0, ROW, &panels)
 }
 
-/// Fig. 10: Poincaré maps at each of some tilts (degrees), all on the same axes.
-pub fn sections(points: &[(f64, &Response)]) -> Figure {
-    let found: Vec<&Response> = points.iter().map(|(_, response)| *response).collect();
+/// Fig. 10: Poincaré sections at several tilts (degrees), all on the same axes.
+pub fn sections(points: &[(f64, &SettledResponse)]) -> Figure {
+    let found: Vec<&SettledResponse> = points.iter().map(|(_, response)| *response).collect();
     let size = found.iter().map(|response| largest(response)[0]);
-    let plane = SectionPlane::new(&found, "u", size.fold(SMALLEST[0], f64::max));
+    let plane = SectionAxes::new(&found, "u", size.fold(SMALLEST[0], f64::max));
     let panels = points
         .iter()
-        .map(|point| plane.panel(Some(point.1)).titled(title(point)));
+        .map(|point| plane.panel(Some(point.1)).with_title(title(point)));
     let panels: Vec<Panel> = panels.collect();
     let microseconds = 1e6 * LAG;
-    let title = format!("Fig. 10: Poincaré maps at u(t + τ) = 0, τ = {microseconds:.0} µs");
+    let title = format!("Fig. 10: Poincaré sections at u(t + τ) = 0, τ = {microseconds:.0} µs");
     Figure::grid("figure-10", title, 54.0, ROW, &panels)
 }

@@ -1,27 +1,27 @@
-//! Whether it is chaos: diverging neighbours, the 0-1 test, the verdict.
+//! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
-use super::View;
+use super::SignalFigures;
 use crate::analysis::{Divergence, ScalingRegion};
 use crate::plot::axis::extent;
 use crate::plot::figure::Bar;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
-impl View<'_> {
+impl SignalFigures<'_> {
     pub fn divergence(&self) -> Figure {
         let row = vec![
-            self.neighbours("Rosenstein", &self.report.rosenstein),
-            self.neighbours("Kantz", &self.report.kantz),
+            self.divergence_panel("Rosenstein", &self.report.rosenstein),
+            self.divergence_panel("Kantz", &self.report.kantz),
         ];
         Figure::new(
             "divergence",
-            self.title("Divergence of neighbours"),
+            self.title("Divergence of nearby states"),
             82.0,
             vec![row],
         )
     }
 
-    /// Mean distance of neighbours over time, with its straight part.
-    fn neighbours(&self, title: &str, divergence: &Divergence) -> Panel {
+    /// Mean logarithmic distance over time, with the linear scaling region.
+    fn divergence_panel(&self, title: &str, divergence: &Divergence) -> Panel {
         let ms = 1e3 * divergence.step;
         let curve = divergence.curve.iter().enumerate();
         let curve: Vec<[f64; 2]> = curve.map(|(k, &v)| [k as f64 * ms, v]).collect();
@@ -30,21 +30,21 @@ impl View<'_> {
             Some(region) => {
                 let at = |time: f64| [1e3 * time, region.intercept + region.slope * time];
                 let straight = Layer::line(vec![at(region.from), at(region.to)], Color::Accent);
-                layers.push(straight.wide(1.6).named("the straight part"));
+                layers.push(straight.with_line_width(1.6).with_label("scaling region"));
                 let ScalingRegion { slope, error, .. } = *region;
-                // Two digits of the error, and as many places of the value.
+                // Two digits of the error, and as many decimals of the value.
                 let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
                 let places = places as usize;
                 format!("{title}: {slope:.places$} ± {error:.places$} 1/s")
             }
-            None => format!("{title}: no straight part"),
+            None => format!("{title}: no scaling region"),
         };
         let [times, values] = [0, 1].map(|c| curve.iter().map(move |p| p[c]));
         let x = Axis::linear("time, ms", extent(times));
         Panel::new(
             verdict,
             x,
-            Axis::around("mean ln(distance)", values),
+            Axis::with_margin("mean ln(distance)", values),
             layers,
         )
     }
@@ -53,15 +53,15 @@ impl View<'_> {
         let test = &self.report.zero_one;
         let k = Panel::new(
             format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
-            Axis::around("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
+            Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
             Axis::linear("K", [-1.05, 1.05]),
             vec![Layer::points(test.by_frequency.clone(), 1.7, Color::Ink)],
         );
         let path = Panel::new(
-            "path at the median: bounded or a random walk?",
-            Axis::around("p", test.path.iter().map(|p| p[0])),
-            Axis::around("q", test.path.iter().map(|p| p[1])),
-            vec![Layer::line(test.path.clone(), Color::Ink).wide(0.7)],
+            "path at the median K: bounded or a random walk",
+            Axis::with_margin("p", test.path.iter().map(|p| p[0])),
+            Axis::with_margin("q", test.path.iter().map(|p| p[1])),
+            vec![Layer::line(test.path.clone(), Color::Ink).with_line_width(0.7)],
         );
         let title = self.title("0–1 test for chaos");
         Figure::new("zero_one", title, 84.0, vec![vec![k, path]])
@@ -71,8 +71,13 @@ impl View<'_> {
         let verdict = &self.report.verdict;
         let bars = verdict.evidence.iter().map(|piece| Bar {
             value: piece.weight,
-            text: format!("{} → {}: {}", piece.what, piece.kinds(), piece.words),
-            color: match piece.says.contains(&verdict.regime) {
+            text: format!(
+                "{} → {}: {}",
+                piece.criterion,
+                piece.supported_regimes(),
+                piece.description
+            ),
+            color: match piece.supports.contains(&verdict.regime) {
                 true => Color::Regime(verdict.regime),
                 false => Color::Faint,
             },

@@ -1,4 +1,4 @@
-//! The figures of the report on a signal.
+//! Figures of the report on a signal.
 
 mod chaos;
 mod recurrence;
@@ -8,12 +8,12 @@ mod tones;
 use super::axis::extent;
 use super::figure::Figure;
 use super::unit::Unit;
-use crate::study::signal::SignalReport;
+use crate::study::signal::SignalAnalysis;
 
-/// Most points of a curve: more cannot be told apart.
+/// Maximum number of points of a curve; more cannot be resolved.
 const MOST_POINTS: usize = 4000;
 
-/// Stems of the names of the figures that [`signal_figures`] draws.
+/// Names of the figures of [`signal_figures`].
 pub const SIGNAL_FIGURES: [&str; 11] = [
     "waveform",
     "spectrum",
@@ -28,9 +28,9 @@ pub const SIGNAL_FIGURES: [&str; 11] = [
     "regime",
 ];
 
-/// One figure a subject, as [`SIGNAL_FIGURES`] lists them.
-pub fn signal_figures(report: &SignalReport) -> Vec<Figure> {
-    let view = View::new(report);
+/// The figures of a report, in the order of [`SIGNAL_FIGURES`].
+pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
+    let view = SignalFigures::new(report);
     vec![
         view.waveform(),
         view.spectrum(),
@@ -46,19 +46,19 @@ pub fn signal_figures(report: &SignalReport) -> Vec<Figure> {
     ]
 }
 
-/// The report with what all figures need of it.
-struct View<'a> {
-    report: &'a SignalReport,
-    /// Unit of the signal.
+/// The report and the units of its figures.
+struct SignalFigures<'a> {
+    report: &'a SignalAnalysis,
+    /// Unit of the samples.
     unit: Unit,
-    /// Unit of times along the signal.
-    along: Unit,
+    /// Unit of times.
+    time_unit: Unit,
     /// Unit of frequencies.
-    hertz: Unit,
+    frequency_unit: Unit,
 }
 
-impl<'a> View<'a> {
-    fn new(report: &'a SignalReport) -> Self {
+impl<'a> SignalFigures<'a> {
+    fn new(report: &'a SignalAnalysis) -> Self {
         let samples = &report.signal.samples;
         let largest = samples.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let seconds = samples.len() as f64 / report.signal.rate;
@@ -70,8 +70,8 @@ impl<'a> View<'a> {
         Self {
             report,
             unit: Unit::of(&report.signal.unit, largest),
-            along: Unit::of("s", 0.5 * seconds.max(1e-6)),
-            hertz: Unit::of("Hz", highest),
+            time_unit: Unit::of("s", 0.5 * seconds.max(1e-6)),
+            frequency_unit: Unit::of("Hz", highest),
         }
     }
 
@@ -81,16 +81,16 @@ impl<'a> View<'a> {
 
     fn time(&self, sample: f64) -> f64 {
         let signal = &self.report.signal;
-        (signal.start + sample / signal.rate) * self.along.factor
+        (signal.start + sample / signal.rate) * self.time_unit.factor
     }
 
-    /// All samples in their unit on show. A signal may fill the memory: no second copy is made of it.
+    /// All samples in the displayed unit. They are not copied, because a signal can fill the memory.
     fn samples(&self) -> impl Iterator<Item = f64> + '_ {
         let samples = self.report.signal.samples.iter();
         samples.map(|x| x * self.unit.factor)
     }
 
-    /// The highest frequency worth showing, Hz: all lines, or all there is.
+    /// Highest frequency shown, Hz: above all lines, or the Nyquist frequency.
     fn top(&self) -> f64 {
         let nyquist = 0.5 * self.report.signal.rate;
         let lines = self.report.tones.lines.iter().map(|l| l.line.frequency);
@@ -101,8 +101,8 @@ impl<'a> View<'a> {
     }
 }
 
-/// A curve as it looks: with more samples than can be told apart, the smallest and the largest of
-/// each stretch.
+/// The curve at the resolution of the figure: minimum and maximum of each interval if there are too many
+/// samples.
 fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
     if values.len() <= MOST_POINTS {
         let values = values.iter().enumerate();

@@ -1,18 +1,18 @@
-//! When it comes back: recurrence plot and its measures along time.
+//! Recurrence plot, and recurrence quantification over time.
 
-use super::View;
+use super::SignalFigures;
 use crate::analysis::Measures;
 use crate::plot::axis::extent;
-use crate::plot::color::{Rgb, magnitude, magnitudes};
+use crate::plot::color::{Rgb, colormap, colormap_index};
 use crate::plot::unit::Unit;
 use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
 
-impl View<'_> {
+impl SignalFigures<'_> {
     pub fn recurrence(&self) -> Figure {
         let picture = &self.report.recurrence.picture;
         let end = self.time(self.report.signal.samples.len() as f64 - 1.0);
-        let span = [end - picture.window * self.along.factor, end];
-        let axis = || Axis::linear(self.along.after("time"), span);
+        let span = [end - picture.window * self.time_unit.factor, end];
+        let axis = || Axis::linear(self.time_unit.after("time"), span);
         let panel = |title: String, bytes: &[u8], palette: Vec<Rgb>| {
             let rows = bytes.chunks_exact(picture.size.max(1)).rev();
             let image = Image {
@@ -20,28 +20,28 @@ impl View<'_> {
                 y: span,
                 size: [picture.size; 2],
                 pixels: rows.flatten().copied().collect(),
-                palette: palette.into_iter().map(Swatch::plain).collect(),
+                palette: palette.into_iter().map(Swatch::uniform).collect(),
             };
             let layers = Some(Layer::image(image)).filter(|_| picture.size > 0);
             Panel::new(title, axis(), axis(), layers.into_iter().collect()).square()
         };
-        // The colour of each byte: recurrent is not zero; a small distance is dark.
+        // Palette index: non-zero is recurrent; a small distance is dark.
         let mut recurrent = vec![Color::Ink.on_light(); 256];
         recurrent[0] = [255; 3];
-        let shades = magnitudes();
+        let shades = colormap();
         let distance = (0..=255u8).map(|byte| {
-            let near = magnitude(1.0 - f64::from(byte) / 255.0);
+            let near = colormap_index(1.0 - f64::from(byte) / 255.0);
             shades[usize::from(near)]
         });
         let share = 100.0 * self.report.recurrence.measures.recurrence_rate;
         let row = vec![
             panel(
-                format!("recurrent: {share:.2} % of the pairs"),
+                format!("recurrence rate {share:.2} %"),
                 &picture.recurrent,
                 recurrent,
             ),
             panel(
-                "distance: dark is near".to_owned(),
+                "distance: dark is close".to_owned(),
                 &picture.distance,
                 distance.collect(),
             ),
@@ -58,15 +58,16 @@ impl View<'_> {
         let along = &self.report.recurrence.along;
         let curve = |value: &dyn Fn(&Measures) -> Option<f64>| -> Vec<[f64; 2]> {
             let points = along.iter();
-            let points =
-                points.filter_map(|at| Some([at.time * self.along.factor, value(&at.measures)?]));
+            let points = points
+                .filter_map(|at| Some([at.time * self.time_unit.factor, value(&at.measures)?]));
             points.collect()
         };
-        let times = extent(along.iter().map(|at| at.time * self.along.factor));
-        let x = || Axis::linear(self.along.after("time"), times);
-        let line = |points, series, label| Layer::line(points, Color::Series(series)).named(label);
+        let times = extent(along.iter().map(|at| at.time * self.time_unit.factor));
+        let x = || Axis::linear(self.time_unit.after("time"), times);
+        let line =
+            |points, series, label| Layer::line(points, Color::Series(series)).with_label(label);
         let shares = Panel::new(
-            "shares",
+            "RR, DET and LAM",
             x(),
             Axis::linear("", [0.0, 1.05]),
             vec![
@@ -87,7 +88,7 @@ impl View<'_> {
             line(points.collect(), series, label)
         });
         let lengths = Panel::new(
-            "mean lengths of lines and gaps",
+            "mean line lengths L and TT, recurrence time T²",
             x(),
             Axis::linear(unit.after("duration"), [0.0, 1.08 * longest * unit.factor]),
             lengths.collect(),
@@ -95,13 +96,13 @@ impl View<'_> {
         let entropy = curve(&|m| m.entropy);
         let most = extent(entropy.iter().map(|p| p[1]))[1];
         let entropy = Panel::new(
-            "entropy of the diagonal lines",
+            "entropy of the diagonal line lengths",
             x(),
             Axis::linear("nats", [0.0, 1.1 * most]),
             vec![Layer::line(entropy, Color::Ink)],
         );
         let rows = vec![vec![shares], vec![lengths], vec![entropy]];
-        let title = self.title("Recurrence quantification along time");
+        let title = self.title("Recurrence quantification over time");
         Figure::new("measures", title, 145.0, rows)
     }
 }

@@ -1,22 +1,23 @@
-//! The space it moves in: lag and dimension, portrait, Poincaré section.
+//! Delay embedding: delay and dimension, delay portrait, Poincaré section.
 
-use super::{MOST_POINTS, View};
+use super::{MOST_POINTS, SignalFigures};
 use crate::analysis::return_map;
 use crate::plot::axis::extent;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 
-impl View<'_> {
+impl SignalFigures<'_> {
     pub fn delay(&self) -> Figure {
         let delay = &self.report.embedding.choice;
         let bits = &delay.mutual.bits;
         let curve = bits.iter().enumerate().map(|(k, &b)| [k as f64, b]);
         let mutual = Panel::new(
             "average mutual information",
-            Axis::linear("lag, samples", [0.0, bits.len().saturating_sub(1) as f64]),
+            Axis::linear("delay, samples", [0.0, bits.len().saturating_sub(1) as f64]),
             Axis::linear("bits", [0.0, 1.08 * extent(bits.iter().copied())[1]]),
             vec![
                 Layer::line(curve.collect(), Color::Ink),
-                Layer::upright(delay.lag as f64, Color::Accent).named(format!("τ = {}", delay.lag)),
+                Layer::vertical_line(delay.lag as f64, Color::Accent)
+                    .with_label(format!("τ = {}", delay.lag)),
             ],
         );
         let shares = delay.neighbours.share.iter().zip(1..);
@@ -24,17 +25,17 @@ impl View<'_> {
         let curve: Vec<[f64; 2]> = curve.collect();
         let neighbours = Panel::new(
             "false nearest neighbours",
-            Axis::counting("dimension", curve.len()),
+            Axis::integers("dimension", curve.len()),
             Axis::linear("share, %", [-3.0, 105.0]),
             vec![
                 Layer::line(curve.clone(), Color::Ink),
                 Layer::points(curve, 2.4, Color::Ink),
-                Layer::upright(delay.dimension as f64, Color::Accent)
-                    .named(format!("m = {}", delay.dimension)),
+                Layer::vertical_line(delay.dimension as f64, Color::Accent)
+                    .with_label(format!("m = {}", delay.dimension)),
             ],
         );
         let rows = vec![vec![mutual, neighbours]];
-        Figure::new("delay", self.title("Lag and dimension"), 76.0, rows)
+        Figure::new("delay", self.title("Delay and dimension"), 76.0, rows)
     }
 
     pub fn portrait(&self) -> Figure {
@@ -44,12 +45,12 @@ impl View<'_> {
         let newest = count.saturating_sub(2 * MOST_POINTS)..count;
         let points = newest.map(|k| [k, k + lag].map(|k| samples[k] * self.unit.factor));
         let points: Vec<[f64; 2]> = points.collect();
-        let axis = |name: &str| Axis::around(self.unit.after(name), self.samples());
+        let axis = |name: &str| Axis::with_margin(self.unit.after(name), self.samples());
         let panel = Panel::new(
-            format!("lag {lag} samples, the newest {}", points.len()),
+            format!("delay {lag} samples, the last {}", points.len()),
             axis("y(t)"),
             axis("y(t + τ)"),
-            vec![Layer::line(points, Color::Ink).wide(0.6)],
+            vec![Layer::line(points, Color::Ink).with_line_width(0.6)],
         );
         let rows = vec![vec![panel.square()]];
         Figure::new("portrait", self.title("Delay portrait"), 108.0, rows).with_width(108.0)
@@ -64,21 +65,21 @@ impl View<'_> {
         let points: Vec<[f64; 2]> = first.iter().zip(&third).map(|(&a, &b)| [a, b]).collect();
         let radius = if points.len() > 1000 { 0.7 } else { 1.4 };
         let axis = |name: &str, values: &[f64]| {
-            Axis::around(self.unit.after(name), values.iter().copied())
+            Axis::with_margin(self.unit.after(name), values.iter().copied())
         };
         let panel = |title: String, x, y, points| {
             let points = Layer::points(points, radius, Color::Ink);
             Panel::new(title, x, y, vec![points]).square()
         };
         let section = panel(
-            format!("{} passages", points.len()),
+            format!("{} intersections", points.len()),
             axis("y(t)", &first),
             axis("y(t + 2τ)", &third),
             points,
         );
         let map = panel(
             "return map".to_owned(),
-            axis("y(t) at a passage", &first),
+            axis("y(t) at an intersection", &first),
             axis("y(t) at the next", &first),
             return_map(&first),
         );

@@ -1,22 +1,22 @@
-//! What the signal looks and sounds like: waveform, spectrum, spectrogram.
+//! Waveform, spectrum, spectrogram.
 
-use super::{View, envelope};
+use super::{SignalFigures, envelope};
 use crate::analysis::{Bases, Column};
 use crate::plot::axis::extent;
-use crate::plot::color::{magnitude, magnitudes};
+use crate::plot::color::{colormap, colormap_index};
 use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
 
-/// Periods (or, without one, hundredths of the signal) that a close view shows.
+/// Periods shown in the detail panel; without a period, hundredths of the signal.
 const CLOSE_PERIODS: f64 = 12.0;
-/// Lines of the spectrum that get a name.
+/// Maximum number of labelled spectral lines.
 const NAMED_LINES: usize = 8;
-/// Decibels below the strongest that the spectrum and the spectrogram reach down to.
+/// Range of the spectrum and of the spectrogram below the strongest line, dB.
 const DEPTH_DB: f64 = 100.0;
 const SPECTROGRAM_DB: f64 = 80.0;
-/// Most columns and rows of a spectrogram.
+/// Maximum numbers of columns and rows of a spectrogram.
 const PIXELS: [usize; 2] = [1600, 600];
 
-impl View<'_> {
+impl SignalFigures<'_> {
     pub fn waveform(&self) -> Figure {
         let all = &self.report.signal.samples;
         let count = all.len();
@@ -29,13 +29,18 @@ impl View<'_> {
             let mut curve = envelope(&all[from..], |k| self.time((from + k) as f64));
             curve.iter_mut().for_each(|[_, y]| *y *= self.unit.factor);
             let times = [self.time(from as f64), self.time(count as f64 - 1.0)];
-            let x = Axis::linear(self.along.after("time"), times);
-            let y = Axis::around(self.unit.after("signal"), self.samples());
-            Panel::new(title, x, y, vec![Layer::line(curve, Color::Ink).wide(0.8)])
+            let x = Axis::linear(self.time_unit.after("time"), times);
+            let y = Axis::with_margin(self.unit.after("signal"), self.samples());
+            Panel::new(
+                title,
+                x,
+                y,
+                vec![Layer::line(curve, Color::Ink).with_line_width(0.8)],
+            )
         };
         let rows = vec![
-            vec![panel("all of the signal", 0)],
-            vec![panel("its end", count - close)],
+            vec![panel("whole signal", 0)],
+            vec![panel("end of the signal", count - close)],
         ];
         Figure::new("waveform", self.title("Waveform"), 112.0, rows)
     }
@@ -47,7 +52,7 @@ impl View<'_> {
         let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
         let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
         let levels: Vec<f64> = levels.collect();
-        let place = |hz: f64| self.hertz.factor * hz;
+        let place = |hz: f64| self.frequency_unit.factor * hz;
         let lowest = extent(levels.iter().copied())[0].max(-DEPTH_DB - 20.0);
         let lines = self.report.tones.lines.iter().take(NAMED_LINES);
         let peaks = lines.filter_map(|named| {
@@ -56,14 +61,17 @@ impl View<'_> {
         });
         let unit = &self.unit;
         let title = format!(
-            "{}; {:.2} % of the power in the floor",
+            "{}; broadband floor {:.2} % of the power",
             bases(&self.report.tones.naming.bases),
-            100.0 * self.report.tones.floor_share
+            100.0 * self.report.tones.broadband_share
         );
         let reference = format!("{:.3} {}", strongest * unit.factor, unit.symbol);
         let panel = Panel::new(
             title,
-            Axis::linear(self.hertz.after("frequency"), [0.0, place(self.top())]),
+            Axis::linear(
+                self.frequency_unit.after("frequency"),
+                [0.0, place(self.top())],
+            ),
             Axis::linear(
                 format!("amplitude, dB re {}", reference.trim_end()),
                 [lowest, 20.0],
@@ -73,7 +81,7 @@ impl View<'_> {
                     envelope(&levels, |k| place(k as f64 * spectrum.bin)),
                     Color::Ink,
                 )
-                .wide(0.8),
+                .with_line_width(0.8),
                 Layer::peaks(peaks.collect()),
             ],
         );
@@ -85,7 +93,7 @@ impl View<'_> {
         let image = columns.first().zip(columns.last()).map(|(first, last)| {
             let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
             let times = [first.centre, last.centre].map(|sample| self.time(sample));
-            let highest = self.hertz.factor * shown as f64 * first.bin;
+            let highest = self.frequency_unit.factor * shown as f64 * first.bin;
             image(columns, shown, times, [0.0, highest])
         });
         let [x, y] = match &image {
@@ -97,9 +105,9 @@ impl View<'_> {
             None => "the signal is too short for a spectrogram",
         };
         let panel = Panel::new(
-            format!("dark is strong, down to {SPECTROGRAM_DB:.0} dB below the strongest"),
-            Axis::linear(self.along.after("time"), x),
-            Axis::linear(self.hertz.after("frequency"), y),
+            format!("dark is strong; range {SPECTROGRAM_DB:.0} dB"),
+            Axis::linear(self.time_unit.after("time"), x),
+            Axis::linear(self.frequency_unit.after("frequency"), y),
             image.map(Layer::image).into_iter().collect(),
         );
         let panel = panel.with_note(note);
@@ -112,7 +120,7 @@ impl View<'_> {
     }
 }
 
-/// The lowest bins of the columns as an image: each pixel shows the strongest of its bins.
+/// The lowest bins of the columns as an image; each pixel shows the largest amplitude of its bins.
 fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
     let all = columns.iter().flat_map(|c| &c.amplitude[..bins]);
     let strongest = all.fold(1e-300_f64, |most, &a| most.max(a));
@@ -125,7 +133,7 @@ fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
             let column = &columns[column * columns.len() / width];
             let most = column.amplitude[bins.clone()].iter().copied();
             let most = most.fold(1e-300, f64::max);
-            magnitude(1.0 + 20.0 * (most / strongest).log10() / SPECTROGRAM_DB)
+            colormap_index(1.0 + 20.0 * (most / strongest).log10() / SPECTROGRAM_DB)
         })
     });
     Image {
@@ -133,18 +141,18 @@ fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
         y,
         size,
         pixels: pixels.collect(),
-        palette: magnitudes().into_iter().map(Swatch::plain).collect(),
+        palette: colormap().into_iter().map(Swatch::uniform).collect(),
     }
 }
 
-/// The base frequencies in words.
+/// The base frequencies as text.
 fn bases(bases: &Bases) -> String {
     let hertz = |f: f64| match f {
         f if f >= 1000.0 => format!("{:.4} kHz", 1e-3 * f),
         f => format!("{f:.3} Hz"),
     };
     match bases {
-        Bases::None => "no simple pattern of lines".to_owned(),
+        Bases::None => "no simple pattern of spectral lines".to_owned(),
         Bases::One { f1 } => format!("f1 = {}", hertz(*f1)),
         Bases::Two { f1, f2 } => format!("f1 = {}, f2 = {}", hertz(*f1), hertz(*f2)),
     }

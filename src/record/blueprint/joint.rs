@@ -1,29 +1,29 @@
-//! The screens of a joint: what it does, its contact, its modes, and the health of the run.
+//! The layout of a joint: overview, contact, modes and solver.
 
 use super::{ContainerLike, Layout, Parts, View, log, tab};
 use crate::{
     pipeline::message::{Header, JointInfo},
-    record::{patch, paths, portrait::Portrait, samples, style, vantage::Vantage},
+    record::{camera::Camera, patch, paths, portrait::Portrait, samples, style},
     scene::RecordSpec,
 };
 
-/// Simulated time that the time series show, s: some twenty periods of a 4 kHz squeak.
+/// Time window of the time series, s: about twenty periods of a 4 kHz squeak.
 const SERIES_WINDOW: f64 = 5e-3;
-/// Snapshots of the contact that time series show where they are rarer than samples.
+/// Minimum number of contact snapshots in the time window of a series.
 const SNAPSHOTS: f64 = 50.0;
 
 impl Layout {
-    pub fn squeak_tab(
+    pub fn overview_tab(
         &mut self,
         header: &Header,
         joint: &JointInfo,
         spec: RecordSpec,
     ) -> Option<ContainerLike> {
-        let words = self.text("What you see", paths::NARRATION);
+        let words = self.text("Observations", paths::NARRATION);
         let body = self.body(joint, spec);
         let patch = self.patch(joint);
         let portrait = self.picture(
-            "Phase portrait of the contact's centre",
+            "Phase portrait of the patch centre",
             paths::PORTRAIT,
             Portrait::bounds(),
         );
@@ -40,8 +40,8 @@ impl Layout {
             paths::VELOCITY,
             Some(SERIES_WINDOW),
         );
-        let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        let reach = joint.reach.unwrap_or([joint.min_tilt, joint.max_tilt]);
+        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let reach = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
         let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
         self.range(
             &tilt,
@@ -54,7 +54,7 @@ impl Layout {
             view
         });
         let rotation = joint.rotation_varies().then(|| {
-            let name = "Factor on the rotation (whole run)";
+            let name = "Rotation factor (whole run)";
             let view = self.series(name, paths::ROTATION_FACTOR, None);
             self.range(&view, 0.0, 1.15 * joint.rotation_span[1]);
             view
@@ -83,7 +83,7 @@ impl Layout {
             .add(0.21, bottom)
             .column();
         let screen = Parts::new().add(0.25, left).add(0.75, right);
-        tab("Squeak", screen.row())
+        tab("Overview", screen.row())
     }
 
     pub fn contact_tab(
@@ -100,14 +100,14 @@ impl Layout {
         let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
         let counts = self.series(
             &format!(
-                "Nodes that slide (blue), stick (orange), are open (white); {rate} kHz snapshots"
+                "Number of nodes slipping (blue), sticking (orange), separated (white); {rate} kHz snapshots"
             ),
             paths::NODE_COUNTS,
             window,
         );
         let force = self.series(
             &format!(
-                "Forces on the ball, N: normal (yellow), friction (pink); {rate} kHz snapshots"
+                "Contact force on the ball, N: normal (yellow), friction (pink); {rate} kHz snapshots"
             ),
             paths::CONTACT_FORCE,
             window,
@@ -138,11 +138,11 @@ impl Layout {
             None,
         );
         let audit = self.series(
-            "Energy, µJ: stored (blue), friction's work (pink), unaccounted (orange)",
+            "Energy, µJ: stored (blue), work of friction (pink), residual of the balance (orange)",
             paths::ENERGY,
             None,
         );
-        let key = self.picture("Modes", paths::MODES_KEY, samples::mode_key_bounds());
+        let key = self.picture("Modes", paths::MODES_LEGEND, samples::mode_legend_bounds());
         let left = Parts::new().add(1.0, q).add(1.0, qdot).column();
         let mut screen = Parts::new().add(1.0, left).add(0.3, key);
         if spec.energy_rate > 0.0 {
@@ -152,41 +152,41 @@ impl Layout {
         tab("Modes", screen.row())
     }
 
-    /// How accurate the steps are and what they cost now, in words and over the run.
+    /// Accuracy and cost of the integration, as text and over the run.
     pub fn health_tab(&mut self, header: &Header) -> Option<ContainerLike> {
-        let words = self.text("Accuracy and cost now", paths::HEALTH_WORDS);
+        let words = self.text("Current accuracy and cost", paths::SOLVER_TEXT);
         let error = self.series(
-            "Largest local error of a step in each frame, over the tolerance",
-            paths::HEALTH_ERROR,
+            "Largest local error estimate per frame, over the tolerance",
+            paths::SOLVER_ERROR,
             None,
         );
-        // A step that passes is at most at the tolerance; a little room, so that it is seen there.
+        // An accepted step has a ratio of at most 1; the margin keeps a value of 1 visible.
         self.range(&error, 0.0, 1.05);
         let calls = self.series(
-            "Cost: calls of the right-hand side per simulated ms",
-            paths::HEALTH_CALLS,
+            "Right-hand-side evaluations per simulated ms",
+            paths::SOLVER_RHS_EVALS,
             None,
         );
         let speed = self.series(
-            "Speed: simulated seconds per second",
-            paths::HEALTH_SPEED,
+            "Simulation speed, simulated seconds per second",
+            paths::SOLVER_SPEED,
             None,
         );
         let work = self.series(
-            "Per simulated ms: steps (blue), rejected (orange), transitions (green)",
-            paths::HEALTH_WORK,
+            "Per simulated ms: steps (blue), rejected steps (orange), transitions (green)",
+            paths::SOLVER_STEPS,
             None,
         );
         let queues = self.series(
-            "Waiting: frames (blue), records (orange); pictures replaced (green)",
-            paths::HEALTH_QUEUES,
+            "Queues: frames (blue), records (orange); replaced pictures (green)",
+            paths::SOLVER_QUEUES,
             None,
         );
-        // Only of a joint is it known where its energy comes from.
+        // The energy balance is known for a joint only.
         let audit = header.joint().map(|_| {
             self.series(
-                "Energy audit: unaccounted over what was turned over",
-                paths::HEALTH_AUDIT,
+                "Energy audit: residual over the exchanged energy",
+                paths::SOLVER_ENERGY_RESIDUAL,
                 None,
             )
         });
@@ -201,11 +201,11 @@ impl Layout {
             .add(0.11, words)
             .add(0.72, plots.row())
             .add(0.17, log());
-        tab("Health", screen.column())
+        tab("Solver", screen.column())
     }
 
-    /// Squeak grows until the slip just about reverses: its velocity is of the order of the
-    /// sliding speed, its displacement no more than that of the lowest mode so excited.
+    /// Sets the range of the displacement. A squeak grows until the slip just reverses, so its velocity is of
+    /// the order of the sliding speed, and its displacement at most that of the lowest mode at this velocity.
     pub fn displacement_range(&mut self, view: &ContainerLike, joint: &JointInfo) {
         if let Some(lowest) = joint.modes.first() {
             let largest =
@@ -214,18 +214,15 @@ impl Layout {
         }
     }
 
-    /// The body from the side, a little from above.
+    /// The body from the side, slightly from above.
     fn body(&mut self, joint: &JointInfo, spec: RecordSpec) -> ContainerLike {
         let name = match (joint.outline.vertices.is_empty(), spec.body_rate > 0.0) {
-            (true, true) => format!(
-                "{}: load and rotation, its surface is not known",
-                joint.body
-            ),
+            (true, true) => format!("{}: load and rotation (surface not known)", joint.body),
             (true, false) => format!("{}: load and rotation", joint.body),
             (false, _) => format!(
-                "{}, motion drawn {} times larger",
+                "{}, displacements × {}",
                 joint.body,
-                style::short(spec.exaggeration)
+                style::short(spec.deformation_scale)
             ),
         };
         let view: ContainerLike = View::in_3d(name)
@@ -256,10 +253,10 @@ impl Layout {
         view
     }
 
-    /// The ball from above, near enough to see the patch at every tilt of the run.
+    /// The ball from above; the patch is visible at every tilt of the run.
     pub fn patch(&mut self, joint: &JointInfo) -> ContainerLike {
         let name = format!(
-            "Contact patch; circles {}° apart",
+            "Contact patch (circles {}° apart)",
             style::short(patch::circle_step(joint)),
         );
         let view: ContainerLike = View::in_3d(name)
@@ -270,18 +267,18 @@ impl Layout {
                     paths::FRICTION,
                     paths::RIM,
                     paths::TILT_CIRCLES,
-                    paths::NODE_KEY,
-                    paths::FRICTION_KEY,
+                    paths::NODE_LEGEND,
+                    paths::FRICTION_LEGEND,
                     paths::POLE,
                 ]
                 .map(|path| format!("+ /{path}")),
             )
             .into();
-        let vantage = Vantage::new(joint);
-        // A little from below, and aimed below the middle to make room for the key.
-        let target = vantage.point([0.0, -0.12, 0.0]);
-        let from = vantage.point([0.0, -0.6, 2.55]);
-        self.eye(&view, from, target, vantage.up());
+        let camera = Camera::new(joint);
+        // The view is tilted slightly, and aimed below the centre to show the legend.
+        let target = camera.point([0.0, -0.12, 0.0]);
+        let from = camera.point([0.0, -0.6, 2.55]);
+        self.eye(&view, from, target, camera.up());
         view
     }
 }

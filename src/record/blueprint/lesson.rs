@@ -1,49 +1,53 @@
-//! The screen of a scene that shows a mechanism: its lesson, and the picture that proves it.
+//! The layout of a scene with a mechanism: its lesson, and the plots that show the mechanism.
 
 use rerun::external::re_sdk_types::blueprint::components::Corner2D;
 
 use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
-    pipeline::message::{AnalysisKind, Computed, Header, Subject},
+    pipeline::message::{AnalysisKind, Header, MechanismPrediction, Subject},
     record::{
-        butterfly::Butterfly, lesson, paths, portrait::Portrait, section::Section, small,
+        lesson, paths, perturbed::PerturbedTrajectory, portrait::Portrait, section::Section, small,
         style::Quantity,
     },
     scene::{Mechanism, RecordSpec},
 };
 
-/// Time that series show, of a joint, s.
+/// Time window of the series of a joint, s.
 const SERIES: f64 = 5e-3;
-/// Natural periods that they show of a small system.
+/// Natural periods in the time window of a small system.
 const PERIODS: f64 = 12.0;
-/// Share of the screen that the words have.
+/// Fraction of the width used by the text.
 const WORDS: f32 = 0.34;
 
 impl Layout {
-    /// The lesson beside its proof.
+    /// The lesson next to the plots that show the mechanism.
     pub fn lesson_tab(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
         let computed = header.computed.as_deref()?;
         let words = self.text("Lesson", paths::LESSON);
         let proof = match computed.mechanism {
             Mechanism::NegativeSlope | Mechanism::ModeCoupling => {
-                self.growth_proof(header, computed)
+                self.growth_views(header, computed)
             }
-            Mechanism::ExchangedFriction => self.growth_proof(header, computed),
-            Mechanism::StickSlip | Mechanism::LiftOff => self.contact_proof(header, spec),
-            Mechanism::WhichModeWins | Mechanism::Prediction => self.modes_proof(header, spec),
-            Mechanism::Hysteresis => self.loop_proof(header),
-            Mechanism::Torus => self.torus_proof(header),
-            Mechanism::Chaos => self.parting_proof(header),
+            Mechanism::ExchangedFriction => self.growth_views(header, computed),
+            Mechanism::StickSlip | Mechanism::LiftOff => self.contact_views(header, spec),
+            Mechanism::WhichModeWins | Mechanism::Prediction => self.modes_views(header, spec),
+            Mechanism::Hysteresis => self.loop_views(header),
+            Mechanism::Torus => self.torus_views(header),
+            Mechanism::Chaos => self.divergence_views(header),
         };
         let screen = Parts::new().add(WORDS, words).add(1.0 - WORDS, proof);
         tab("Lesson", screen.row())
     }
 
-    /// The velocity level against the computed growth, and the computed curves.
-    fn growth_proof(&mut self, header: &Header, computed: &Computed) -> Option<ContainerLike> {
+    /// Velocity level compared with the computed growth, and the computed curves.
+    fn growth_views(
+        &mut self,
+        header: &Header,
+        computed: &MechanismPrediction,
+    ) -> Option<ContainerLike> {
         let level = self.many_series(
             "Velocity level: log₁₀ of mm/s (blue); computed growth (orange)",
-            &[paths::LESSON_LEVEL, paths::LESSON_FORETOLD],
+            &[paths::LESSON_VELOCITY_LEVEL, paths::LESSON_PREDICTED],
             Corner2D::RightBottom,
         );
         let picture = computed.picture.as_ref().map(|picture| {
@@ -66,8 +70,8 @@ impl Layout {
         Parts::new().add(1.0, top).add(1.0, below).column()
     }
 
-    /// The patch node by node beside the phase portrait; of a small system what it does.
-    fn contact_proof(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
+    /// The contact patch next to the phase portrait; for a small system its time series.
+    fn contact_views(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
         let portrait = self.portrait();
         let velocity = self.velocity(header);
         let Subject::Joint(joint) = &header.subject else {
@@ -78,12 +82,12 @@ impl Layout {
         let patch = self.patch(joint);
         let window = Some(SERIES.max(40.0 / spec.patch_rate));
         let counts = self.series(
-            "Nodes that slide (blue), stick (orange), are open (white)",
+            "Number of nodes slipping (blue), sticking (orange), separated (white)",
             paths::NODE_COUNTS,
             window,
         );
         let force = self.series(
-            "Forces on the ball, N: normal (yellow), friction (pink)",
+            "Contact force on the ball, N: normal (yellow), friction (pink)",
             paths::CONTACT_FORCE,
             window,
         );
@@ -99,8 +103,8 @@ impl Layout {
             .column()
     }
 
-    /// Computed frequencies and what is heard; who has the energy.
-    fn modes_proof(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
+    /// Computed frequencies, measured spectrum and modal energies.
+    fn modes_views(&mut self, header: &Header, spec: RecordSpec) -> Option<ContainerLike> {
         let spectrum = self.spectrum(header);
         let portrait = self.portrait();
         let spectrogram = self.spectrogram(header);
@@ -116,16 +120,16 @@ impl Layout {
             .column()
     }
 
-    /// Pitch over tilt, and how both came about.
-    fn loop_proof(&mut self, header: &Header) -> Option<ContainerLike> {
-        let turns = lesson::turns_bounds(header).map(|bounds| {
-            let name = "Pitch over tilt: blue up, orange down";
-            self.picture(name, paths::LESSON_LOOP, bounds)
+    /// The hysteresis loop of the strongest line over the tilt.
+    fn loop_views(&mut self, header: &Header) -> Option<ContainerLike> {
+        let hysteresis = lesson::loop_bounds(header).map(|bounds| {
+            let name = "Strongest line over tilt: increasing (blue), decreasing (orange)";
+            self.picture(name, paths::HYSTERESIS, bounds)
         });
         let portrait = self.portrait();
         let spectrogram = self.spectrogram(header);
-        let tilt = self.series("Tilt of the load, degrees (whole run)", paths::TILT, None);
-        let top = Parts::new().add(1.4, turns).add(1.0, portrait).row();
+        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let top = Parts::new().add(1.4, hysteresis).add(1.0, portrait).row();
         Parts::new()
             .add(1.0, top)
             .add(0.6, spectrogram)
@@ -133,8 +137,8 @@ impl Layout {
             .column()
     }
 
-    /// Lines and their names, the band, the section.
-    fn torus_proof(&mut self, header: &Header) -> Option<ContainerLike> {
+    /// Spectrum, phase portrait, delay embedding and Poincaré section of a torus.
+    fn torus_views(&mut self, header: &Header) -> Option<ContainerLike> {
         let spectrum = self.spectrum(header);
         let portrait = self.portrait();
         let embedding = self.embedding(header, 3.6);
@@ -146,21 +150,21 @@ impl Layout {
         Parts::new().add(1.0, top).add(1.0, below).column()
     }
 
-    /// Two copies and their distance.
-    fn parting_proof(&mut self, header: &Header) -> Option<ContainerLike> {
+    /// Both trajectories and their distance.
+    fn divergence_views(&mut self, header: &Header) -> Option<ContainerLike> {
         let distance = self.many_series(
-            "log₁₀ of the distance of the two copies, relative to the motion (whole run)",
-            &[paths::BUTTERFLY_DISTANCE, paths::BUTTERFLY_LINE],
+            "log₁₀ of the distance of both trajectories, relative to the motion (whole run)",
+            &[paths::DIVERGENCE_DISTANCE, paths::DIVERGENCE_FIT],
             Corner2D::RightBottom,
         );
         let portraits = self.picture(
-            "Phase portraits of both trajectories, the last 4 ms",
-            paths::BUTTERFLY_PORTRAIT,
-            Butterfly::bounds(),
+            "Phase portraits of both trajectories (last 4 ms)",
+            paths::DIVERGENCE_PORTRAIT,
+            PerturbedTrajectory::bounds(),
         );
         let traces = self.series_of(
             "Displacement of both trajectories, µm (last 5 ms)",
-            &[paths::DISPLACEMENT, paths::BUTTERFLY_DISPLACEMENT],
+            &[paths::DISPLACEMENT, paths::PERTURBED_DISPLACEMENT],
             Some(SERIES),
         );
         if let Subject::Joint(joint) = &header.subject {
@@ -182,7 +186,7 @@ impl Layout {
             ),
             Subject::Joint(_) | Subject::Signal(_) => (SERIES, String::new()),
         };
-        let last = Quantity::Time.words(window);
+        let last = Quantity::Time.format(window);
         let name = format!("Velocity, mm/s (last {last}){key}");
         self.series(&name, paths::VELOCITY, Some(window))
     }

@@ -1,12 +1,12 @@
-//! The viewer's screen: which views, where, with which ranges and eyes.
+//! The layout of the viewer: views, their positions, ranges and cameras.
 //!
-//! The Rust interface of Rerun has views and containers but no setters for a view's properties
-//! (time range, axis range, legend, bounds, eye), so that `tree` writes blueprints itself.
+//! Rerun's Rust interface has views and containers, but no setters for most properties of a view (time range,
+//! axis range, legend, bounds, camera). The module `tree` therefore writes blueprints itself.
 
+mod analyses;
 mod cost;
 mod flow;
 mod joint;
-mod laboratory;
 mod lesson;
 mod signal;
 mod small;
@@ -44,19 +44,18 @@ use tree::{Container, ContainerLike, Properties, View};
 pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
 
-/// Simulated seconds a second while playing a joint; others play in [`SIGNAL_PLAYS`].
+/// Playback speed of a joint, simulated seconds per second; others play in [`SIGNAL_PLAYS`].
 const JOINT_SPEED: f64 = 0.01;
-/// Time that a signal or a small system takes to play, s.
+/// Playback time of a signal or a small system, s.
 const SIGNAL_PLAYS: f64 = 30.0;
 
-/// Sends the layout for a run.
+/// Sends the layout of a run.
 pub fn send(rec: &RecordingStream, header: &Header, spec: RecordSpec) -> Result<(), RecordError> {
-    send_turned(rec, header, spec, 0)
+    send_with_first_tab(rec, header, spec, 0)
 }
 
-/// Sends the layout for a run, the tabs turned so that one of them comes first: the viewer opens
-/// with that.
-pub fn send_turned(
+/// Sends the layout of a run with the tabs rotated, so that tab `first` is the one that the viewer opens.
+pub fn send_with_first_tab(
     rec: &RecordingStream,
     header: &Header,
     spec: RecordSpec,
@@ -67,14 +66,14 @@ pub fn send_turned(
         Subject::Joint(joint) => {
             let tabs = vec![
                 layout.lesson_tab(header, spec),
-                layout.squeak_tab(header, joint, spec),
+                layout.overview_tab(header, joint, spec),
                 layout.contact_tab(header, joint, spec),
                 layout.modes_tab(spec),
                 layout.embedding_tab(header),
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
-                layout.butterfly_tab(header),
+                layout.perturbed_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -88,7 +87,7 @@ pub fn send_turned(
                 layout.recurrence_tab(header),
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
-                layout.butterfly_tab(header),
+                layout.perturbed_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -115,7 +114,7 @@ pub fn send_turned(
     layout.send(rec, tabs, &time_panel)
 }
 
-/// Collects the properties of views while these are laid out.
+/// The properties of the views, collected during the layout.
 #[derive(Default)]
 struct Layout {
     properties: Properties,
@@ -127,7 +126,7 @@ impl Layout {
         self.add(view, A::name().short_name(), property);
     }
 
-    /// Gives a view what its entities have where they do not say it themselves.
+    /// Sets default components for the entities of a view that do not have them.
     fn set_default(&mut self, view: &ContainerLike, looks: &impl rerun::AsComponents) {
         self.add(view, "defaults", looks);
     }
@@ -139,10 +138,10 @@ impl Layout {
         }
     }
 
-    /// What the run is, how to read it, and what it had to say besides.
+    /// Description of the run and of its views; for a signal also the log.
     fn about_tab(&mut self, header: &Header) -> Option<ContainerLike> {
         let about = self.text("About this recording", paths::ABOUT);
-        // The log of a simulation is beside its health.
+        // The log of a simulation is in the tab "Solver".
         let log = matches!(header.subject, Subject::Signal(_)).then(log);
         tab(
             "About",
@@ -154,14 +153,14 @@ impl Layout {
         View::text_document(name).with_origin(path).into()
     }
 
-    /// A time series of the last `window` s before the cursor, or of the whole run. A legend
-    /// would cover data: the name says what the colours mean.
+    /// A time series of the last `window` s before the cursor, or of the whole run. It has no legend, which
+    /// would cover data; the title explains the colours.
     fn series(&mut self, name: &str, path: &str, window: Option<f64>) -> ContainerLike {
         let view = View::time_series(name).with_origin(path).into();
         self.windowed(view, window)
     }
 
-    /// As [`Layout::series`], of several entities.
+    /// As [`Layout::series`], for several entities.
     fn series_of(&mut self, name: &str, paths: &[&str], window: Option<f64>) -> ContainerLike {
         let contents = paths.iter().map(|path| format!("+ /{path}"));
         let view = View::time_series(name).with_contents(contents).into();
@@ -177,7 +176,7 @@ impl Layout {
         view
     }
 
-    /// Shows the last `window` s before the cursor.
+    /// Limits a view to the last `window` s before the cursor.
     fn window(&mut self, view: &ContainerLike, window: f64) {
         let range = VisibleTimeRange {
             timeline: paths::TIMELINE.into(),
@@ -186,7 +185,7 @@ impl Layout {
         self.set(view, &VisibleTimeRanges::new([range]));
     }
 
-    /// Several entities over the whole run, with a legend of their names.
+    /// Several entities over the whole run, with a legend.
     fn many_series(&mut self, name: &str, paths: &[&str], legend: Corner2D) -> ContainerLike {
         let contents = paths.iter().map(|path| format!("+ /{path}"));
         let view: ContainerLike = View::time_series(name).with_contents(contents).into();
@@ -194,7 +193,7 @@ impl Layout {
         view
     }
 
-    /// Fixes the vertical range of a time series; an empty range is left to the viewer.
+    /// Fixes the vertical range of a time series; the viewer chooses it if the range is empty.
     fn range(&mut self, view: &ContainerLike, low: f64, high: f64) {
         if low < high {
             let range = rerun::components::Range1D::new(low, high);
@@ -202,7 +201,7 @@ impl Layout {
         }
     }
 
-    /// A picture with its own axes, shown whole.
+    /// A two-dimensional plot with its own axes, completely visible.
     fn picture(&mut self, name: &str, path: &str, bounds: Bounds) -> ContainerLike {
         let view: ContainerLike = View::in_2d(name).with_origin(path).into();
         let range =
@@ -217,7 +216,7 @@ impl Layout {
         view
     }
 
-    /// What the last window sounds like.
+    /// The current spectrum.
     fn spectrum(&mut self, header: &Header) -> Option<ContainerLike> {
         let plot = spectrum::spectrum_plot(header);
         let name = match header.subject {
@@ -235,7 +234,7 @@ impl Layout {
             .then(|| self.picture(&name, paths::SPECTRUM, bounds))
     }
 
-    /// What the run sounded like so far.
+    /// The spectrogram of the run.
     fn spectrogram(&mut self, header: &Header) -> Option<ContainerLike> {
         let name = match header.subject {
             Subject::Joint(_) | Subject::Small(_) => "Spectrogram of the velocity",
@@ -248,14 +247,13 @@ impl Layout {
     }
 
     fn recurrence(&mut self, header: &Header) -> Option<ContainerLike> {
-        let name = "Recurrence plot: bright = same again";
+        let name = "Recurrence plot (bright: recurrent)";
         header
             .has(AnalysisKind::Recurrence)
             .then(|| self.picture(name, paths::RECURRENCE, Recurrence::bounds()))
     }
 
-    /// Delay vectors in their cube, seen from `distance` (half an edge is 1); a narrow view needs
-    /// more of it.
+    /// The delay embedding in a cube, seen from `distance` (in half edges); a narrow view needs a larger one.
     fn embedding(&mut self, header: &Header, distance: f64) -> Option<ContainerLike> {
         if !header.has(AnalysisKind::Recurrence) {
             return None;
@@ -267,7 +265,7 @@ impl Layout {
         Some(self.cube(name, paths::EMBEDDING, distance))
     }
 
-    /// A cube of side 2 about the origin.
+    /// A cube of side 2 centred at the origin.
     fn cube(&mut self, name: &str, origin: &str, distance: f64) -> ContainerLike {
         let view: ContainerLike = View::in_3d(name).with_origin(origin).into();
         let from = [0.57, -0.69, 0.45].map(|c| distance * c);
@@ -291,7 +289,7 @@ impl Layout {
         );
     }
 
-    /// Sends it all.
+    /// Sends the layout.
     fn send(
         self,
         rec: &RecordingStream,
@@ -302,12 +300,12 @@ impl Layout {
     }
 }
 
-/// Warnings and the summary.
+/// Log of warnings and the summary.
 fn log() -> ContainerLike {
     View::text_log("Log").with_origin(paths::LOG).into()
 }
 
-/// A tab, unless there is nothing to put there.
+/// A tab; `None` without content.
 fn tab(name: &str, content: Option<ContainerLike>) -> Option<ContainerLike> {
     Some(
         Container::column(vec![content?], Vec::new())
@@ -316,7 +314,7 @@ fn tab(name: &str, content: Option<ContainerLike>) -> Option<ContainerLike> {
     )
 }
 
-/// Views of a row or column with their shares of it. One that is not there takes no room.
+/// The views of a row or column with their shares. A missing view takes no space.
 #[derive(Default)]
 struct Parts {
     views: Vec<ContainerLike>,
@@ -336,13 +334,13 @@ impl Parts {
         self
     }
 
-    /// Side by side; `None` if there is nothing.
+    /// The views side by side; `None` if there are none.
     fn row(self) -> Option<ContainerLike> {
         let Self { views, shares } = self;
         (!views.is_empty()).then(|| Container::row(views, shares).into())
     }
 
-    /// One below the other; `None` if there is nothing.
+    /// The views below each other; `None` if there are none.
     fn column(self) -> Option<ContainerLike> {
         let Self { views, shares } = self;
         (!views.is_empty()).then(|| Container::column(views, shares).into())

@@ -1,4 +1,4 @@
-//! The screen of a signal from a file.
+//! The layout of a signal from a file.
 
 use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
@@ -6,18 +6,18 @@ use crate::{
     record::{paths, style},
 };
 
-/// Periods of the highest frequency worth showing that the closer look at the samples takes in.
+/// Periods of the highest frequency shown that the detail view covers.
 const PERIODS: f64 = 100.0;
 
 impl Layout {
-    /// What the signal looks like, and how it sounds.
+    /// Waveform, spectrum, spectrogram, embedding and recurrence plot.
     pub fn signal_tab(&mut self, header: &Header, signal: &SignalInfo) -> Option<ContainerLike> {
-        let words = self.text("What you see", paths::NARRATION);
+        let words = self.text("Classification", paths::NARRATION);
         let name = style::with_unit(style::signal_name(signal), &signal.unit);
         let window = (PERIODS / signal.highest_frequency).min(header.duration);
-        let near = format!("{name} (last {})", style::Quantity::Time.words(window));
+        let near = format!("{name} (last {})", style::Quantity::Time.format(window));
         let near = self.series(&near, paths::WAVEFORM, Some(window));
-        let whole = self.series(&format!("{name} (all)"), paths::WAVEFORM, None);
+        let whole = self.series(&format!("{name} (whole signal)"), paths::WAVEFORM, None);
         let [low, high] = signal.span;
         let margin = 0.05 * (high - low);
         for view in [&near, &whole] {
@@ -36,6 +36,6 @@ impl Layout {
             .add(0.35, middle)
             .add(0.21, bottom);
         let screen = Parts::new().add(0.25, words).add(0.75, right.column());
-        tab("Signal", screen.row())
+        tab("Overview", screen.row())
     }
 }

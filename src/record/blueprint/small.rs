@@ -1,4 +1,4 @@
-//! The screen of a small system.
+//! The layout of a small system.
 
 use super::{ContainerLike, Layout, Parts, View, tab};
 use crate::{
@@ -6,20 +6,20 @@ use crate::{
     record::{paths, portrait::Portrait, small, style::Quantity},
 };
 
-/// Natural periods that the time series show.
+/// Natural periods in the time window of the series.
 const PERIODS: f64 = 12.0;
 
 impl Layout {
-    /// How it moves, and what it is doing at the time.
+    /// Motion and status of the system.
     pub fn motion_tab(&mut self, header: &Header, info: &SmallInfo) -> Option<ContainerLike> {
-        let words = self.text("What you see", paths::NARRATION);
+        let words = self.text("Observations", paths::NARRATION);
         let portrait = self.picture("Phase portrait", paths::PORTRAIT, Portrait::bounds());
         let embedding = self.embedding(header, 3.9);
         let recurrence = self.recurrence(header);
         let spectrogram = self.spectrogram(header);
         let spectrum = self.spectrum(header);
         let window = (PERIODS / info.frequency_hz).min(header.duration);
-        let last = Quantity::Time.words(window);
+        let last = Quantity::Time.format(window);
         let displacement = self.series(
             &format!("Displacement x, µm (last {last})"),
             paths::DISPLACEMENT,
@@ -47,6 +47,6 @@ impl Layout {
             .add(0.21, series)
             .add(0.12, status);
         let screen = Parts::new().add(0.25, words).add(0.75, right.column());
-        tab("Motion", screen.row())
+        tab("Overview", screen.row())
     }
 }

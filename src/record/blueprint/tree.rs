@@ -1,8 +1,8 @@
-//! The tree of views and containers that a screen is, and how it is written as a blueprint.
+//! The tree of views and containers of a layout, and its encoding as a blueprint.
 //!
-//! A blueprint is itself a recording: a view is an archetype logged at `view/<id>`, what it shows and each of
-//! its properties below that. Rerun's own writer has no setters for most properties, and leaves two threads
-//! behind each time.
+//! A blueprint is itself a recording: a view is an archetype logged at `view/<id>`, with its contents and
+//! properties at paths below. Rerun's own writer has no setters for most properties, and leaves two threads
+//! behind for each blueprint.
 
 use std::{
     collections::HashMap,
@@ -27,7 +27,7 @@ use crate::record::{
     stream::{self, Moment, RecordingStream},
 };
 
-/// A view, or several of them.
+/// A view or a container of views, wherever one is like the other.
 #[derive(Debug)]
 pub enum ContainerLike {
     View(View),
@@ -37,7 +37,7 @@ pub enum ContainerLike {
 /// A view of some entities.
 #[derive(Debug)]
 pub struct View {
-    /// Another one for each view that is made.
+    /// Unique key of the view.
     key: u64,
     class: &'static str,
     name: String,
@@ -46,32 +46,32 @@ pub struct View {
 }
 
 impl View {
-    /// Of 3D shapes in space.
+    /// A view of three-dimensional shapes.
     pub fn in_3d(name: impl Into<String>) -> Self {
         Self::of_class("3D", name)
     }
 
-    /// Of pictures in a plane.
+    /// A view of two-dimensional plots.
     pub fn in_2d(name: impl Into<String>) -> Self {
         Self::of_class("2D", name)
     }
 
-    /// Of numbers over time.
+    /// A view of scalars over time.
     pub fn time_series(name: impl Into<String>) -> Self {
         Self::of_class("TimeSeries", name)
     }
 
-    /// Of states over time.
+    /// A view of states over time.
     pub fn state_timeline(name: impl Into<String>) -> Self {
         Self::of_class("StateTimeline", name)
     }
 
-    /// Of a text.
+    /// A view of a text document.
     pub fn text_document(name: impl Into<String>) -> Self {
         Self::of_class("TextDocument", name)
     }
 
-    /// Of lines of text, each with its time.
+    /// A view of log messages with their times.
     pub fn text_log(name: impl Into<String>) -> Self {
         Self::of_class("TextLog", name)
     }
@@ -87,21 +87,21 @@ impl View {
         }
     }
 
-    /// Of what is at and below a path.
+    /// Shows the entities at and below a path.
     #[must_use]
     pub fn with_origin(mut self, origin: impl Into<EntityPath>) -> Self {
         self.origin = origin.into();
         self
     }
 
-    /// Of what queries select.
+    /// Shows the entities selected by queries.
     #[must_use]
     pub fn with_contents(mut self, queries: impl IntoIterator<Item = impl Into<String>>) -> Self {
         self.contents = queries.into_iter().map(Into::into).collect();
         self
     }
 
-    /// What tells it from all others.
+    /// Unique key of the view.
     pub fn key(&self) -> u64 {
         self.key
     }
@@ -113,7 +113,7 @@ impl From<View> for ContainerLike {
     }
 }
 
-/// Views side by side, one below the other, or as tabs.
+/// A container: views side by side, below each other, or as tabs.
 #[derive(Debug)]
 pub struct Container {
     kind: ContainerKind,
@@ -123,7 +123,7 @@ pub struct Container {
 }
 
 impl Container {
-    /// One at a time, to be chosen.
+    /// Tabs, one visible at a time.
     pub fn tabs(contents: Vec<ContainerLike>) -> Self {
         Self {
             kind: ContainerKind::Tabs,
@@ -133,7 +133,7 @@ impl Container {
         }
     }
 
-    /// Side by side, each with its share of the width.
+    /// Views side by side, each with its share of the width.
     pub fn row(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
         Self {
             kind: ContainerKind::Horizontal,
@@ -142,7 +142,7 @@ impl Container {
         }
     }
 
-    /// One below the other, each with its share of the height; all the same if none are given.
+    /// Views below each other, each with its share of the height; equal shares if none are given.
     pub fn column(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
         Self {
             kind: ContainerKind::Vertical,
@@ -151,7 +151,7 @@ impl Container {
         }
     }
 
-    /// Has a name of its own.
+    /// Sets the display name.
     #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
         self.name = Some(name.to_owned());
@@ -165,10 +165,10 @@ impl From<Container> for ContainerLike {
     }
 }
 
-/// What views have besides what they show: at which path below theirs, by their keys.
+/// Properties of views by their keys: path relative to the view, and components.
 pub type Properties = HashMap<u64, Vec<(&'static str, Vec<SerializedComponentBatch>)>>;
 
-/// Writes a screen, and has it shown.
+/// Writes a layout and activates it.
 pub fn send(
     rec: &RecordingStream,
     screen: &Container,
@@ -192,15 +192,15 @@ pub fn send(
     writer.log("blueprint_panel", &hidden)?;
     writer.log("selection_panel", &hidden)?;
     writer.log("time_panel", time_panel)?;
-    writer.blueprint.send_waiting()?;
-    rec.show(&writer.blueprint);
+    writer.blueprint.send_pending()?;
+    rec.activate_blueprint(&writer.blueprint);
     Ok(())
 }
 
 struct Writer {
     blueprint: RecordingStream,
     properties: Properties,
-    /// How many there are already of what has the same hash.
+    /// Number of ids issued for each hash.
     ids: HashMap<u64, u64>,
 }
 
@@ -214,8 +214,8 @@ impl Writer {
         stream::log_at(&self.blueprint, path, always, what)
     }
 
-    /// An id that is the same in every recording of the same kind: Rerun keeps each name that it has
-    /// ever seen, so that new ones for each would never be given back.
+    /// An id that is the same for the same layout. Rerun interns every name permanently, so unique ids for
+    /// each recording would leak memory.
     fn id(&mut self, of: impl Hash) -> u128 {
         let mut hasher = DefaultHasher::new();
         of.hash(&mut hasher);
@@ -225,7 +225,7 @@ impl Writer {
         u128::from(hash) << 64 | u128::from(*count)
     }
 
-    /// Writes what is in the tree; its path.
+    /// Writes a part of the tree and returns its path.
     fn part(&mut self, part: &ContainerLike) -> Result<String, RecordError> {
         match part {
             ContainerLike::View(view) => self.view(view),
@@ -271,7 +271,7 @@ impl Writer {
     }
 }
 
-/// An id as Rerun spells it.
+/// An id in the format of Rerun.
 fn uuid(id: u128) -> String {
     let hex = format!("{id:032x}");
     let parts = [0..8, 8..12, 12..16, 16..20, 20..32].map(|part| &hex[part]);

@@ -1,8 +1,9 @@
-//! What accuracy costs as one recording: error over CPU time and over calls, knob by knob.
+//! The cost study as one recording: error over CPU time and over right-hand-side evaluations for each
+//! setting.
 //!
-//! For each knob there is a folder of entities, `cost/integrator/...`, with the panels of its figure
-//! ([`crate::plot::cost_figures`]) and words: what is turned, the cheapest settings, all points as a table.
-//! Nothing changes with time: everything is static, and there is no timeline.
+//! Each setting has a folder of entities, `cost/integrator/...`, with the panels of its figure
+//! ([`crate::plot::cost_figures`]) and a text: what is varied, the recommended values, all points as a table.
+//! All data are static, and there is no timeline.
 
 mod picture;
 
@@ -16,33 +17,33 @@ use rerun::{DynamicArchetype, components::Scalar};
 use super::{
     blueprint,
     error::RecordError,
-    figure::View,
     file_stream,
+    panel_view::PanelView,
     paths::{self, Root},
     stream::RecordingStream,
     text::{self, Origin},
 };
 use crate::{
-    plot::{Work, error_panels},
-    study::cost::{CostPlan, CostPoint, CostSet, CostStudy, Knob},
+    plot::{WorkMeasure, error_panels},
+    study::cost::{CostPlan, CostSetting, CostStudy, WorkPrecisionPoint, WorkPrecisionSet},
     text::cost as words,
 };
 
 pub(super) use picture::Picture;
 
-/// The field of a picture beside another, and of one alone, pixels.
+/// Size of the plot area next to another one, and alone, pixels.
 const FIELD: [f32; 2] = [520.0, 700.0];
 const FIELD_ALONE: [f32; 2] = [1100.0, 700.0];
 
-/// Application name: not that of runs and sweeps, whose screens in the viewer are others.
+/// Application id, different from that of runs and sweeps because the layout differs.
 pub const APPLICATION: &str = "squeakscope-cost";
 
-/// Saves a recording of what accuracy costs by a plan; `command` is how the program was started. The file
-/// takes its name only when it is complete.
+/// Saves a recording of the cost study of a plan; `command` is the command line. The file appears under its
+/// name only when it is complete.
 ///
 /// # Errors
-/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
-/// before is then unchanged.
+/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is
+/// then unchanged.
 pub fn save_cost(
     path: &Path,
     plan: &CostPlan,
@@ -52,38 +53,43 @@ pub fn save_cost(
     file_stream::save(path, APPLICATION, |rec| draw(rec, plan, study, command))
 }
 
-/// The knobs that were turned, with their pictures.
-fn knobs(study: &CostStudy) -> Vec<(Knob, Vec<Picture>)> {
-    let knobs = Knob::ALL
+/// The settings that were varied, with their panels.
+fn settings(study: &CostStudy) -> Vec<(CostSetting, Vec<Picture>)> {
+    let settings = CostSetting::ALL
         .into_iter()
-        .map(|knob| (knob, pictures(study, knob)));
-    knobs.filter(|(_, pictures)| !pictures.is_empty()).collect()
+        .map(|setting| (setting, pictures(study, setting)));
+    settings
+        .filter(|(_, pictures)| !pictures.is_empty())
+        .collect()
 }
 
-fn pictures(study: &CostStudy, knob: Knob) -> Vec<Picture> {
-    let root = Root::of_knob(knob.name());
-    let panels = error_panels(study, knob);
+fn pictures(study: &CostStudy, setting: CostSetting) -> Vec<Picture> {
+    let root = Root::of_setting(setting.name());
+    let panels = error_panels(study, setting);
     let field = if panels.len() > 1 { FIELD } else { FIELD_ALONE };
     let pictures = panels.into_iter().map(|(work, panel)| {
         let (name, path) = match work {
-            Work::Time => ("Error over CPU time", paths::COST_TIME),
-            Work::Calls => ("Error over calls of the right-hand side", paths::COST_CALLS),
+            WorkMeasure::CpuTime => ("Error over CPU time", paths::COST_CPU_TIME),
+            WorkMeasure::RhsEvals => (
+                "Error over right-hand-side evaluations",
+                paths::COST_RHS_EVALS,
+            ),
         };
-        let view = View::new(root.at(path), field);
+        let view = PanelView::new(root.at(path), field);
         Picture { name, view, panel }
     });
     pictures.collect()
 }
 
-/// Logs all knobs.
+/// Logs all settings.
 fn draw(
     rec: &RecordingStream,
     plan: &CostPlan,
     study: &CostStudy,
     command: &str,
 ) -> Result<(), RecordError> {
-    let mut knobs = knobs(study);
-    blueprint::send_cost(rec, &knobs)?;
+    let mut settings = settings(study);
+    blueprint::send_cost(rec, &settings)?;
     let origin = Origin {
         name: &format!("cost of {}", study.scene),
         scene: &study.scene,
@@ -91,19 +97,19 @@ fn draw(
         command,
     };
     text::send_properties(rec, origin)?;
-    let turned: Vec<Knob> = knobs.iter().map(|(knob, _)| *knob).collect();
+    let used: Vec<CostSetting> = settings.iter().map(|(setting, _)| *setting).collect();
     let about = format!(
         "{}{}",
-        words::about(study, &turned),
+        words::about(study, &used),
         text::study_about(&plan.scene, command)
     );
     let about = text::document(about);
     rec.log_static(paths::ABOUT, &about)?;
-    for (knob, pictures) in &mut knobs {
-        let root = Root::of_knob(knob.name());
-        let words = text::document(words::knob(study, *knob));
-        rec.log_static(root.at(paths::KNOB_WORDS), &words)?;
-        for set in study.sets.iter().filter(|set| set.knob == *knob) {
+    for (setting, pictures) in &mut settings {
+        let root = Root::of_setting(setting.name());
+        let words = text::document(words::setting(study, *setting));
+        rec.log_static(root.at(paths::SETTING_TEXT), &words)?;
+        for set in study.sets.iter().filter(|set| set.setting == *setting) {
             log_numbers(rec, &root, set)?;
         }
         for Picture { view, panel, .. } in pictures {
@@ -113,17 +119,21 @@ fn draw(
     Ok(())
 }
 
-/// The numbers of a family of settings, for those who read the recording rather than look at it.
-fn log_numbers(rec: &RecordingStream, root: &Root, set: &CostSet) -> Result<(), RecordError> {
-    let column = |of: fn(&CostPoint) -> f64| {
+/// Logs the values of a family, for programs that read the recording.
+fn log_numbers(
+    rec: &RecordingStream,
+    root: &Root,
+    set: &WorkPrecisionSet,
+) -> Result<(), RecordError> {
+    let column = |of: fn(&WorkPrecisionPoint) -> f64| {
         let points = set.points.iter();
         points.map(move |point| Scalar::from(of(point)))
     };
-    let error = |point: &CostPoint| *point.error.as_ref().unwrap_or(&f64::NAN);
+    let error = |point: &WorkPrecisionPoint| *point.error.as_ref().unwrap_or(&f64::NAN);
     let numbers = DynamicArchetype::new("squeakscope.Settings")
         .with_component::<Scalar>("setting", column(|point| point.value))
         .with_component::<Scalar>("cpu_ms", column(|point| 1e3 * point.seconds))
-        .with_component::<Scalar>("calls", column(|point| point.calls as f64))
+        .with_component::<Scalar>("rhs_evals", column(|point| point.rhs_evals as f64))
         .with_component::<Scalar>("error", column(error));
     rec.log_static(root.at(&paths::cost_numbers(&set.family)), &numbers)
 }

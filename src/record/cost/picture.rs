@@ -1,14 +1,14 @@
-//! A picture of a knob, which is laid out and drawn.
+//! A plot of a setting.
 
 use crate::plot::Panel;
-use crate::record::figure::View;
+use crate::record::panel_view::PanelView;
 
-/// A picture of a knob.
+/// A plot of a setting.
 pub struct Picture {
-    /// Its name.
+    /// Title of the view.
     pub name: &'static str,
-    /// Where it is drawn.
-    pub view: View,
-    /// What is drawn.
+    /// Entity and size of the plot.
+    pub view: PanelView,
+    /// Content of the plot.
     pub panel: Panel,
 }

@@ -1,13 +1,13 @@
-//! A recording of made-up work-precision sets, read back from the file.
+//! A recording of synthetic work-precision diagrams, read back from the file.
 
 use super::*;
 use crate::{record::tests::read, scene::Scene};
 
-fn point(value: f64, calls: u64, error: Result<f64, &str>) -> CostPoint {
-    CostPoint {
+fn point(value: f64, rhs_evals: u64, error: Result<f64, &str>) -> WorkPrecisionPoint {
+    WorkPrecisionPoint {
         value,
         seconds: 1e-3 * value.log10().abs(),
-        calls,
+        rhs_evals,
         error: error.map_err(str::to_owned),
         detail: String::new(),
     }
@@ -17,12 +17,12 @@ fn plan() -> CostPlan {
     CostPlan::new(Scene::load("torus-3deg").unwrap())
 }
 
-/// A knob with calls, advice and a failure, and one without any of these.
+/// A setting with evaluations, recommendations and a failed run, and one without any of these.
 fn study() -> CostStudy {
-    let set = |knob, family: &str, turned, floor, points| CostSet {
-        knob,
+    let set = |setting, family: &str, parameter, floor, points| WorkPrecisionSet {
+        setting,
         family: family.to_owned(),
-        turned,
+        parameter,
         floor,
         points,
     };
@@ -33,13 +33,13 @@ fn study() -> CostStudy {
     ];
     let rk4 = vec![
         point(1.6e-6, 9000, Ok(1e-3)),
-        point(6.4e-6, 2500, Err("it blew up")),
+        point(6.4e-6, 2500, Err("the solution diverged")),
     ];
     let elements = vec![point(40.0, 0, Ok(1e-4)), point(8.0, 0, Ok(0.0))];
-    let integrator = Knob::Integrator;
+    let integrator = CostSetting::Integrator;
     let sets = vec![
         set(
-            Knob::Elements,
+            CostSetting::Elements,
             "quadratic elements",
             "size, mm",
             None,
@@ -50,7 +50,7 @@ fn study() -> CostStudy {
     ];
     CostStudy {
         scene: "test".to_owned(),
-        held: Default::default(),
+        fixed_at: Default::default(),
         horizon: 4e-3,
         exponent: None,
         stopped: false,
@@ -60,43 +60,49 @@ fn study() -> CostStudy {
 }
 
 #[test]
-fn knobs_come_in_their_order() {
-    let names: Vec<Knob> = knobs(&study()).iter().map(|(knob, _)| *knob).collect();
-    assert_eq!(names, [Knob::Integrator, Knob::Elements]);
+fn settings_have_a_fixed_order() {
+    let names: Vec<CostSetting> = settings(&study())
+        .iter()
+        .map(|(setting, _)| *setting)
+        .collect();
+    assert_eq!(names, [CostSetting::Integrator, CostSetting::Elements]);
 }
 
 #[test]
-fn a_recording_holds_every_knob() {
+fn a_recording_contains_every_setting() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cost.rrd");
     save_cost(&path, &plan(), &study(), "squeakscope cost").unwrap();
     let (entities, blueprint) = read(&path, paths::TIMELINE);
-    assert!(blueprint > 10, "a blueprint is there: {blueprint} chunks");
-    let integrator = Root::of_knob("integrator");
-    for picture in [paths::COST_TIME, paths::COST_CALLS] {
+    assert!(blueprint > 10, "the blueprint has {blueprint} chunks");
+    let integrator = Root::of_setting("integrator");
+    for picture in [paths::COST_CPU_TIME, paths::COST_RHS_EVALS] {
         for path in [
             "axes/lines",
             "axes/labels",
-            "key",
-            "floor",
-            "advised",
+            "legend",
+            "reference_error",
+            "recommended",
             "curves/lawson54",
             "points/lawson54",
             "points/rk4",
             "failed/rk4",
-            "failed/rk4/words",
+            "failed/rk4/label",
         ] {
             let path = format!("{picture}/{path}");
             let entity = &entities[&integrator.at(&path)];
             assert_eq!(entity.rows, 0, "{path} is static");
         }
         let failed = integrator.at(&format!("{picture}/failed/lawson54"));
-        assert!(!entities.contains_key(&failed), "only what failed");
+        assert!(
+            !entities.contains_key(&failed),
+            "lawson54 has no failed run"
+        );
     }
-    // The tooltip names no more than three components: the words must be among them.
+    // The viewer's tooltip lists at most three components; the labels must be among them.
     for (path, shape) in [
-        ("time/points/rk4", "positions"),
-        ("time/failed/rk4", "strips"),
+        ("cpu_time/points/rk4", "positions"),
+        ("cpu_time/failed/rk4", "strips"),
     ] {
         let components = &entities[&integrator.at(path)].components;
         assert_eq!(components.len(), 3, "{components:?}");
@@ -106,40 +112,43 @@ fn a_recording_holds_every_knob() {
         }
     }
     let numbers = &entities[&integrator.at(&paths::cost_numbers("rk4"))];
-    for name in ["setting", "cpu_ms", "calls", "error"] {
+    for name in ["setting", "cpu_ms", "rhs_evals", "error"] {
         let found = numbers.components.iter().any(|c| c.ends_with(name));
         assert!(found, "{name}: {:?}", numbers.components);
     }
-    let elements = Root::of_knob("elements");
+    let elements = Root::of_setting("elements");
     let of_elements = |path: &str| entities.contains_key(&elements.at(path));
-    assert!(of_elements("time/points/quadratic_elements"));
-    assert!(!of_elements("calls/points/quadratic_elements"));
-    assert!(!of_elements("time/floor"));
+    assert!(of_elements("cpu_time/points/quadratic_elements"));
+    assert!(!of_elements("rhs_evals/points/quadratic_elements"));
+    assert!(!of_elements("cpu_time/reference_error"));
     for root in [&integrator, &elements] {
-        assert!(entities.contains_key(&root.at(paths::KNOB_WORDS)));
+        assert!(entities.contains_key(&root.at(paths::SETTING_TEXT)));
     }
     assert!(entities.contains_key(paths::ABOUT));
     let run = entities
         .keys()
         .find(|path| path.ends_with(paths::RUN_PROPERTY));
     assert!(run.is_some(), "versions, scene and command");
-    // Only the recording is left.
+    // The part file was removed.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
-fn pictures_of_a_knob_share_their_axis_of_errors() {
+fn plots_of_a_setting_share_their_error_axis() {
     let study = study();
-    let integrator = pictures(&study, Knob::Integrator);
-    let [time, calls] = &integrator[..] else {
+    let integrator = pictures(&study, CostSetting::Integrator);
+    let [time, rhs_evals] = &integrator[..] else {
         panic!("two pictures");
     };
-    assert_eq!(time.panel.y, calls.panel.y, "so that they can be compared");
-    assert_eq!(calls.panel.x.range, [2000.0, 1e4]);
-    // A decade above the errors is for what failed.
+    assert_eq!(
+        time.panel.y, rhs_evals.panel.y,
+        "both plots have the same error axis"
+    );
+    assert_eq!(rhs_evals.panel.x.range, [2000.0, 1e4]);
+    // The decade above the errors is for failed runs.
     assert_eq!(time.panel.y.range, [1e-10, 1e-1]);
-    // An error of nothing does not stretch the axis: it is drawn at its lower end.
-    let elements = pictures(&study, Knob::Elements);
+    // A zero error does not extend the axis: it is drawn at its lower end.
+    let elements = pictures(&study, CostSetting::Elements);
     let [time] = &elements[..] else {
         panic!("one picture");
     };
@@ -149,24 +158,24 @@ fn pictures_of_a_knob_share_their_axis_of_errors() {
 }
 
 #[test]
-fn settings_and_advice_are_told() {
+fn the_text_has_settings_and_recommendations() {
     let study = study();
-    let told = words::knob(&study, Knob::Integrator);
+    let text = words::setting(&study, CostSetting::Integrator);
     for part in [
         "| 1e-4 | lawson54, tolerance 1e-4 | 4 | 4000 | 2.0e-5 |",
         "squeakscope cost test --write",
-        "| 6.4e-6 | 5.19 | 2500 | failed: it blew up |",
+        "| 6.4e-6 | 5.19 | 2500 | failed: the solution diverged |",
         "Method and tolerance",
     ] {
-        assert!(told.contains(part), "{part} in {told}");
+        assert!(text.contains(part), "{part} in {text}");
     }
-    let told = words::knob(&study, Knob::Elements);
+    let text = words::setting(&study, CostSetting::Elements);
     assert!(
-        told.contains("| 40 | 1.6 | – | 1.0e-4 |") && !told.contains("cheapest"),
-        "{told}"
+        text.contains("| 40 | 1.6 | – | 1.0e-4 |") && !text.contains("Recommended"),
+        "{text}"
     );
-    let knobs = [Knob::Integrator, Knob::Elements];
-    let about = words::about(&study, &knobs);
+    let settings = [CostSetting::Integrator, CostSetting::Elements];
+    let about = words::about(&study, &settings);
     assert!(
         about.contains("over 4 ms") && about.contains("**elements**"),
         "{about}"
@@ -174,7 +183,7 @@ fn settings_and_advice_are_told() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_written_is_told() {
+fn an_unwritable_path_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let error = save_cost(folder.path(), &plan(), &study(), "").unwrap_err();
     assert!(matches!(error, RecordError::Create { .. }), "{error}");

@@ -1,14 +1,12 @@
-//! The pictures of a sweep, start by start.
+//! The plots of a sweep, for each start.
 
 use rerun::{LineStrips3D, Radius, SeriesPoints};
 
 use super::{
-    SweepStudy,
-    scope::{Planes, Scope},
-    words,
+    SweepStudy, description,
+    scales::{PointScales, SharedScales},
 };
 use crate::{
-    analysis::RecurrenceImage,
     dynamics::Exponent,
     plot::{
         self, Color, Layer, Panel,
@@ -17,52 +15,52 @@ use crate::{
     record::{
         error::RecordError,
         exponents,
-        figure::View,
+        panel_view::PanelView,
         paths::{self, Root},
         plot::Bounds,
-        portrait,
+        portrait, recurrence,
         stream::{self, Moment, RecordingStream},
         style::{self, Quantity},
         text,
     },
     study::{
-        response::{Portrait, Response, section_lag},
+        response::{PhasePortrait, SettledResponse, section_lag},
         sweep::Start,
     },
 };
 
-/// Fields of the diagram, of what is square and of the spectrum, pixels.
+/// Sizes of the bifurcation diagram, of square plots and of the spectrum, pixels.
 const DIAGRAM: [f32; 2] = [560.0, 300.0];
 const SQUARE: [f32; 2] = [400.0, 400.0];
 const SPECTRUM: [f32; 2] = [400.0, 150.0];
-/// Points on the curve of a spectrum: more than there are pixels.
+/// Maximum number of points of a spectrum; it exceeds the number of pixels.
 const SPECTRUM_POINTS: usize = 2000;
 
-/// What a picture says where it has nothing to draw.
-const NOTHING_MOVES: &str = "nothing moves here";
-const NO_RESPONSE: &str = "no response here";
+/// Notes of plots without data.
+const NOTHING_MOVES: &str = "no vibration";
+const NO_RESPONSE: &str = "no response";
 const NOT_DONE: &str = "not computed yet";
-const NOT_KEPT: &str = "no motion was kept here";
-const TOO_SHORT: &str = "too short a motion for it";
+const NOT_KEPT: &str = "motion not stored";
+const TOO_SHORT: &str = "motion too short";
 
-/// Where the pictures of one start are.
+/// The plots of one start.
 struct Views {
     /// The bifurcation diagram.
-    diagram: View,
-    /// Velocity over displacement.
-    portrait: View,
-    /// The Poincaré section.
-    section: View,
-    /// The spectrum.
-    spectrum: View,
-    /// The recurrence plot.
-    recurrence: View,
+    diagram: PanelView,
+    /// Phase portrait.
+    portrait: PanelView,
+    /// Poincaré section.
+    section: PanelView,
+    /// Spectrum.
+    spectrum: PanelView,
+    /// Recurrence plot.
+    recurrence: PanelView,
 }
 
 impl Views {
-    /// Those of a start.
+    /// The plots below a root path.
     fn new(root: &Root) -> Self {
-        let view = |path, field| View::new(root.at(path), field);
+        let view = |path, field| PanelView::new(root.at(path), field);
         Self {
             diagram: view(paths::DIAGRAM, DIAGRAM),
             portrait: view(paths::PORTRAIT, SQUARE),
@@ -73,52 +71,52 @@ impl Views {
     }
 }
 
-/// A picture of a start: its name, its path, and what a view of it must show.
+/// A plot of a start: title, path and bounds.
 pub type Picture = (&'static str, String, Bounds);
 
-/// The pictures of a start: diagram, portrait, recurrence plot, spectrum, section.
-pub fn pictures(sweep: &SweepStudy<'_>, start: Start, scope: &Scope) -> [Picture; 5] {
+/// The plots of a start: bifurcation diagram, phase portrait, recurrence plot, spectrum, Poincaré section.
+pub fn pictures(sweep: &SweepStudy<'_>, start: Start, scales: &SharedScales) -> [Picture; 5] {
     let views = Views::new(&Root::of_start(&start.to_string()));
     let recurrence = response::recurrence(None, true).with_caption(NOT_DONE);
-    let section = scope.planes(&[]).section.panel(None);
+    let section = scales.point_scales(&[]).section.panel(None);
     let panels = [
-        ("Maxima", &views.diagram, diagram(sweep, start)),
+        ("Bifurcation diagram", &views.diagram, diagram(sweep, start)),
         ("Phase portrait", &views.portrait, phase(None, [1.0; 2])),
         ("Recurrence plot", &views.recurrence, recurrence),
         (
             "Spectrum (lines in kHz)",
             &views.spectrum,
-            spectrum(scope, None),
+            spectrum(scales, None),
         ),
         ("Poincaré section", &views.section, section),
     ];
     panels.map(|(name, view, panel)| (name, view.path().to_owned(), view.bounds(&panel)))
 }
 
-/// Draws the points of one start.
-pub struct Draw<'a> {
+/// Writer of the points of one start.
+pub struct StartWriter<'a> {
     sweep: &'a SweepStudy<'a>,
     start: Start,
-    scope: &'a Scope,
+    scales: &'a SharedScales,
     root: Root,
     views: Views,
     diagram: Panel,
 }
 
-impl<'a> Draw<'a> {
-    /// Draws what holds at all values.
+impl<'a> StartWriter<'a> {
+    /// Draws the static entities.
     pub fn new(
         rec: &RecordingStream,
         sweep: &'a SweepStudy<'a>,
         start: Start,
-        scope: &'a Scope,
+        scales: &'a SharedScales,
     ) -> Result<Self, RecordError> {
         let root = Root::of_start(&start.to_string());
-        if scope.exponents > 0 {
-            exponents::name_exponents(rec, &root, scope.exponents)?;
-            // Points mark the values that were computed; the ends of intervals have none.
-            let sizes = [0.0, 2.5, 0.0].repeat(scope.exponents);
-            let colors = (0..scope.exponents).flat_map(|k| [exponents::color(k); 3]);
+        if scales.exponents > 0 {
+            exponents::name_exponents(rec, &root, scales.exponents)?;
+            // Points mark the computed values; the interval limits have none.
+            let sizes = [0.0, 2.5, 0.0].repeat(scales.exponents);
+            let colors = (0..scales.exponents).flat_map(|k| [exponents::color(k); 3]);
             let marks = SeriesPoints::new()
                 .with_marker_sizes(sizes)
                 .with_colors(colors);
@@ -127,7 +125,7 @@ impl<'a> Draw<'a> {
         let mut draw = Self {
             sweep,
             start,
-            scope,
+            scales,
             views: Views::new(&root),
             root,
             diagram: diagram(sweep, start),
@@ -136,19 +134,19 @@ impl<'a> Draw<'a> {
         Ok(draw)
     }
 
-    /// Draws the point at a value.
+    /// Draws the point at a parameter value.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
         at: Moment,
         value: f64,
-        planes: &Planes,
+        point_scales: &PointScales,
     ) -> Result<(), RecordError> {
         let point = self.sweep.at(self.start, value);
-        let document = words::point(self.sweep, self.start, value, point);
+        let document = description::point(self.sweep, self.start, value, point);
         let document = text::document(document);
-        stream::log_at(rec, self.root.at(paths::POINT_WORDS), at, &document)?;
-        let cursor = Layer::upright(value, Color::Ink).at(paths::CURSOR);
+        stream::log_at(rec, self.root.at(paths::POINT_TEXT), at, &document)?;
+        let cursor = Layer::vertical_line(value, Color::Ink).with_id(paths::CURSOR);
         let plot = self.views.diagram.plot(&self.diagram);
         let views = &mut self.views;
         views.diagram.draw_layers(rec, Some(at), &plot, &[cursor])?;
@@ -158,7 +156,7 @@ impl<'a> Draw<'a> {
             (Some(_), None) => NO_RESPONSE,
             _ => "",
         };
-        let portrait = phase(found, planes.reach);
+        let portrait = phase(found, point_scales.reach);
         let motion = found.and_then(|found| found.portrait.as_ref());
         let note = match found {
             None => missing,
@@ -169,7 +167,7 @@ impl<'a> Draw<'a> {
         views
             .portrait
             .draw(rec, Some(at), &portrait.with_note(note))?;
-        let section = planes.section.panel(found);
+        let section = point_scales.section.panel(found);
         let note = match found {
             Some(found) if found.section.is_empty() => NOTHING_MOVES,
             _ => missing,
@@ -177,7 +175,7 @@ impl<'a> Draw<'a> {
         views
             .section
             .draw(rec, Some(at), &section.with_note(note))?;
-        let spectrum = spectrum(self.scope, found);
+        let spectrum = spectrum(self.scales, found);
         let note = match motion {
             None if found.is_some() => NOT_KEPT,
             _ => missing,
@@ -187,19 +185,19 @@ impl<'a> Draw<'a> {
             .draw(rec, Some(at), &spectrum.with_note(note))?;
         let recurrence = recurrence(found, missing)?;
         views.recurrence.draw(rec, Some(at), &recurrence)?;
-        self.embedding(rec, at, planes.reach[0], found)?;
+        self.embedding(rec, at, point_scales.reach[0], found)?;
         self.exponents(rec, at, found)
     }
 
-    /// Delay vectors of three coordinates, Eq. (25), in a cube.
+    /// The delay embedding in three dimensions, Eq. (25), in a cube.
     fn embedding(
         &self,
         rec: &RecordingStream,
         at: Moment,
         reach: f64,
-        found: Option<&Response>,
+        found: Option<&SettledResponse>,
     ) -> Result<(), RecordError> {
-        let range = format!("±{}", Quantity::Length.words(reach));
+        let range = format!("±{}", Quantity::Length.format(reach));
         let names = portrait::delay_names(self.sweep.letter(), &range);
         portrait::draw_cube(rec, &self.root, at, &names)?;
         let lag = section_lag(&self.sweep.plan.scene);
@@ -207,7 +205,7 @@ impl<'a> Draw<'a> {
             let motion = found.portrait.as_ref()?;
             let lag = ((lag / motion.dt).round() as usize).max(1);
             let unit = |u: f32| u / reach as f32;
-            // The newest first in a vector.
+            // A delay vector starts with the latest sample.
             let points = motion.displacement.windows(2 * lag + 1);
             let points = points.map(|w| [w[2 * lag], w[lag], w[0]].map(unit));
             Some((points.collect::<Vec<_>>(), style::regime(found.regime)))
@@ -223,16 +221,16 @@ impl<'a> Draw<'a> {
         &self,
         rec: &RecordingStream,
         at: Moment,
-        found: Option<&Response>,
+        found: Option<&SettledResponse>,
     ) -> Result<(), RecordError> {
-        if self.scope.exponents == 0 {
+        if self.scales.exponents == 0 {
             return Ok(());
         }
         let spectrum = found.and_then(|found| found.exponents.as_ref());
         let known = spectrum
             .into_iter()
             .flat_map(|s| s.exponents.iter().copied());
-        // A direction that collapses has no place on the axis either.
+        // Exponents of minus infinity have no position on the axis.
         let known = known.map(|e| Exponent {
             value: Some(e.value).filter(|v| v.is_finite()).unwrap_or(f64::NAN),
             ..e
@@ -241,12 +239,12 @@ impl<'a> Draw<'a> {
             value: f64::NAN,
             half_width: f64::NAN,
         });
-        let row: Vec<Exponent> = known.chain(unknown).take(self.scope.exponents).collect();
+        let row: Vec<Exponent> = known.chain(unknown).take(self.scales.exponents).collect();
         exponents::log_exponents(rec, &self.root, at, &row)
     }
 }
 
-/// The maxima at all values, and where there is no response.
+/// The bifurcation diagram, with marks for failed runs.
 fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
     let mut panel = plot::maxima(sweep.plan, sweep.points, start);
     let of_start = sweep
@@ -260,44 +258,44 @@ fn diagram(sweep: &SweepStudy<'_>, start: Start) -> Panel {
     if !failed.is_empty() {
         panel
             .layers
-            .push(Layer::points(failed, 1.5, Color::Faint).named("no response"));
+            .push(Layer::points(failed, 1.5, Color::Faint).with_label("no response"));
     }
     panel
 }
 
-/// The phase plot of a response; what hardly moves is shown by a point.
-fn phase(found: Option<&Response>, reach: [f64; 2]) -> Panel {
+/// The phase portrait of a response; a single point without vibration.
+fn phase(found: Option<&SettledResponse>, reach: [f64; 2]) -> Panel {
     let motion = found.and_then(|found| found.portrait.as_ref());
     let trail = motion.map_or_else(Vec::new, samples);
     let color = found.map_or(Color::Ink, response::color);
-    let mut panel = response::phase(&trail, Some(reach), color);
+    let mut panel = response::phase_portrait(&trail, Some(reach), color);
     let still = found.is_some_and(|found| found.maxima.is_empty());
     let last = panel.layers[0].last_point().filter(|_| still);
     let last = Layer::points(last.into_iter().collect(), 3.3, Color::Ink);
-    panel.layers.push(last.at(paths::NOW));
+    panel.layers.push(last.with_id(paths::NOW));
     panel
 }
 
-/// The spectrum of a response with as many points as can be told apart.
-fn spectrum(scope: &Scope, found: Option<&Response>) -> Panel {
+/// The spectrum of a response, reduced to the resolution of the plot.
+fn spectrum(scales: &SharedScales, found: Option<&SettledResponse>) -> Panel {
     let lines = found.map_or(&[][..], |found| &found.lines);
     let (bin, amplitude) = match found.and_then(|found| found.portrait.as_ref()) {
         Some(motion) => thinned(motion.bin, &motion.spectrum),
         None => (1.0, Vec::new()),
     };
-    scope.spectrum.panel(bin, &amplitude, lines)
+    scales.spectrum.panel(bin, &amplitude, lines)
 }
 
-/// The recurrence plot of a response, or why there is none.
-fn recurrence(found: Option<&Response>, missing: &str) -> Result<Panel, RecordError> {
-    // A plot of what does not move would show the rounding of its numbers.
+/// The recurrence plot of a response, or the reason why there is none.
+fn recurrence(found: Option<&SettledResponse>, missing: &str) -> Result<Panel, RecordError> {
+    // The recurrence plot of a constant signal would show rounding errors.
     let moving = found.filter(|found| !found.maxima.is_empty());
     let moving = moving.and_then(|found| found.portrait.as_ref());
-    let plot = moving.map(Portrait::recurrence).transpose();
+    let plot = moving.map(PhasePortrait::recurrence).transpose();
     let plot = plot.map_err(|error| RecordError::Encode(error.to_string()))?;
     let plot = plot.flatten();
     let caption = match (&plot, found) {
-        (Some(plot), _) => recurrence_words(plot),
+        (Some(plot), _) => recurrence::caption(plot, &Quantity::Length),
         (None, None) => missing.to_owned(),
         (None, Some(found)) if found.portrait.is_none() => NOT_KEPT.to_owned(),
         (None, Some(found)) if found.maxima.is_empty() => NOTHING_MOVES.to_owned(),
@@ -306,21 +304,8 @@ fn recurrence(found: Option<&Response>, missing: &str) -> Result<Panel, RecordEr
     Ok(response::recurrence(plot.as_ref(), true).with_caption(caption))
 }
 
-fn recurrence_words(plot: &RecurrenceImage) -> String {
-    let epsilon = match plot.threshold {
-        Some(threshold) => format!("ε = {}", Quantity::Length.words(threshold)),
-        None => "ε of each state its own".to_owned(),
-    };
-    format!(
-        "{:.0} % recurrent, {epsilon}, m = {}, τ = {}",
-        1e2 * plot.rate,
-        plot.dimension,
-        Quantity::Time.words(plot.lag),
-    )
-}
-
-/// A spectrum with fewer points, if it has too many: the least and the largest of so many bins each,
-/// in their order.
+/// A spectrum with fewer points if it has too many: smallest and largest amplitude of each group of bins, in
+/// their order.
 fn thinned(bin: f64, amplitude: &[f32]) -> (f64, Vec<f32>) {
     let many = (2 * amplitude.len()).div_ceil(SPECTRUM_POINTS);
     if many <= 2 {
@@ -345,7 +330,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thinned_spectrum_keeps_its_lines_and_its_floor() {
+    fn a_thinned_spectrum_keeps_lines_and_noise_floor() {
         let mut amplitude = vec![1e-3f32; 8 * SPECTRUM_POINTS];
         amplitude[800] = 1.0;
         amplitude[1001] = 1e-6;

@@ -1,17 +1,16 @@
-//! A sweep over one parameter as one recording, with the parameter as the timeline to scrub.
+//! A sweep over one parameter as one recording with the parameter as its timeline.
 //!
-//! For each way of starting there is a folder of entities, `sweep/up/...`, with the settled motion
-//! at each value of the parameter: portrait, delay vectors, section, recurrence plot, spectrum, exponents,
-//! words; and the bifurcation diagram of all values with a cursor at the present one. Ways of starting
-//! stand side by side, so that hysteresis is seen. The pictures are panels of [`crate::plot`], the same that
-//! figures on disk are made of.
+//! Each start has a folder of entities, `sweep/upward/...`, with the steady-state motion at each parameter value:
+//! phase portrait, delay embedding, Poincaré section, recurrence plot, spectrum, exponents and text, and the
+//! bifurcation diagram with a cursor at the current value. The starts are shown side by side, which makes
+//! hysteresis visible. The plots are panels of [`crate::plot`], as in the figures on disk.
 
+mod description;
 mod draw;
-mod ladder;
-mod scope;
-mod shapes;
+mod mode_shapes;
+mod scales;
 mod study;
-mod words;
+mod timeline;
 
 #[cfg(test)]
 mod tests;
@@ -28,28 +27,28 @@ use super::{
     text::{self, Origin},
 };
 use crate::study::sweep::SweepPoint;
-use draw::Draw;
+pub(super) use description::title;
+use draw::StartWriter;
 pub(super) use draw::{Picture, pictures};
-pub(super) use ladder::Ladder;
-pub(super) use scope::Scope;
+pub(super) use scales::SharedScales;
 pub use study::{APPLICATION, SweepStudy};
-pub(super) use words::title;
+pub(super) use timeline::TimelineTicks;
 
-/// Saves a recording of a sweep. The file takes its name only when it is complete.
+/// Saves a recording of a sweep. The file appears under its name only when it is complete.
 ///
 /// # Errors
-/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; what was at `path`
-/// before is then unchanged.
+/// [`RecordError::Create`], [`RecordError::Write`], [`RecordError::Rename`]; an existing file at `path` is
+/// then unchanged.
 pub fn save_sweep(path: &Path, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
     file_stream::save(path, APPLICATION, |rec| draw(rec, sweep))
 }
 
-/// Logs all of a sweep.
+/// Logs a sweep.
 fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError> {
-    let scope = Scope::new(sweep);
+    let scales = SharedScales::new(sweep);
     let scene = &sweep.plan.scene;
-    let name = format!("{} over {}", scene.name, words::parameter(sweep));
-    blueprint::send_sweep(rec, sweep, &scope)?;
+    let name = format!("{} over {}", scene.name, description::parameter(sweep));
+    blueprint::send_sweep(rec, sweep, &scales)?;
     let origin = Origin {
         name: &name,
         scene: &scene.name,
@@ -57,18 +56,18 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError
         command: sweep.command,
     };
     text::send_properties(rec, origin)?;
-    let about = words::about(sweep, &scope.ladder.name);
+    let about = description::about(sweep, &scales.timeline.name);
     rec.log_static(paths::ABOUT, &text::document(about))?;
     if let Some(ball) = sweep.ball {
-        shapes::draw(rec, ball)?;
+        mode_shapes::draw(rec, ball)?;
     }
-    let mut draws = Vec::new();
+    let mut writers = Vec::new();
     for start in sweep.starts() {
-        draws.push(Draw::new(rec, sweep, start, &scope)?);
+        writers.push(StartWriter::new(rec, sweep, start, &scales)?);
     }
-    let timeline = TimelineName::try_new(&scope.ladder.name)
+    let timeline = TimelineName::try_new(&scales.timeline.name)
         .map_err(|error| RecordError::Encode(error.to_string()))?;
-    for (&value, &tick) in sweep.values().iter().zip(&scope.ladder.ticks) {
+    for (&value, &tick) in sweep.values().iter().zip(&scales.timeline.ticks) {
         let at_value = |point: &&SweepPoint| point.place.values[0] == value;
         let points: Vec<&SweepPoint> = sweep.points.iter().filter(at_value).collect();
         if points.is_empty() {
@@ -77,9 +76,9 @@ fn draw(rec: &RecordingStream, sweep: &SweepStudy<'_>) -> Result<(), RecordError
         let found = points
             .iter()
             .filter_map(|point| point.outcome.as_ref().ok());
-        let planes = scope.planes(&found.collect::<Vec<_>>());
-        for draw in &mut draws {
-            draw.draw(rec, Moment::tick(timeline, tick), value, &planes)?;
+        let point_scales = scales.point_scales(&found.collect::<Vec<_>>());
+        for draw in &mut writers {
+            draw.draw(rec, Moment::tick(timeline, tick), value, &point_scales)?;
         }
     }
     Ok(())

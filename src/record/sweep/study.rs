@@ -1,26 +1,26 @@
-//! What is recorded of a sweep.
+//! The data of a recorded sweep.
 
 use crate::joint::BallJoint;
 use crate::study::sweep::{Start, SweepPlan, SweepPoint};
 
-/// Application name: not that of runs, whose screen in the viewer is another.
+/// Application id, different from that of runs because the layout differs.
 pub const APPLICATION: &str = "squeakscope-sweep";
 
-/// A sweep over one parameter, as far as it has come.
+/// A complete or partial sweep over one parameter.
 #[derive(Clone, Copy)]
 pub struct SweepStudy<'a> {
-    /// What is varied.
+    /// Parameter, values and starts.
     pub plan: &'a SweepPlan,
-    /// The points that are known.
+    /// The computed points.
     pub points: &'a [SweepPoint],
-    /// How the program was started.
+    /// The command line.
     pub command: &'a str,
-    /// Ball and beam, if their natural modes are to be shown.
+    /// Ball and beam, if their natural modes are shown.
     pub ball: Option<&'a BallJoint>,
 }
 
 impl<'a> SweepStudy<'a> {
-    /// The ways of starting that have points.
+    /// The starts that have points.
     pub fn starts(&self) -> impl Iterator<Item = Start> + 'a {
         let points = self.points;
         let starts = self.plan.starts.iter().copied();
@@ -32,14 +32,14 @@ impl<'a> SweepStudy<'a> {
         self.plan.axes.first().map_or(&[], |axis| axis.values())
     }
 
-    /// The point at a value.
+    /// The point of a start at a parameter value.
     pub fn at(&self, start: Start, value: f64) -> Option<&'a SweepPoint> {
         let is_there =
             |point: &&SweepPoint| point.place.start == start && point.place.values[0] == value;
         self.points.iter().find(is_there)
     }
 
-    /// The letter of the displacement on axes.
+    /// Symbol of the displacement.
     pub fn letter(&self) -> &'static str {
         match self.plan.scene.joint() {
             Ok(_) => "u",

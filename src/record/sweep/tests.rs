@@ -1,25 +1,25 @@
-//! A recording of a made-up sweep, read back from the file.
+//! A recording of a synthetic sweep, read back from the file.
 
 use super::*;
 use crate::{
     analysis::{Regime, SpectralLine},
-    dynamics::{Exponent, LyapunovSpectrum, Tally},
+    dynamics::{Exponent, LyapunovSpectrum, SolverStats},
     joint::{BallJoint, NamedMode},
     plot::{
         Color,
-        response::{common_reach, phase},
+        response::{common_range, phase_portrait},
     },
     record::tests::read,
     scene::{Parameter, Scene},
     study::{
         StabilityAt,
-        response::{Portrait, Response, ResponsePlan},
+        response::{PhasePortrait, ResponsePlan, SettledResponse},
         sweep::{Axis, Start, SweepPlan},
     },
 };
 
-/// A motion of one frequency, or at rest.
-fn response(regime: Regime, amplitude: f64) -> Response {
+/// A response with one frequency, or without vibration.
+fn response(regime: Regime, amplitude: f64) -> SettledResponse {
     let moves = regime != Regime::Silent;
     let wave = |phase: f64| {
         let size = if moves { amplitude } else { 0.0 };
@@ -27,7 +27,7 @@ fn response(regime: Regime, amplitude: f64) -> Response {
         values.collect::<Vec<f32>>()
     };
     let exponent = |value: f64, half_width: f64| Exponent { value, half_width };
-    Response {
+    SettledResponse {
         transient: 0.06,
         settled: moves,
         regime,
@@ -49,7 +49,7 @@ fn response(regime: Regime, amplitude: f64) -> Response {
             amplitude,
             label: "f1".to_owned(),
         }],
-        floor_share: 0.0,
+        broadband_share: 0.0,
         exponents: Some(LyapunovSpectrum {
             exponents: vec![exponent(12.0, 3.0), exponent(f64::NEG_INFINITY, 0.0)],
             time: 0.2,
@@ -68,7 +68,7 @@ fn response(regime: Regime, amplitude: f64) -> Response {
                 label: "2nd bending".to_owned(),
             }],
         }),
-        portrait: Some(Portrait {
+        portrait: Some(PhasePortrait {
             dt: 5e-6,
             displacement: wave(0.0),
             velocity: wave(1.5).iter().map(|v| 1e4 * v).collect(),
@@ -76,29 +76,29 @@ fn response(regime: Regime, amplitude: f64) -> Response {
             spectrum: vec![1e-12; 4001],
         }),
         state: Vec::new(),
-        tally: Tally::default(),
+        stats: SolverStats::default(),
     }
 }
 
-/// Values of 1 to 3 degrees, up and down.
+/// Values from 1 to 3 degrees, upward and downward.
 fn plan() -> SweepPlan {
     SweepPlan {
         scene: Scene::load("torus-3deg").unwrap(),
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 1.5, 2.0, 2.5, 3.0])],
-        starts: vec![Start::Up, Start::Down],
+        starts: vec![Start::Upward, Start::Downward],
         response: ResponsePlan::default(),
     }
 }
 
-/// Up: rest, a tone, nothing, not done; down: all of one kind but the last.
+/// Upward: silent, periodic, failed, not computed; downward: periodic, except the last.
 fn points(plan: &SweepPlan) -> Vec<SweepPoint> {
     let tone = |amplitude| Ok(response(Regime::Periodic, amplitude));
     let of = |start: Start, value: f64| match (start, value) {
-        (Start::Up, 1.0) => Some(Ok(response(Regime::Silent, 1e-11))),
-        (Start::Up, 1.5) => Some(tone(1e-6)),
-        (Start::Up, 2.0) => Some(Err("it fell over".to_owned())),
-        (Start::Down, 1.0 | 1.5 | 2.0) => Some(tone(2e-6)),
-        (Start::Down, 2.5) => Some(Ok(response(Regime::Chaotic, 1e-6))),
+        (Start::Upward, 1.0) => Some(Ok(response(Regime::Silent, 1e-11))),
+        (Start::Upward, 1.5) => Some(tone(1e-6)),
+        (Start::Upward, 2.0) => Some(Err("the solution diverged".to_owned())),
+        (Start::Downward, 1.0 | 1.5 | 2.0) => Some(tone(2e-6)),
+        (Start::Downward, 2.5) => Some(Ok(response(Regime::Chaotic, 1e-6))),
         _ => None,
     };
     let places = (0..plan.len()).map(|index| plan.place(index));
@@ -119,7 +119,7 @@ fn study<'a>(plan: &'a SweepPlan, points: &'a [SweepPoint]) -> SweepStudy<'a> {
 }
 
 #[test]
-fn a_recording_holds_every_entity_at_every_value() {
+fn a_recording_contains_every_entity_at_every_value() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.rrd");
     let plan = plan();
@@ -131,12 +131,12 @@ fn a_recording_holds_every_entity_at_every_value() {
     };
     save_sweep(&path, &sweep).unwrap();
     let (entities, blueprint) = read(&path, "tilt, mdeg");
-    assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
-    for start in ["up", "down"] {
+    assert!(blueprint > 20, "the blueprint has {blueprint} chunks");
+    for start in ["upward", "downward"] {
         let root = paths::Root::of_start(start);
         for path in [
-            paths::POINT_WORDS,
-            "diagram/cursor",
+            paths::POINT_TEXT,
+            "bifurcation_diagram/cursor",
             paths::PORTRAIT_TRAIL,
             paths::PORTRAIT_NOW,
             paths::EMBEDDING_TRAIL,
@@ -148,16 +148,16 @@ fn a_recording_holds_every_entity_at_every_value() {
             &paths::caption(paths::RECURRENCE),
             paths::EXPONENTS_RUNNING,
             paths::EXPONENTS_ZERO,
-            "portrait/note",
-            "section/note",
+            "phase_portrait/note",
+            "poincare_section/note",
             "spectrum/note",
         ] {
             let entity = &entities[&root.at(path)];
-            // At 3 deg there is no point at all.
+            // There is no point at 3 deg.
             assert_eq!(entity.rows, 4, "{path}");
             assert_eq!(entity.range, Some((1000, 2500)), "{path}");
         }
-        for path in ["diagram/points", "diagram/key"] {
+        for path in ["bifurcation_diagram/points", "bifurcation_diagram/legend"] {
             assert_eq!(entities[&root.at(path)].rows, 0, "{path} is static");
         }
         for axes in [
@@ -170,11 +170,11 @@ fn a_recording_holds_every_entity_at_every_value() {
             assert!(entities.contains_key(&axes), "{axes}");
         }
     }
-    // A picture and its place for the tone; three times nothing.
-    assert!(entities["sweep/up/recurrence/image"].rows >= 5);
+    // An image and its transform for the periodic motion; three cleared images.
+    assert!(entities["sweep/upward/recurrence/image"].rows >= 5);
     assert!(entities.contains_key(paths::ABOUT));
     assert!(entities.contains_key(&paths::mode_shape(0)));
-    assert!(entities.contains_key(paths::SHAPE_NAMES));
+    assert!(entities.contains_key(paths::MODE_SHAPE_NAMES));
     let run = entities
         .iter()
         .find(|(path, _)| path.contains("properties") && path.ends_with(paths::RUN_PROPERTY));
@@ -183,87 +183,87 @@ fn a_recording_holds_every_entity_at_every_value() {
         let found = run.components.iter().any(|name| name.contains(field));
         assert!(found, "{field}: {:?}", run.components);
     }
-    // Only the recording is left.
+    // The part file was removed.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
-fn what_is_not_there_is_told() {
+fn points_are_described() {
     let plan = plan();
     let points = points(&plan);
     let sweep = study(&plan, &points);
-    let [up, down] = [Start::Up, Start::Down];
-    let told = |start, value| words::point(&sweep, start, value, sweep.at(start, value));
-    let tone = told(up, 1.5);
+    let [up, down] = [Start::Upward, Start::Downward];
+    let text = |start, value| description::point(&sweep, start, value, sweep.at(start, value));
+    let tone = text(up, 1.5);
     for part in [
         "## Tilt 1.5 deg",
-        "*Continued up*",
+        "*Upward continuation*",
         "### Periodic",
-        "90 % sure",
-        "settled state at 1 deg",
-        "Settled after 60 ms",
+        "Confidence 90 %",
+        "Initial state: steady state at 1 deg",
+        "Steady state after 60 ms",
         "| f1 | 4100.0 | 1 µm |",
-        "| λ1 | 12 ± 3 | above zero |",
+        "| λ1 | 12 ± 3 | positive |",
         "**chaos**",
         "| 2nd bending | 4090.0 | 55 |",
     ] {
         assert!(tone.contains(part), "{part} in {tone}");
     }
-    let rest = told(up, 1.0);
-    assert!(rest.contains("own kick") && rest.contains("**Not settled**"));
-    let none = told(up, 2.0);
-    assert!(none.contains("No response") && none.contains("it fell over"));
-    assert!(told(up, 2.5).contains("Not computed yet"));
-    assert!(told(down, 2.5).contains("### Chaotic"));
-    let about = words::about(&sweep, "tilt, mdeg");
+    let rest = text(up, 1.0);
+    assert!(rest.contains("kick of the scene") && rest.contains("**Not in steady state**"));
+    let none = text(up, 2.0);
+    assert!(none.contains("No response") && none.contains("the solution diverged"));
+    assert!(text(up, 2.5).contains("Not computed yet"));
+    assert!(text(down, 2.5).contains("### Chaotic"));
+    let about = description::about(&sweep, "tilt, mdeg");
     assert!(about.contains("| 2 | no response | periodic |"), "{about}");
     assert!(about.contains("| 1 | silent\\* | periodic |"), "{about}");
 }
 
 #[test]
-fn points_at_a_value_share_their_scales() {
+fn points_at_a_value_have_common_scales() {
     let plan = plan();
     let points = points(&plan);
-    let scope = Scope::new(&study(&plan, &points));
-    let found = |value: f64| -> Vec<&Response> {
+    let scales = SharedScales::new(&study(&plan, &points));
+    let found = |value: f64| -> Vec<&SettledResponse> {
         let points = points.iter().filter(|point| point.place.values[0] == value);
         points
             .filter_map(|point| point.outcome.as_ref().ok())
             .collect()
     };
     let ends = |value: f64| {
-        let reach = scope.planes(&found(value)).reach;
-        phase(&[], Some(reach), Color::Ink).x.range[1]
+        let reach = scales.point_scales(&found(value)).reach;
+        phase_portrait(&[], Some(reach), Color::Ink).x.range[1]
     };
     assert_eq!((ends(1.0), ends(2.5)), (3.0, 1.5));
-    // Silence is drawn small: a hundredth of the largest motion, in nm.
+    // Silence is drawn at 1 % of the largest motion, in nm.
     assert!((ends(3.0) - 30.0).abs() < 1e-9, "{}", ends(3.0));
-    assert_eq!(common_reach(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
-    // Tones are points: the field is no smaller than a share of the motion.
-    let section = scope.planes(&found(1.0)).section.panel(None);
+    assert_eq!(common_range(&[], [1e-6, 1e-3]), [1.5e-6, 1.5e-3]);
+    // The axes of a section are at least a fraction of the motion, so a periodic motion is a point.
+    let section = scales.point_scales(&found(1.0)).section.panel(None);
     let [low, high] = section.x.range;
     assert_eq!(section.x.unit, "µm");
     assert!(low < -2.0 && high > -1.8 && high - low > 0.5);
-    assert_eq!(scope.exponents, 2);
-    let [low, high] = scope.exponent_range;
+    assert_eq!(scales.exponents, 2);
+    let [low, high] = scales.exponent_range;
     assert!(low < -1.0 && (15.0..20.0).contains(&high));
-    assert_eq!(scope.spectrum.panel(1.0, &[], &[]).x.range[1], 5.0);
-    // With nothing at all there still is a plot.
+    assert_eq!(scales.spectrum.panel(1.0, &[], &[]).x.range[1], 5.0);
+    // An empty sweep has valid axes, too.
     let nothing = study(&plan, &[]);
-    let empty = Scope::new(&nothing);
-    let [diagram, ..] = pictures(&nothing, Start::Up, &empty);
+    let empty = SharedScales::new(&nothing);
+    let [diagram, ..] = pictures(&nothing, Start::Upward, &empty);
     assert!(diagram.2.x[0] < diagram.2.x[1]);
-    assert!(empty.planes(&[]).section.panel(None).x.range[0] < 0.0);
+    assert!(empty.point_scales(&[]).section.panel(None).x.range[0] < 0.0);
 }
 
 #[test]
-fn parameters_have_names_without_units() {
+fn parameter_names_have_no_units() {
     let name = |parameter: Parameter| {
         let plan = SweepPlan {
             axes: vec![Axis::new(parameter, [1.0, 2.0])],
             ..plan()
         };
-        words::parameter(&study(&plan, &[]))
+        description::parameter(&study(&plan, &[]))
     };
     assert_eq!(name(Parameter::tilt()), "tilt");
     let of = |path: &str| name(Parameter::named(path).unwrap());
@@ -273,31 +273,31 @@ fn parameters_have_names_without_units() {
 }
 
 #[test]
-fn starts_without_points_are_left_out() {
+fn starts_without_points_are_omitted() {
     let plan = plan();
     let points = points(&plan);
     let up: Vec<SweepPoint> = points
         .into_iter()
-        .filter(|point| point.place.start == Start::Up)
+        .filter(|point| point.place.start == Start::Upward)
         .collect();
     let sweep = study(&plan, &up);
-    assert_eq!(sweep.starts().collect::<Vec<_>>(), [Start::Up]);
-    let told = words::point(&sweep, Start::Up, 2.0, sweep.at(Start::Up, 2.0));
-    assert!(told.contains("settled state at 1.5 deg"));
-    // Where the neighbour has no response, a point is started by the kick.
+    assert_eq!(sweep.starts().collect::<Vec<_>>(), [Start::Upward]);
+    let text = description::point(&sweep, Start::Upward, 2.0, sweep.at(Start::Upward, 2.0));
+    assert!(text.contains("steady state at 1.5 deg"));
+    // If the neighbouring run failed, the point starts from the scene's kick.
     let failed = |index: usize| SweepPoint {
         place: plan.place(index),
-        outcome: Err("it fell over".to_owned()),
+        outcome: Err("the solution diverged".to_owned()),
     };
     let failed = [failed(0), failed(1)];
     let sweep = study(&plan, &failed);
-    let second = words::point(&sweep, Start::Up, 1.5, failed.get(1));
-    assert!(second.contains("own kick"), "{second}");
+    let second = description::point(&sweep, Start::Upward, 1.5, failed.get(1));
+    assert!(second.contains("kick of the scene"), "{second}");
     assert_eq!((sweep.values().len(), sweep.letter()), (5, "u"));
 }
 
 #[test]
-fn a_recording_that_cannot_be_written_is_told() {
+fn an_unwritable_path_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan();
     let points = points(&plan);

@@ -1,9 +1,9 @@
-//! A recording as a file: complete or not there, and what refuses it.
+//! A recording as a file: complete or absent, and errors of its path.
 
 use super::*;
 
-/// A sink that has taken a short run, to be saved where an older recording stands.
-fn over_an_old_recording(path: &Path) -> RerunSink {
+/// A sink with the records of a short run, for a path with an existing recording.
+fn sink_for_existing_path(path: &Path) -> RerunSink {
     std::fs::write(path, "the old recording").unwrap();
     let mut sink = RerunSink::new(&to_file(path), demo::spec()).unwrap();
     for record in demo::records(0.005) {
@@ -13,10 +13,10 @@ fn over_an_old_recording(path: &Path) -> RerunSink {
 }
 
 #[test]
-fn the_file_takes_its_name_only_when_whole() {
+fn the_file_appears_only_when_complete() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    let mut sink = over_an_old_recording(&path);
+    let mut sink = sink_for_existing_path(&path);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
     sink.finish().unwrap();
     assert!(read(&path, paths::TIMELINE).0.contains_key(paths::VELOCITY));
@@ -24,10 +24,10 @@ fn the_file_takes_its_name_only_when_whole() {
 }
 
 #[test]
-fn a_failed_run_leaves_the_old_file_untouched() {
+fn a_failed_run_leaves_the_old_file_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    let sink = over_an_old_recording(&path);
+    let sink = sink_for_existing_path(&path);
     // The run fails: the pipeline drops the sink without finishing it.
     drop(sink);
     assert_eq!(std::fs::read(&path).unwrap(), b"the old recording");
@@ -39,7 +39,7 @@ fn a_failed_run_leaves_the_old_file_untouched() {
 }
 
 #[test]
-fn places_that_cannot_be_written_are_refused_at_once() {
+fn unwritable_paths_are_rejected_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("no such folder").join("run.rrd");
     for path in [missing, folder.path().to_owned(), PathBuf::from("/")] {
@@ -52,8 +52,8 @@ fn places_that_cannot_be_written_are_refused_at_once() {
 }
 
 #[test]
-fn a_missing_viewer_is_an_error_before_anything_is_written() {
-    // A port that was free a moment ago.
+fn a_missing_viewer_is_an_error_before_a_file_is_created() {
+    // A port that is not in use.
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     drop(listener);
@@ -62,8 +62,8 @@ fn a_missing_viewer_is_an_error_before_anything_is_written() {
         connect: Some(address),
         ..to_file(folder.path().join("run.rrd"))
     };
-    let nobody = url(format!("rerun+http://127.0.0.1:{port}/proxy"));
-    let error = RerunSink::new(&nobody, demo::spec()).unwrap_err();
+    let unused = url(format!("rerun+http://127.0.0.1:{port}/proxy"));
+    let error = RerunSink::new(&unused, demo::spec()).unwrap_err();
     assert!(matches!(error, RecordError::Viewer { .. }), "{error:?}");
     let error = RerunSink::new(&url("not an address".to_owned()), demo::spec()).unwrap_err();
     assert!(matches!(error, RecordError::Address { .. }), "{error:?}");
@@ -71,8 +71,8 @@ fn a_missing_viewer_is_an_error_before_anything_is_written() {
 }
 
 #[test]
-fn a_viewer_that_goes_away_does_not_cost_the_file() {
-    // Something that takes the connection and hangs up: not even a viewer.
+fn a_lost_viewer_does_not_affect_the_file() {
+    // A server that accepts the connection and closes it; it is not a viewer.
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     let hang_up = std::thread::spawn(move || drop(listener.accept()));
@@ -104,7 +104,7 @@ fn records_need_a_header_first() {
 }
 
 #[test]
-fn saving_needs_everything() {
+fn a_file_requires_complete_delivery() {
     let folder = tempfile::tempdir().unwrap();
     let sink = RerunSink::new(&to_file(folder.path().join("run.rrd")), demo::spec()).unwrap();
     assert_eq!(sink.delivery(), Delivery::Everything);

@@ -1,4 +1,4 @@
-//! What a recording contains, read back from the file.
+//! The content of a recording, read back from the file.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,8 +15,8 @@ use rerun::{
 };
 
 use super::{
-    APPLICATION, Audience, Output, Piece, RecordError, RerunSink, blueprint, encode::Encoder,
-    file_stream, paths, stream,
+    APPLICATION, EncodedMessage, MessageReceiver, Output, RecordError, RerunSink, blueprint,
+    encode::Encoder, file_stream, paths, stream,
 };
 use crate::pipeline::{
     Delivery, Monitor, Sink,
@@ -29,10 +29,10 @@ pub mod demo;
 mod files;
 mod shown;
 
-/// What an entity holds.
+/// The content of an entity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Entity {
-    /// Rows on the timeline.
+    /// Number of rows on the timeline.
     pub rows: usize,
     /// First and last time, ns.
     pub range: Option<(i64, i64)>,
@@ -40,8 +40,7 @@ pub(super) struct Entity {
     pub components: Vec<String>,
 }
 
-/// Reads a recording with one timeline: entities of the recording itself by path, and the number of
-/// chunks of its blueprint.
+/// Reads a recording with one timeline: its entities by path, and the number of chunks of its blueprint.
 pub(super) fn read(path: &Path, timeline: &'static str) -> (BTreeMap<String, Entity>, usize) {
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut blueprint = 0;
@@ -70,7 +69,7 @@ pub(super) fn read(path: &Path, timeline: &'static str) -> (BTreeMap<String, Ent
         }
         assert!(
             chunk.timelines().len() <= 1,
-            "{}: there is one timeline",
+            "{}: more than one timeline",
             chunk.entity_path()
         );
     }
@@ -84,7 +83,7 @@ fn to_file(path: impl Into<PathBuf>) -> Output {
     }
 }
 
-/// Records a made-up run of `duration` s.
+/// Records a synthetic run of `duration` s.
 fn record(path: &Path, duration: f64) {
     let mut sink = RerunSink::new(&to_file(path), demo::spec()).unwrap();
     for record in demo::records(duration) {
@@ -94,34 +93,36 @@ fn record(path: &Path, duration: f64) {
 }
 
 #[test]
-fn an_audience_is_told_how_far_each_piece_goes() {
-    struct Heard(Mutex<Vec<Piece>>);
-    impl Audience for Heard {
-        fn hear(&self, piece: Piece) {
+fn encoded_messages_state_their_end_time() {
+    struct Received(Mutex<Vec<EncodedMessage>>);
+    impl MessageReceiver for Received {
+        fn receive(&self, piece: EncodedMessage) {
             self.0.lock().unwrap().push(piece);
         }
     }
-    let heard = Arc::new(Heard(Mutex::default()));
-    let mut sink = RerunSink::for_audience(Arc::clone(&heard) as _, demo::spec()).unwrap();
+    let received = Arc::new(Received(Mutex::default()));
+    let mut sink = RerunSink::for_receiver(Arc::clone(&received) as _, demo::spec()).unwrap();
     for record in demo::records(0.05) {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
-    let pieces = heard.0.lock().unwrap();
-    assert!(pieces[0].begins && pieces[0].lasting);
-    let passing = pieces.iter().skip_while(|piece| piece.until.is_none());
-    assert!(passing.clone().count() > 100 && passing.clone().all(|piece| !piece.begins));
-    // What passes has a time, up to that of the last sample; what lasts has none.
+    let pieces = received.0.lock().unwrap();
+    assert!(pieces[0].starts_recording && pieces[0].is_static);
+    let temporal = pieces.iter().skip_while(|piece| piece.end_time.is_none());
+    assert!(
+        temporal.clone().count() > 100 && temporal.clone().all(|piece| !piece.starts_recording)
+    );
+    // Temporal messages have a time, at most that of the last sample; static ones have none.
     for piece in pieces.iter() {
-        assert_eq!(piece.until.is_none(), piece.lasting, "{}", piece.name);
+        assert_eq!(piece.end_time.is_none(), piece.is_static, "{}", piece.name);
     }
-    let last = pieces.iter().filter_map(|piece| piece.until);
+    let last = pieces.iter().filter_map(|piece| piece.end_time);
     let last = last.fold(0.0, f64::max);
     assert!((last - 0.05).abs() < 1e-4, "{last}");
 }
 
-/// What is drawn at every look of the laboratory.
-const LABORATORY: &[&str] = &[
+/// Entities drawn by every update of the signal analyses.
+const ANALYSES: &[&str] = &[
     paths::DELAY_MUTUAL_CURVE,
     paths::DELAY_MUTUAL_CHOSEN,
     paths::DELAY_NEIGHBOURS_CURVE,
@@ -150,7 +151,7 @@ const LABORATORY: &[&str] = &[
     paths::REGIME_VERDICT,
 ];
 
-/// The pictures of the laboratory that have a caption.
+/// Plots of the signal analyses with a caption.
 const CAPTIONED: &[&str] = &[
     paths::DELAY_MUTUAL,
     paths::DELAY_NEIGHBOURS,
@@ -158,16 +159,16 @@ const CAPTIONED: &[&str] = &[
     paths::ZERO_ONE_PICTURE,
 ];
 
-/// What is drawn at every look at the flow of a joint.
+/// Entities drawn by every update of the tangent-flow analyses of a joint.
 const FLOW: &[&str] = &[
     paths::EXPONENTS_RUNNING,
     paths::EXPONENTS_ZERO,
     paths::EXPONENTS_POINTS,
     paths::EXPONENTS_BARS,
     paths::EXPONENTS_ZERO_LINE,
-    paths::EXPONENTS_WORDS,
-    paths::BUTTERFLY_DISTANCE,
-    paths::BUTTERFLY_WORDS,
+    paths::EXPONENTS_TEXT,
+    paths::DIVERGENCE_DISTANCE,
+    paths::DIVERGENCE_TEXT,
 ];
 
 #[test]
@@ -181,7 +182,7 @@ fn a_signal_is_drawn_without_a_joint() {
     }
     sink.finish().unwrap();
     let (entities, blueprint) = read(&path, paths::TIMELINE);
-    assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
+    assert!(blueprint > 20, "the blueprint has {blueprint} chunks");
     assert_eq!(entities[paths::WAVEFORM].rows, demo::samples(duration));
     let pictures = [
         paths::SPECTRUM_CURVE,
@@ -191,23 +192,29 @@ fn a_signal_is_drawn_without_a_joint() {
         paths::ABOUT,
         paths::LOG,
     ];
-    for path in pictures.iter().chain(LABORATORY) {
+    for path in pictures.iter().chain(ANALYSES) {
         assert!(entities[*path].rows > 0 || *path == paths::ABOUT, "{path}");
     }
     for picture in CAPTIONED {
         assert!(entities[&paths::caption(picture)].rows > 0, "{picture}");
     }
     for name in entities.keys() {
-        let room = name.split('/').next().unwrap_or_default();
+        let folder = name.split('/').next().unwrap_or_default();
         let of_a_joint = [
-            "joint", "modes", "energy", "contact", "probe", "health", "portrait",
+            "joint",
+            "modes",
+            "energy",
+            "contact",
+            "probe",
+            "solver",
+            "phase_portrait",
         ];
-        assert!(!of_a_joint.contains(&room), "{name}");
+        assert!(!of_a_joint.contains(&folder), "{name}");
     }
 }
 
 #[test]
-fn only_views_of_the_analyses_that_run_exist() {
+fn only_views_of_enabled_analyses_exist() {
     let count = |analyses: Vec<AnalysisKind>| {
         let (rec, sent) = stream::in_memory();
         let header = Header {
@@ -240,21 +247,21 @@ fn only_views_of_the_analyses_that_run_exist() {
         (AnalysisKind::Chaos, 4),
         (AnalysisKind::Regime, 2),
         (AnalysisKind::Exponents, 3),
-        (AnalysisKind::Butterfly, 4),
+        (AnalysisKind::PerturbedTrajectory, 4),
     ] {
         assert_eq!(count(vec![kind]), none + views, "{kind:?}");
     }
 }
 
 #[test]
-fn a_recording_holds_every_entity_with_its_rows_and_times() {
+fn a_recording_contains_every_entity_with_its_rows_and_times() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
     let duration = 0.05;
     record(&path, duration);
     let (entities, blueprint) = read(&path, paths::TIMELINE);
 
-    assert!(blueprint > 20, "a blueprint is there: {blueprint} chunks");
+    assert!(blueprint > 20, "the blueprint has {blueprint} chunks");
     let samples = demo::samples(duration);
     for path in [
         paths::DISPLACEMENT,
@@ -278,7 +285,8 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::ENERGY,
         paths::PORTRAIT_NOW,
     ] {
-        // The tilt changes with every frame here, so nodes and arrows move once a frame.
+        // The tilt changes with every frame of this run, so the geometry of nodes and arrows is logged once a
+        // frame.
         let moves = [paths::FRICTION, paths::NODES].contains(&path);
         let expected = snapshots + if moves { frames } else { 0 };
         assert_eq!(entities[path].rows, expected, "{path}");
@@ -292,10 +300,10 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::ROTATION,
         paths::RIM,
         paths::TILT_CIRCLES,
-        paths::NODE_KEY,
-        paths::FRICTION_KEY,
+        paths::NODE_LEGEND,
+        paths::FRICTION_LEGEND,
         paths::POLE,
-        paths::MODES_KEY,
+        paths::MODES_LEGEND,
         paths::NARRATION,
         paths::ABOUT,
         paths::LOG,
@@ -306,13 +314,13 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::SPECTRUM_NAMES,
         paths::SPECTRUM_STEMS,
         paths::RECURRENCE_IMAGE,
-        paths::HEALTH_WORDS,
-        paths::HEALTH_ERROR,
-        paths::HEALTH_CALLS,
-        paths::HEALTH_SPEED,
-        paths::HEALTH_WORK,
-        paths::HEALTH_QUEUES,
-        paths::HEALTH_AUDIT,
+        paths::SOLVER_TEXT,
+        paths::SOLVER_ERROR,
+        paths::SOLVER_RHS_EVALS,
+        paths::SOLVER_SPEED,
+        paths::SOLVER_STEPS,
+        paths::SOLVER_QUEUES,
+        paths::SOLVER_ENERGY_RESIDUAL,
         paths::RETURN_MAP_DIAGONAL,
     ] {
         assert!(entities.contains_key(path), "{path} is missing");
@@ -320,15 +328,15 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
     let looks = (1e3 * duration / 5.0).round() as usize;
     let captions = CAPTIONED.iter().chain(&[paths::EXPONENTS_SPECTRUM]);
     let captions = captions.map(|picture| paths::caption(picture));
-    let paths = LABORATORY.iter().chain(FLOW).map(|path| (*path).to_owned());
+    let paths = ANALYSES.iter().chain(FLOW).map(|path| (*path).to_owned());
     for path in paths.chain(captions) {
         assert!(entities[&path].rows.abs_diff(looks) <= 1, "{path}");
     }
     assert!(entities.contains_key(&paths::caption(paths::RECURRENCE)));
-    assert_eq!(entities[paths::BUTTERFLY_DISPLACEMENT].rows, samples);
-    // The line is straight from the start to where it ends.
-    assert_eq!(entities[paths::BUTTERFLY_LINE].rows, 2);
-    for path in [paths::BUTTERFLY_FIRST, paths::BUTTERFLY_SECOND] {
+    assert_eq!(entities[paths::PERTURBED_DISPLACEMENT].rows, samples);
+    // The fitted line has two points.
+    assert_eq!(entities[paths::DIVERGENCE_FIT].rows, 2);
+    for path in [paths::REFERENCE_TRAIL, paths::PERTURBED_TRAIL] {
         assert_eq!(entities[path].rows, frames, "{path}");
     }
     for axes in [
@@ -339,7 +347,7 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         paths::DIVERGENCE,
         paths::ZERO_ONE_PICTURE,
         paths::EXPONENTS_SPECTRUM,
-        paths::BUTTERFLY_PORTRAIT,
+        paths::DIVERGENCE_PORTRAIT,
         paths::PORTRAIT,
         paths::EMBEDDING,
         paths::SPECTRUM,
@@ -349,13 +357,13 @@ fn a_recording_holds_every_entity_with_its_rows_and_times() {
         assert!(entities.contains_key(&paths::axis_lines(axes)), "{axes}");
         assert!(entities.contains_key(&paths::axis_labels(axes)), "{axes}");
     }
-    // Columns reach to within a window of the end, and the tiles with them.
+    // The last column is within one window of the end, and so is the last tile.
     let last = &entities[&paths::spectrogram_tile(39)];
     assert!(last.range.unwrap().1 > (0.97 * duration * 1e9) as i64);
 }
 
 #[test]
-fn a_recording_says_what_made_it() {
+fn a_recording_contains_versions_scene_and_command() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
     record(&path, 0.005);
@@ -382,13 +390,13 @@ fn a_recording_says_what_made_it() {
 }
 
 #[test]
-fn stated_rerun_version_is_the_one_linked() {
+fn the_stated_rerun_version_is_the_linked_one() {
     let linked = rerun::build_info().version.to_string();
     assert_eq!(linked, super::RERUN_VERSION);
 }
 
 #[test]
-fn hundred_milliseconds_stay_small() {
+fn a_recording_of_100_ms_is_small() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
     let records = demo::records(0.1);
@@ -401,7 +409,7 @@ fn hundred_milliseconds_stay_small() {
     sink.finish().unwrap();
     let size = std::fs::metadata(&path).unwrap().len();
     println!(
-        "{:.1} MB, {:.0} ms to encode, {:.0} ms in all",
+        "{:.1} MB, {:.0} ms to encode, {:.0} ms in total",
         1e-6 * size as f64,
         1e3 * encoding.as_secs_f64(),
         1e3 * start.elapsed().as_secs_f64()
@@ -409,7 +417,7 @@ fn hundred_milliseconds_stay_small() {
     assert!(size < 30_000_000, "{size} bytes");
 }
 
-/// Writes longer made-up runs for looking at, one file a tab of the screen, into a folder:
+/// Writes longer synthetic runs for inspection, one file for each tab of the layout, into a folder:
 /// `SQUEAKSCOPE_DEMO=folder cargo test demo_files`.
 #[test]
 fn demo_files() {
@@ -426,7 +434,7 @@ fn demo_files() {
                 let mut encoder = None;
                 for record in &records {
                     if let Record::Header(header) = record {
-                        blueprint::send_turned(rec, header, demo::spec(), tab)?;
+                        blueprint::send_with_first_tab(rec, header, demo::spec(), tab)?;
                         encoder = Some(Encoder::new(rec, Arc::clone(header), demo::spec())?);
                     }
                     encoder.as_mut().unwrap().accept(rec, record)?;
@@ -438,9 +446,9 @@ fn demo_files() {
     }
 }
 
-/// The series of load and rotation are there where these vary, and only there.
+/// The series of load and rotation exist only if these vary.
 #[test]
-fn load_and_rotation_are_shown_where_they_vary() {
+fn load_and_rotation_are_recorded_if_they_vary() {
     let folder = tempfile::tempdir().unwrap();
     let series = |load_span: [f64; 2], rotation_span: [f64; 2]| {
         let path = folder.path().join("run.rrd");
@@ -499,9 +507,9 @@ fn frames_of_one_tilt_log_their_nodes_once() {
     );
 }
 
-/// A mass on a belt: what it is doing is a band, and the colour of its series.
+/// The status of a mass on a belt is a band and the colour of its series.
 #[test]
-fn a_small_system_is_drawn_with_what_it_does() {
+fn a_small_system_is_drawn_with_its_status() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("belt.rrd");
     let scene = Scene::load("mass-on-belt").unwrap();
@@ -520,7 +528,7 @@ fn a_small_system_is_drawn_with_what_it_does() {
         paths::PORTRAIT_TRAIL,
         paths::NARRATION,
         paths::ABOUT,
-        paths::HEALTH_WORK,
+        paths::SOLVER_STEPS,
     ] {
         assert!(entities.contains_key(there), "{there}");
     }

@@ -1,4 +1,4 @@
-//! What foreign names and texts become in a recording.
+//! Escaping of names and texts from files in a recording.
 
 use std::{fs::File, io::BufReader, path::Path, sync::Arc};
 
@@ -30,10 +30,10 @@ fn texts(path: &Path) -> Vec<(String, String)> {
     texts
 }
 
-/// What a file brings along is shown as it is, and neither steers nor fakes what stands around it. The text of the
-/// scene and the command stay whole among the properties.
+/// Names and texts from a file cannot contain control sequences or imitate the surrounding text. The scene's
+/// text and the command are stored unchanged in the properties.
 #[test]
-fn names_and_texts_of_a_file_fake_nothing() {
+fn names_and_texts_of_a_file_are_escaped() {
     const NAME: &str = "a\u{1b}[2J\u{9b}1m\u{202e}b\n# Faked ![x](http://x)`\n```\n# Out";
     let folder = tempfile::tempdir().unwrap();
     let name = || NAME.to_owned();
@@ -84,7 +84,7 @@ fn names_and_texts_of_a_file_fake_nothing() {
             assert!(!text.contains(hidden), "{component}: {text:?}");
             let is_markdown = component.starts_with("TextDocument:");
             assert!(!is_markdown || !text.contains("!["), "{text:?}");
-            // Only the description is a text of several lines; a fence is longer than any in it.
+            // Only the description has several lines; a code fence is longer than any fence in it.
             let about = text.matches("\n# Faked").count();
             let code = text.matches("````toml\na").count();
             assert!(about <= 1 + code, "{component}: {text:?}");

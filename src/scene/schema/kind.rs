@@ -1,7 +1,8 @@
-//! Kinds of values that a key of a scene file can have: how each is read, and how it is described.
+//! Types of values of scene keys: reading and description.
 
 use std::fmt;
 use std::marker::PhantomData;
+use std::str::FromStr;
 
 use strum::VariantArray;
 use toml::Spanned;
@@ -9,21 +10,21 @@ use toml::de::DeValue;
 
 use super::unit::{ONE, Unit};
 use crate::scene::error::{CLOSE, Fault, nearest};
-use crate::scene::setting::{Setting, StateCoordinate};
+use crate::scene::setting::{AutoOr, StateCoordinate};
 
-/// Why a value cannot be taken.
+/// A mismatch of a value and its key: why the value is rejected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Mismatch {
-    /// It is of another type.
+    /// Wrong type.
     Type,
-    /// It is a number out of range, or not finite.
+    /// A number that is out of range or not finite.
     Range,
-    /// It is a word, but none of the choices; with the one spelt most like it.
+    /// A word that is not among the choices, with the most similar choice.
     Choice(Option<&'static str>),
 }
 
 impl Mismatch {
-    /// What is wrong with a key whose value was found to be something else than expected.
+    /// Builds the fault for a key with this mismatch.
     pub fn fault(self, key: String, expected: String, found: String) -> Fault {
         match self {
             Self::Type => Fault::WrongType {
@@ -46,9 +47,9 @@ impl Mismatch {
     }
 }
 
-/// A kind of value.
+/// A type of value.
 pub trait Kind: Sync {
-    /// What reading gives: SI units, radians, enums.
+    /// The result of reading: SI units, radians, enums.
     type Value
     where
         Self: Sized;
@@ -58,25 +59,25 @@ pub trait Kind: Sync {
     where
         Self: Sized;
 
-    /// What the value must be, without its unit.
+    /// Description of the permitted values, without unit.
     fn allowed(&self) -> String;
 
-    /// The unit in which it is stated.
+    /// Unit of the value in a scene file.
     fn unit(&self) -> Unit {
         ONE
     }
 
-    /// The kind itself if it is a plain number.
+    /// Returns itself if it is a plain number.
     fn as_number(&self) -> Option<Number> {
         None
     }
 
-    /// Whether one number is a value.
+    /// Whether a single number is a permitted value.
     fn is_number(&self) -> bool {
         self.as_number().is_some()
     }
 
-    /// What the value must be, as the end of "it must be ...".
+    /// Description of the permitted values, as the end of "it must be ...".
     fn expected(&self) -> String {
         match self.unit().symbol {
             "" => self.allowed(),
@@ -85,7 +86,7 @@ pub trait Kind: Sync {
     }
 }
 
-/// A bounded interval of numbers.
+/// A bounded interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// `low <= x <= high`.
@@ -99,7 +100,7 @@ pub enum Range {
 }
 
 impl Range {
-    /// Whether it holds the number; never true of NaN or an infinity.
+    /// Whether the interval contains the number; always false for NaN and infinities.
     pub fn contains(self, x: f64) -> bool {
         match self {
             Self::Closed(low, high) => low <= x && x <= high,
@@ -126,22 +127,22 @@ impl fmt::Display for Range {
     }
 }
 
-/// A real number, stated in a unit. An integer literal is taken as well.
+/// A real number with a unit. Integer literals are accepted.
 #[derive(Clone, Copy, Debug)]
 pub struct Number {
-    /// The unit of the file.
+    /// Unit in the scene file.
     pub unit: Unit,
-    /// Allowed values, in that unit.
+    /// Permitted values, in that unit.
     pub range: Range,
 }
 
-/// A number in a unit, within a range.
+/// A real number with a unit and a range.
 pub const fn number(unit: Unit, range: Range) -> Number {
     Number { unit, range }
 }
 
 impl Number {
-    /// Takes a number stated in the file's unit, and gives it in SI units.
+    /// Checks a number in the unit of the file and converts it to SI units.
     pub fn accept(&self, stated: f64) -> Result<f64, Mismatch> {
         let is_allowed = self.range.contains(stated);
         is_allowed
@@ -175,24 +176,24 @@ impl Kind for Number {
     }
 }
 
-/// An integer literal of any base; out of range if it does not fit 64 bits.
+/// An integer literal of any base; out of range if it does not fit in 64 bits.
 fn integer(value: &DeValue<'_>) -> Result<i64, Mismatch> {
     let digits = value.as_integer().ok_or(Mismatch::Type)?;
     i64::from_str_radix(digits.as_str(), digits.radix()).map_err(|_| Mismatch::Range)
 }
 
-/// The items of a list.
+/// Items of a list.
 fn items<'v, 't>(value: &'v DeValue<'t>) -> Result<&'v [Spanned<DeValue<'t>>], Mismatch> {
     value.as_array().map(|list| &list[..]).ok_or(Mismatch::Type)
 }
 
-/// The numbers of a list.
+/// Numbers of a list.
 fn numbers(item: &Number, list: &DeValue<'_>) -> Result<Vec<f64>, Mismatch> {
     let numbers = items(list)?.iter().map(|value| item.read(value.get_ref()));
     numbers.collect()
 }
 
-/// An integer from the first to the second number.
+/// An integer between two bounds, inclusive.
 #[derive(Clone, Copy, Debug)]
 pub struct Count(pub u32, pub u32);
 
@@ -207,7 +208,7 @@ impl Kind for Count {
     }
 
     fn allowed(&self) -> String {
-        format!("a whole number from {} to {}", self.0, self.1)
+        format!("an integer from {} to {}", self.0, self.1)
     }
 
     fn is_number(&self) -> bool {
@@ -215,7 +216,7 @@ impl Kind for Count {
     }
 }
 
-/// The seed of random numbers: any integer that TOML can hold and that is not negative.
+/// A random seed: a non-negative integer.
 #[derive(Clone, Copy, Debug)]
 pub struct Seed;
 
@@ -227,7 +228,7 @@ impl Kind for Seed {
     }
 
     fn allowed(&self) -> String {
-        format!("a whole number from 0 to {}", i64::MAX)
+        format!("an integer from 0 to {}", i64::MAX)
     }
 
     fn is_number(&self) -> bool {
@@ -235,7 +236,7 @@ impl Kind for Seed {
     }
 }
 
-/// `true` or `false`.
+/// A flag: `true` or `false`.
 #[derive(Clone, Copy, Debug)]
 pub struct Flag;
 
@@ -265,11 +266,11 @@ impl Kind for Text {
     }
 
     fn allowed(&self) -> String {
-        "a text in quotes, not empty".to_owned()
+        "a non-empty string".to_owned()
     }
 }
 
-/// One of the variants of an enum, by its name.
+/// A variant of an enum, by its name.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice<T>(PhantomData<T>);
 
@@ -284,15 +285,14 @@ impl<T: VariantArray + Clone + Into<&'static str> + Sync> Choice<T> {
     }
 }
 
-impl<T: VariantArray + Clone + Into<&'static str> + Sync> Kind for Choice<T> {
+impl<T: VariantArray + Clone + Into<&'static str> + FromStr + Sync> Kind for Choice<T> {
     type Value = T;
 
     fn read(&self, value: &DeValue<'_>) -> Result<T, Mismatch> {
         let word = value.as_str().ok_or(Mismatch::Type)?;
-        match Self::names().position(|name| name == word) {
-            Some(k) => Ok(T::VARIANTS[k].clone()),
-            None => Err(Mismatch::Choice(nearest(word, Self::names(), CLOSE))),
-        }
+        // A variant can have a former name in addition to those of `names`.
+        let unknown = |_| Mismatch::Choice(nearest(word, Self::names(), CLOSE));
+        word.parse().map_err(unknown)
     }
 
     fn allowed(&self) -> String {
@@ -301,7 +301,7 @@ impl<T: VariantArray + Clone + Into<&'static str> + Sync> Kind for Choice<T> {
     }
 }
 
-/// A value of another kind, or a word that means one.
+/// A value of another type, or a word with a special meaning.
 #[derive(Clone, Copy, Debug)]
 pub struct OrWord<K: Kind, V> {
     kind: K,
@@ -311,19 +311,19 @@ pub struct OrWord<K: Kind, V> {
 }
 
 /// A value, or the word `auto`.
-pub const fn auto_or<K: Kind>(kind: K) -> OrWord<K, Setting<K::Value>>
+pub const fn auto_or<K: Kind>(kind: K) -> OrWord<K, AutoOr<K::Value>>
 where
     K::Value: Copy,
 {
     OrWord {
         kind,
-        given: Setting::Given,
+        given: AutoOr::Given,
         word: "auto",
-        meaning: Setting::Auto,
+        meaning: AutoOr::Auto,
     }
 }
 
-/// The most of something, or the word `all`: no limit.
+/// An upper limit, or the word `all` for no limit.
 pub const fn all_or(count: Count) -> OrWord<Count, usize> {
     OrWord {
         kind: count,
@@ -357,7 +357,7 @@ impl<K: Kind, V: Copy + Sync> Kind for OrWord<K, V> {
     }
 }
 
-/// Three numbers: a vector. Holds what each component must be.
+/// A vector of three numbers, each of the given type.
 #[derive(Clone, Copy, Debug)]
 pub struct Vector(pub Number);
 
@@ -382,7 +382,7 @@ impl Kind for Vector {
     }
 }
 
-/// A list of numbers, one at least. Holds what each must be.
+/// A list of at least one number, each of the given type.
 #[derive(Clone, Copy, Debug)]
 pub struct List(pub Number);
 
@@ -405,16 +405,16 @@ impl Kind for List {
     }
 }
 
-/// One number, or a list of them. Holds what each must be.
+/// One number or a list of many, each of the given type.
 #[derive(Clone, Copy, Debug)]
 pub struct OneOrMany(pub Number);
 
-/// What [`OneOrMany`] reads.
+/// Value of `OneOrMany`: one number or several numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers {
-    /// The same number everywhere.
+    /// One number for all.
     One(f64),
-    /// A number each.
+    /// A list of numbers.
     Many(Vec<f64>),
 }
 
@@ -441,7 +441,7 @@ impl Kind for OneOrMany {
     }
 }
 
-/// Two coordinates of the modal state: `q` or `qdot` with the number of the mode, from 1.
+/// Two coordinates of the modal state: `q` or `qdot` followed by the number of the mode, counted from 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Coordinates;
 
@@ -460,7 +460,7 @@ impl Kind for Coordinates {
     }
 }
 
-/// One coordinate of the modal state, such as `qdot12`.
+/// A coordinate of the modal state, such as `qdot12`.
 fn coordinate(value: &DeValue<'_>) -> Result<StateCoordinate, Mismatch> {
     let word = value.as_str().ok_or(Mismatch::Type)?;
     let (number, make): (_, fn(usize) -> StateCoordinate) = match word.strip_prefix("qdot") {
@@ -475,8 +475,8 @@ fn coordinate(value: &DeValue<'_>) -> Result<StateCoordinate, Mismatch> {
     Ok(make(usize::from(index)))
 }
 
-/// A list of tables whose keys are declared apart. Holds the most there may be; there must be one. Reading
-/// gives their number.
+/// A list of 1 to the given number of tables. The keys of the tables are declared separately; the value is
+/// the number of tables.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables(pub usize);
 

@@ -1,10 +1,10 @@
-//! How each kind of value is read, and described.
+//! Reading and description of each type of value.
 
 use toml::de::DeValue;
 
 use super::kind::*;
 use super::unit::DEGREE;
-use crate::scene::setting::{Setting, StateCoordinate};
+use crate::scene::setting::{AutoOr, StateCoordinate};
 
 fn read<K: Kind>(kind: &K, text: &str) -> Result<K::Value, Mismatch> {
     kind.read(DeValue::parse(text).expect("valid TOML").get_ref())
@@ -12,15 +12,15 @@ fn read<K: Kind>(kind: &K, text: &str) -> Result<K::Value, Mismatch> {
 
 const TILT: Number = number(DEGREE, Range::Closed(-90.0, 90.0));
 
-#[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr)]
+#[derive(Clone, Debug, PartialEq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString)]
 #[strum(serialize_all = "kebab-case")]
-enum Rule {
+enum Layout {
     Rings,
     Gauss,
 }
 
 #[test]
-fn numbers_take_both_literals_and_refuse_what_is_not_finite() {
+fn numbers_accept_integers_and_reject_infinities() {
     assert_eq!(read(&TILT, "90"), Ok(std::f64::consts::FRAC_PI_2));
     assert_eq!(read(&TILT, "-9_0.0"), Ok(-std::f64::consts::FRAC_PI_2));
     for out in [
@@ -40,7 +40,7 @@ fn numbers_take_both_literals_and_refuse_what_is_not_finite() {
 }
 
 #[test]
-fn open_ends_are_left_out() {
+fn open_ends_are_excluded() {
     let range = Range::Open(-1.0, 0.5);
     assert!(range.contains(0.499) && !range.contains(0.5) && !range.contains(-1.0));
     assert_eq!(range.to_string(), "above -1 and below 0.5");
@@ -56,7 +56,7 @@ fn open_ends_are_left_out() {
 }
 
 #[test]
-fn counts_are_whole_and_bounded() {
+fn counts_are_integral_and_bounded() {
     let nodes = Count(1, 10_000);
     assert_eq!(read(&nodes, "0x64"), Ok(100));
     for out in ["0", "-1", "10001", "4294967297", "18446744073709551616"] {
@@ -68,9 +68,9 @@ fn counts_are_whole_and_bounded() {
 }
 
 #[test]
-fn choices_offer_the_nearest_word() {
-    let choice = choice::<Rule>();
-    assert_eq!(read(&choice, "\"gauss\""), Ok(Rule::Gauss));
+fn choices_suggest_the_most_similar_word() {
+    let choice = choice::<Layout>();
+    assert_eq!(read(&choice, "\"gauss\""), Ok(Layout::Gauss));
     assert_eq!(
         read(&choice, "\"guass\""),
         Err(Mismatch::Choice(Some("gauss")))
@@ -80,7 +80,7 @@ fn choices_offer_the_nearest_word() {
 }
 
 #[test]
-fn lists_have_their_length() {
+fn lists_have_the_required_length() {
     let vector = Vector(TILT);
     assert_eq!(read(&vector, "[0, 0.0, 0]"), Ok([0.0; 3]));
     assert_eq!(read(&vector, "[0, 0]"), Err(Mismatch::Type));
@@ -101,28 +101,28 @@ fn lists_have_their_length() {
 }
 
 #[test]
-fn auto_is_a_word_among_numbers() {
+fn auto_is_accepted_for_numbers() {
     let lag = auto_or(TILT);
-    assert_eq!(read(&lag, "\"auto\""), Ok(Setting::Auto));
-    assert_eq!(read(&lag, "0"), Ok(Setting::Given(0.0)));
+    assert_eq!(read(&lag, "\"auto\""), Ok(AutoOr::Auto));
+    assert_eq!(read(&lag, "0"), Ok(AutoOr::Given(0.0)));
     assert_eq!(read(&lag, "\"automatic\""), Err(Mismatch::Choice(None)));
     assert_eq!(read(&lag, "91"), Err(Mismatch::Range));
     assert_eq!(lag.expected(), "\"auto\", or a number from -90 to 90 deg");
 }
 
 #[test]
-fn all_is_a_word_among_counts() {
+fn all_is_accepted_for_counts() {
     let count = all_or(Count(1, 9));
     assert_eq!(read(&count, "\"all\""), Ok(usize::MAX));
     assert_eq!(read(&count, "3"), Ok(3));
     assert_eq!(read(&count, "\"every\""), Err(Mismatch::Choice(None)));
     assert_eq!(read(&count, "0"), Err(Mismatch::Range));
     assert_eq!(read(&count, "2.0"), Err(Mismatch::Type));
-    assert_eq!(count.expected(), "\"all\", or a whole number from 1 to 9");
+    assert_eq!(count.expected(), "\"all\", or an integer from 1 to 9");
 }
 
 #[test]
-fn coordinates_are_two_modes_counted_from_one() {
+fn coordinates_count_modes_from_one() {
     use StateCoordinate::{Q, Qdot};
     let pair = |text: &str| read(&Coordinates, text);
     assert_eq!(pair("[\"q1\", \"qdot12\"]"), Ok([Q(0), Qdot(11)]));
@@ -136,7 +136,7 @@ fn coordinates_are_two_modes_counted_from_one() {
 }
 
 #[test]
-fn texts_say_something() {
+fn texts_are_not_blank() {
     assert_eq!(read(&Text, "\" a \""), Ok("a".to_owned()));
     assert_eq!(read(&Text, "\" \""), Err(Mismatch::Range));
     assert_eq!(read(&Text, "1"), Err(Mismatch::Type));

@@ -1,9 +1,8 @@
-//! Every key of a scene file, once: name, meaning, unit, range, default, and the field that it sets.
+//! The declaration of every scene key: name, meaning, unit, range, default, and the field that it sets.
 //!
-//! [`keys!`] declares the keys of a table beside the struct that they fill. Reading, the error
-//! messages, the parameters that a study varies and the tables of the guide all come from that
-//! declaration. To add a key, add its two lines there; if the struct belongs to another module, its
-//! field as well.
+//! [`keys!`] declares the keys of a table next to the struct that they fill. Parsing, error messages,
+//! the parameters of studies and the key reference of the guide derive from this declaration. To add a
+//! key, add its two lines to the declaration and, if another module defines the struct, its field.
 
 pub mod kind;
 #[cfg(test)]
@@ -12,56 +11,64 @@ pub mod unit;
 
 use kind::Kind;
 
-/// One key of a table.
+/// A key of a table.
 pub struct Key<K: ?Sized> {
-    /// Its name in the table.
+    /// Name in its table.
     pub name: &'static str,
-    /// What it is, in a sentence.
+    /// Meaning, in one sentence.
     pub meaning: &'static str,
-    /// What holds if it is not given.
-    pub otherwise: Otherwise,
-    /// What it can be.
+    /// Behaviour if the key is absent.
+    pub if_absent: IfAbsent,
+    /// Deprecated name, which scenes can still use.
+    pub old_name: Option<&'static str>,
+    /// Type and range of the value.
     pub kind: K,
 }
 
-/// What holds if a key is not given.
+/// Behaviour if a key is absent.
 #[derive(Clone, Copy, Debug)]
-pub enum Otherwise {
-    /// The scene is refused.
+pub enum IfAbsent {
+    /// The scene is rejected.
     Required,
-    /// A value, written as it would be in the file.
+    /// A default value, as written in a scene file.
     Default(&'static str),
-    /// Something else, said here in words for the guide.
-    Else(&'static str),
+    /// Another behaviour, described in words for the guide.
+    Described(&'static str),
 }
 
 impl<K: Kind + ?Sized> Key<K> {
-    /// What its value must be, and when, where it is missing.
+    /// Description of the permitted values, and of when the key is required.
     pub fn expected_if_missing(&self) -> String {
-        match self.otherwise {
-            Otherwise::Else(words) => format!("{} ({words})", self.kind.expected()),
-            Otherwise::Required | Otherwise::Default(_) => self.kind.expected(),
+        match self.if_absent {
+            IfAbsent::Described(words) => format!("{} ({words})", self.kind.expected()),
+            IfAbsent::Required | IfAbsent::Default(_) => self.kind.expected(),
         }
     }
 
-    /// Its row in the guide's table (Markdown).
+    /// Row of the key in the guide's table (Markdown).
     pub fn guide_row(&self) -> String {
-        let otherwise = match self.otherwise {
-            Otherwise::Required => "required".to_owned(),
-            Otherwise::Default(literal) => format!("`{literal}`"),
-            Otherwise::Else(words) => words.to_owned(),
+        let if_absent = match self.if_absent {
+            IfAbsent::Required => "required".to_owned(),
+            IfAbsent::Default(literal) => format!("`{literal}`"),
+            IfAbsent::Described(words) => words.to_owned(),
         };
         let (name, meaning) = (self.name, self.meaning);
         let (unit, allowed) = (self.kind.unit().symbol, self.kind.allowed());
-        format!("| `{name}` | {meaning} | {unit} | {allowed} | {otherwise} |\n")
+        format!("| `{name}` | {meaning} | {unit} | {allowed} | {if_absent} |\n")
     }
 }
 
-/// A key in its place.
+/// Renamed tables: the old and the current path. Scenes can still use the old path.
+const RENAMED_TABLES: [(&str, &str); 2] = [
+    ("analysis.exponents", "analysis.lyapunov"),
+    ("analysis.butterfly", "analysis.perturbed_trajectory"),
+];
+
+/// A declared key with its position in the schema.
 pub struct Declared {
-    /// The table's dotted path; empty for the top of the file.
+    /// Dotted path of the table; empty for the top level.
     pub table: String,
-    /// The key's dotted path.
+    /// Dotted path of the key.
     pub path: String,
     pub key: &'static Key<dyn Kind>,
 }
@@ -85,7 +92,22 @@ impl Schema {
         self.0.iter().find(|declared| declared.path == path)
     }
 
-    /// The names by which a table holds its keys and the tables in it, each once.
+    /// Current path of a key or table; old names of both are replaced.
+    pub fn current(&self, path: &str) -> String {
+        let renamed = RENAMED_TABLES.iter().find_map(|(old, new)| {
+            let rest = path.strip_prefix(old)?;
+            (rest.is_empty() || rest.starts_with('.')).then(|| format!("{new}{rest}"))
+        });
+        let path = renamed.unwrap_or_else(|| path.to_owned());
+        let (table, name) = split(&path);
+        let is_renamed = |key: &&Declared| key.table == table && key.key.old_name == Some(name);
+        match self.0.iter().find(is_renamed) {
+            Some(key) => key.path.clone(),
+            None => path,
+        }
+    }
+
+    /// Names of the keys and subtables of a table, without duplicates.
     pub fn names_in(&self, table: &str) -> Vec<&str> {
         let mut names = Vec::new();
         for path in self.paths() {
@@ -101,19 +123,19 @@ impl Schema {
         names
     }
 
-    /// Whether a path is that of a table: some key lies inside it.
+    /// Whether a path is that of a table.
     pub fn has_table(&self, path: &str) -> bool {
         let is_inside = |key: &str| key.strip_prefix(path).is_some_and(|r| r.starts_with('.'));
         self.paths().any(is_inside)
     }
 }
 
-/// The table and the name of a dotted path.
+/// Splits a dotted path into table and name.
 pub fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }
 
-/// The dotted path of a name in a table.
+/// Joins a table and a name to a dotted path.
 pub fn join(table: &str, name: &str) -> String {
     match table {
         "" => name.to_owned(),
@@ -121,51 +143,56 @@ pub fn join(table: &str, name: &str) -> String {
     }
 }
 
-/// Declares the keys of a table, and what they make: implements
-/// [`FromTable`](super::document::FromTable).
+/// Declares the keys of a table and implements [`FromTable`](super::document::FromTable).
 ///
-/// A key has a line that says its meaning, and one with its field, name, kind and default:
+/// The declaration of a key consists of a line with its meaning and a line with field, name, type and
+/// default:
 ///
 /// ```text
-/// /// Longest edge of the finite elements.
+/// /// Maximum edge length of the finite elements.
 /// size = "element_size_mm": number(MILLIMETRE, Closed(0.1, 100.0)), default 16.0;
 /// ```
 ///
-/// Without a default it is required. `else "words"` in its place makes it an `Option`, and the words say
-/// in the guide what holds when it is absent. `..field: Type;` reads a field from keys that `Type`
-/// declares, in the same table or in the one after `=>`. `..field: Type { keys }` fills a small struct here.
+/// A renamed key also states its old name, which scenes can still use: `size = "element_size_mm" aka
+/// "size_mm": ...`. A key without a default is required. With `else "words"` it becomes an `Option`; the
+/// words describe in the guide what applies if it is absent. `..field: Type;` reads a field from the keys
+/// that `Type` declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a
+/// small struct in place.
 ///
-/// With `struct Name` the struct is defined as well, and fields need types. Else `Name` is one of
-/// another module, whose fields are the keys'; or `|table|` and `=> expression;` make it of them.
-/// `static NAME: Kind` is a key by itself.
+/// `struct Name` also defines the struct; its fields then need types. IfAbsent `Name` is a struct of
+/// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: Kind`
+/// declares a single key.
 macro_rules! keys {
-    (@key $meaning:literal, $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?) => {
+    (@key $meaning:literal, $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)? $(, else $words:expr)?) => {
         Key {
             name: $key,
             meaning: $meaning.trim_ascii(),
             kind: $kind,
-            otherwise: keys!(@otherwise $(default $default)? $(else $words)?),
+            if_absent: keys!(@if_absent $(default $default)? $(else $words)?),
+            old_name: keys!(@old $($old)?),
         }
     };
-    (@otherwise) => { Otherwise::Required };
-    (@otherwise default $default:tt) => { Otherwise::Default(stringify!($default)) };
-    (@otherwise else $words:expr) => { Otherwise::Else($words) };
+    (@old) => { None };
+    (@old $old:literal) => { Some($old) };
+    (@if_absent) => { IfAbsent::Required };
+    (@if_absent default $default:tt) => { IfAbsent::Default(stringify!($default)) };
+    (@if_absent else $words:expr) => { IfAbsent::Described($words) };
 
     (@value $table:ident, $key:expr) => { $table.get($key)? };
     (@value $table:ident, $key:expr, else $words:expr) => { $table.find($key)? };
 
     (@declare $schema:ident, $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
+        #[doc = $meaning:literal] $field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $($schema.add($table, const { &keys!(@key $meaning, $key: $kind $(, default $default)?) });)*
+        $($schema.add($table, const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)?) });)*
     };
     (@declare $schema:ident, $table:ident, $part:ty) => { <$part>::declare($schema, $table) };
     (@declare $schema:ident, $table:ident, $part:ty => $path:literal) => { <$part>::declare($schema, $path) };
 
     (@part $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
+        #[doc = $meaning:literal] $field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $part { $($field: $table.get(const { &keys!(@key $meaning, $key: $kind $(, default $default)?) })?),* }
+        $part { $($field: $table.get(const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)?) })?),* }
     };
     (@part $table:ident, $part:ty) => { <$part>::read($table)? };
     (@part $table:ident, $part:ty => $path:literal) => { <$part>::read($table.document.table($path))? };
@@ -176,7 +203,7 @@ macro_rules! keys {
     (
         @table $name:ident |$table:ident| { $(
             #[doc = $meaning:literal]
-            $($field:ident = $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?;)?
+            $($field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)? $(, else $words:expr)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
         $(=> $made:expr)?
@@ -186,7 +213,7 @@ macro_rules! keys {
             fn declare(schema: &mut Schema, table: &str) { $(
                 $(schema.add(
                     table,
-                    const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) },
+                    const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?) },
                 );)?
                 $(keys!(@declare schema, table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?);)?
             )* }
@@ -195,7 +222,7 @@ macro_rules! keys {
                 $(
                     $(let $field = keys!(
                         @value $table,
-                        const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) }
+                        const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?) }
                         $(, else $words)?
                     );)?
                     $(let $part = keys!(
@@ -209,20 +236,20 @@ macro_rules! keys {
 
     (
         #[doc = $meaning:literal]
-        static $name:ident: $type:ty = $key:literal: $kind:expr
+        static $name:ident: $type:ty = $key:literal $(aka $old:literal)?: $kind:expr
             $(, default $default:tt)? $(, else $words:expr)?;
         $($rest:tt)*
     ) => {
         #[doc = $meaning]
         pub static $name: Key<$type> =
-            keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?);
+            keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?);
         keys! { $($rest)* }
     };
     (
         $(#[$attribute:meta])*
         $visibility:vis struct $name:ident { $(
             #[doc = $meaning:literal]
-            $($field:ident: $type:ty = $key:literal: $kind:expr
+            $($field:ident: $type:ty = $key:literal $(aka $old:literal)?: $kind:expr
                 $(, default $default:tt)? $(, else $words:expr)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
@@ -239,7 +266,7 @@ macro_rules! keys {
         )* }
         keys! { $name { $(
             #[doc = $meaning]
-            $($field = $key: $kind $(, default $default)? $(, else $words)?;)?
+            $($field = $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?;)?
             $(..$part: $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?;)?
         )* } $($rest)* }
     };

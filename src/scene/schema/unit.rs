@@ -1,25 +1,23 @@
-//! The border of the units: engineering units in a scene file, SI and radians inside.
+//! Conversion of units: engineering units in scene files, SI units and radians in the program.
 //!
-//! Nothing else in the crate converts on the way in. A key carries its unit in its name:
-//! `tilt_deg`, `load_n`.
+//! The program converts inputs only here. The name of a key contains its unit: `tilt_deg`, `load_n`.
 
 use std::f64::consts::TAU;
 
-/// The unit in which a scene file states a number.
+/// Unit of a number in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// The symbol for messages and tables; empty for a pure number.
+    /// Symbol for messages and tables; empty for a dimensionless number.
     pub symbol: &'static str,
     scale: Scale,
 }
 
-/// How a stated number becomes one in SI units and radians.
+/// Conversion to SI units and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     Times(f64),
-    /// Small units are divided by a power of ten rather than multiplied by its inverse: the power is
-    /// exact in binary and its inverse is not, so there is one rounding only, and `31.75` mm gives the
-    /// very number that `0.03175` m would.
+    /// Division by a power of ten. Unlike its inverse the power is exact in binary, so that the conversion
+    /// rounds once: `31.75` mm gives exactly the number of `0.03175` m.
     Over(f64),
     Degrees,
 }
@@ -37,7 +35,7 @@ pub const MICROMETRE: Unit = unit("um", Over(1e6));
 pub const MILLISECOND: Unit = unit("ms", Over(1e3));
 pub const MICROSECOND: Unit = unit("us", Over(1e6));
 pub const HERTZ: Unit = unit("Hz", Times(1.0));
-/// A frequency stated in Hz and taken as an angular one, rad/s.
+/// A frequency in Hz that is converted to an angular frequency in rad/s.
 pub const TURNS_PER_SECOND: Unit = unit("Hz", Times(TAU));
 pub const KILOHERTZ: Unit = unit("kHz", Times(1e3));
 pub const GIGAPASCAL: Unit = unit("GPa", Times(1e9));
@@ -50,7 +48,7 @@ pub const SECOND_PER_METRE: Unit = unit("s/m", Times(1.0));
 pub const RADIAN_PER_SECOND: Unit = unit("rad/s", Times(1.0));
 
 impl Unit {
-    /// The value in SI units and radians.
+    /// Converts a number to SI units and radians.
     pub fn to_si(self, value: f64) -> f64 {
         match self.scale {
             Times(factor) => value * factor,
@@ -59,7 +57,7 @@ impl Unit {
         }
     }
 
-    /// The number stated for a value in SI units and radians, to twelve digits or so.
+    /// Converts back from SI units and radians, with about twelve significant digits.
     pub fn of_si(self, value: f64) -> f64 {
         value / self.to_si(1.0)
     }

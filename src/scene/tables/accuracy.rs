@@ -1,52 +1,53 @@
-//! Advice on the integrator, `[accuracy]`.
+//! Advice on integrator settings, `[accuracy]`.
 
 use crate::dynamics::MethodName;
 use crate::scene::document::Document;
 use crate::scene::error::SceneError;
 use crate::scene::schema::kind::Text;
-use crate::scene::schema::{Key, Otherwise};
+use crate::scene::schema::{IfAbsent, Key};
 
-/// Keys of advice on the integrator, by the error.
+/// The advice keys with their errors.
 pub static ADVICE: [(f64, Key<Text>); 4] = [
     (
         1e-2,
         key(
             "error_1e-2",
-            "The cheapest integrator for an error of 1e-2 of the state, such as `lawson54 1e-3`: its name and tolerance (of `rk4` its step in s), which `--accuracy 1e-2` takes. `squeakscope cost --write` finds it.",
+            "Cheapest integrator for a relative error of 1e-2 of the state, selected by `--accuracy 1e-2`: name and tolerance (for `rk4` the step in s), such as `lawson54 1e-3`. `squeakscope cost --write` determines it.",
         ),
     ),
-    (1e-3, key("error_1e-3", "For 1e-3.")),
-    (1e-4, key("error_1e-4", "For 1e-4.")),
-    (1e-6, key("error_1e-6", "For 1e-6.")),
+    (1e-3, key("error_1e-3", "The same for an error of 1e-3.")),
+    (1e-4, key("error_1e-4", "The same for an error of 1e-4.")),
+    (1e-6, key("error_1e-6", "The same for an error of 1e-6.")),
 ];
 
 const fn key(name: &'static str, meaning: &'static str) -> Key<Text> {
     Key {
         name,
         meaning,
-        otherwise: Otherwise::Else("no advice"),
+        if_absent: IfAbsent::Described("no advice"),
         kind: Text,
+        old_name: None,
     }
 }
 
-/// The cheapest setting of the integrator for an error.
+/// The cheapest integrator setting for an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Advised {
-    /// The error of the state over a few milliseconds, relative to its size.
+pub struct IntegratorAdvice {
+    /// Error of the state after a few milliseconds, relative to its norm.
     pub error: f64,
-    /// The method.
+    /// Integration method.
     pub method: MethodName,
-    /// Its tolerance, or its step in s where it is fixed.
+    /// Tolerance, or step (s) of a method with fixed step.
     pub value: f64,
 }
 
-impl Advised {
-    /// Reads `lawson54 1e-4`.
+impl IntegratorAdvice {
+    /// Parses text such as `lawson54 1e-4`.
     pub(in crate::scene) fn read(error: f64, text: &str) -> Option<Self> {
         let (name, value) = text.split_once(' ')?;
         let method: MethodName = name.parse().ok()?;
         let value: f64 = value.trim().parse().ok()?;
-        // As of the keys that will take it.
+        // The ranges of `time.max_step_us` and `time.tolerance`.
         let sound = match method.has_fixed_step() {
             true => (1e-9..=1e-3).contains(&value),
             false => (1e-13..=1e-2).contains(&value),
@@ -59,20 +60,20 @@ impl Advised {
     }
 }
 
-/// What the scene knows of cheap integrators.
-pub fn advice(document: &Document<'_>) -> Result<Vec<Advised>, SceneError> {
+/// Reads the integrator advice of a scene.
+pub fn advice(document: &Document<'_>) -> Result<Vec<IntegratorAdvice>, SceneError> {
     let table = document.table("accuracy");
     let mut advice = Vec::new();
     for (error, key) in &ADVICE {
         let Some(text) = table.find(key)? else {
             continue;
         };
-        advice.push(Advised::read(*error, &text).ok_or_else(|| {
+        advice.push(IntegratorAdvice::read(*error, &text).ok_or_else(|| {
             table.inconsistent(
                 key.name,
                 &[],
-                "it is no method with a tolerance from 1e-13 to 1e-2, or a fixed step from 1e-9 to 1e-3 s",
-                "write such as \"lawson54 1e-4\", or let `squeakscope cost --write` find it",
+                "this is not a method followed by a tolerance from 1e-13 to 1e-2 or a fixed step from 1e-9 to 1e-3 s",
+                "write for example \"lawson54 1e-4\", or determine it with `squeakscope cost --write`",
             )
         })?);
     }

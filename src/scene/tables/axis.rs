@@ -1,19 +1,19 @@
-//! Whether the contact slides at every tilt that is reached.
+//! Checks that the contact slides, and that an imported patch is valid for the load.
 
 use crate::joint::{BodySpec, JointSpec, patch_direction};
 use crate::scene::Schedule;
-use crate::scene::error::{Fault, Place, SceneError};
-use crate::scene::subject::TiltedJoint;
+use crate::scene::error::{Fault, Location, SceneError};
+use crate::scene::subject::LoadedJoint;
 
-/// The central contact point must slide at every tilt that is reached: otherwise Eq. (24) has no
-/// direction. It does not where the load's axis meets the axis of rotation. A ball that does not turn
-/// slides nowhere, at any tilt: its joint is at rest, and Eq. (24) is read in the direction of the tilt.
-pub fn sliding(
+/// Checks that the central contact point slides at every tilt of the run; otherwise the direction of Eq. (24)
+/// is undefined. The point does not slide if the load is parallel to the axis of rotation. A joint without
+/// rotation is accepted: it is at rest, and Eq. (24) uses the direction of the tilt.
+pub fn check_sliding(
     joint: &JointSpec,
     tilt: &Schedule,
-    place: impl FnOnce() -> Place,
+    place: impl FnOnce() -> Location,
 ) -> Result<(), SceneError> {
-    /// Angle between the two axes below which sliding has no certain direction, rad.
+    /// Angle between the two axes below which the sliding direction is ill-conditioned, rad.
     const TOO_CLOSE: f64 = 1e-4;
 
     let [x, y, z] = joint.rotation;
@@ -21,7 +21,7 @@ pub fn sliding(
         return Ok(());
     }
     let (sin, cos) = joint.azimuth.sin_cos();
-    // Across the plane in which the load tilts, and within it.
+    // Components normal to the tilt plane and in it.
     let across = y * cos - x * sin;
     let within = x * cos + y * sin;
     let axis = within.atan2(z);
@@ -30,7 +30,7 @@ pub fn sliding(
         return Ok(());
     }
     let (lowest, highest) = (tilt.min() - TOO_CLOSE, tilt.max() + TOO_CLOSE);
-    // An axis has two ends, half a turn apart.
+    // The axis has two opposite directions.
     let half_turn = std::f64::consts::PI;
     let meets = [axis - half_turn, axis, axis + half_turn]
         .into_iter()
@@ -39,35 +39,43 @@ pub fn sliding(
         None => Ok(()),
         Some(end) => {
             let problem = format!(
-                "at a tilt of {:.3} deg the load lies along the axis of rotation, so the central \
+                "at a tilt of {:.3} deg the load is parallel to the axis of rotation, and the central \
                  contact point does not slide",
                 end.to_degrees()
             );
-            let remedy = "change the rotation, load.azimuth_deg or the tilt";
-            Err(Fault::inconsistent("rotation.rad_s", problem, remedy).at(place()))
+            let remedy = "change the axis, load.azimuth_deg or the tilt";
+            Err(
+                Fault::inconsistent("rotation.angular_velocity_rad_per_s", problem, remedy)
+                    .at(place()),
+            )
         }
     }
 }
 
-/// A contact patch from a file is that of one load: it must be the scene's, and stay.
-pub fn patch_stays(joint: &TiltedJoint, place: impl FnOnce() -> Place) -> Result<(), SceneError> {
-    let TiltedJoint {
+/// Checks that load and tilt are constant and equal to those of an imported contact patch.
+pub fn check_imported_patch(
+    joint: &LoadedJoint,
+    place: impl FnOnce() -> Location,
+) -> Result<(), SceneError> {
+    let LoadedJoint {
         spec, tilt, load, ..
     } = joint;
-    let BodySpec::Own(modes) = &spec.body else {
+    let BodySpec::Imported(modes) = &spec.body else {
         return Ok(());
     };
     let moved = if tilt.varies() {
-        Some(("load.tilt", "load.tilt_deg", "the load tilts"))
+        Some(("load.tilt", "load.tilt_deg", "the tilt changes with time"))
     } else if load.as_ref().is_some_and(Schedule::varies) {
-        Some(("load.load", "load.load_n", "the load changes"))
+        Some(("load.load", "load.load_n", "the load changes with time"))
     } else {
         None
     };
     if let Some((key, constant, what)) = moved {
         let file = modes.name();
-        let problem = format!("{what}, and the contact patch of `{file}` stays as it is");
-        let remedy = format!("give a constant {constant}, or leave out body.modes");
+        let problem = format!(
+            "{what}, but the contact patch of `{file}` is valid for one load and tilt only"
+        );
+        let remedy = format!("set a constant {constant}, or remove body.modes");
         return Err(Fault::inconsistent(key, problem, remedy).at(place()));
     }
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);

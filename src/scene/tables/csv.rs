@@ -1,30 +1,31 @@
-//! The knots of a function of time from a CSV file beside the scene file.
+//! Knots of a function of time from a CSV file.
 
 use std::fs::File;
 use std::io::Read;
 
-use super::load::{MOST_POINTS, ScheduleKeys, out_of_order};
+use super::load::{MAX_POINTS, ScheduleKeys, out_of_order};
 use crate::scene::document::Document;
-use crate::scene::error::{Fault, Place, SceneError};
+use crate::scene::error::{Fault, Location, SceneError};
 use crate::scene::schema::kind::{Kind, Mismatch, Number};
 use crate::scene::schema::{Key, join};
 
-/// Longer files are refused before they are read whole: endless devices are files, too.
-const LONGEST: u64 = 4 << 20;
+/// Size limit, bytes; a larger file, such as an endless device, is rejected before it is read completely.
+const MAX_BYTES: u64 = 4 << 20;
 
-/// The knots in the file that a scene names, as stated there: time in ms, and value.
+/// Reads the knots of the CSV file that a scene names, in the units of the file: time in ms, and value.
 ///
-/// The file has a line with the names of its two columns, then a knot a line. Empty lines and what
-/// follows `#` count for nothing.
+/// The first line contains the names of the two columns, each further line a knot. Empty lines and
+/// comments after `#` are ignored.
 ///
 /// # Errors
-/// When the file cannot be read, or a line of it is no valid knot: the error names file and line.
+/// If the file cannot be read or a line is not a valid knot. The error names file and line.
 pub fn knots(document: &Document<'_>, keys: &ScheduleKeys) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(keys.table);
     let path = document.folder().join(table.get(&keys.csv)?);
     let file = path.display().to_string();
     let text = read(&path).map_err(|problem| {
-        let remedy = "give a readable CSV file, named from the scene file's folder";
+        let remedy =
+            "give the path of a readable CSV file, relative to the folder of the scene file";
         table.inconsistent(
             keys.csv.name,
             &[],
@@ -37,21 +38,21 @@ pub fn knots(document: &Document<'_>, keys: &ScheduleKeys) -> Result<Vec<[f64; 2
 
 fn read(path: &std::path::Path) -> Result<String, String> {
     let mut bytes = Vec::new();
-    // A pipe would wait for ever for somebody to write into it.
+    // Reading a pipe could block forever.
     let there = std::fs::metadata(path).map_err(|fault| format!("cannot be read ({fault})"))?;
     if !there.is_file() {
-        return Err("is no regular file".to_owned());
+        return Err("is not a regular file".to_owned());
     }
     File::open(path)
-        .and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes))
+        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(|fault| format!("cannot be read ({fault})"))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(format!("is larger than {LONGEST} bytes"));
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(format!("is larger than {MAX_BYTES} bytes"));
     }
     String::from_utf8(bytes).map_err(|_| "is not UTF-8 text".to_owned())
 }
 
-/// A file of knots.
+/// The content of a CSV file with its name.
 struct KnotFile<'k> {
     file: String,
     keys: &'k ScheduleKeys,
@@ -69,40 +70,40 @@ impl KnotFile<'_> {
             if knots.last().is_some_and(|before| knot[0] <= before[0]) {
                 return Err(out_of_order(&self.path_of(self.time()), self.place(line)));
             }
-            if knots.len() == MOST_POINTS {
-                let problem = format!("there are more than {MOST_POINTS} knots");
-                let remedy = "leave out those between which the line is nearly straight";
-                return Err(self.wrong(line, &problem, remedy));
+            if knots.len() == MAX_POINTS {
+                let problem = format!("the file contains more than {MAX_POINTS} knots");
+                let remedy = "remove knots from nearly straight sections";
+                return Err(self.error(line, &problem, remedy));
             }
             knots.push(knot);
         }
         if knots.is_empty() {
-            let remedy = "write a knot a line below the names of the columns";
+            let remedy = "write one knot on each line below the names of the columns";
             let last = text.lines().count().max(1);
-            return Err(self.wrong(last, "there is no knot", remedy));
+            return Err(self.error(last, "the file contains no knot", remedy));
         }
         Ok(knots)
     }
 
-    /// The first line must name the columns.
+    /// Checks the names of the columns in the first line.
     fn check_heading(&self, first: Option<(usize, String)>) -> Result<(), SceneError> {
         let (line, heading) = first.unwrap_or((1, String::new()));
         let names = self.keys.knot.each_ref().map(|key| key.name);
-        let is_parted_by = |sign: char| heading.split(sign).map(str::trim).eq(names);
-        if is_parted_by(',') {
+        let is_separated_by = |sign: char| heading.split(sign).map(str::trim).eq(names);
+        if is_separated_by(',') {
             return Ok(());
         }
         let signs = [(';', "semicolons"), ('\t', "tabs")];
         Err(
-            match signs.into_iter().find(|(sign, _)| is_parted_by(*sign)) {
-                Some((_, signs)) => self.wrong(
+            match signs.into_iter().find(|(sign, _)| is_separated_by(*sign)) {
+                Some((_, signs)) => self.error(
                     line,
-                    &format!("its columns are parted by {signs}"),
-                    "part them by commas, and write numbers with a decimal point",
+                    &format!("its columns are separated by {signs}"),
+                    "separate them by commas, and write numbers with a decimal point",
                 ),
-                None => self.wrong(
+                None => self.error(
                     line,
-                    "the columns are not named as they should be",
+                    "the first line does not contain the names of the columns",
                     &format!("begin with the line `{}`", names.join(",")),
                 ),
             },
@@ -113,10 +114,10 @@ impl KnotFile<'_> {
         let fields: Vec<&str> = row.split(',').map(str::trim).collect();
         let [time, value] = &self.keys.knot;
         let [at, there] = fields[..] else {
-            let problem = format!("the line has {} fields", fields.len());
+            let problem = format!("the line has {} fields instead of 2", fields.len());
             let heading = format!("{},{}", time.name, value.name);
-            let remedy = format!("make them two, `{heading}`, parted by a comma");
-            return Err(self.wrong(line, &problem, &remedy));
+            let remedy = format!("write `{heading}` on each line, separated by a comma");
+            return Err(self.error(line, &problem, &remedy));
         };
         Ok([
             self.number(line, at, time)?,
@@ -124,7 +125,7 @@ impl KnotFile<'_> {
         ])
     }
 
-    /// A number as stated, if the key takes it.
+    /// Parses a number and checks its range; the result is in the unit of the file.
     fn number(&self, line: usize, field: &str, key: &Key<Number>) -> Result<f64, SceneError> {
         let stated: Result<f64, Mismatch> = field.parse().map_err(|_| Mismatch::Type);
         let accepted = stated.and_then(|stated| key.kind.accept(stated).map(|_| stated));
@@ -139,18 +140,18 @@ impl KnotFile<'_> {
         &self.keys.knot[0]
     }
 
-    /// The path of a number of a knot.
+    /// Path of a key of a knot, for messages.
     fn path_of(&self, key: &Key<Number>) -> String {
         format!("{}.{}.{}", self.keys.table, self.keys.knots.name, key.name)
     }
 
-    fn wrong(&self, line: usize, problem: &str, remedy: &str) -> SceneError {
+    fn error(&self, line: usize, problem: &str, remedy: &str) -> SceneError {
         let key = join(self.keys.table, self.keys.csv.name);
         Fault::inconsistent(key, problem, remedy).at(self.place(line))
     }
 
-    fn place(&self, line: usize) -> Place {
-        Place {
+    fn place(&self, line: usize) -> Location {
+        Location {
             file: self.file.clone(),
             line: Some(line),
         }

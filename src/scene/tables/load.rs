@@ -1,21 +1,21 @@
-//! The keys of what acts on the joint: load, tilt and rotation, each a constant or a function of time.
+//! Keys of the loading: load, tilt and rotation, each a constant or a function of time.
 
-use crate::scene::error::{Fault, Place, SceneError};
+use crate::scene::error::{Fault, Location, SceneError};
 use crate::scene::schema::kind::Range::{Closed, Positive};
 use crate::scene::schema::kind::{Flag, Number, Tables, Text, Vector, number};
 use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
-use crate::scene::schema::{Key, Otherwise, Schema, keys, split};
+use crate::scene::schema::{IfAbsent, Key, Schema, keys, split};
 
-/// The most knots or steps.
-pub const MOST_POINTS: usize = 10_000;
+/// Maximum number of knots or steps.
+pub const MAX_POINTS: usize = 10_000;
 
-/// The keys of a quantity that can be a function of time.
+/// Keys of a quantity that can be a function of time.
 pub struct ScheduleKeys {
-    /// The quantity in a word.
+    /// Name of the quantity in messages.
     pub word: &'static str,
-    /// The table that has it.
+    /// Table of the quantity.
     pub table: &'static str,
-    /// Its constant; the factor on the rotation has none.
+    /// Key of the constant; the factor on the rotation has none.
     pub constant: Option<Key<Number>>,
     pub knots: Key<Tables>,
     /// Time and value of a knot.
@@ -25,13 +25,13 @@ pub struct ScheduleKeys {
     pub step: [Key<Number>; 2],
     /// Mean, amplitude, frequency and phase of a sine.
     pub sine: [Key<Number>; 4],
-    /// A file of knots.
+    /// Name of a CSV file with knots.
     pub csv: Key<Text>,
-    /// The forms in which it can be given, by their paths.
+    /// Paths of the alternative forms.
     forms: [(Form, &'static str); 5],
 }
 
-/// The forms in which a quantity can be given.
+/// Alternative forms of a quantity.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Form {
     Constant,
@@ -45,18 +45,19 @@ const fn key<K: Copy>(
     name: &'static str,
     meaning: &'static str,
     kind: K,
-    otherwise: Otherwise,
+    if_absent: IfAbsent,
 ) -> Key<K> {
     Key {
         name,
         meaning,
         kind,
-        otherwise,
+        if_absent,
+        old_name: None,
     }
 }
 
-/// Declares the keys of a quantity: `constant` is the meaning of a constant, if it has one, and `given` says
-/// how many of its forms there must be.
+/// Declares the keys of a quantity. `constant` is the meaning of the constant, if there is one; `given`
+/// states how many forms a scene must contain.
 macro_rules! schedule_keys {
     (
         $word:literal in $table:literal, $name:literal $suffix:literal, $title:literal: $value:expr;
@@ -65,13 +66,13 @@ macro_rules! schedule_keys {
         amplitude $amplitude:expr, $bound:literal;
         given $given:literal
     ) => {{
-        use Otherwise::{Default, Else, Required};
+        use IfAbsent::{Default, Described, Required};
         const VALUE: Number = $value;
         const VALUE_NAME: &str = concat!($name, $suffix);
         const MOMENT: Number = number(MILLISECOND, Closed(0.0, 1e6));
         const PHASE: Number = number(DEGREE, Closed(-360.0, 360.0));
-        const POINTS: Tables = Tables(MOST_POINTS);
-        const FORM: Otherwise = Else(concat!(
+        const POINTS: Tables = Tables(MAX_POINTS);
+        const FORM: IfAbsent = Described(concat!(
             $given, " `", $name, "`, `", $name, "_steps`, `", $name, "_sine` and `", $name, "_csv`"
         ));
         const CONSTANT: Option<&str> = $constant;
@@ -84,43 +85,43 @@ macro_rules! schedule_keys {
             },
             knots: key($name, $knots, POINTS, FORM),
             knot: [
-                key("time_ms", "Time of the knot; later than the one before.", MOMENT, Required),
-                key(VALUE_NAME, concat!($title, " at that time."), VALUE, Required),
+                key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
+                key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
             ],
             steps: key(
                 concat!($name, "_steps"),
-                "The same in steps: each value from its time on, the first one before it as well. The joint changes exactly there.",
+                concat!($title, " as a step function: each value holds from its time on, the first value also before it. A frame ends exactly at each step."),
                 POINTS,
                 FORM,
             ),
             step: [
-                key("time_ms", "Time of the step; later than the one before.", MOMENT, Required),
-                key(VALUE_NAME, concat!($title, " from that time on."), VALUE, Required),
+                key("time_ms", "Time of the step; later than that of the previous step.", MOMENT, Required),
+                key(VALUE_NAME, concat!($title, " from this time on."), VALUE, Required),
             ],
             sine: [
                 key(
                     concat!("mean", $suffix),
-                    concat!($title, " that it swings about; a sine is `mean + amplitude sin(2 pi frequency t + phase)`."),
+                    "Mean of the sine `mean + amplitude sin(2 pi frequency t + phase)`.",
                     VALUE,
                     Required,
                 ),
                 key(
                     concat!("amplitude", $suffix),
-                    concat!("How far it goes from there", $bound, "."),
+                    concat!("Amplitude of the sine", $bound, "."),
                     number(VALUE.unit, $amplitude),
                     Required,
                 ),
                 key(
                     "frequency_hz",
-                    "Frequency; the sine is looked at where a frame starts (every 1.28 ms by default), and a period is at least 20 frames.",
+                    "Frequency of the sine. The value is updated at the start of each frame (every 1.28 ms by default); a period must be at least 20 frames.",
                     number(HERTZ, Positive(1e5)),
                     Required,
                 ),
-                key("phase_deg", "Phase at time 0.", PHASE, Default("0")),
+                key("phase_deg", "Phase of the sine at time 0.", PHASE, Default("0")),
             ],
             csv: key(
                 concat!($name, "_csv"),
-                concat!("The same as knots from a CSV file, named from the scene file's folder: a line `time_ms,", $name, $suffix, "`, then a knot a line."),
+                concat!($title, " as knots from a CSV file, relative to the folder of the scene file: the line `time_ms,", $name, $suffix, "`, then one knot on each line."),
                 Text,
                 FORM,
             ),
@@ -138,39 +139,39 @@ macro_rules! schedule_keys {
 /// Load, N.
 pub static LOAD: ScheduleKeys = schedule_keys! {
     "load" in "load", "load" "_n", "Load": number(NEWTON, Positive(1e6));
-    constant Some("Force that presses the ball into the socket, constant in time.");
-    knots "The same as a function of time instead: knots, straight lines between them, constant outside. Looked at where a frame starts: every `time.frame_samples` samples, 1.28 ms by default.";
-    amplitude Closed(0.0, 1e6), "; smaller than the mean";
+    constant Some("Constant force that presses the ball into the socket.");
+    knots "Load as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame: every `time.frame_samples` samples, 1.28 ms by default.";
+    amplitude Closed(0.0, 1e6), "; less than the mean";
     given "exactly one of `load_n`,"
 };
 
 /// Tilt, rad.
 pub static TILT: ScheduleKeys = schedule_keys! {
     "tilt" in "load", "tilt" "_deg", "Tilt": number(DEGREE, Closed(-90.0, 90.0));
-    constant Some("Tilt of the load against the beam's axis, constant in time.");
-    knots "Tilt as a function of time instead: knots, straight lines between them, constant outside. Looked at where a frame starts, like all such knots.";
+    constant Some("Constant tilt of the load relative to the axis of the beam.");
+    knots "Tilt as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame.";
     amplitude Closed(0.0, 90.0), "";
     given "exactly one of `tilt_deg`,"
 };
 
-/// Factor on the rotation. At 0 the ball stands still, and the contact sticks.
+/// Factor on the rotation. At 0 the ball is at rest, and the contact sticks.
 pub static FACTOR: ScheduleKeys = schedule_keys! {
     "rotation" in "rotation", "factor" "", "Factor": number(ONE, Closed(0.0, 1000.0));
     constant None;
-    knots "Factor on the rotation vector as a function of time: knots, straight lines between them, constant outside. Looked at where a frame starts, like all such knots.";
+    knots "Factor on the angular velocity as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame.";
     amplitude Closed(0.0, 1000.0), "; at most the mean";
     given "1 at all times; at most one of"
 };
 
 keys! {
-    /// Direction of the tilt: from +x towards +y.
+    /// Azimuth of the tilt direction, from +x towards +y.
     static AZIMUTH: Number = "azimuth_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
 
-    /// Rotation vector of the ball, Omega of Eq. (4); not along the load, where the middle of the patch would not slide. Zero is a joint at rest.
-    static ROTATION: Vector = "rad_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
+    /// Angular velocity vector of the ball, Omega of Eq. (4); not parallel to the load, where the centre of the patch would not slide. Zero is a joint at rest.
+    static ROTATION: Vector = "angular_velocity_rad_per_s" aka "rad_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
         default [0.7071067811865476, 0.7071067811865476, 0];
 
-    /// Whether the turning of the vibration with the ball, Omega x u, is part of the slip velocity, as Eq. (4) can be read; about 1e-4 of the rest.
+    /// Whether the slip velocity includes the term Omega x u, the rotation of the vibration with the ball (a possible reading of Eq. (4)); its relative size is about 1e-4.
     static CONVECTION: Flag = "convection": Flag, default false;
 }
 
@@ -186,8 +187,8 @@ pub fn declare(schema: &mut Schema) {
     FACTOR.declare_points(schema);
 }
 
-/// Whether a key is part of a function of time, not a value for a whole run.
-pub fn is_of_a_schedule(path: &str) -> bool {
+/// Whether a key belongs to a function of time and is not constant during a run.
+pub fn is_schedule_key(path: &str) -> bool {
     let all = [&LOAD, &TILT, &FACTOR];
     let mut forms = all.into_iter().flat_map(ScheduleKeys::paths);
     forms.any(|form| form == split(path).0)
@@ -203,7 +204,7 @@ impl ScheduleKeys {
         schema.add(self.table, &self.csv);
     }
 
-    /// Declares the keys in the tables of its forms.
+    /// Declares the keys in the tables of the forms.
     fn declare_points(&'static self, schema: &mut Schema) {
         for (form, path) in self.forms {
             let keys: &[Key<Number>] = match form {
@@ -216,21 +217,21 @@ impl ScheduleKeys {
         }
     }
 
-    /// Its forms and their paths, the constant first.
+    /// Alternative forms with their paths, the constant first.
     pub fn forms(&self) -> impl Iterator<Item = (Form, &'static str)> {
         let has_constant = self.constant.is_some();
         let forms = self.forms.into_iter();
         forms.filter(move |(form, _)| has_constant || *form != Form::Constant)
     }
 
-    /// The paths of its forms, the constant first.
+    /// Paths of the alternative forms, the constant first.
     pub fn paths(&self) -> impl Iterator<Item = &'static str> {
         self.forms().map(|(_, path)| path)
     }
 }
 
-/// The error of a point that is not later than the one before.
-pub fn out_of_order(time: &str, place: Place) -> SceneError {
-    let problem = "this time is not later than the one before";
-    Fault::inconsistent(time, problem, "put the times in order, each once").at(place)
+/// Returns the error for times that do not increase.
+pub fn out_of_order(time: &str, place: Location) -> SceneError {
+    let problem = "this time is not later than the previous time";
+    Fault::inconsistent(time, problem, "sort the times in strictly increasing order").at(place)
 }

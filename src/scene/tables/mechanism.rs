@@ -1,21 +1,21 @@
-//! Whether a scene can show the mechanism that it names: its lesson must have something to measure.
+//! Checks that a scene can demonstrate its mechanism: the lesson must have something to measure.
 
 use crate::joint::Friction;
 use crate::scene::document::Document;
 use crate::scene::error::SceneError;
 use crate::scene::mechanism::Mechanism;
 use crate::scene::spec::Scene;
-use crate::scene::subject::{SmallSystem, SubjectSpec, TiltedJoint};
+use crate::scene::subject::{LoadedJoint, SmallSystem, SystemSpec};
 
-/// What a scene lacks for a mechanism, and what to do about it.
-type Lack = (&'static str, &'static str);
+/// A missing requirement of a mechanism, and the remedy.
+type Requirement = (&'static str, &'static str);
 
-/// Refuses a mechanism that the scene cannot show.
+/// Rejects a mechanism that the scene cannot demonstrate.
 pub fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneError> {
     let Some(mechanism) = scene.mechanism else {
         return Ok(());
     };
-    match lack(scene, mechanism) {
+    match missing_requirement(scene, mechanism) {
         None => Ok(()),
         Some((problem, remedy)) => Err(document.inconsistent(
             "mechanism",
@@ -26,101 +26,107 @@ pub fn check(document: &Document<'_>, scene: &Scene) -> Result<(), SceneError> {
     }
 }
 
-/// The mechanism that a scene names, if it can show it.
-pub fn shown(scene: &Scene) -> Option<Mechanism> {
+/// Returns the mechanism of a scene if the scene can demonstrate it.
+pub fn demonstrated(scene: &Scene) -> Option<Mechanism> {
     let named = scene.mechanism;
-    named.filter(|mechanism| lack(scene, *mechanism).is_none())
+    named.filter(|mechanism| missing_requirement(scene, *mechanism).is_none())
 }
 
-fn lack(scene: &Scene, mechanism: Mechanism) -> Option<Lack> {
+fn missing_requirement(scene: &Scene, mechanism: Mechanism) -> Option<Requirement> {
     use Mechanism as M;
     let subject = &scene.subject;
-    let heard = scene.analysis.spectrum.is_some();
-    let mut lacks = match mechanism {
-        M::NegativeSlope => vec![(!falls(subject), FALLS)],
-        M::ModeCoupling => vec![(!is_coupled(subject), COUPLED)],
-        M::StickSlip => vec![(!can_stick(scene), STICKS)],
-        M::LiftOff => vec![(!can_lift_off(scene), LIFTS_OFF)],
+    let has_spectrum = scene.analysis.spectrum.is_some();
+    let mut requirements = match mechanism {
+        M::NegativeSlope => vec![(!has_negative_slope(subject), NEGATIVE_SLOPE)],
+        M::ModeCoupling => vec![(!has_two_modes(subject), TWO_MODES)],
+        M::StickSlip => vec![(!can_stick(scene), STICKING)],
+        M::LiftOff => vec![(!can_separate(scene), SEPARATION)],
         M::ExchangedFriction => vec![(!has_two_slopes(subject), TWO_SLOPES)],
         M::WhichModeWins | M::Prediction => vec![(joint(subject).is_none(), JOINT)],
-        M::Hysteresis => vec![(!tilts_both_ways(scene), BOTH_WAYS)],
+        M::Hysteresis => vec![(!has_tilt_maximum(scene), TILT_MAXIMUM)],
         M::Torus => Vec::new(),
-        M::Chaos => vec![(scene.analysis.butterfly.is_none(), BUTTERFLY)],
+        M::Chaos => vec![(
+            scene.analysis.perturbed_trajectory.is_none(),
+            PERTURBED_TRAJECTORY,
+        )],
     };
-    // Whatever it is, its pitch is told.
-    lacks.push((!heard, SPECTRUM));
-    lacks.into_iter().find(|(is, _)| *is).map(|(_, lack)| lack)
+    // All lessons report the strongest spectral line.
+    requirements.push((!has_spectrum, SPECTRUM));
+    requirements
+        .into_iter()
+        .find(|(is_missing, _)| *is_missing)
+        .map(|(_, requirement)| requirement)
 }
 
-const SPECTRUM: Lack = (
-    "tells what is heard, and nothing listens",
+const SPECTRUM: Requirement = (
+    "reports the strongest spectral line, and the scene computes no spectrum",
     "add [analysis.spectrum]",
 );
-const FALLS: Lack = (
-    "is shown by a mass on a belt whose friction falls with the speed",
-    "take [mass_on_belt] with stribeck_slope_s_per_m",
+const NEGATIVE_SLOPE: Requirement = (
+    "requires a mass on a belt with friction that decreases with speed",
+    "use [mass_on_belt] with stribeck_slope_s_per_m",
 );
-const COUPLED: Lack = (
-    "is shown by two modes on a belt",
-    "take [two_modes_on_belt]",
+const TWO_MODES: Requirement = ("requires two modes on a belt", "use [two_modes_on_belt]");
+const STICKING: Requirement = (
+    "requires a system that can stick, and snapshots of it",
+    "use [mass_on_belt], or a joint with [friction] and record.patch_rate_khz above 0",
 );
-const STICKS: Lack = (
-    "needs something that can stick, and snapshots of it",
-    "take [mass_on_belt], or a joint with [friction] and record.patch_rate_khz above 0",
+const SEPARATION: Requirement = (
+    "requires contact nodes that can separate, and snapshots of them",
+    "use a joint with contact.unilateral = true and record.patch_rate_khz above 0",
 );
-const LIFTS_OFF: Lack = (
-    "needs contact nodes that can open, and snapshots of them",
-    "take a joint without contact.unilateral = false, and record.patch_rate_khz above 0",
-);
-const TWO_SLOPES: Lack = (
+const TWO_SLOPES: Requirement = (
     "exchanges the two slope factors of Eq. (5)",
-    "take a joint with friction.law = \"stribeck\"",
+    "use a joint with friction.law = \"stribeck\"",
 );
-const JOINT: Lack = ("needs the modes of a joint", "give the scene a [load]");
-const BOTH_WAYS: Lack = (
-    "needs a tilt that goes up and comes down again within the run",
-    "give [[load.tilt]] knots of such a course",
+const JOINT: Requirement = (
+    "requires the modes of a ball joint",
+    "use a scene with a [load] table",
 );
-const BUTTERFLY: Lack = (
-    "is shown by two copies that start almost alike",
-    "add [analysis.butterfly]",
+const TILT_MAXIMUM: Requirement = (
+    "requires a tilt that increases and decreases again within the run",
+    "add [[load.tilt]] knots for such a ramp",
+);
+const PERTURBED_TRAJECTORY: Requirement = (
+    "requires a perturbed trajectory",
+    "add [analysis.perturbed_trajectory]",
 );
 
-fn joint(subject: &SubjectSpec) -> Option<&TiltedJoint> {
+fn joint(subject: &SystemSpec) -> Option<&LoadedJoint> {
     match subject {
-        SubjectSpec::Joint(joint) => Some(joint),
-        SubjectSpec::Small(_) => None,
+        SystemSpec::Joint(joint) => Some(joint),
+        SystemSpec::Small(_) => None,
     }
 }
 
-fn falls(subject: &SubjectSpec) -> bool {
-    matches!(subject, SubjectSpec::Small(SmallSystem::MassOnBelt(belt)) if belt.stribeck.is_some())
+fn has_negative_slope(subject: &SystemSpec) -> bool {
+    matches!(subject, SystemSpec::Small(SmallSystem::MassOnBelt(belt)) if belt.stribeck.is_some())
 }
 
-fn is_coupled(subject: &SubjectSpec) -> bool {
-    matches!(subject, SubjectSpec::Small(SmallSystem::TwoModesOnBelt(_)))
+fn has_two_modes(subject: &SystemSpec) -> bool {
+    matches!(subject, SystemSpec::Small(SmallSystem::TwoModesOnBelt(_)))
 }
 
 fn can_stick(scene: &Scene) -> bool {
     match &scene.subject {
-        SubjectSpec::Joint(joint) => {
+        SystemSpec::Joint(joint) => {
             joint.spec.friction != Friction::None && scene.record.patch_rate > 0.0
         }
-        SubjectSpec::Small(small) => matches!(small, SmallSystem::MassOnBelt(_)),
+        SystemSpec::Small(small) => matches!(small, SmallSystem::MassOnBelt(_)),
     }
 }
 
-fn can_lift_off(scene: &Scene) -> bool {
+fn can_separate(scene: &Scene) -> bool {
     joint(&scene.subject).is_some_and(|joint| joint.spec.contact.unilateral)
         && scene.record.patch_rate > 0.0
 }
 
-fn has_two_slopes(subject: &SubjectSpec) -> bool {
+fn has_two_slopes(subject: &SystemSpec) -> bool {
     joint(subject).is_some_and(|joint| matches!(joint.spec.friction, Friction::Stribeck { .. }))
 }
 
-/// Whether some tilt lies above both the first and the last one.
-fn tilts_both_ways(scene: &Scene) -> bool {
+/// Whether the maximum tilt exceeds both the first and the last tilt.
+fn has_tilt_maximum(scene: &Scene) -> bool {
     joint(&scene.subject).is_some_and(|joint| {
         let ends = joint.tilt.at(0.0).max(joint.tilt.at(scene.duration));
         joint.tilt.max() > ends

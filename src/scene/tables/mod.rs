@@ -1,13 +1,13 @@
-//! The tables of a scene file: their keys, what these make, and what must fit together.
+//! The tables of a scene file: keys, values and consistency checks.
 
 pub mod accuracy;
 pub mod analysis;
 mod axis;
-pub mod course;
 mod csv;
 pub mod joint;
 pub mod load;
 pub mod mechanism;
+pub mod quantity;
 pub mod run;
 pub mod small;
 
@@ -16,9 +16,9 @@ use std::sync::LazyLock;
 use super::document::FromTable;
 use super::schema::{Declared, Schema};
 
-pub use accuracy::Advised;
-pub use axis::{patch_stays, sliding};
-pub use mechanism::shown as shown_mechanism;
+pub use accuracy::IntegratorAdvice;
+pub use axis::{check_imported_patch, check_sliding};
+pub use mechanism::demonstrated as demonstrated_mechanism;
 pub use run::{Events, Frames, Header, Integrator, RecordSpec, Start};
 
 /// All keys of all tables.
@@ -43,8 +43,8 @@ fn declare(schema: &mut Schema) {
     RecordSpec::declare(schema, "record");
 }
 
-/// All keys with meaning, unit, allowed values and default: Markdown, a table for each table of
-/// a scene file.
+/// All keys with meaning, unit, permitted values and default, as Markdown: one table for each table of a
+/// scene file.
 pub fn key_reference() -> String {
     let mut reference = String::new();
     let mut last = None;
@@ -53,7 +53,7 @@ pub fn key_reference() -> String {
             last = Some(table);
             let heading = match &table[..] {
                 "" => "Top level".to_owned(),
-                // A table that is a key as well is a list of tables.
+                // A path that is both a table and a key is a list of tables.
                 list if SCHEMA.find(list).is_some() => format!("`[[{list}]]`"),
                 table => format!("`[{table}]`"),
             };

@@ -1,4 +1,4 @@
-//! What a scene says of itself, how its run starts, how long it is, how it is integrated, and what is recorded.
+//! Name and description of a scene, initial state, duration, integrator and recording.
 
 use crate::dynamics::MethodName;
 use crate::scene::document::{Document, FromTable, Table};
@@ -9,86 +9,96 @@ use crate::scene::schema::kind::{Count, Number, Seed, Text, choice, number};
 use crate::scene::schema::unit::{
     KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
 };
-use crate::scene::schema::{Key, Otherwise, Schema, keys};
-use crate::scene::subject::SubjectSpec;
+use crate::scene::schema::{IfAbsent, Key, Schema, keys};
+use crate::scene::subject::SystemSpec;
 
-/// What a place on the line must be.
+/// Range of positions.
 pub const PLACE: Number = number(MICROMETRE, Closed(-1e6, 1e6));
 
 keys! {
-    /// What a scene says of itself.
+    /// Name and description of a scene.
     pub struct Header {
         /// Name of the scene.
         name: Option<String> = "name": Text, else "the file's name";
-        /// One line that says what the scene shows.
+        /// One line that states the content of the scene.
         title: Option<String> = "title": Text, else "the name";
-        /// A few sentences (Markdown) on what to look for.
+        /// A few sentences (Markdown) on what to observe.
         about: Option<String> = "about": Text, else "empty";
-        /// The mechanism that the scene shows: a lesson explains it, with numbers measured in the run, beside the picture that proves it (guide `mechanisms`).
+        /// Mechanism that the scene demonstrates. A lesson explains it next to the view that shows it, with numbers measured in the run (guide `mechanisms`).
         mechanism: Option<Mechanism> = "mechanism": choice::<Mechanism>(), else "no lesson";
     }
 
-    /// The initial state: at the steady-sliding equilibrium (of a small system: at a given place and
-    /// velocity), with a random kick of the modal velocities. SI units.
+    /// The initial state: the steady-sliding equilibrium (for a small system the given position and velocity)
+    /// with a random kick of the modal velocities. SI units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Start {
-        /// Position of a small system at the start.
+        /// Initial position of a small system.
         position: f64 = "position_um": PLACE, default 0;
-        /// Velocity of a small system at the start, before the kick.
+        /// Initial velocity of a small system, before the kick.
         velocity: f64 = "velocity_mm_per_s": number(MILLIMETRE_PER_SECOND, Closed(-1e5, 1e5)), default 0;
-        /// Standard deviation of each modal velocity at the start, in sqrt(kg) mm/s; 0 is exactly at rest.
+        /// Standard deviation of the random initial modal velocities (the kick), in sqrt(kg) mm/s; 0 starts exactly at the equilibrium.
         kick: f64 = "kick_mm_per_s": number(MILLIMETRE_PER_SECOND, Closed(0.0, 1000.0)), default 0.01;
         /// Seed of the random kick.
         seed: u64 = "seed": Seed, default 1;
     }
 
-    /// How long a run is, and how it is sampled.
+    /// Duration and sampling of a run.
     pub struct Frames {
         /// Simulated time.
         duration: f64 = "duration_ms": number(MILLISECOND, Closed(0.1, 1e5));
-        /// Samples a millisecond.
+        /// Sampling rate.
         sample_rate: f64 = "sample_rate_khz": number(KILOHERTZ, Closed(10.0, 2000.0)), default 200;
-        /// Samples that travel together from simulation to analysis.
+        /// Samples in a frame, the unit that the simulation passes to the analyses.
         frame_samples: usize = "frame_samples": Count(1, 65_536), default 256;
     }
 
     /// Integrator and its accuracy. SI units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Integrator {
-        /// Integrator: exponential pair of order 5(4) or 8(5, 3), the plain pairs `tsit54` and `dop853`, the linearly implicit `rodas5p`, `auto` for the first that turns implicit while nodes stick, or classical fixed-step Runge-Kutta.
+        /// Integration method: the exponential pairs of order 5(4) or 8(5, 3), the pairs `tsit5` and `dop853` in plain form, the linearly implicit `rodas5p`, `auto` (the 5(4) pair, with the implicit method while nodes stick), or the classical Runge-Kutta method `rk4` with fixed steps.
         method: MethodName = "method": choice::<MethodName>(), default "lawson54";
         /// Relative tolerance of the adaptive integrators.
         tolerance: f64 = "tolerance": number(ONE, Closed(1e-13, 1e-2)), default 1e-5;
-        /// Largest step of the adaptive integrators; the step of `rk4`, which has no default.
+        /// Maximum step of the adaptive methods; the fixed step of `rk4`, for which it is required.
         max_step: f64 = "max_step_us": number(MICROSECOND, Closed(0.001, 1000.0)), default 20;
-        /// Contact nodes that open or close: steps go through these events, or end exactly there.
+        /// Separation and closure of contact nodes: steps pass `through` these events, or end at the `exact` event time.
         events: Events = "events": choice::<Events>(), default "through";
     }
 }
 
-/// What a step does where a contact node opens or closes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr)]
+/// Treatment of separation and closure of contact nodes within a step.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Events {
-    /// It goes through; the control of its error shortens it where that matters.
+    /// The step passes through the event; error control shortens it if necessary.
     #[default]
     Through,
-    /// It ends exactly there.
+    /// The step ends at the event.
     Exact,
 }
 
 keys! {
-    /// What is recorded and how often; a rate of 0 is never. SI units.
+    /// Contents and rates of the recording; a rate of 0 records nothing. SI units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RecordSpec {
-        /// Snapshots of the contact nodes a millisecond; at most the sample rate, like all rates here; 0 for none.
+        /// Rate of snapshots of the contact nodes; 0 for none. All rates are at most the sampling rate.
         patch_rate: f64 = "patch_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
-        /// Pictures of the deforming body in three dimensions a millisecond; 0 for none.
+        /// Rate of three-dimensional views of the deformed body; 0 for none.
         body_rate: f64 = "body_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
-        /// Energy samples a millisecond; 0 for none, and then the work of friction is not followed and not audited.
+        /// Rate of energy samples; 0 for none, which also omits the work of friction and the energy audit.
         energy_rate: f64 = "energy_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 10;
-        /// Factor by which the body's deformation is shown larger than it is.
-        exaggeration: f64 = "exaggeration": number(ONE, Closed(1.0, 1e9)), default 2000;
+        /// Scale factor of the displayed deformation.
+        deformation_scale: f64 = "deformation_scale" aka "exaggeration": number(ONE, Closed(1.0, 1e9)), default 2000;
     }
 }
 
@@ -100,23 +110,23 @@ impl Frames {
 }
 
 impl RecordSpec {
-    /// Of a subject with neither a patch nor a body to take snapshots of: its samples.
+    /// Settings for a system without contact patch and body: samples only.
     pub const SAMPLES_ONLY: Self = Self {
         patch_rate: 0.0,
         body_rate: 0.0,
         energy_rate: 0.0,
-        exaggeration: 1.0,
+        deformation_scale: 1.0,
     };
 }
 
-pub fn start(document: &Document<'_>, subject: &SubjectSpec) -> Result<Start, SceneError> {
+pub fn start(document: &Document<'_>, subject: &SystemSpec) -> Result<Start, SceneError> {
     let table = document.table("start");
-    if let SubjectSpec::Joint(_) = subject {
-        table.refuse(
+    if let SystemSpec::Joint(_) = subject {
+        table.reject(
             &["position_um", "velocity_mm_per_s"],
             &[],
-            "a ball joint starts from steady sliding",
-            "leave it out; start.kick_mm_per_s sets the joint in motion",
+            "a ball joint starts at steady sliding",
+            "remove it; start.kick_mm_per_s sets the initial perturbation",
         )?;
     }
     Start::read(table)
@@ -127,20 +137,20 @@ pub fn integrator(document: &Document<'_>) -> Result<Integrator, SceneError> {
     let integrator = Integrator::read(table)?;
     ensure!(table,
         !integrator.method.has_fixed_step() || table.has("max_step_us") => "max_step_us", &["method"];
-        "rk4 takes fixed steps, and none is given";
-        "add time.max_step_us; 0.4 to 1.6 fits the paper's joint");
+        "rk4 requires a fixed step";
+        "set time.max_step_us; 0.4 to 1.6 is suitable for the joint of the paper");
     Ok(integrator)
 }
 
 pub fn record(
     document: &Document<'_>,
     sample_rate: f64,
-    subject: &SubjectSpec,
+    subject: &SystemSpec,
 ) -> Result<RecordSpec, SceneError> {
-    if let SubjectSpec::Small(_) = subject {
+    if let SystemSpec::Small(_) = subject {
         ensure!(document, !document.has("record") => "record", &[];
-            "a small system has neither a contact patch nor a body to take snapshots of";
-            "leave the table out; all samples are recorded");
+            "a small system has neither a contact patch nor a body to record";
+            "remove the table; all samples are recorded");
         return Ok(RecordSpec::SAMPLES_ONLY);
     }
     let record = RecordSpec::read(document.table("record"))?;
@@ -150,8 +160,8 @@ pub fn record(
         (record.energy_rate, "record.energy_rate_khz"),
     ] {
         ensure!(document, rate <= sample_rate => key, &["time.sample_rate_khz"];
-            "more often than samples are taken ({} kHz)", sample_rate / 1e3;
-            "make it at most time.sample_rate_khz");
+            "it exceeds the sampling rate of {} kHz", sample_rate / 1e3;
+            "reduce it to at most time.sample_rate_khz");
     }
     Ok(record)
 }

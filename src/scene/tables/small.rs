@@ -1,4 +1,4 @@
-//! The small systems: one table of a scene file each.
+//! Tables of the small systems.
 
 use super::joint;
 use super::run::{PLACE, Start};
@@ -10,32 +10,32 @@ use crate::scene::schema::unit::{
     DEGREE, METRE_PER_SECOND_SQUARED, MILLIMETRE_PER_SECOND, NEWTON_PER_KILOGRAM, ONE,
     SECOND_PER_METRE, TURNS_PER_SECOND,
 };
-use crate::scene::schema::{Key, Otherwise, Schema, keys};
+use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::SmallSystem;
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
-/// What a natural frequency must be.
+/// Range of natural frequencies.
 const FREQUENCY: Number = number(TURNS_PER_SECOND, Positive(1e5));
 
-/// What a damping ratio must be.
+/// Range of damping ratios.
 const RATIO: Number = number(ONE, HalfOpen(0.0, 1.0));
 
-/// What the drive must be.
+/// Range of drive amplitudes.
 const DRIVE: Number = number(METRE_PER_SECOND_SQUARED, Closed(0.0, 1e6));
 
-/// What the frequency of the drive must be.
+/// Range of drive frequencies.
 const DRIVE_FREQUENCY: Number = number(TURNS_PER_SECOND, Closed(0.0, 1e5));
 
-/// What the load of a mass must be.
+/// Range of specific normal loads.
 const LOAD: Number = number(NEWTON_PER_KILOGRAM, Positive(1e6));
 
-/// What the speed of a belt must be.
+/// Range of belt speeds.
 const BELT: Number = number(MILLIMETRE_PER_SECOND, Positive(1e5));
 
-/// Reads a system from its table.
+/// A function that reads a system from its table.
 type Reader = fn(Table<'_>) -> Result<SmallSystem, SceneError>;
 
-/// The tables, and what reads each.
+/// The tables with their functions.
 const TABLES: [(&str, Reader); 4] = [
     ("impact_oscillator", |table| {
         ImpactOscillator::read(table).map(SmallSystem::ImpactOscillator)
@@ -61,77 +61,77 @@ pub fn declare(schema: &mut Schema) {
 keys! {
     ImpactOscillator {
         /// Natural frequency.
-        omega = "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
         /// Damping ratio.
         damping = "damping_ratio": RATIO, default 0;
-        /// Amplitude of the drive, as the acceleration that it gives the mass.
-        drive = "drive_m_per_s2": DRIVE;
-        /// Frequency of the drive, a cosine; 0 is a constant push.
+        /// Amplitude of the drive, as the acceleration of the mass.
+        drive = "drive_amplitude_m_per_s2" aka "drive_m_per_s2": DRIVE;
+        /// Frequency of the drive, a cosine; 0 is a constant force.
         drive_omega = "drive_frequency_hz": DRIVE_FREQUENCY;
-        /// Where the wall is: the mass moves at or above it.
-        wall = "wall_um": PLACE, default 0;
-        /// Coefficient of restitution: speed after an impact over that before it.
+        /// Position of the wall; the mass moves above it.
+        wall = "wall_position_um" aka "wall_um": PLACE, default 0;
+        /// Coefficient of restitution: speed after an impact divided by the speed before it.
         restitution = "restitution": number(ONE, Closed(0.0, 1.0));
     }
 
     MassOnBelt {
         /// Natural frequency.
-        omega = "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
         /// Damping ratio.
         damping = "damping_ratio": RATIO, default 0;
-        /// Force that presses the mass onto the belt, by the mass.
+        /// Normal force on the belt, divided by the mass.
         load = "load_n_per_kg": LOAD;
-        /// Static coefficient of friction: holds while sticking.
+        /// Static coefficient of friction, which applies while the mass sticks.
         mu_s = "mu_s": joint::FRICTION;
-        /// Kinetic coefficient of friction: holds while sliding; at most the static one.
+        /// Kinetic coefficient of friction, which applies while the mass slides; at most the static one.
         mu_d = "mu_d": joint::FRICTION;
         /// Speed of the belt.
-        belt = "belt_mm_per_s": BELT;
-        /// Slope factor of the fall from the static to the kinetic coefficient with the sliding speed; the larger, the steeper.
+        belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
+        /// Slope factor of the decrease from the static to the kinetic coefficient with sliding speed; a larger value gives a steeper decrease.
         stribeck = "stribeck_slope_s_per_m": number(SECOND_PER_METRE, Positive(1e6)),
-            else "the coefficient falls at once";
+            else "a jump to the kinetic coefficient";
     }
 
     TwoModesOnBelt |table| {
         /// Natural frequency of the first mode out of contact.
         first = "first_frequency_hz": FREQUENCY;
-        /// Natural frequency of the second mode out of contact; it moves across the first one.
+        /// Natural frequency of the second mode out of contact; its direction is perpendicular to that of the first.
         second = "second_frequency_hz": FREQUENCY;
-        /// Direction in which the first mode moves: from along the belt towards into it.
-        angle = "angle_deg": number(DEGREE, Closed(-90.0, 90.0));
-        /// Stiffness of the contact, as the frequency of the mass on it alone.
+        /// Direction of the first mode: angle from the belt direction towards the belt normal.
+        angle = "mode_angle_deg" aka "angle_deg": number(DEGREE, Closed(-90.0, 90.0));
+        /// Contact stiffness, as the natural frequency of the mass on this spring alone.
         contact = "contact_frequency_hz": FREQUENCY;
-        /// Force that presses the mass onto the belt, by the mass.
+        /// Normal force on the belt, divided by the mass.
         load = "load_n_per_kg": LOAD;
-        /// Coefficient of friction, the same at all speeds but next to rest.
+        /// Coefficient of friction, constant except near zero sliding speed.
         mu = "mu": joint::FRICTION;
-        /// Slope factor by which it rises from zero at rest; at least 20 over the speed of the belt.
+        /// Slope factor of the increase from zero at rest; at least 20 divided by the belt speed.
         creep = "creep_slope_s_per_m": joint::CREEP, default 1000;
         /// Speed of the belt.
-        belt = "belt_mm_per_s": BELT;
+        belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
     } => TwoModesOnBelt { omega: [first, second], angle, contact_stiffness: contact * contact, load, mu, creep, belt };
 
     DampedContact |table| {
         /// Natural frequency out of contact.
-        omega = "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
         /// Damping ratio out of contact.
         damping = "damping_ratio": RATIO, default 0;
-        /// Amplitude of the drive, as the acceleration that it gives the mass.
-        drive = "drive_m_per_s2": DRIVE;
-        /// Frequency of the drive, a cosine; 0 is a constant push.
+        /// Amplitude of the drive, as the acceleration of the mass.
+        drive = "drive_amplitude_m_per_s2" aka "drive_m_per_s2": DRIVE;
+        /// Frequency of the drive, a cosine; 0 is a constant force.
         drive_omega = "drive_frequency_hz": DRIVE_FREQUENCY;
-        /// Stiffness of the contact below 0: the natural frequency of the mass on its spring alone.
+        /// Contact stiffness below 0, as the natural frequency of the mass on this spring alone.
         contact = "contact_frequency_hz": FREQUENCY;
-        /// Damping of the contact: the damping ratio of the mass on it alone.
+        /// Contact damping, as the damping ratio of the mass on the contact alone.
         ratio = "contact_damping_ratio": number(ONE, Closed(0.0, 10.0));
     } => {
-        // An undamped mass on the spring of the contact alone would vibrate with `contact`.
+        // `contact` is the natural frequency of the undamped mass on the contact spring alone.
         let (contact_stiffness, contact_damping) = (contact * contact, 2.0 * ratio * contact);
         DampedContact { omega, damping, drive, drive_omega, contact_stiffness, contact_damping }
     };
 }
 
-/// The small system of a scene; `None` where it has no table of one.
+/// Reads the small system of a scene; `None` if no table defines one.
 pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError> {
     let mut given = TABLES.iter().filter(|(table, _)| document.has(table));
     let Some((table, read)) = given.next() else {
@@ -140,7 +140,7 @@ pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError>
     let others = given.map(|(table, _)| *table).chain(joint::TABLES);
     for other in others {
         ensure!(document, !document.has(other) => other, &[];
-            "a scene runs one thing, and [{table}] says already what";
+            "a scene defines one system, and [{table}] already defines one";
             "keep [{table}] or [{other}]");
     }
     let system = read(document.table(table))?;
@@ -148,28 +148,29 @@ pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError>
     Ok(Some(system))
 }
 
-/// Whether the numbers of a system fit together, and with where it starts.
+/// Checks the parameters of a system, and its initial position.
 fn check(document: &Document<'_>, system: &SmallSystem) -> Result<(), SceneError> {
-    /// The rise at rest must be over at the belt's speed: what is left of it would damp.
+    /// Minimum of slope factor times belt speed; a coefficient that still increases at the belt speed would
+    /// damp.
     const RISEN: f64 = 20.0;
 
     match *system {
         SmallSystem::ImpactOscillator(ImpactOscillator { wall, .. }) => {
             let start = Start::read(document.table("start"))?.position;
             let [start_um, wall_um] = [start, wall].map(|metres| metres * 1e6);
-            ensure!(document, start >= wall => "start.position_um", &["impact_oscillator.wall_um"];
-                "the mass starts at {start_um} um, behind the wall at {wall_um} um";
-                "start it at or above impact_oscillator.wall_um");
+            ensure!(document, start >= wall => "start.position_um", &["impact_oscillator.wall_position_um"];
+                "the initial position {start_um} um is below the wall at {wall_um} um";
+                "increase it to at least impact_oscillator.wall_position_um");
         }
         SmallSystem::MassOnBelt(MassOnBelt { mu_s, mu_d, .. }) => {
             ensure!(document, mu_d <= mu_s => "mass_on_belt.mu_d", &["mass_on_belt.mu_s"];
-            "it exceeds the static coefficient, {mu_s}: the mass could neither stick nor slide";
-            "make it at most mass_on_belt.mu_s")
+            "it exceeds the static coefficient {mu_s}, for which the mass can neither stick nor slide";
+            "reduce it to at most mass_on_belt.mu_s")
         }
         SmallSystem::TwoModesOnBelt(TwoModesOnBelt { creep, belt, .. }) => ensure!(document,
-            creep * belt >= RISEN => "two_modes_on_belt.creep_slope_s_per_m", &["two_modes_on_belt.belt_mm_per_s"];
-            "the coefficient still rises at the belt's speed, and mode coupling needs a constant one";
-            "make it at least {:.0}", RISEN / belt),
+            creep * belt >= RISEN => "two_modes_on_belt.creep_slope_s_per_m", &["two_modes_on_belt.belt_speed_mm_per_s"];
+            "the coefficient still increases at the belt speed, and mode coupling requires a constant one";
+            "increase it to at least {:.0}", RISEN / belt),
         SmallSystem::DampedContact(_) => {}
     }
     Ok(())

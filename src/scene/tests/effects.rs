@@ -1,4 +1,4 @@
-//! Effects that a scene can call for: laws of friction, damping of the contact, `Omega x u`.
+//! Optional effects: friction laws, contact damping, convection `Omega x u`.
 
 use crate::joint::{Constant, ContactDamping, Friction, JointSpec};
 use crate::scene::*;
@@ -12,11 +12,11 @@ fn spec(added: &str) -> JointSpec {
 
 fn refusal(added: &str) -> String {
     let refused = Scene::parse("mine.toml", format!("{SMALLEST}{added}"));
-    refused.expect_err("must be refused").to_string()
+    refused.expect_err("must be rejected").to_string()
 }
 
 #[test]
-fn what_is_absent_is_off() {
+fn absent_tables_disable_effects() {
     let spec = spec("");
     assert_eq!(spec.friction, Friction::None);
     assert_eq!(spec.contact.damping, ContactDamping::None);
@@ -24,7 +24,7 @@ fn what_is_absent_is_off() {
 }
 
 #[test]
-fn each_law_has_its_numbers() {
+fn each_law_reads_its_parameters() {
     assert_eq!(
         spec("[friction]\nlaw = \"constant\"\nmu = 0.4\nradial = false\n").friction,
         Friction::Constant {
@@ -55,7 +55,7 @@ fn each_law_has_its_numbers() {
 }
 
 #[test]
-fn numbers_of_another_law_are_refused() {
+fn parameters_of_other_laws_are_rejected() {
     let cases = [
         ("[friction]\nlaw = \"constant\"\n", "friction.mu"),
         ("[friction]\nmu_s = 0.5\n", "friction.mu_d"),

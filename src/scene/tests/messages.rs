@@ -1,4 +1,4 @@
-//! One clear message for each fault of a key.
+//! Error messages of single keys.
 
 use proptest::prelude::*;
 
@@ -7,13 +7,13 @@ use crate::scene::schema::Declared;
 use crate::scene::tables::SCHEMA;
 
 #[test]
-fn every_key_is_known_once_and_has_its_unit_in_its_name() {
+fn keys_are_unique_and_named_with_their_units() {
     for Declared { path, key, .. } in &SCHEMA.0 {
         let row = key.guide_row();
         let suffix = match row.split('|').nth(3).map(str::trim) {
             Some("mm/s") => "_mm_per_s".to_owned(),
             Some("s/m") => "_s_per_m".to_owned(),
-            Some("rad/s") => ".rad_s".to_owned(),
+            Some("rad/s") => "_rad_per_s".to_owned(),
             Some("kg/m^3") => "_kg_m3".to_owned(),
             Some("N/kg") => "_n_per_kg".to_owned(),
             Some("m/s^2") => "_m_per_s2".to_owned(),
@@ -22,34 +22,37 @@ fn every_key_is_known_once_and_has_its_unit_in_its_name() {
             None => panic!("no unit column: {row}"),
         };
         assert!(path.ends_with(&suffix), "{path}: {suffix}");
-        let twins = SCHEMA.paths().filter(|other| other == path).count();
-        assert_eq!(twins, 1, "{path}");
+        let count = SCHEMA.paths().filter(|other| other == path).count();
+        assert_eq!(count, 1, "{path}");
     }
 }
 
 #[test]
-fn the_guide_lists_every_key_as_the_program_knows_it() {
-    let guide = include_str!("../../guide/scenes.md");
+fn the_guide_contains_the_key_reference() {
+    let guide = include_str!("../../guide/reference/scenes.md");
     let reference = key_reference();
     let headings: Vec<&str> = reference
         .lines()
         .filter(|line| line.starts_with('#'))
         .collect();
     for (k, heading) in headings.iter().enumerate() {
-        assert!(!headings[..k].contains(heading), "{heading} stands twice");
+        assert!(
+            !headings[..k].contains(heading),
+            "duplicate heading {heading}"
+        );
     }
     assert!(
         guide.ends_with(&reference),
-        "src/guide/scenes.md must end with this reference:\n{reference}"
+        "src/guide/reference/scenes.md must end with this output of `squeakscope scenes --keys`:\n{reference}"
     );
 }
 
 #[test]
-fn unknown_keys_name_line_and_nearest() {
+fn unknown_keys_are_reported_with_line_and_suggestion() {
     assert_eq!(
         refusal("[load]\nload_n = 150\ntilt_deq = 2\n[time]\nduration_ms = 1\n"),
         "mine.toml:3: unknown key `load.tilt_deq` (did you mean `load.tilt_deg`?); \
-         [load] knows load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
+         [load] has the keys load_n, load, load_steps, load_csv, tilt_deg, tilt, tilt_steps, tilt_csv, azimuth_deg, \
          load_sine, tilt_sine"
     );
     assert!(
@@ -65,18 +68,21 @@ fn unknown_keys_name_line_and_nearest() {
             .contains(":6: unknown key `frction` (did you mean `friction`?)")
     );
     assert!(refusal_with("[analysis.spectrm]\n").contains("did you mean `analysis.spectrum`?"));
-    assert!(refusal_with("[qqqqqqqqqqqq]\n").contains("`qqqqqqqqqqqq`; the top level knows name,"));
+    assert!(
+        refusal_with("[qqqqqqqqqqqq]\n")
+            .contains("`qqqqqqqqqqqq`; the top level has the keys name,")
+    );
     let knot = "[load]\nload_n = 1\ntilt = [{ time_ms = 0, tilt_deg = 0, tlt = 1 }]\n";
     assert!(refusal(knot).contains(":3: unknown key `load.tilt.tlt`"));
 }
 
 #[test]
-fn the_first_unknown_key_in_reading_order_is_named() {
+fn the_first_unknown_key_in_reading_order_is_reported() {
     assert!(refusal("zzz = 1\naaa = 2\n").contains(":1: unknown key `zzz`"));
 }
 
 #[test]
-fn missing_values_say_what_is_needed() {
+fn missing_values_are_reported_with_permitted_values() {
     assert_eq!(
         refusal("# no load\n[load]\ntilt_deg = 1\n"),
         "mine.toml:2: `load.load_n` is missing; it must be a number above 0, at most 1000000 N \
@@ -94,11 +100,11 @@ fn missing_values_say_what_is_needed() {
     assert!(refusal(knot).contains(":3: `load.tilt.tilt_deg` is missing"));
     assert!(refusal_with("[friction]\nmu_s = 0.5\n").contains(":6: `friction.mu_d` is missing"));
     let threshold = refusal_with("[analysis.recurrence]\n");
-    assert!(threshold.contains(":6: `analysis.recurrence.threshold_rate` is missing"));
+    assert!(threshold.contains(":6: `analysis.recurrence.recurrence_rate` is missing"));
 }
 
 #[test]
-fn out_of_range_values_name_line_and_range() {
+fn out_of_range_values_are_reported_with_line_and_range() {
     assert_eq!(
         refusal(SMALLEST.replace("= 150", "= -150")),
         "mine.toml:2: `load.load_n` = -150 is out of range; it must be a number above 0, at most 1000000 N"
@@ -112,32 +118,35 @@ fn out_of_range_values_name_line_and_range() {
             refusal_with(&format!("[body]\nelement_order = {order}\n")),
             format!(
                 "mine.toml:7: `body.element_order` = {order} is out of range; \
-                 it must be a whole number from 1 to 8"
+                 it must be an integer from 1 to 8"
             )
         );
     }
     assert_eq!(
         refusal_with("[contact]\nnodes = 0\n"),
         "mine.toml:7: `contact.nodes` = 0 is out of range; \
-         it must be a whole number from 1 to 10000"
+         it must be an integer from 1 to 10000"
     );
     for value in ["nan", "inf", "-inf", "1e999"] {
         let message = refusal(SMALLEST.replace("= 150", &format!("= {value}")));
         assert!(message.contains(&format!(":2: `load.load_n` = {value} is out of range")));
     }
     assert!(refusal_with("[start]\nseed = 99999999999999999999\n").contains("`start.seed` = 9"));
-    assert!(refusal_with("[rotation]\nrad_s = [0, nan, 0]\n").contains("`rotation.rad_s`"));
+    assert!(
+        refusal_with("[rotation]\nangular_velocity_rad_per_s = [0, nan, 0]\n")
+            .contains("`rotation.angular_velocity_rad_per_s`")
+    );
 }
 
-/// Every number of every key is refused when it is not finite, whatever the table.
+/// No numeric key accepts a value that is not finite.
 #[test]
-fn no_key_takes_a_value_that_is_not_finite() {
+fn values_that_are_not_finite_are_rejected() {
     for Declared { table, key, .. } in &SCHEMA.0 {
         let name = key.name;
         for value in ["nan", "inf", "-inf"] {
             let text = match &table[..] {
                 "" => format!("{name} = {value}\n{SMALLEST}"),
-                // What is a list of tables takes no number at all.
+                // A list of tables accepts no number.
                 list if SCHEMA.find(list).is_some() => {
                     format!("{list} = [{{ {name} = {value} }}]\n")
                 }
@@ -155,17 +164,17 @@ fn no_key_takes_a_value_that_is_not_finite() {
 }
 
 #[test]
-fn wrong_types_and_choices_say_what_fits() {
+fn wrong_types_and_choices_are_reported_with_permitted_values() {
     assert_eq!(
         refusal(SMALLEST.replace("= 150", "= \"heavy\"")),
         "mine.toml:2: `load.load_n` is \"heavy\"; it must be a number above 0, at most 1000000 N"
     );
     assert_eq!(
         refusal_with("[contact]\nquadrature = \"gaus\"\n"),
-        "mine.toml:7: `contact.quadrature` = \"gaus\" is not a choice \
+        "mine.toml:7: `contact.quadrature` = \"gaus\" is not a valid choice \
          (did you mean `gauss`?); it must be \"rings\" or \"gauss\""
     );
-    assert!(refusal_with("[contact]\nnodes = 10.5\n").contains("must be a whole number"));
+    assert!(refusal_with("[contact]\nnodes = 10.5\n").contains("must be an integer"));
     assert!(refusal("load = 3\n").contains(":1: `load` is a table"));
     assert!(refusal("[[load]]\nload_n = 3\n").contains(":1: `load` is a table"));
     let long = format!("title = [\"{}\"]\n", "x".repeat(1000));
@@ -173,7 +182,7 @@ fn wrong_types_and_choices_say_what_fits() {
 }
 
 #[test]
-fn what_is_not_toml_or_not_text_says_where() {
+fn invalid_toml_and_text_are_reported_with_line() {
     assert!(refusal("[load]\nload_n 150\n").starts_with("mine.toml:2: not valid TOML: "));
     assert!(refusal("a = 1\na = 2\n").starts_with("mine.toml:2: not valid TOML: duplicate key"));
     assert!(
@@ -184,8 +193,8 @@ fn what_is_not_toml_or_not_text_says_where() {
 }
 
 #[test]
-fn names_that_are_no_scene_offer_the_nearest() {
-    let message = |name: &str| Scene::load(name).expect_err("no scene").to_string();
+fn unknown_scenes_are_reported_with_suggestion() {
+    let message = |name: &str| Scene::load(name).expect_err("not a scene").to_string();
     let near = message("chaos-5dg");
     assert!(near.starts_with("no scene is called `chaos-5dg` (did you mean `chaos-5deg`?)"));
     assert!(near.contains("tilt-ramp, printed-friction"));
@@ -200,7 +209,7 @@ fn names_that_are_no_scene_offer_the_nearest() {
 
 #[cfg(unix)]
 #[test]
-fn an_endless_file_is_refused() {
+fn an_endless_file_is_rejected() {
     let message = Scene::load("/dev/zero").expect_err("refused").to_string();
     assert!(message.contains("is larger than"));
 }
@@ -213,7 +222,7 @@ proptest! {
         let _ = Scene::parse("random", bytes);
     }
 
-    /// A preset with a stretch replaced: still a scene whose numbers are sane, or one message.
+    /// A preset with random replacements parses to a scene in range, or fails with one message.
     #[test]
     fn mutated_presets_never_panic(
         which in 0..PRESETS.len(),

@@ -1,5 +1,6 @@
-//! The promises of a scene file: presets, ranges, and one clear message for each fault.
+//! Scene files: presets, ranges, error messages, deprecated keys.
 
+mod deprecated;
 mod effects;
 mod messages;
 mod schedules;
@@ -14,7 +15,7 @@ use crate::dynamics::MethodName;
 use crate::fem::Elements;
 use crate::joint::{Frequencies, Friction, JointSpec, Stribeck};
 
-/// The smallest scene: the required keys only.
+/// A scene with the required keys only.
 const SMALLEST: &str = "\
 [load]
 load_n = 150
@@ -35,22 +36,22 @@ fn tilt_of(scene: &Scene) -> &Schedule {
     &scene.joint().expect("a joint").tilt
 }
 
-/// The message about a text that must be refused.
+/// Error message for an invalid text.
 fn refusal(text: impl AsRef<[u8]>) -> String {
     Scene::parse("mine.toml", text)
-        .expect_err("must be refused")
+        .expect_err("must be rejected")
         .to_string()
 }
 
-/// The message about the smallest scene with a line added at its end.
+/// Error message for [`SMALLEST`] with lines appended.
 fn refusal_with(added: &str) -> String {
     refusal(format!("{SMALLEST}{added}"))
 }
 
 #[test]
-fn defaults_are_the_papers() {
+fn defaults_are_those_of_the_paper() {
     let scene = smallest();
-    let TiltedJoint {
+    let LoadedJoint {
         spec: joint, tilt, ..
     } = scene.joint().expect("a joint");
     assert_eq!(scene.name, "mine");
@@ -81,23 +82,23 @@ fn every_default_is_valid() {
         [analysis.spectrum]\n[analysis.spectrogram]
         [analysis.recurrence]\nthreshold_um = 0.25
         [analysis.delay]\n[analysis.section]\n[analysis.chaos]\n[analysis.regime]
-        [analysis.quantification]\nthreshold_spread = 0.2
+        [analysis.quantification]\nthreshold_std = 0.2
         [friction]\nmu_s = 0.5\nmu_d = 0.2
         [damping]\nratio = 0.001";
     let scene = Scene::parse("m", format!("{SMALLEST}{everything}")).expect("valid");
     assert!(scene.analysis.spectrum.is_some() && scene.analysis.spectrogram.is_some());
-    let recurrence = scene.analysis.recurrence.expect("asked for");
-    assert_eq!(recurrence.nearness.threshold, Threshold::Distance(2.5e-7));
-    assert_eq!(recurrence.embedding.lag, Setting::Given(60e-6));
-    let quantification = scene.analysis.quantification.expect("asked for");
-    assert_eq!(quantification.nearness.threshold, Threshold::Spread(0.2));
-    let chaos = scene.analysis.chaos.expect("asked for");
+    let recurrence = scene.analysis.recurrence.expect("present");
+    assert_eq!(recurrence.criterion.threshold, Threshold::Distance(2.5e-7));
+    assert_eq!(recurrence.embedding.lag, AutoOr::Given(60e-6));
+    let quantification = scene.analysis.quantification.expect("present");
+    assert_eq!(quantification.criterion.threshold, Threshold::Spread(0.2));
+    let chaos = scene.analysis.chaos.expect("present");
     assert_eq!(chaos.method, DivergenceMethod::Rosenstein);
     assert!(scene.analysis.delay.is_some() && scene.analysis.regime.is_some());
     assert_eq!(
-        scene.analysis.section.as_ref().expect("asked for").surface,
+        scene.analysis.section.as_ref().expect("present").surface,
         SectionSurface::Delay {
-            lag: Setting::Given(60e-6),
+            lag: AutoOr::Given(60e-6),
             level: 0.0
         }
     );
@@ -117,7 +118,7 @@ fn every_default_is_valid() {
 }
 
 #[test]
-fn presets_are_valid_and_named_after_themselves() {
+fn presets_are_valid_and_have_their_names() {
     for preset in PRESETS {
         let scene = preset.scene().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.name, preset.name);
@@ -141,7 +142,7 @@ fn a_printed_preset_is_the_same_scene_from_a_file() {
 }
 
 #[test]
-fn the_regimes_have_their_parameters() {
+fn presets_have_their_parameters() {
     let load = |name| Scene::load(name).expect("preset");
     let periodic = load("periodic-2deg");
     assert_eq!(joint_of(&periodic).azimuth, 0.0);
@@ -181,7 +182,7 @@ fn the_regimes_have_their_parameters() {
 }
 
 #[test]
-fn a_byte_order_mark_and_windows_lines_are_no_fault() {
+fn byte_order_marks_and_crlf_are_accepted() {
     let marked = format!("\u{feff}{}", SMALLEST.replace('\n', "\r\n"));
     let scene = Scene::parse("mine.toml", &marked).expect("valid");
     assert_eq!(scene.subject, smallest().subject);
@@ -190,14 +191,14 @@ fn a_byte_order_mark_and_windows_lines_are_no_fault() {
 }
 
 #[test]
-fn the_laboratory_reads_its_keys_in_si() {
+fn analysis_keys_are_converted_to_si() {
     let added = "
         [analysis.delay]
-        window_ms = 10\nevery_ms = 5\nlargest_lag_us = 200\nlargest_dimension = 6\nfalse_share = 0.05
+        window_ms = 10\nevery_ms = 5\nmax_lag_us = 200\nmax_dimension = 6\nmax_false_neighbour_share = 0.05
         [analysis.recurrence]
         lag_us = \"auto\"\ndimension = \"auto\"\nnorm = \"maximum\"\nneighbours = 20
         [analysis.section]
-        plane_q = [0, 1]\nplane_qdot_ms = [2.0]\noffset_um = 0.5\nshown = [\"q1\", \"qdot11\"]
+        plane_q = [0, 1]\nplane_qdot_ms = [2.0]\noffset_um = 0.5\ncoordinates = [\"q1\", \"qdot11\"]
         direction = \"both\"
         [analysis.chaos]
         method = \"kantz\"\nradius = 0.1
@@ -212,17 +213,17 @@ fn the_laboratory_reads_its_keys_in_si() {
         regime,
         ..
     } = scene.analysis;
-    let delay = delay.expect("asked for");
+    let delay = delay.expect("present");
     assert_eq!((delay.sliding.window, delay.sliding.every), (10e-3, 5e-3));
     assert_eq!((delay.largest_lag, delay.largest_dimension), (200e-6, 6));
     assert_eq!((delay.bins, delay.false_share), (32, 0.05));
-    let recurrence = recurrence.expect("asked for");
-    assert_eq!(recurrence.embedding.lag, Setting::Auto);
-    assert_eq!(recurrence.embedding.dimension, Setting::Auto);
-    assert_eq!(recurrence.nearness.norm, Norm::Maximum);
-    assert_eq!(recurrence.nearness.threshold, Threshold::Neighbours(20));
+    let recurrence = recurrence.expect("present");
+    assert_eq!(recurrence.embedding.lag, AutoOr::Auto);
+    assert_eq!(recurrence.embedding.dimension, AutoOr::Auto);
+    assert_eq!(recurrence.criterion.norm, Norm::Maximum);
+    assert_eq!(recurrence.criterion.threshold, Threshold::Neighbours(20));
     assert_eq!(
-        section.expect("asked for"),
+        section.expect("present"),
         SectionSpec {
             every: 1e-3,
             surface: SectionSurface::State {
@@ -234,45 +235,55 @@ fn the_laboratory_reads_its_keys_in_si() {
             direction: Direction::Both,
         }
     );
-    let method = chaos.expect("asked for").method;
+    let method = chaos.expect("present").method;
     assert_eq!(method, DivergenceMethod::Kantz { radius: 0.1 });
-    assert_eq!(regime.expect("asked for").silence, 1e-6);
+    assert_eq!(regime.expect("present").silence, 1e-6);
 }
 
 #[test]
-fn exponents_and_the_butterfly_read_their_keys() {
+fn lyapunov_and_perturbed_trajectory_are_read() {
     let read = |added: &str| Scene::parse("m", format!("{SMALLEST}{added}")).expect("valid");
     let plain = read("");
     assert_eq!(plain.integrator.events, Events::Through);
     assert_eq!(
-        (plain.analysis.exponents, plain.analysis.butterfly),
+        (
+            plain.analysis.exponents,
+            plain.analysis.perturbed_trajectory
+        ),
         (None, None)
     );
-    let scene = read("events = \"exact\"\n[analysis.exponents]\n[analysis.butterfly]\n");
+    let scene = read("events = \"exact\"\n[analysis.lyapunov]\n[analysis.perturbed_trajectory]\n");
     assert_eq!(scene.integrator.events, Events::Exact);
-    let default = ExponentsSpec {
+    let default = LyapunovSpec {
         count: 3,
         settle: 50e-3,
         every: 1e-3,
     };
     assert_eq!(scene.analysis.exponents, Some(default));
-    let butterfly = ButterflySpec {
+    let perturbed_trajectory = PerturbedTrajectorySpec {
         start: 50e-3,
         distance: 1e-9,
         every: 1e-3,
     };
-    assert_eq!(scene.analysis.butterfly, Some(butterfly));
+    assert_eq!(
+        scene.analysis.perturbed_trajectory,
+        Some(perturbed_trajectory)
+    );
     let count = |added: &str| {
-        let scene = read(&format!("[analysis.exponents]\n{added}"));
+        let scene = read(&format!("[analysis.lyapunov]\n{added}"));
         scene.analysis.exponents.map(|spec| spec.count)
     };
     assert_eq!(count("count = \"all\""), Some(22));
     assert_eq!(count("count = 22"), Some(22));
-    let one_mode = "[body]\nbending_pairs = 0\ntorsion = 1\naxial = 0";
-    assert_eq!(count(one_mode), Some(2), "no more than there are");
+    let one_mode = "[body]\nbending_pairs = 0\ntorsion_modes = 1\naxial_modes = 0";
+    assert_eq!(
+        count(one_mode),
+        Some(2),
+        "at most the dimension of the phase space"
+    );
 }
 
-/// The defaults of the keys are the elements that `fem` recommends, and stated ones are taken.
+/// The default elements are those that `fem` recommends.
 #[test]
 fn the_default_mesh_is_the_recommended_one() {
     let scene = Scene::load("tilt-ramp").expect("preset");

@@ -1,13 +1,13 @@
-//! Tilt, load and rotation as functions of time: what is read, and what is refused with which words.
+//! Tilt, load and rotation as functions of time: parsing and error messages.
 
 use std::fs;
 
 use crate::scene::schema::Declared;
 use crate::scene::tables::SCHEMA;
-use crate::scene::tables::load::is_of_a_schedule;
+use crate::scene::tables::load::is_schedule_key;
 use crate::scene::*;
 
-/// A scene with the given lines on load, tilt and rotation.
+/// A scene with the given lines for load, tilt and rotation.
 fn text(lines: &str) -> String {
     let given = |key: &str| lines.lines().any(|line| line.starts_with(key));
     let load = if given("load.load") {
@@ -23,18 +23,18 @@ fn text(lines: &str) -> String {
     format!("{lines}\n{load}{tilt}time.duration_ms = 10\n")
 }
 
-fn joint(lines: &str) -> TiltedJoint {
+fn joint(lines: &str) -> LoadedJoint {
     let scene = Scene::parse("mine.toml", text(lines)).unwrap_or_else(|error| panic!("{error}"));
     scene.joint().expect("a joint").clone()
 }
 
 fn refusal(lines: &str) -> String {
     let refused = Scene::parse("mine.toml", text(lines));
-    refused.expect_err("must be refused").to_string()
+    refused.expect_err("must be rejected").to_string()
 }
 
-/// A scene file in a folder, with another file beside it.
-fn beside(
+/// A scene in a folder with another file.
+fn with_file(
     name: &str,
     content: &str,
     lines: &str,
@@ -48,7 +48,7 @@ fn beside(
 }
 
 #[test]
-fn each_quantity_takes_each_form() {
+fn each_quantity_accepts_each_form() {
     let knots = joint(
         "load.load = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
          load.tilt = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]\n\
@@ -78,7 +78,7 @@ fn each_quantity_takes_each_form() {
     assert_eq!(
         steps.jumps(),
         [0.003, 0.004],
-        "those of load and rotation are one"
+        "simultaneous steps of load and rotation are merged"
     );
 
     let sines = joint(
@@ -96,44 +96,43 @@ fn each_quantity_takes_each_form() {
     assert!((later.tilt - 4f64.to_radians()).abs() < 1e-15);
 }
 
-/// Whoever holds a joint at its start needs nothing but its parameters.
 #[test]
-fn the_parameters_are_those_of_the_start() {
+fn parameters_are_the_initial_values() {
     let sines = joint(
         "load.load_sine = { mean_n = 150, amplitude_n = 50, frequency_hz = 25, phase_deg = 90 }\n\
-         rotation.rad_s = [0, 2, 0]\n\
+         rotation.angular_velocity_rad_per_s = [0, 2, 0]\n\
          rotation.factor_steps = [{ time_ms = 1, factor = 0.5 }, { time_ms = 2, factor = 3 }]",
     );
     assert_eq!(
         (sines.spec.load, sines.spec.rotation),
         (200.0, [0.0, 1.0, 0.0])
     );
-    let held = sines.held_at_first();
-    let words = "load 200 N, rotation 0.5 times that of rotation.rad_s";
-    assert_eq!(held.words().as_deref(), Some(words));
+    let held = sines.fixed_at_start();
+    let words = "load 200 N, rotation 0.5 times rotation.angular_velocity_rad_per_s";
+    assert_eq!(held.description().as_deref(), Some(words));
     let constant = joint("load.load_steps = [{ time_ms = 0, load_n = 100 }]");
-    assert_eq!(constant.held_at_first(), Held::default());
-    assert_eq!(constant.held_at_first().words(), None);
+    assert_eq!(constant.fixed_at_start(), FixedAt::default());
+    assert_eq!(constant.fixed_at_start().description(), None);
     let ramp = Scene::load("tilt-ramp").expect("preset");
-    let held = ramp.joint().expect("a joint").held_at_first();
-    assert_eq!(held.words().as_deref(), Some("tilt 0 deg"));
+    let held = ramp.joint().expect("a joint").fixed_at_start();
+    assert_eq!(held.description().as_deref(), Some("tilt 0 deg"));
 }
 
 #[test]
-fn a_quantity_is_given_once() {
+fn a_quantity_is_unique() {
     let cases = [
         (
             "load.tilt_deg = 1\nload.tilt_sine = { mean_deg = 3, amplitude_deg = 1, frequency_hz = 25 }",
-            ":2: `load.tilt_sine`: the tilt is given twice; keep one of load.tilt_deg and load.tilt_sine",
+            ":2: `load.tilt_sine`: the scene gives the tilt more than once; keep one of load.tilt_deg and load.tilt_sine",
         ),
         (
             "load.load_csv = \"a.csv\"\nload.load_n = 3",
-            ":2: `load.load_csv`: the load is given twice; keep one of load.load_n and load.load_csv",
+            ":2: `load.load_csv`: the scene gives the load more than once; keep one of load.load_n and load.load_csv",
         ),
         (
             "rotation.factor = [{ time_ms = 0, factor = 1 }]\n\
              rotation.factor_steps = [{ time_ms = 0, factor = 1 }]",
-            ":2: `rotation.factor_steps`: the rotation is given twice",
+            ":2: `rotation.factor_steps`: the scene gives the rotation more than once",
         ),
     ];
     for (lines, expected) in cases {
@@ -146,19 +145,19 @@ fn a_quantity_is_given_once() {
 }
 
 #[test]
-fn what_a_function_would_reach_must_be_allowed() {
+fn values_of_a_function_are_in_range() {
     let cases = [
         (
             "load.load_sine = { mean_n = 150, amplitude_n = 150, frequency_hz = 25 }",
-            ":1: `load.load_sine.amplitude_n`: the load would reach 0; reduce it: the load must be a number above 0, at most 1000000 N",
+            ":1: `load.load_sine.amplitude_n`: the load reaches 0; reduce it; the load must be a number above 0, at most 1000000 N",
         ),
         (
             "load.tilt_sine = { mean_deg = 80, amplitude_deg = 10.5, frequency_hz = 25 }",
-            ":1: `load.tilt_sine.amplitude_deg`: the tilt would reach 90.5; reduce it",
+            ":1: `load.tilt_sine.amplitude_deg`: the tilt reaches 90.5; reduce it",
         ),
         (
             "rotation.factor_sine = { mean = 1, amplitude = 1.5, frequency_hz = 25 }",
-            ":1: `rotation.factor_sine.amplitude`: the rotation would reach -0.5; reduce it",
+            ":1: `rotation.factor_sine.amplitude`: the rotation reaches -0.5; reduce it",
         ),
         (
             "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 1, load_n = 0 }]",
@@ -169,13 +168,13 @@ fn what_a_function_would_reach_must_be_allowed() {
             ":1: `rotation.factor.factor` = -1 is out of range; it must be a number from 0 to 1000",
         ),
         (
-            "rotation.rad_s = [0, 20, 0]\nrotation.factor = [{ time_ms = 0, factor = 600 }]",
-            ":2: `rotation.rad_s`: with its factor a component would reach 12000 rad/s",
+            "rotation.angular_velocity_rad_per_s = [0, 20, 0]\nrotation.factor = [{ time_ms = 0, factor = 600 }]",
+            ":2: `rotation.angular_velocity_rad_per_s`: with its factor a component reaches 12000 rad/s",
         ),
         (
-            "rotation.rad_s = [0, 0, 1]\n\
+            "rotation.angular_velocity_rad_per_s = [0, 0, 1]\n\
              load.tilt_sine = { mean_deg = 1, amplitude_deg = 2, frequency_hz = 25 }",
-            ":2: `rotation.rad_s`: at a tilt of 0.000 deg the load lies along the axis",
+            ":2: `rotation.angular_velocity_rad_per_s`: at a tilt of 0.000 deg the load is parallel to the axis",
         ),
     ];
     for (lines, expected) in cases {
@@ -185,14 +184,14 @@ fn what_a_function_would_reach_must_be_allowed() {
             "{message}"
         );
     }
-    // At the very ends.
+    // Values at the ends of the range are accepted.
     joint("load.tilt_sine = { mean_deg = 80, amplitude_deg = 10, frequency_hz = 25 }");
     joint("load.load_sine = { mean_n = 150, amplitude_n = 149.99, frequency_hz = 25 }");
 }
 
-/// A frame is 256 samples of 200 kHz: 1.28 ms, so that 20 of them are the period of 39.0625 Hz.
+/// A frame has 256 samples at 200 kHz or 1.28 ms; 20 frames are the period of 39.0625 Hz.
 #[test]
-fn a_sine_faster_than_the_frames_is_refused() {
+fn a_sine_too_fast_for_the_frames_is_rejected() {
     let sine = |frequency: f64| {
         format!(
             "load.tilt_sine = {{ mean_deg = 3, amplitude_deg = 1, frequency_hz = {frequency} }}"
@@ -200,37 +199,37 @@ fn a_sine_faster_than_the_frames_is_refused() {
     };
     joint(&sine(39.0625));
     let message = refusal(&sine(39.1));
-    let expected = "mine.toml:1: `load.tilt_sine.frequency_hz`: the tilt is looked at once a frame, every \
-                    1.28 ms, which is too rare for 39.1 Hz; make it at most 39.062 Hz, or \
-                    time.frame_samples smaller";
+    let expected = "mine.toml:1: `load.tilt_sine.frequency_hz`: the tilt is updated once per frame, every \
+                    1.28 ms, which is too coarse for 39.1 Hz; reduce it to at most 39.062 Hz, or \
+                    reduce time.frame_samples";
     assert_eq!(message, expected);
     joint(&format!("{}\ntime.frame_samples = 128", sine(78.0)));
 }
 
 #[test]
-fn points_out_of_order_are_told_at_their_line() {
+fn points_out_of_order_are_reported_with_line() {
     let lines =
         "load.load_steps = [\n  { time_ms = 1, load_n = 1 },\n  { time_ms = 1, load_n = 2 }]";
     let message = refusal(lines);
     let expected =
-        "mine.toml:3: `load.load_steps.time_ms`: this time is not later than the one before";
+        "mine.toml:3: `load.load_steps.time_ms`: this time is not later than the previous time";
     assert!(message.starts_with(expected), "{message}");
 }
 
-/// Every number of a function of time is refused when it is not finite, by its own name.
+/// Parameters of functions of time that are not finite are rejected with their names.
 #[test]
-fn no_number_of_a_function_is_infinite() {
-    let numbers = || SCHEMA.0.iter().filter(|key| is_of_a_schedule(&key.path));
+fn parameters_of_functions_are_finite() {
+    let numbers = || SCHEMA.0.iter().filter(|key| is_schedule_key(&key.path));
     assert_eq!(numbers().count(), 3 * (2 + 2 + 4));
     for Declared { table, path, key } in numbers() {
         let name = key.name;
         let is_list = SCHEMA.find(table).is_some();
         for value in ["nan", "inf", "-inf"] {
-            let mates = numbers().filter(|mate| mate.table == *table);
-            let fields: Vec<String> = mates
-                .map(|mate| match mate.key.name {
-                    mate if mate == name => format!("{name} = {value}"),
-                    mate => format!("{mate} = 0.5"),
+            let siblings = numbers().filter(|sibling| sibling.table == *table);
+            let fields: Vec<String> = siblings
+                .map(|sibling| match sibling.key.name {
+                    sibling if sibling == name => format!("{name} = {value}"),
+                    sibling => format!("{sibling} = 0.5"),
                 })
                 .collect();
             let fields = fields.join(", ");
@@ -245,16 +244,16 @@ fn no_number_of_a_function_is_infinite() {
 }
 
 #[test]
-fn tables_come_from_files_beside_the_scene() {
+fn knots_are_read_from_csv_files() {
     let csv = "# made up\r\ntime_ms, tilt_deg\r\n\r\n0, 0.1\r\n2.5, 3e0 # the top\r\n4,-1\r\n";
-    let (_folder, scene) = beside("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
+    let (_folder, scene) = with_file("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
     let scene = scene.expect("valid");
     let knots = [(0.0, 0.1), (2.5, 3.0), (4.0, -1.0)];
     let si = knots.map(|(ms, deg): (f64, f64)| (ms / 1e3, deg.to_radians()));
-    let tilt = Schedule::through(si.to_vec()).expect("rising times");
+    let tilt = Schedule::piecewise_linear(si.to_vec()).expect("rising times");
     assert_eq!(scene.joint().expect("a joint").tilt, tilt);
 
-    // The text says it all by itself, so that it can be read again where there is no file.
+    // The text is self-contained and parses without the file.
     assert!(!scene.text.contains("tilt_csv"), "{}", scene.text);
     assert!(
         scene
@@ -275,8 +274,8 @@ fn tables_come_from_files_beside_the_scene() {
 }
 
 #[test]
-fn load_and_rotation_come_from_files_as_well() {
-    let (_folder, scene) = beside(
+fn load_and_rotation_are_read_from_csv_files() {
+    let (_folder, scene) = with_file(
         "f.csv",
         "time_ms,factor\n0,1\n9,2",
         "rotation.factor_csv = \"f.csv\"",
@@ -290,7 +289,7 @@ fn load_and_rotation_come_from_files_as_well() {
         "{}",
         scene.text
     );
-    let (_folder, scene) = beside(
+    let (_folder, scene) = with_file(
         "l.csv",
         "\u{feff}time_ms,load_n\n0,100\n9,200",
         "load.load_csv = \"l.csv\"",
@@ -302,29 +301,29 @@ fn load_and_rotation_come_from_files_as_well() {
 }
 
 #[test]
-fn a_faulty_file_is_told_by_its_name_and_line() {
+fn invalid_csv_files_are_reported_with_name_and_line() {
     let many: String = (0..=10_000).map(|k| format!("{k},1\n")).collect();
     let cases = [
         (
             "time_ms,tilt\n0,1\n",
-            "1: `load.tilt_csv`: the columns are not named as they should be; begin with the line `time_ms,tilt_deg`",
+            "1: `load.tilt_csv`: the first line does not contain the names of the columns; begin with the line `time_ms,tilt_deg`",
         ),
-        ("", "1: `load.tilt_csv`: the columns"),
+        ("", "1: `load.tilt_csv`: the first line"),
         (
             "time_ms;tilt_deg\n0;1\n",
-            "1: `load.tilt_csv`: its columns are parted by semicolons; part them by commas",
+            "1: `load.tilt_csv`: its columns are separated by semicolons; separate them by commas",
         ),
         (
             "# tabs\ntime_ms\ttilt_deg\n0\t1\n",
-            "2: `load.tilt_csv`: its columns are parted by tabs; part them by commas",
+            "2: `load.tilt_csv`: its columns are separated by tabs; separate them by commas",
         ),
         (
             "time_ms,tilt_deg\n\n# none\n",
-            "3: `load.tilt_csv`: there is no knot",
+            "3: `load.tilt_csv`: the file contains no knot",
         ),
         (
             "time_ms,tilt_deg\n0,1\n1,2,3\n",
-            "3: `load.tilt_csv`: the line has 3 fields; make them two",
+            "3: `load.tilt_csv`: the line has 3 fields instead of 2; write",
         ),
         (
             "time_ms,tilt_deg\n0,1\n1\n",
@@ -353,8 +352,8 @@ fn a_faulty_file_is_told_by_its_name_and_line() {
         ),
     ];
     for (csv, expected) in cases {
-        let (folder, scene) = beside("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
-        let message = scene.expect_err("refused").to_string();
+        let (folder, scene) = with_file("tilt.csv", csv, "load.tilt_csv = \"tilt.csv\"");
+        let message = scene.expect_err("rejected").to_string();
         let place = folder.path().join("tilt.csv").display().to_string();
         assert!(
             message.starts_with(&format!("{place}:{expected}")),
@@ -362,18 +361,18 @@ fn a_faulty_file_is_told_by_its_name_and_line() {
         );
     }
     let full = format!("time_ms,tilt_deg\n{many}");
-    let (_folder, scene) = beside("tilt.csv", &full, "load.tilt_csv = \"tilt.csv\"");
-    let message = scene.expect_err("refused").to_string();
+    let (_folder, scene) = with_file("tilt.csv", &full, "load.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("rejected").to_string();
     assert!(
-        message.contains(".csv:10002: `load.tilt_csv`: there are more than 10000 knots"),
+        message.contains(".csv:10002: `load.tilt_csv`: the file contains more than 10000 knots"),
         "{message}"
     );
 }
 
 #[test]
-fn a_file_that_cannot_be_read_is_told_where_it_is_named() {
-    let (_folder, scene) = beside("other.csv", "", "\nload.tilt_csv = \"tilt.csv\"");
-    let message = scene.expect_err("refused").to_string();
+fn unreadable_csv_files_are_reported_at_their_key() {
+    let (_folder, scene) = with_file("other.csv", "", "\nload.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("rejected").to_string();
     assert!(
         message.contains("mine.toml:2: `load.tilt_csv`: the file `"),
         "{message}"
@@ -381,25 +380,28 @@ fn a_file_that_cannot_be_read_is_told_where_it_is_named() {
     assert!(message.contains("cannot be read"), "{message}");
     let message = refusal("load.tilt_csv = \"/dev/zero\"");
     #[cfg(unix)]
-    assert!(message.contains("is no regular file"), "{message}");
+    assert!(message.contains("is not a regular file"), "{message}");
     #[cfg(not(unix))]
     assert!(message.contains("cannot be read"), "{message}");
     let large = " ".repeat(5 << 20);
-    let (_folder, scene) = beside("tilt.csv", &large, "load.tilt_csv = \"tilt.csv\"");
-    let message = scene.expect_err("refused").to_string();
+    let (_folder, scene) = with_file("tilt.csv", &large, "load.tilt_csv = \"tilt.csv\"");
+    let message = scene.expect_err("rejected").to_string();
     assert!(message.contains("is larger than"), "{message}");
 }
 
 #[test]
-fn studies_vary_no_function_of_time() {
+fn functions_of_time_cannot_be_varied() {
     let lines = "load.load = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 4, factor = 3 }]";
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
-    for (name, word) in [("load.load_n", "load"), ("rotation.rad_s", "rotation")] {
+    for (name, word) in [
+        ("load.load_n", "load"),
+        ("rotation.angular_velocity_rad_per_s", "rotation"),
+    ] {
         let parameter = Parameter::named(name).expect("a number");
         let message = scene
             .with_values(&[(parameter, 1.0)])
-            .expect_err("refused")
+            .expect_err("rejected")
             .to_string();
         let expected = format!(
             "override of scene mine: `{name}`: the {word} of this scene is a function of time"
@@ -412,21 +414,21 @@ fn studies_vary_no_function_of_time() {
         "rotation.factor_steps.factor",
     ] {
         let message = Parameter::named(name)
-            .expect_err("no parameter")
+            .expect_err("not a parameter")
             .to_string();
         assert!(
-            message.contains("is no single number that holds for a whole run"),
+            message.contains("it is not a single number that is constant in time"),
             "{message}"
         );
     }
     assert_eq!(
-        Parameter::named("load_n").expect("its own").path(),
+        Parameter::named("load_n").expect("a unique name").path(),
         "load.load_n"
     );
 }
 
 #[test]
-fn a_tilt_takes_the_place_of_each_form() {
+fn a_constant_tilt_replaces_each_form() {
     for form in [
         "load.tilt = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]",
         "load.tilt_steps = [{ time_ms = 0, tilt_deg = 0 }, { time_ms = 4, tilt_deg = 4 }]",
@@ -442,25 +444,27 @@ fn a_tilt_takes_the_place_of_each_form() {
 }
 
 #[test]
-fn changes_after_the_end_are_warned_of() {
+fn changes_after_the_end_are_reported() {
     let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 12, load_n = 2 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
     let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
-    let expected = "the run ends at 10 ms, before the last change of the load at 12 ms";
+    let expected = "the run ends at 10 ms, before the last change of the load at 12 ms; \
+                    increase time.duration_ms";
     assert_eq!(warnings, [expected]);
-    // No sample is later than a step at the very end; a line to there is followed.
+    // No sample follows a step at the end of the run; a segment up to the end is simulated.
     let lines = "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 10, load_n = 2 }]\n\
                  rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 10, factor = 3 }]";
     let scene = Scene::parse("mine.toml", text(lines)).expect("valid");
     let warnings: Vec<String> = scene.warnings().iter().map(ToString::to_string).collect();
-    let expected = "the run ends at 10 ms, too early for the last change of the load at 10 ms";
+    let expected = "the run ends at 10 ms, without a sample after the last change of the load at \
+                    10 ms; increase time.duration_ms";
     assert_eq!(warnings, [expected]);
 }
 
-/// A frame has 256 samples of 200 kHz.
+/// A frame has 256 samples at 200 kHz.
 #[test]
-fn knots_between_two_looks_are_warned_of() {
+fn knots_within_a_frame_are_reported() {
     let warned = |knots: &str| {
         let lines = format!("load.load = [{knots}]");
         let scene = Scene::parse("mine.toml", text(&lines)).expect("valid");
@@ -468,16 +472,19 @@ fn knots_between_two_looks_are_warned_of() {
         warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     let steep = "{ time_ms = 1, load_n = 1 }, { time_ms = 1.5, load_n = 2 }";
-    assert!(warned(steep)[0].contains("a knot at 1.5 ms that is less than a frame after"));
+    assert!(
+        warned(steep)[0]
+            .contains("a knot at 1.5 ms that follows the previous knot by less than a frame")
+    );
     let level = "{ time_ms = 1, load_n = 1 }, { time_ms = 1.5, load_n = 1 }";
     assert!(warned(level).is_empty());
     let frames = "{ time_ms = 1.28, load_n = 1 }, { time_ms = 2.56, load_n = 2 }";
     assert!(warned(frames).is_empty());
 }
 
-/// Nothing turns: the contact sticks, as where the rotation is 0 throughout.
+/// Without rotation the contact sticks.
 #[test]
-fn the_rotation_may_come_to_rest() {
+fn the_rotation_can_stop() {
     use crate::pipeline::{Monitor, run};
 
     let lines = "rotation.factor_steps = [{ time_ms = 0, factor = 0 }, { time_ms = 3, factor = 1 }, \

@@ -1,9 +1,9 @@
-//! What must fit together, what a command line may change, and what is warned of.
+//! Consistency of values, overrides and warnings.
 
 use super::*;
 
 #[test]
-fn values_must_fit_together() {
+fn inconsistent_values_are_rejected() {
     let cases = [
         (
             "[body]\nbeam_diameter_mm = 40\n",
@@ -22,23 +22,23 @@ fn values_must_fit_together() {
             ":7: `socket.diameter_mm`",
         ),
         (
-            "[body]\nbeam_length_mm = 15\nbeam_reaches = \"centre\"\n",
+            "[body]\nbeam_length_mm = 15\nbeam_length_to = \"centre\"\n",
             ":7: `body.beam_length_mm`",
         ),
         (
             "[body]\nbeam_length_mm = 5000\nelement_size_mm = 0.1\n",
             ":8: `body.element_size_mm`",
         ),
-        // As many elements as that are allowed, but not of this order.
+        // This number of elements exceeds the limit for this order only.
         (
             "[body]\nelement_size_mm = 2\nelement_order = 8\n",
-            ":8: `body.element_size_mm`: a body of this size would take about 599 elements",
+            ":8: `body.element_size_mm`: a body of this size requires about 599 elements",
         ),
         (
-            "[body]\nbending_pairs = 0\ntorsion = 0\naxial = 0\n",
+            "[body]\nbending_pairs = 0\ntorsion_modes = 0\naxial_modes = 0\n",
             ":9: `body.bending_pairs`",
         ),
-        ("[body]\ntorsion = 3\n", ":7: `body.frequencies`"),
+        ("[body]\ntorsion_modes = 3\n", ":7: `body.frequencies`"),
         (
             "[damping]\nratio = [0.1, 0.1]\n",
             ":7: `damping.ratio`: 2 ratios for 11 modes",
@@ -53,68 +53,68 @@ fn values_must_fit_together() {
             ":8: `analysis.spectrum.window_ms`",
         ),
         (
-            "[analysis.recurrence]\nthreshold_rate = 0.1\nwindow_ms = 1\n",
+            "[analysis.recurrence]\nrecurrence_rate = 0.1\nwindow_ms = 1\n",
             ":8: `analysis.recurrence.size`",
         ),
         (
-            "[analysis.recurrence]\nthreshold_rate = 0.1\nlag_us = 4\n",
+            "[analysis.recurrence]\nrecurrence_rate = 0.1\nlag_us = 4\n",
             ":8: `analysis.recurrence.lag_us`",
         ),
         (
-            "[analysis.recurrence]\nthreshold_rate = 0.1\nthreshold_um = 4\n",
+            "[analysis.recurrence]\nrecurrence_rate = 0.1\nthreshold_um = 4\n",
             ":8: `analysis.recurrence.threshold_um`",
         ),
         (
-            "[analysis.recurrence]\nthreshold_rate = 0.1\nneighbours = 9\nthreshold_spread = 1\n",
+            "[analysis.recurrence]\nrecurrence_rate = 0.1\nneighbours = 9\nthreshold_std = 1\n",
             ":9: `analysis.recurrence.neighbours`",
         ),
         (
             "[analysis.recurrence]\nneighbours = 400\n",
-            ":7: `analysis.recurrence.neighbours`: 400 neighbours among 400 states",
+            ":7: `analysis.recurrence.neighbours`: 400 neighbours require more than 400 states",
         ),
         (
-            "[analysis.recurrence]\nthreshold_rate = 0.1\nlag_us = \"auto\"\n",
-            ":8: `analysis.recurrence.lag_us`: \"auto\" takes what [analysis.delay] chooses",
+            "[analysis.recurrence]\nrecurrence_rate = 0.1\nlag_us = \"auto\"\n",
+            ":8: `analysis.recurrence.lag_us`: \"auto\" requires [analysis.delay]",
         ),
         (
             "[analysis.delay]\nwindow_ms = 4\n",
-            ":7: `analysis.delay.window_ms`: largest_lag_us, largest_dimension reach over 2.4 ms",
+            ":7: `analysis.delay.window_ms`: max_lag_us, max_dimension together span 2.4 ms",
         ),
         (
-            "[analysis.quantification]\nthreshold_rate = 0.1\nstep_us = 2000\n",
+            "[analysis.quantification]\nrecurrence_rate = 0.1\nstep_us = 2000\n",
             ":8: `analysis.quantification.step_us`",
         ),
         (
-            "[analysis.quantification]\nthreshold_rate = 0.1\ntheiler_us = 12e3\n",
-            ":8: `analysis.quantification.window_ms`: theiler_us reach over 12 ms",
+            "[analysis.quantification]\nrecurrence_rate = 0.1\ntheiler_us = 12e3\n",
+            ":8: `analysis.quantification.window_ms`: theiler_us together span 12 ms",
         ),
         (
             "[analysis.quantification]\nneighbours = 1988\n",
-            ":7: `analysis.quantification.neighbours`: 1988 neighbours among 1988 states",
+            ":7: `analysis.quantification.neighbours`: 1988 neighbours require more than 1988 states",
         ),
         (
             "[analysis.section]\noffset_um = 1\n",
             ":7: `analysis.section.offset_um`",
         ),
         (
-            "[analysis.section]\nplane_q = [1]\nlevel_um = 0\nshown = [\"q1\", \"q2\"]\n",
+            "[analysis.section]\nplane_q = [1]\nlevel_um = 0\ncoordinates = [\"q1\", \"q2\"]\n",
             ":8: `analysis.section.level_um`",
         ),
         (
-            "[analysis.section]\nplane_q = [0, 0]\nshown = [\"q1\", \"q2\"]\n",
-            ":7: `analysis.section.plane_q`: a plane needs a normal",
+            "[analysis.section]\nplane_q = [0, 0]\ncoordinates = [\"q1\", \"q2\"]\n",
+            ":7: `analysis.section.plane_q`: the normal of the plane is zero",
         ),
         (
-            "[analysis.section]\nplane_qdot_ms = [0,0,0,0,0,0,0,0,0,0,0,1]\nshown = [\"q1\", \"q2\"]\n",
-            ":7: `analysis.section.plane_qdot_ms`: more numbers than modes, of which there are 11",
+            "[analysis.section]\nplane_qdot_ms = [0,0,0,0,0,0,0,0,0,0,0,1]\ncoordinates = [\"q1\", \"q2\"]\n",
+            ":7: `analysis.section.plane_qdot_ms`: the normal has more components than the system has modes (11)",
         ),
         (
-            "[analysis.section]\nplane_q = [1]\nshown = [\"q1\", \"qdot12\"]\n",
-            ":8: `analysis.section.shown`: a mode that is not there",
+            "[analysis.section]\nplane_q = [1]\ncoordinates = [\"q1\", \"qdot12\"]\n",
+            ":8: `analysis.section.coordinates`: the system has 11 modes only",
         ),
         (
             "[analysis.section]\nplane_q = [1]\n",
-            ":6: `analysis.section.shown` is missing",
+            ":6: `analysis.section.coordinates` is missing",
         ),
         (
             "[analysis.chaos]\nhorizon_ms = 45\n",
@@ -122,7 +122,7 @@ fn values_must_fit_together() {
         ),
         (
             "[analysis.chaos]\nradius = 0.1\n",
-            ":7: `analysis.chaos.radius`: nearest neighbours have no radius",
+            ":7: `analysis.chaos.radius`: the method \"rosenstein\" uses no radius",
         ),
         (
             "[analysis.chaos]\nmethod = \"kantz\"\n",
@@ -143,32 +143,29 @@ fn values_must_fit_together() {
 }
 
 #[test]
-fn exponents_and_the_butterfly_refuse_what_cannot_be() {
+fn invalid_lyapunov_and_perturbed_trajectory_are_rejected() {
     let cases = [
         (
             "events = \"exactly\"\n",
-            "is not a choice (did you mean `exact`?)",
+            "is not a valid choice (did you mean `exact`?)",
         ),
-        ("[analysis.exponents]\ncount = 0\n", "out of range"),
+        ("[analysis.lyapunov]\ncount = 0\n", "out of range"),
         (
-            "[analysis.exponents]\ncount = 23\n",
-            ":7: `analysis.exponents.count`: 23 exponents of a motion that has 22",
-        ),
-        (
-            "[analysis.exponents]\ncuont = 2\n",
-            "did you mean `analysis.exponents.count`?",
+            "[analysis.lyapunov]\ncount = 23\n",
+            ":7: `analysis.lyapunov.count`: 23 exponents exceed the dimension 22",
         ),
         (
-            "[analysis.exponent]\n",
-            "did you mean `analysis.exponents`?",
+            "[analysis.lyapunov]\ncuont = 2\n",
+            "did you mean `analysis.lyapunov.count`?",
         ),
+        ("[analysis.lyapunv]\n", "did you mean `analysis.lyapunov`?"),
         (
-            "[analysis.butterfly]\ndistance = 0.5\n",
+            "[analysis.perturbed_trajectory]\ninitial_distance = 0.5\n",
             "must be a number from 1e-12 to 0.01",
         ),
         (
-            "[analysis.butterfly]\nstart = 3\n",
-            "did you mean `analysis.butterfly.start_ms`?",
+            "[analysis.perturbed_trajectory]\nstart = 3\n",
+            "did you mean `analysis.perturbed_trajectory.start_ms`?",
         ),
     ];
     for (added, expected) in cases {
@@ -178,23 +175,24 @@ fn exponents_and_the_butterfly_refuse_what_cannot_be() {
 }
 
 #[test]
-fn what_never_begins_is_told() {
-    let added = "[analysis.exponents]\nsettle_ms = 5\n[analysis.butterfly]\nstart_ms = 20\n";
+fn an_analysis_that_never_starts_is_reported() {
+    let added =
+        "[analysis.lyapunov]\ntransient_ms = 5\n[analysis.perturbed_trajectory]\nstart_ms = 20\n";
     let scene = Scene::parse("m", format!("{SMALLEST}{added}")).expect("allowed");
     let scene = scene.with_duration(10.0).expect("valid");
     let warnings = scene.warnings();
-    let [warning @ SceneWarning::NeverBegins { .. }] = &warnings[..] else {
+    let [warning @ SceneWarning::AnalysisNeverStarts { .. }] = &warnings[..] else {
         panic!("{warnings:?}")
     };
-    let words = warning.to_string();
+    let message = warning.to_string();
     assert!(
-        words.contains("at 10 ms, before analysis.butterfly.start_ms = 20"),
-        "{words}"
+        message.contains("at 10 ms, before analysis.perturbed_trajectory.start_ms = 20"),
+        "{message}"
     );
 }
 
 #[test]
-fn knots_increase_and_are_given_once() {
+fn knots_increase_and_are_unique() {
     let with = |knots: &str| format!("[load]\nload_n = 1\n{knots}\n[time]\nduration_ms = 10\n");
     let ramp = "tilt = [{ time_ms = 1, tilt_deg = 0 }, { time_ms = 3, tilt_deg = 6 }]";
     let scene = Scene::parse("ramp.toml", with(ramp)).expect("valid");
@@ -202,7 +200,7 @@ fn knots_increase_and_are_given_once() {
     assert!(refusal(with("tilt = []")).contains(":3: `load.tilt` = [] is out of range"));
     assert!(
         refusal(with(&format!("tilt_deg = 1\n{ramp}")))
-            .contains(":4: `load.tilt`: the tilt is given twice")
+            .contains(":4: `load.tilt`: the scene gives the tilt more than once")
     );
     let back = "[[load.tilt]]\ntime_ms = 3\ntilt_deg = 0\n[[load.tilt]]\ntime_ms = 3\ntilt_deg = 6";
     assert!(refusal(with(back)).contains(":6: `load.tilt.time_ms`: this time is not later"));
@@ -223,51 +221,58 @@ fn knots_increase_and_are_given_once() {
 }
 
 #[test]
-fn the_load_never_lies_along_the_rotation() {
-    let axial = format!("{SMALLEST}[rotation]\nrad_s = [0, 0, 1]\n");
+fn a_load_parallel_to_the_rotation_is_rejected() {
+    let axial = format!("{SMALLEST}[rotation]\nangular_velocity_rad_per_s = [0, 0, 1]\n");
     assert!(Scene::parse("m", &axial).is_ok());
     let along = axial.replace("tilt_deg = 2.0", "tilt_deg = 0");
-    assert!(refusal(along).starts_with("mine.toml:7: `rotation.rad_s`: at a tilt of 0.000 deg"));
+    assert!(
+        refusal(along).starts_with(
+            "mine.toml:7: `rotation.angular_velocity_rad_per_s`: at a tilt of 0.000 deg"
+        )
+    );
     let through = axial.replace(
         "tilt_deg = 2.0",
         "tilt = [{ time_ms = 0, tilt_deg = -3 }, { time_ms = 9, tilt_deg = 3 }]",
     );
     assert!(refusal(through).contains("at a tilt of 0.000 deg"));
-    // The rotation leans by 30 degrees, towards an azimuth of 45 degrees, and points down.
+    // The axis is inclined by 30 degrees towards an azimuth of 45 degrees, and points down.
     let lean = format!(
-        "{SMALLEST}[rotation]\nrad_s = [-0.3535533905932738, -0.3535533905932738, -0.8660254037844387]\n"
+        "{SMALLEST}[rotation]\nangular_velocity_rad_per_s = [-0.3535533905932738, -0.3535533905932738, -0.8660254037844387]\n"
     );
     let meet = lean.replace("tilt_deg = 2.0", "tilt_deg = -30\nazimuth_deg = 225");
     assert!(refusal(meet).contains("at a tilt of -30.000 deg"));
     let miss = lean.replace("tilt_deg = 2.0", "tilt_deg = 30\nazimuth_deg = 225");
     assert!(Scene::parse("m", miss).is_ok());
     assert!(smallest().with_tilt(90.0).is_ok());
-    // Without rotation nothing slides at any tilt: the joint is at rest.
-    let rest = format!("{SMALLEST}[rotation]\nrad_s = [0, 0, 0]\n");
+    // A joint without rotation is at rest, which is accepted at any tilt.
+    let rest = format!("{SMALLEST}[rotation]\nangular_velocity_rad_per_s = [0, 0, 0]\n");
     assert!(Scene::parse("m", rest.replace("tilt_deg = 2.0", "tilt_deg = 0")).is_ok());
     let axial = Scene::parse("m", axial).expect("valid");
-    let message = axial.with_tilt(0.0).expect_err("refused").to_string();
-    assert!(message.starts_with("override of scene m: `rotation.rad_s`"));
+    let message = axial.with_tilt(0.0).expect_err("rejected").to_string();
+    assert!(message.starts_with("override of scene m: `rotation.angular_velocity_rad_per_s`"));
 }
 
 #[test]
-fn neighbours_can_be_left_out() {
+fn lyapunov_analyses_can_be_omitted() {
     let scene = Scene::load("chaos-5deg").unwrap();
-    assert!(scene.follows_neighbours() && scene.mechanism.is_some());
-    let scene = scene.without_neighbours();
-    assert!(!scene.follows_neighbours());
-    assert!(scene.analysis.regime.is_some(), "the rest stays");
-    assert_eq!(scene.mechanism, None, "its picture was the second copy");
-    for table in ["exponents", "butterfly"] {
-        let line = format!("# overridden for this run: [analysis.{table}] = left out");
+    assert!(scene.computes_lyapunov() && scene.mechanism.is_some());
+    let scene = scene.without_lyapunov();
+    assert!(!scene.computes_lyapunov());
+    assert!(scene.analysis.regime.is_some(), "other analyses remain");
+    assert_eq!(
+        scene.mechanism, None,
+        "the lesson requires the perturbed trajectory"
+    );
+    for table in ["lyapunov", "perturbed_trajectory"] {
+        let line = format!("# overridden for this run: [analysis.{table}] = omitted");
         assert!(scene.text.contains(&line), "{}", scene.text);
     }
-    let torus = Scene::load("torus-3deg").unwrap().without_neighbours();
-    assert!(torus.mechanism.is_some() && !torus.text.contains("butterfly"));
+    let torus = Scene::load("torus-3deg").unwrap().without_lyapunov();
+    assert!(torus.mechanism.is_some() && !torus.text.contains("[analysis.perturbed_trajectory]"));
 }
 
 #[test]
-fn overrides_obey_the_ranges_and_are_recorded() {
+fn overrides_are_checked_and_recorded() {
     let scene = smallest()
         .with_tilt(-3.5)
         .and_then(|scene| scene.with_duration(20.0))
@@ -282,7 +287,10 @@ fn overrides_obey_the_ranges_and_are_recorded() {
         )
     );
     for tilt in [90.1, -91.0, f64::NAN, f64::INFINITY] {
-        let message = smallest().with_tilt(tilt).expect_err("refused").to_string();
+        let message = smallest()
+            .with_tilt(tilt)
+            .expect_err("rejected")
+            .to_string();
         assert!(message.starts_with("override of scene mine: `load.tilt_deg` = "));
         assert!(message.ends_with("it must be a number from -90 to 90 deg"));
     }

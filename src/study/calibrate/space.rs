@@ -1,4 +1,4 @@
-//! What the paper leaves open, as a space to search.
+//! The parameters that the paper does not state, as a search space.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,93 +7,93 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{Parameter, Scene, SceneError};
 
-/// A number that the paper leaves open.
-struct Open {
-    /// Its path in a scene.
+/// A numeric parameter that the paper does not state.
+struct OpenParameter {
+    /// Path of the parameter in a scene.
     path: &'static str,
     low: f64,
     high: f64,
-    /// How it is spread between them.
-    spread: Spread,
+    /// Distribution within the range.
+    scale: Scale,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Spread {
-    /// Evenly.
-    Even,
-    /// Evenly, and its ends are the same.
-    Round,
-    /// Its logarithm evenly.
-    Logarithm,
+enum Scale {
+    /// Uniform.
+    Linear,
+    /// Uniform and periodic.
+    Periodic,
+    /// Log-uniform.
+    Logarithmic,
 }
 
-/// The numbers that the paper leaves open: the direction of the tilt against that of the rotation,
-/// the contact's stiffness and radius, the slope of the friction law (Fig. 3 cannot be as printed),
-/// and the size of the initial kick.
-const NUMBERS: [Open; 5] = [
-    Open {
+/// The numeric parameters: the azimuth of the tilt relative to the rotation, the stiffness and the radius
+/// of the contact, the slope of the friction law (Fig. 3 is inconsistent as printed), and the size of the
+/// initial kick.
+const NUMBERS: [OpenParameter; 5] = [
+    OpenParameter {
         path: "load.azimuth_deg",
         low: -180.0,
         high: 180.0,
-        spread: Spread::Round,
+        scale: Scale::Periodic,
     },
-    Open {
+    OpenParameter {
         path: "contact.stiffness_factor",
         low: 0.5,
         high: 20.0,
-        spread: Spread::Logarithm,
+        scale: Scale::Logarithmic,
     },
-    Open {
+    OpenParameter {
         path: "contact.radius_factor",
         low: 0.9,
         high: 1.25,
-        spread: Spread::Even,
+        scale: Scale::Linear,
     },
-    Open {
+    OpenParameter {
         path: "friction.stribeck_slope_s_per_m",
         low: 7.0,
         high: 25.0,
-        spread: Spread::Even,
+        scale: Scale::Linear,
     },
-    Open {
+    OpenParameter {
         path: "start.kick_mm_per_s",
         low: 1e-3,
         high: 10.0,
-        spread: Spread::Logarithm,
+        scale: Scale::Logarithmic,
     },
 ];
 
-/// The choices that it leaves open, each between two words.
+/// The choices that the paper does not state, each between two values.
 const CHOICES: [(&str, [&str; 2]); 3] = [
-    ("contact.stiffness", ["uniform", "pre-stress"]),
-    ("body.beam_reaches", ["sphere", "centre"]),
+    ("contact.stiffness_distribution", ["uniform", "pre-stress"]),
+    ("body.beam_length_to", ["sphere", "centre"]),
     ("contact.quadrature", ["rings", "gauss"]),
 ];
 
-/// Seeds of the kick's direction are below this.
+/// Upper bound of the seeds of the kick's direction.
 const SEEDS: u64 = 1000;
 
-/// A set of all that is open.
+/// A candidate: one value for every parameter of the space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// The numbers in the order of the space, each as its place between its ends, 0 to 1.
-    places: Vec<f64>,
-    /// The choices, each the first or the second word.
+    /// Positions of the numeric parameters within their ranges, 0 to 1, in the order of the space.
+    positions: Vec<f64>,
+    /// Choices: `false` for the first value, `true` for the second.
     choices: Vec<bool>,
     /// Seed of the kick.
     seed: u64,
-    /// Whether each tilt goes on from the one before, or is kicked anew.
+    /// Whether each tilt continues from the final state of the one before instead of a new kick.
     pub continued: bool,
 }
 
 impl Candidate {
-    /// Anywhere; `number` says which of all random sets of a `seed`.
-    pub fn anywhere(seed: u64, number: u64) -> Self {
+    /// A random candidate; `number` selects one of the random streams of a `seed`.
+    pub fn random(seed: u64, number: u64) -> Self {
         let mut rng = stream(seed, number);
         Self {
-            places: NUMBERS
+            positions: NUMBERS
                 .iter()
-                .map(|_| short(rng.random_range(0.0..1.0)))
+                .map(|_| rounded(rng.random_range(0.0..1.0)))
                 .collect(),
             choices: CHOICES
                 .iter()
@@ -104,24 +104,28 @@ impl Candidate {
         }
     }
 
-    /// Near another one: its numbers displaced by `width` of their range, and now and then another
-    /// choice.
-    pub fn near(&self, width: f64, seed: u64, number: u64) -> Self {
-        const CHANGES: f64 = 0.15;
+    /// A mutation: normally distributed changes of standard deviation `width`, relative to the ranges, and
+    /// occasionally a changed choice.
+    pub fn mutated(&self, width: f64, seed: u64, number: u64) -> Self {
+        const CHOICE_CHANGE_RATE: f64 = 0.15;
         let mut rng = stream(seed, number);
-        let places = self.places.iter().zip(&NUMBERS).map(|(place, open)| {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            let moved = place + width * normal;
-            match open.spread {
-                Spread::Round => short(moved.rem_euclid(1.0)),
-                // Back from the wall.
-                _ => short((1.0 - (1.0 - moved.abs()).abs()).clamp(0.0, 1.0)),
-            }
-        });
-        let places = places.collect();
-        let mut changed = || rng.random_range(0.0..1.0) < CHANGES;
+        let positions = self
+            .positions
+            .iter()
+            .zip(&NUMBERS)
+            .map(|(position, parameter)| {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                let shifted = position + width * normal;
+                match parameter.scale {
+                    Scale::Periodic => rounded(shifted.rem_euclid(1.0)),
+                    // Reflected at the ends of the range.
+                    _ => rounded((1.0 - (1.0 - shifted.abs()).abs()).clamp(0.0, 1.0)),
+                }
+            });
+        let positions = positions.collect();
+        let mut changed = || rng.random_range(0.0..1.0) < CHOICE_CHANGE_RATE;
         Self {
-            places,
+            positions,
             choices: self
                 .choices
                 .iter()
@@ -136,21 +140,31 @@ impl Candidate {
         }
     }
 
-    /// The numbers with their paths, in the units of a scene file.
+    /// Paths and values of the numeric parameters, in the units of the scene file.
     pub fn numbers(&self) -> Vec<(&'static str, f64)> {
-        let numbers = NUMBERS.iter().zip(&self.places).map(|(open, place)| {
-            let value = match open.spread {
-                Spread::Even | Spread::Round => open.low + place * (open.high - open.low),
-                Spread::Logarithm => open.low * (open.high / open.low).powf(*place),
-            };
-            // Four digits are enough for anybody, and can be written down.
-            (open.path, format!("{value:.3e}").parse().unwrap_or(value))
-        });
+        let numbers = NUMBERS
+            .iter()
+            .zip(&self.positions)
+            .map(|(parameter, position)| {
+                let value = match parameter.scale {
+                    Scale::Linear | Scale::Periodic => {
+                        parameter.low + position * (parameter.high - parameter.low)
+                    }
+                    Scale::Logarithmic => {
+                        parameter.low * (parameter.high / parameter.low).powf(*position)
+                    }
+                };
+                // Four significant digits suffice, and the text is exact.
+                (
+                    parameter.path,
+                    format!("{value:.3e}").parse().unwrap_or(value),
+                )
+            });
         let seed = ("start.seed", self.seed as f64);
         numbers.chain([seed]).collect()
     }
 
-    /// The choices with their paths.
+    /// Paths and values of the choices.
     pub fn words(&self) -> Vec<(&'static str, &'static str)> {
         let choices = CHOICES.iter().zip(&self.choices);
         choices
@@ -158,10 +172,10 @@ impl Candidate {
             .collect()
     }
 
-    /// A scene with this set.
+    /// The base scene with this parameter set.
     ///
     /// # Errors
-    /// When the values do not fit together.
+    /// If the values are not consistent with each other.
     pub fn scene(&self, base: &Scene) -> Result<Scene, SceneError> {
         let numbers = self.numbers().into_iter();
         let numbers = numbers.map(|(path, value)| Ok((Parameter::named(path)?, value)));
@@ -170,12 +184,12 @@ impl Candidate {
     }
 }
 
-/// The nearest decimal of nine places: what is written and read again is the same number.
-pub(super) fn short(value: f64) -> f64 {
+/// The value rounded to nine decimals, so that writing and reading it is exact.
+pub(super) fn rounded(value: f64) -> f64 {
     (1e9 * value).round() / 1e9
 }
 
-/// Random numbers of their own for each set.
+/// An independent random stream for each candidate.
 fn stream(seed: u64, number: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
@@ -187,37 +201,40 @@ mod tests {
     use super::*;
 
     #[test]
-    fn candidates_are_valid_scenes_and_repeatable() {
+    fn candidates_are_valid_scenes_and_reproducible() {
         let base = Scene::load("periodic-2deg").unwrap();
         for number in 0..60 {
-            let any = Candidate::anywhere(3, number);
-            assert_eq!(any, Candidate::anywhere(3, number));
+            let any = Candidate::random(3, number);
+            assert_eq!(any, Candidate::random(3, number));
             let scene = any.scene(&base).unwrap();
             let contact = &scene.joint().unwrap().spec.contact;
             assert!((0.5..=20.0).contains(&contact.stiffness_factor));
-            let near = any.near(0.3, 3, 1000 + number);
-            near.scene(&base).unwrap();
+            let mutated = any.mutated(0.3, 3, 1000 + number);
+            mutated.scene(&base).unwrap();
             assert!(
-                near.places.iter().all(|place| (0.0..=1.0).contains(place)),
-                "{near:?}"
+                mutated
+                    .positions
+                    .iter()
+                    .all(|position| (0.0..=1.0).contains(position)),
+                "{mutated:?}"
             );
-            assert_ne!(any, near);
+            assert_ne!(any, mutated);
         }
-        assert_ne!(Candidate::anywhere(3, 1), Candidate::anywhere(3, 2));
-        assert_ne!(Candidate::anywhere(3, 1), Candidate::anywhere(4, 1));
+        assert_ne!(Candidate::random(3, 1), Candidate::random(3, 2));
+        assert_ne!(Candidate::random(3, 1), Candidate::random(4, 1));
     }
 
     #[test]
-    fn near_is_near() {
-        let any = Candidate::anywhere(1, 1);
-        let mut moved = Vec::new();
+    fn mutations_have_the_requested_width() {
+        let any = Candidate::random(1, 1);
+        let mut shifted = Vec::new();
         for number in 0..200 {
-            let near = any.near(0.01, 1, number);
-            let pairs = any.places.iter().zip(&near.places).skip(1);
-            moved.extend(pairs.map(|(a, b)| (a - b).abs()));
+            let mutated = any.mutated(0.01, 1, number);
+            let pairs = any.positions.iter().zip(&mutated.positions).skip(1);
+            shifted.extend(pairs.map(|(a, b)| (a - b).abs()));
         }
-        let mean = moved.iter().sum::<f64>() / moved.len() as f64;
-        // The mean of the absolute value of a normal variable is sqrt(2 / pi) deviations.
+        let mean = shifted.iter().sum::<f64>() / shifted.len() as f64;
+        // The mean absolute value of a normal variable is sqrt(2 / pi) standard deviations.
         assert!((0.006..0.01).contains(&mean), "{mean}");
     }
 }

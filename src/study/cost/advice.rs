@@ -1,37 +1,40 @@
-//! From work and precision to a setting.
+//! Advice derived from work-precision sets: the cheapest integrator setting for an error.
 
 use serde::Serialize;
 
-use super::{CostSet, Knob};
+use super::{CostSetting, WorkPrecisionSet};
 
-/// Errors for which a setting is advised.
+/// Target errors of the advice.
 pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
 
-/// Times nearer to each other than this are the same.
-const NOTABLY: f64 = 0.95;
+/// Times whose ratio exceeds this are equal within their scatter.
+const EQUAL_TIMES: f64 = 0.95;
 
-/// The cheapest setting for an error.
+/// Advice: the cheapest integrator setting for a target error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// The error allowed.
+    /// Target error, relative.
     pub target: f64,
-    /// Its error.
+    /// Error of the setting, relative.
     pub error: f64,
-    /// The method, as a scene names it.
+    /// Name of the method, as in a scene.
     pub method: String,
-    /// Its tolerance, or its step in s where it is fixed.
+    /// Tolerance of the method, or its step in s if the step is fixed.
     pub value: f64,
     /// CPU time over the horizon, s.
     #[serde(rename = "cpu_s")]
     pub seconds: f64,
-    /// Calls of the right-hand side.
-    pub calls: u64,
+    /// Right-hand-side evaluations over the horizon.
+    pub rhs_evals: u64,
 }
 
-/// The cheapest setting of the integrator for each of [`TARGETS`] that one reaches. An error near the
-/// floor of the reference is not trusted.
-pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
-    let of_integrator = || sets.iter().filter(|set| set.knob == Knob::Integrator);
+/// The cheapest integrator setting for each of [`TARGETS`] that is reached. Targets below the error of the
+/// reference are not trusted.
+pub fn advice(sets: &[WorkPrecisionSet]) -> Vec<Advice> {
+    let of_integrator = || {
+        sets.iter()
+            .filter(|set| set.setting == CostSetting::Integrator)
+    };
     let cheapest = |target: f64| {
         let families: Vec<_> = of_integrator()
             .filter_map(|set| {
@@ -40,14 +43,14 @@ pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
                     let error = *point.error.as_ref().ok()?;
                     (error <= target && floor <= target).then_some((set, point, error))
                 });
-                // Within a family calls tell the cost without noise; of as many the first, the looser,
-                // counts.
-                points.min_by_key(|(_, point, _)| point.calls)
+                // Within a family, evaluations measure the cost without noise; among equals the first, the
+                // loosest, wins.
+                points.min_by_key(|(_, point, _)| point.rhs_evals)
             })
             .collect();
-        // Between families times do. Of times that differ by less than they scatter the method named
-        // first counts, and of the same calls, too.
-        let cheaper = |a: f64, b: f64| a < NOTABLY * b;
+        // Between families, CPU time decides. If times agree within their scatter, or evaluations are equal,
+        // the method listed first wins.
+        let cheaper = |a: f64, b: f64| a < EQUAL_TIMES * b;
         let (_, winner, _) = families.iter().copied().reduce(|best, next| {
             match cheaper(next.1.seconds, best.1.seconds) {
                 true => next,
@@ -56,7 +59,7 @@ pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
         })?;
         families
             .into_iter()
-            .find(|(_, point, _)| point.calls == winner.calls)
+            .find(|(_, point, _)| point.rhs_evals == winner.rhs_evals)
     };
     let advised = TARGETS.into_iter().filter_map(|target| {
         let (set, point, error) = cheapest(target)?;
@@ -66,7 +69,7 @@ pub fn advice(sets: &[CostSet]) -> Vec<Advice> {
             method: set.family.clone(),
             value: point.value,
             seconds: point.seconds,
-            calls: point.calls,
+            rhs_evals: point.rhs_evals,
         })
     });
     advised.collect()

@@ -1,40 +1,42 @@
-//! Knobs whose error is that of an average: invariants, exponents, recurrence quantification.
+//! Settings whose error is that of an average: invariants, exponents, recurrence quantification.
 
-use super::ground::{Ground, timed};
-use super::samples::{DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for};
-use super::{CostError, CostPoint, CostSet, Knob};
+use super::baseline::{Baseline, timed};
+use super::samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
+use super::{CostError, CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 use crate::analysis::{DelayVectors, RateBase, deviation, quantify};
 use crate::dynamics::{DynamicsError, Exponent};
-use crate::pipeline::prepare_on;
-use crate::study::Watch;
-use crate::study::pool::Heed;
-use crate::study::response::{From, Response, ResponseError, ResponsePlan, response};
+use crate::pipeline::prepare_reusing_body;
+use crate::study::OnProgress;
+use crate::study::pool::PollTimer;
+use crate::study::response::{
+    InitialState, ResponseError, ResponsePlan, SettledResponse, response,
+};
 use crate::study::sweep::chain_of_causes;
 
-/// Tolerances tried beyond the horizon: `10^-k`; and those of the reference and of the other one that
-/// tells its own error.
+/// Tolerances of the invariants, `10^-k`; tolerances of the reference and of a second run that gives its
+/// error.
 const TOLERANCES: std::ops::RangeInclusive<i32> = 2..=8;
 const REFERENCES: [f64; 2] = [1e-10, 1e-9];
 
-/// Time over which invariants are taken, s.
-pub(super) const LONG: f64 = 0.3;
+/// Time over which invariants are averaged, s.
+pub(super) const INVARIANT_TIME: f64 = 0.3;
 
-/// Times averaged for exponents, s, that of the reference, and numbers of tangent vectors.
+/// Averaging times of exponents, s; that of the reference; numbers of tangent vectors.
 const AVERAGED: [f64; 6] = [0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
 const AVERAGED_REFERENCE: f64 = 2.56;
 const VECTORS: [usize; 2] = [1, 3];
 
-/// States compared for recurrence; the last is the reference.
+/// Numbers of states compared for recurrence; the last is the reference.
 const STATES: [usize; 7] = [250, 500, 1000, 2000, 4000, 8000, 16_000];
-/// Thresholds, in deviations of the displacement.
+/// Recurrence thresholds, standard deviations of the displacement.
 const THRESHOLDS: [f64; 3] = [0.25, 0.5, 1.0];
-/// The shortest line that counts, in delays.
-const LEAST_LINE: usize = 4;
+/// Minimum diagonal line length, in delays.
+const MIN_LINE_LAGS: usize = 4;
 
-/// A number of a settled motion.
-pub(super) type Invariant = fn(&Response) -> Option<f64>;
+/// A scalar property of a settled motion.
+pub(super) type Invariant = fn(&SettledResponse) -> Option<f64>;
 
-/// What does not depend on the trajectory.
+/// Invariants: properties that do not depend on the individual trajectory.
 pub(super) const INVARIANTS: [(&str, Invariant); 4] = [
     ("strongest frequency", |found| {
         Some(found.lines.first()?.frequency)
@@ -42,7 +44,7 @@ pub(super) const INVARIANTS: [(&str, Invariant); 4] = [
     ("rms velocity", |found| Some(found.rms_velocity)),
     ("λ1 over 1000 1/s", |found| {
         let spectrum = found.exponents.as_ref()?;
-        // Of an exponent that is zero there is no relative error.
+        // A relative error needs an offset, because the exponent may be zero.
         Some(1.0 + 1e-3 * spectrum.exponents.first()?.value)
     }),
     ("determinism", |found| {
@@ -50,75 +52,81 @@ pub(super) const INVARIANTS: [(&str, Invariant); 4] = [
     }),
 ];
 
-/// How far an invariant is from the best, relative to it; `None` where there is no such number.
-pub(super) fn relative(of: Invariant, found: &Response, best: &Response) -> Option<f64> {
+/// Relative error of an invariant; `None` if the invariant does not exist.
+pub(super) fn relative(
+    of: Invariant,
+    found: &SettledResponse,
+    best: &SettledResponse,
+) -> Option<f64> {
     let error = (of(found)? / of(best)? - 1.0).abs();
     error.is_finite().then_some(error)
 }
 
-/// A setting by an invariant of its response.
+/// A work-precision point: a setting and the error of an invariant.
 pub(super) fn invariant_point(
     value: f64,
     seconds: f64,
-    found: &Result<Response, ResponseError>,
-    best: &Response,
+    found: &Result<SettledResponse, ResponseError>,
+    best: &SettledResponse,
     of: Invariant,
-) -> CostPoint {
-    CostPoint {
+) -> WorkPrecisionPoint {
+    WorkPrecisionPoint {
         value,
         seconds,
-        calls: found.as_ref().map_or(0, |found| found.tally.calls),
+        rhs_evals: found.as_ref().map_or(0, |found| found.stats.rhs_evals),
         error: match found {
-            Ok(found) => relative(of, found, best).ok_or_else(|| "there is none".to_owned()),
+            Ok(found) => {
+                relative(of, found, best).ok_or_else(|| "the motion has no such value".to_owned())
+            }
             Err(error) => Err(chain_of_causes(error)),
         },
         detail: String::new(),
     }
 }
 
-/// The scene's own method with other tolerances, by invariants.
+/// The scene's method with different tolerances, by invariants.
 pub(super) fn invariant_sets(
-    ground: &mut Ground<'_>,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
+    baseline: &mut Baseline<'_>,
+    should_continue: OnProgress<'_, f64>,
+) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
     let look = ResponsePlan {
-        least: 0.0,
-        most: 0.0,
-        measure: LONG,
+        min_transient: 0.0,
+        max_transient: 0.0,
+        measurement_time: INVARIANT_TIME,
         exponents: 1,
         portrait: false,
-        most_calls: None,
+        max_rhs_evals: None,
     };
     let mut follow = |tolerance: f64, on: &mut dyn FnMut() -> bool| {
-        let mut scene = ground.plan.scene.clone();
+        let mut scene = baseline.plan.scene.clone();
         scene.integrator.tolerance = tolerance;
-        let from = From::State(&ground.state);
+        let from = InitialState::State(&baseline.state);
         timed(1, || {
-            response(&scene, from, &look, &mut ground.ball, &mut |_| on())
+            response(&scene, from, &look, &mut baseline.ball, &mut |_| on())
         })
     };
     let all = TOLERANCES.count() + REFERENCES.len();
     let mut best = Vec::new();
     for (k, tolerance) in REFERENCES.into_iter().enumerate() {
-        let on = &mut || goes_on(k as f64 / all as f64);
+        let on = &mut || should_continue(k as f64 / all as f64);
         let Some(found) = follow(tolerance, on).0? else {
             return Ok(None);
         };
         best.push(found);
     }
-    let mut sets: Vec<CostSet> = INVARIANTS
+    let mut sets: Vec<WorkPrecisionSet> = INVARIANTS
         .iter()
-        .map(|&(name, of)| CostSet {
-            knob: Knob::Invariants,
+        .map(|&(name, of)| WorkPrecisionSet {
+            setting: CostSetting::Invariants,
             family: name.to_owned(),
-            turned: "tolerance",
+            parameter: "tolerance",
             floor: relative(of, &best[1], &best[0]),
             points: Vec::new(),
         })
         .collect();
     for (k, exponent) in TOLERANCES.enumerate() {
         let value = 10f64.powi(-exponent);
-        let on = &mut || goes_on((k + REFERENCES.len()) as f64 / all as f64);
+        let on = &mut || should_continue((k + REFERENCES.len()) as f64 / all as f64);
         let (found, seconds) = follow(value, on);
         let Some(found) = found.transpose() else {
             return Ok(None);
@@ -131,19 +139,20 @@ pub(super) fn invariant_sets(
     Ok(Some(sets))
 }
 
-/// How well the largest exponent is known after so much averaging. The reference is the run with one
-/// vector, carried on.
+/// Half-width of the largest exponent against averaging time. The reference continues the run with one
+/// tangent vector.
 pub(super) fn exponent_sets(
-    ground: &mut Ground<'_>,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
-    let scene = &ground.plan.scene;
+    baseline: &mut Baseline<'_>,
+    should_continue: OnProgress<'_, f64>,
+) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
+    let scene = &baseline.plan.scene;
     let last = AVERAGED[AVERAGED.len() - 1];
     let all = AVERAGED_REFERENCE + last * (VECTORS.len() - 1) as f64;
-    let (mut before, mut floor, mut heed) = (0.0, None, Heed::default());
+    let (mut before, mut floor, mut timer) = (0.0, None, PollTimer::default());
     let mut sets = Vec::new();
     for vectors in VECTORS {
-        let prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
+        let prepared =
+            prepare_reusing_body(scene, &mut baseline.ball)?.starting_from(&baseline.state);
         let (system, mut z) = (&*prepared.system, prepared.state);
         let vectors = vectors.min(system.tangent_dim());
         let mut integrator =
@@ -151,13 +160,13 @@ pub(super) fn exponent_sets(
                 .integrator
                 .with_tangents(system, vectors, scene.start.seed)?;
         integrator.start(system, 0.0, &z)?;
-        // Goes on from where it is. `None` if it was told to stop.
+        // Continues up to a time; `None` if stopped.
         let mut average = |time: f64| {
             let first = (integrator.time() * scene.sample_rate).round() as u64;
             let done = (|| {
                 for sample in first + 1..=(time * scene.sample_rate).round() as u64 {
                     integrator.sample(system, sample as f64 / scene.sample_rate, &mut z)?;
-                    if heed.is_due() && !goes_on((before + integrator.time()) / all) {
+                    if timer.is_due() && !should_continue((before + integrator.time()) / all) {
                         return Ok(false);
                     }
                 }
@@ -169,21 +178,21 @@ pub(super) fn exponent_sets(
                 (Ok(false), _) => return None,
                 (Err(error), _) => Err(chain_of_causes(&error)),
                 (_, Some(e)) if e.half_width.is_finite() => Ok(e),
-                _ => Err("too short to tell".to_owned()),
+                _ => Err("averaging time too short for an interval".to_owned()),
             };
-            Some((found, integrator.tally().calls))
+            Some((found, integrator.stats().rhs_evals))
         };
         let (mut points, mut spent) = (Vec::new(), 0.0);
         for time in AVERAGED {
             let (found, seconds) = timed(1, || average(time));
-            let Some((found, calls)) = found else {
+            let Some((found, rhs_evals)) = found else {
                 return Ok(None);
             };
             spent += seconds;
-            points.push(CostPoint {
+            points.push(WorkPrecisionPoint {
                 value: time,
                 seconds: spent,
-                calls,
+                rhs_evals,
                 detail: found
                     .as_ref()
                     .map_or_else(|_| String::new(), |e| format!("λ1 {:.1} 1/s", e.value)),
@@ -197,13 +206,13 @@ pub(super) fn exponent_sets(
             floor = found.ok().map(|e| e.half_width);
             before = AVERAGED_REFERENCE;
         }
-        sets.push(CostSet {
-            knob: Knob::Exponents,
+        sets.push(WorkPrecisionSet {
+            setting: CostSetting::Exponents,
             family: match vectors {
-                1 => "one vector".to_owned(),
-                count => format!("{count} vectors"),
+                1 => "one tangent vector".to_owned(),
+                count => format!("{count} tangent vectors"),
             },
-            turned: "time, s",
+            parameter: "averaging time, s",
             floor,
             points,
         });
@@ -211,27 +220,27 @@ pub(super) fn exponent_sets(
     Ok(Some(sets))
 }
 
-/// Length and threshold of recurrence quantification, by the determinism of the longest; of the next
-/// stretch of that length it differs by the reference's own error.
+/// Number of states and threshold of recurrence quantification, by the determinism of the longest signal. The
+/// difference from the next window of equal length is the error of the reference.
 pub(super) fn recurrence_sets(
-    ground: &mut Ground<'_>,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
-    let scene = &ground.plan.scene;
+    baseline: &mut Baseline<'_>,
+    should_continue: OnProgress<'_, f64>,
+) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
+    let scene = &baseline.plan.scene;
     let most = STATES[STATES.len() - 1];
-    let stretch = samples_for(most);
-    let prepared = prepare_on(scene, &mut ground.ball)?.starting_from(&ground.state);
-    let on = &mut |share| goes_on(0.3 * share);
-    let Some(samples) = displacement(scene, prepared, 2 * stretch, on)? else {
+    let window = samples_for(most);
+    let prepared = prepare_reusing_body(scene, &mut baseline.ball)?.starting_from(&baseline.state);
+    let on = &mut |share| should_continue(0.3 * share);
+    let Some(samples) = displacement(scene, prepared, 2 * window, on)? else {
         return Ok(None);
     };
-    let (samples, next) = samples.split_at(stretch);
+    let (samples, next) = samples.split_at(window);
     let spread = deviation(samples);
     let determinism = |samples: &[f64], states: usize, threshold: f64| {
         let samples = &samples[..samples_for(states)];
-        let vectors = DelayVectors::new(samples, SAMPLES_A_LAG, DIMENSION)?;
+        let vectors = DelayVectors::new(samples, SAMPLES_PER_LAG, DIMENSION)?;
         let counts = quantify(&vectors, &recurrence_rule(threshold * spread))?;
-        let measures = counts.measures(LEAST_LINE * SAMPLES_A_LAG, 2, RateBase::Counted);
+        let measures = counts.measures(MIN_LINE_LAGS * SAMPLES_PER_LAG, 2, RateBase::Counted);
         Ok::<_, CostError>(measures.determinism)
     };
     let mut sets = Vec::new();
@@ -241,10 +250,10 @@ pub(super) fn recurrence_sets(
         let floor = best.zip(other).map(|(best, other)| (other - best).abs());
         let mut points = Vec::new();
         for states in &STATES[..STATES.len() - 1] {
-            if !goes_on(0.3 + 0.7 * k as f64 / THRESHOLDS.len() as f64) {
+            if !should_continue(0.3 + 0.7 * k as f64 / THRESHOLDS.len() as f64) {
                 return Ok(None);
             }
-            let (found, seconds) = timed(ground.plan.repeats, || {
+            let (found, seconds) = timed(baseline.plan.repeats, || {
                 determinism(samples, *states, threshold)
             });
             let error = match (found, best) {
@@ -252,18 +261,18 @@ pub(super) fn recurrence_sets(
                 (Ok(Some(found)), Some(best)) => Ok((found - best).abs()),
                 _ => Err("nothing recurs".to_owned()),
             };
-            points.push(CostPoint {
+            points.push(WorkPrecisionPoint {
                 value: *states as f64,
                 seconds,
-                calls: 0,
+                rhs_evals: 0,
                 error,
                 detail: String::new(),
             });
         }
-        sets.push(CostSet {
-            knob: Knob::Recurrence,
-            family: format!("within {threshold} deviations"),
-            turned: "states",
+        sets.push(WorkPrecisionSet {
+            setting: CostSetting::Recurrence,
+            family: format!("threshold {threshold} standard deviations"),
+            parameter: "states",
             floor,
             points,
         });

@@ -1,15 +1,15 @@
-//! The knob of the finite elements: order and size, by the natural frequencies.
+//! Order and size of the finite elements, by the natural frequencies.
 
-use super::ground::{Ground, timed};
-use super::{CostError, CostPoint, CostSet, Knob};
+use super::baseline::{Baseline, timed};
+use super::{CostError, CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 use crate::fem::{BodyMode, BodyModes, Elements};
-use crate::study::Watch;
+use crate::study::OnProgress;
 
-/// Elements of one order.
+/// Finite elements of one order.
 struct Family {
     name: &'static str,
     order: usize,
-    /// Sizes tried, m, down to where a mesh costs a few tenths of a second.
+    /// Element sizes, m, down to where a mesh takes a few tenths of a second.
     sizes: &'static [f64],
 }
 
@@ -36,8 +36,8 @@ const FAMILIES: [Family; 4] = [
     },
 ];
 
-/// The reference, and the other one that tells its error. At this order the corner between beam and
-/// ball decides, where the error falls about like the size: by halving it, the difference between
+/// The reference, and a second mesh that gives its error. At this order the error is dominated by the corner
+/// between beam and ball and is about proportional to the element size; with half the size, the difference of
 /// the two is about the error of the finer.
 const REFERENCES: [Elements; 2] = [
     Elements {
@@ -50,12 +50,13 @@ const REFERENCES: [Elements; 2] = [
     },
 ];
 
-/// Orders and sizes of the elements. The frequencies are the model's own, whatever the scene imposes.
+/// Orders and sizes of the elements. The frequencies are those of the model, even if the scene prescribes
+/// others.
 pub(super) fn element_sets(
-    ground: &mut Ground<'_>,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
-    let body = ground.plan.scene.ball_on_beam()?;
+    baseline: &mut Baseline<'_>,
+    should_continue: OnProgress<'_, f64>,
+) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
+    let body = baseline.plan.scene.ball_on_beam()?;
     let modes = |elements: &Elements| {
         let modes = BodyModes::solve(&body.geometry, &body.material, elements, &body.families)?;
         Ok::<_, CostError>(modes.modes().to_vec())
@@ -68,25 +69,26 @@ pub(super) fn element_sets(
     for &Family { name, order, sizes } in &FAMILIES {
         let mut points = Vec::new();
         for &size in sizes {
-            if !goes_on(done as f64 / all as f64) {
+            if !should_continue(done as f64 / all as f64) {
                 return Ok(None);
             }
             done += 1;
-            let (found, seconds) = timed(ground.plan.repeats, || modes(&Elements { size, order }));
-            points.push(CostPoint {
+            let (found, seconds) =
+                timed(baseline.plan.repeats, || modes(&Elements { size, order }));
+            points.push(WorkPrecisionPoint {
                 value: 1e3 * size,
                 seconds,
-                calls: 0,
+                rhs_evals: 0,
                 error: found
                     .map(|found| largest_error(&found, &best))
                     .map_err(|error| error.to_string()),
                 detail: String::new(),
             });
         }
-        sets.push(CostSet {
-            knob: Knob::Elements,
+        sets.push(WorkPrecisionSet {
+            setting: CostSetting::Elements,
             family: name.to_owned(),
-            turned: "size, mm",
+            parameter: "element size, mm",
             floor: Some(floor),
             points,
         });
@@ -94,7 +96,8 @@ pub(super) fn element_sets(
     Ok(Some(sets))
 }
 
-/// The largest relative error of a frequency, mode by mode: coarse elements change their order.
+/// Largest relative error of a natural frequency. Modes are matched by kind, because coarse meshes change
+/// their order.
 fn largest_error(found: &[BodyMode], best: &[BodyMode]) -> f64 {
     let errors = best.iter().filter_map(|best| {
         let same = |mode: &&BodyMode| (mode.kind, mode.order) == (best.kind, best.order);

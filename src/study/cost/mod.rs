@@ -1,17 +1,17 @@
-//! What accuracy costs: work-precision sets, and the advice that follows.
+//! Cost of accuracy: work-precision sets, and the advice derived from them.
 //!
-//! Each knob of a scene is turned with all others at their reference, and the error is set against the
-//! work: CPU time (medians of repeated runs; all threads together, so that what runs on many cores is not
-//! told as cheap) and calls of the right-hand side, which are free of noise. The error of the reference
-//! itself is the floor of a set. What fails is a point, too.
+//! Each setting is varied with all others at their reference values. The error is plotted against the work:
+//! CPU time (median of repeated runs, summed over all threads, so that parallel work does not look cheap)
+//! and right-hand-side evaluations, which have no noise. Each set has the error of its own reference. A
+//! failed run is kept as a point.
 //!
-//! Errors of a trajectory make sense only up to a horizon that the largest Lyapunov exponent allows
-//! ([`CostStudy::horizon`]); beyond it, what does not depend on the trajectory is compared.
+//! Trajectories can be compared only up to a horizon set by the largest Lyapunov exponent
+//! ([`CostStudy::horizon`]). Beyond it, invariants are compared, which do not depend on the trajectory.
 
 mod advice;
 mod averages;
+mod baseline;
 mod body;
-mod ground;
 mod modes;
 mod samples;
 mod set;
@@ -22,62 +22,73 @@ mod tests;
 
 use serde::Serialize;
 
-use super::Watch;
-use super::response::{From, ResponsePlan, response};
+use super::OnProgress;
+use super::response::{InitialState, ResponsePlan, response};
 use crate::dynamics::Exponent;
-use crate::scene::{Held, Scene};
+use crate::scene::{FixedAt, Scene};
 pub use advice::{Advice, TARGETS, advice};
 use averages::{exponent_sets, invariant_sets, recurrence_sets};
+use baseline::Baseline;
+pub(super) use baseline::timed;
+pub use baseline::{CostError, CostPlan};
 use body::element_sets;
-use ground::Ground;
-pub(super) use ground::timed;
-pub use ground::{CostError, CostPlan};
 use modes::mode_sets;
-pub(super) use samples::{DIMENSION, SAMPLES_A_LAG, displacement, recurrence_rule, samples_for};
-pub use set::{CostPoint, CostSet, Knob};
+pub(super) use samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
+pub use set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 use trajectory::{event_sets, integrator_sets, node_sets};
 
-/// What it came to.
+/// Result of a cost study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,
-    /// Where it was held, of what varies in the scene.
-    pub held: Held,
-    /// Time over which trajectories are compared, s.
+    /// Values at which the scheduled parameters of the scene are fixed.
+    pub fixed_at: FixedAt,
+    /// Horizon over which trajectories are compared, s.
     #[serde(rename = "horizon_s")]
     pub horizon: f64,
-    /// The largest Lyapunov exponent, 1/s, by which the horizon was chosen.
+    /// Largest Lyapunov exponent, 1/s, from which the horizon follows.
     #[serde(rename = "exponent_per_s")]
     pub exponent: Option<Exponent>,
-    /// The sets, knob by knob.
-    pub sets: Vec<CostSet>,
-    /// The cheapest setting of the integrator for each error.
+    /// Work-precision sets, setting by setting.
+    pub sets: Vec<WorkPrecisionSet>,
+    /// Advice: the cheapest integrator setting for each target error.
     pub advice: Vec<Advice>,
-    /// Whether it was told to stop: then the knobs that were not done are missing.
+    /// Whether the study was stopped early; settings that were not completed are missing.
     pub stopped: bool,
 }
 
-/// Turns all knobs of a plan, on the caller's thread alone, so that times can be compared. If `watch` says
-/// no, what is done by then; `None` if that is nothing.
+/// Runs a cost study on the calling thread, so that times are comparable. If `watch` returns `false`, the
+/// result contains the completed settings, or is `None` if there are none.
 ///
 /// # Errors
 /// If there is no settled motion or no reference to compare with.
 pub fn cost(
     plan: &CostPlan,
-    watch: Watch<'_, (Knob, f64)>,
+    watch: OnProgress<'_, (CostSetting, f64)>,
 ) -> Result<Option<CostStudy>, CostError> {
-    let first = plan.knobs.first().copied().unwrap_or(Knob::Integrator);
+    let first = plan
+        .settings
+        .first()
+        .copied()
+        .unwrap_or(CostSetting::Integrator);
     let mut ball = None;
     let look = ResponsePlan {
         exponents: 1,
         portrait: false,
-        most: 0.4,
-        measure: 0.1,
+        max_transient: 0.4,
+        measurement_time: 0.1,
         ..ResponsePlan::default()
     };
-    let goes_on = &mut |_| watch((first, 0.0));
-    let Some(settled) = response(&plan.scene, From::Cold, &look, &mut ball, goes_on)? else {
+    let should_continue = &mut |_| watch((first, 0.0));
+    let Some(settled) = response(
+        &plan.scene,
+        InitialState::Fresh,
+        &look,
+        &mut ball,
+        should_continue,
+    )?
+    else {
         return Ok(None);
     };
     if settled.state.iter().all(|x| *x == 0.0) {
@@ -86,31 +97,31 @@ pub fn cost(
     let exponent = settled
         .exponents
         .and_then(|spectrum| spectrum.exponents.first().copied());
-    let mut ground = Ground {
+    let mut baseline = Baseline {
         plan,
         state: settled.state,
         horizon: horizon(plan.horizon, exponent),
         ball,
     };
     let (mut sets, mut stopped) = (Vec::new(), false);
-    for (done, &knob) in plan.knobs.iter().enumerate() {
-        let share = |part: f64| (done as f64 + part) / plan.knobs.len() as f64;
-        let goes_on = &mut |part: f64| watch((knob, share(part)));
-        let turned = match knob {
-            Knob::Integrator => integrator_sets(&mut ground, goes_on)?,
-            Knob::Invariants => invariant_sets(&mut ground, goes_on)?,
-            Knob::Events => event_sets(&mut ground, goes_on)?,
-            Knob::Nodes => node_sets(&mut ground, goes_on)?,
-            Knob::Modes => mode_sets(&mut ground, goes_on)?,
-            Knob::Elements => element_sets(&mut ground, goes_on)?,
-            Knob::Exponents => exponent_sets(&mut ground, goes_on)?,
-            Knob::Recurrence => recurrence_sets(&mut ground, goes_on)?,
+    for (done, &setting) in plan.settings.iter().enumerate() {
+        let share = |part: f64| (done as f64 + part) / plan.settings.len() as f64;
+        let should_continue = &mut |part: f64| watch((setting, share(part)));
+        let new_sets = match setting {
+            CostSetting::Integrator => integrator_sets(&mut baseline, should_continue)?,
+            CostSetting::Invariants => invariant_sets(&mut baseline, should_continue)?,
+            CostSetting::Events => event_sets(&mut baseline, should_continue)?,
+            CostSetting::Nodes => node_sets(&mut baseline, should_continue)?,
+            CostSetting::Modes => mode_sets(&mut baseline, should_continue)?,
+            CostSetting::Elements => element_sets(&mut baseline, should_continue)?,
+            CostSetting::Exponents => exponent_sets(&mut baseline, should_continue)?,
+            CostSetting::Recurrence => recurrence_sets(&mut baseline, should_continue)?,
         };
-        let Some(turned) = turned else {
+        let Some(new_sets) = new_sets else {
             stopped = true;
             break;
         };
-        sets.extend(turned);
+        sets.extend(new_sets);
     }
     if stopped && sets.is_empty() {
         return Ok(None);
@@ -118,21 +129,21 @@ pub fn cost(
     Ok(Some(CostStudy {
         stopped,
         scene: plan.scene.name.clone(),
-        held: held(&plan.scene),
-        horizon: ground.horizon,
+        fixed_at: fixed_at(&plan.scene),
+        horizon: baseline.horizon,
         exponent,
         advice: advice(&sets),
         sets,
     }))
 }
 
-/// Where a study of one state of the joint holds what varies.
-fn held(scene: &Scene) -> Held {
+/// Values at which the scheduled parameters are fixed: the initial ones.
+fn fixed_at(scene: &Scene) -> FixedAt {
     let joint = scene.joint();
-    joint.map_or_else(|_| Held::default(), |joint| joint.held_at_first())
+    joint.map_or_else(|_| FixedAt::default(), |joint| joint.fixed_at_start())
 }
 
-/// Within this many times the inverse of the exponent an error grows by no more than `e`.
+/// Within the inverse of a positive exponent, an error grows by at most a factor `e`.
 fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
     match exponent {
         Some(e) if e.value > 0.0 => longest.min(e.value.recip()),

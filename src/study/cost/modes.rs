@@ -1,66 +1,68 @@
-//! The knob of the modes: how many take part, by what the vibration settles to with them.
+//! Number of modes, by invariants of the settled vibration.
 //!
-//! A trajectory with fewer modes leaves that with more at once, however little they matter; so each
-//! set settles by itself, and invariants are compared.
+//! A trajectory with fewer modes deviates immediately, even if the omitted modes hardly matter. Therefore
+//! each mode set settles separately and invariants are compared.
 
-use super::averages::{INVARIANTS, LONG, invariant_point, relative};
-use super::ground::{Ground, timed};
-use super::{CostError, CostSet, Knob};
+use super::averages::{INVARIANT_TIME, INVARIANTS, invariant_point, relative};
+use super::baseline::{Baseline, timed};
+use super::{CostError, CostSetting, WorkPrecisionSet};
 use crate::fem::Families;
 use crate::joint::{BallJoint, Frequencies};
-use crate::pipeline::prepare_on;
+use crate::pipeline::prepare_reusing_body;
 use crate::scene::Scene;
-use crate::study::Watch;
-use crate::study::response::{From, Response, ResponseError, ResponsePlan, response};
+use crate::study::OnProgress;
+use crate::study::response::{
+    InitialState, ResponseError, ResponsePlan, SettledResponse, response,
+};
 
-/// The reference with finite-element frequencies, unless the scene has more; and what the other one has
-/// in addition that tells its own error. Of the paper's frequencies there are eleven modes, which are
-/// the whole of its model.
-const OWN: Families = Families {
+/// Modes of the reference with finite-element frequencies, unless the scene has more; and additional modes
+/// of the second reference that gives its error. The paper's model has exactly eleven modes with published
+/// frequencies.
+const REFERENCE_MODES: Families = Families {
     bending_pairs: 10,
     torsion: 5,
     axial: 4,
 };
-const MORE: usize = 3;
+const EXTRA_MODES: usize = 3;
 const PUBLISHED: Families = Families {
     bending_pairs: 4,
     torsion: 2,
     axial: 1,
 };
 
-/// No more sets than this.
-const MOST_SETS: usize = 8;
+/// Maximum number of mode sets.
+const MAX_SETS: usize = 8;
 
-/// Error allowed in a step while the sets are compared, and while they settle.
+/// Tolerances while invariants are measured, and while the motion settles.
 const TOLERANCE: f64 = 1e-7;
-const SETTLING: f64 = 1e-5;
+const SETTLING_TOLERANCE: f64 = 1e-5;
 
-/// Invariants that are compared: the first two.
+/// Number of invariants compared: the first ones.
 const COMPARED: usize = 2;
 
-/// Sets of modes, each with those of the one before, by frequency. The reference is measured twice, one
-/// stretch after the other: the difference is its own error.
+/// Nested mode sets in order of frequency. The reference is measured in two successive windows; their
+/// difference is its error.
 pub(super) fn mode_sets(
-    ground: &mut Ground<'_>,
-    goes_on: Watch<'_, f64>,
-) -> Result<Option<Vec<CostSet>>, CostError> {
-    let scene = &ground.plan.scene;
+    baseline: &mut Baseline<'_>,
+    should_continue: OnProgress<'_, f64>,
+) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
+    let scene = &baseline.plan.scene;
     let spec = &scene.joint()?.spec;
     let body = scene.ball_on_beam()?;
     let own = &body.families;
     let uneven = spec.damping.windows(2).any(|pair| pair[0] != pair[1]);
     let published = body.frequencies == Frequencies::Published;
     let all = match (uneven, published) {
-        // Of other modes the damping is not known.
+        // The damping ratios of additional modes are unknown.
         (true, _) => *own,
         (false, true) => PUBLISHED,
-        (false, false) => at_least(own, &OWN),
+        (false, false) => larger_of(own, &REFERENCE_MODES),
     };
-    let mut ball = ground.ball.take();
+    let mut ball = baseline.ball.take();
     let reference = with(scene, &all)?;
     let steps = nested(&reference, &mut ball)?;
     let work = (steps.len() + 2) as f64;
-    let mut on = || goes_on(0.0);
+    let mut on = || should_continue(0.0);
     let Some((best, _)) = settled(&reference, &mut ball, &mut on)? else {
         return Ok(None);
     };
@@ -70,17 +72,18 @@ pub(super) fn mode_sets(
     let mut others = vec![next];
     if !published && !uneven {
         let larger = with(scene, &more(&all))?;
-        let Some((found, _)) = settled(&larger, &mut ball, &mut || goes_on(1.0 / work))? else {
+        let Some((found, _)) = settled(&larger, &mut ball, &mut || should_continue(1.0 / work))?
+        else {
             return Ok(None);
         };
         others.push(found);
     }
-    let mut sets: Vec<CostSet> = INVARIANTS[..COMPARED]
+    let mut sets: Vec<WorkPrecisionSet> = INVARIANTS[..COMPARED]
         .iter()
-        .map(|&(name, of)| CostSet {
-            knob: Knob::Modes,
+        .map(|&(name, of)| WorkPrecisionSet {
+            setting: CostSetting::Modes,
             family: name.to_owned(),
-            turned: "modes",
+            parameter: "modes",
             floor: others
                 .iter()
                 .filter_map(|other| relative(of, other, &best))
@@ -90,7 +93,7 @@ pub(super) fn mode_sets(
         .collect();
     for (k, families) in steps.iter().enumerate() {
         let scene = with(scene, families)?;
-        let mut on = || goes_on((k + 2) as f64 / work);
+        let mut on = || should_continue((k + 2) as f64 / work);
         let (found, seconds) = match settled(&scene, &mut ball, &mut on) {
             Ok(None) => return Ok(None),
             Ok(Some((found, seconds))) => (Ok(found), seconds),
@@ -99,15 +102,15 @@ pub(super) fn mode_sets(
         for (set, (_, of)) in sets.iter_mut().zip(INVARIANTS) {
             let value = families.count() as f64;
             let mut point = invariant_point(value, seconds, &found, &best, of);
-            point.detail = words(families);
+            point.detail = mode_text(families);
             set.points.push(point);
         }
     }
-    ground.ball = ball;
+    baseline.ball = ball;
     Ok(Some(sets))
 }
 
-/// A scene with other modes, which are damped like its own.
+/// A scene with another mode set; additional modes have the damping ratio of the last one.
 fn with(scene: &Scene, families: &Families) -> Result<Scene, CostError> {
     let mut scene = scene.clone();
     scene.integrator.tolerance = TOLERANCE;
@@ -119,7 +122,7 @@ fn with(scene: &Scene, families: &Families) -> Result<Scene, CostError> {
     Ok(scene)
 }
 
-fn at_least(a: &Families, b: &Families) -> Families {
+fn larger_of(a: &Families, b: &Families) -> Families {
     Families {
         bending_pairs: a.bending_pairs.max(b.bending_pairs),
         torsion: a.torsion.max(b.torsion),
@@ -129,16 +132,16 @@ fn at_least(a: &Families, b: &Families) -> Families {
 
 fn more(families: &Families) -> Families {
     Families {
-        bending_pairs: families.bending_pairs + MORE,
-        torsion: families.torsion + MORE,
-        axial: families.axial + MORE,
+        bending_pairs: families.bending_pairs + EXTRA_MODES,
+        torsion: families.torsion + EXTRA_MODES,
+        axial: families.axial + EXTRA_MODES,
     }
 }
 
-/// The sets below a scene's own: all its modes up to a frequency, pairs together.
+/// Nested sets of a scene's modes up to a frequency; bending pairs stay together.
 fn nested(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Vec<Families>, CostError> {
     use crate::fem::ModeKind::{Axial, BendingX, BendingY, Torsion};
-    prepare_on(scene, ball)?;
+    prepare_reusing_body(scene, ball)?;
     let Some(joint) = ball else {
         return Ok(Vec::new());
     };
@@ -165,67 +168,71 @@ fn nested(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Vec<Families>, 
         }
         steps.push(families);
     }
-    // The last is the scene's own.
+    // The last set is the reference itself.
     steps.pop();
-    let every = steps.len().div_ceil(MOST_SETS).max(1);
+    let every = steps.len().div_ceil(MAX_SETS).max(1);
     Ok(steps.into_iter().step_by(every).collect())
 }
 
-/// "2 bending pairs, 1 torsion".
-fn words(families: &Families) -> String {
+/// A mode set as text: "2 bending pairs, 1 torsion".
+fn mode_text(families: &Families) -> String {
     let parts = [
         (families.bending_pairs, "bending pair"),
         (families.torsion, "torsion"),
         (families.axial, "axial"),
     ];
     let there = parts.into_iter().filter(|(count, _)| *count > 0);
-    let words = there.map(|(count, name)| match (count, name) {
+    let mode_text = there.map(|(count, name)| match (count, name) {
         (2.., "bending pair") => format!("{count} bending pairs"),
         _ => format!("{count} {name}"),
     });
-    words.collect::<Vec<_>>().join(", ")
+    mode_text.collect::<Vec<_>>().join(", ")
 }
 
-/// What a scene settles to from its own start, and the CPU time of measuring that, s. `None` if it was
-/// told to stop.
+/// The settled motion of a scene from its own start, and the CPU time of its measurement, s; `None` if
+/// stopped.
 fn settled(
     scene: &Scene,
     ball: &mut Option<BallJoint>,
-    goes_on: &mut dyn FnMut() -> bool,
-) -> Result<Option<(Response, f64)>, ResponseError> {
+    should_continue: &mut dyn FnMut() -> bool,
+) -> Result<Option<(SettledResponse, f64)>, ResponseError> {
     let look = ResponsePlan {
         exponents: 0,
         portrait: false,
-        most: 0.4,
-        measure: 0.01,
+        max_transient: 0.4,
+        measurement_time: 0.01,
         ..ResponsePlan::default()
     };
     let mut coarse = scene.clone();
-    coarse.integrator.tolerance = SETTLING;
-    let found = response(&coarse, From::Cold, &look, ball, &mut |_| goes_on())?;
+    coarse.integrator.tolerance = SETTLING_TOLERANCE;
+    let found = response(&coarse, InitialState::Fresh, &look, ball, &mut |_| {
+        should_continue()
+    })?;
     match found {
-        Some(found) => measured(scene, &found.state, ball, goes_on),
+        Some(found) => measured(scene, &found.state, ball, should_continue),
         None => Ok(None),
     }
 }
 
-/// The motion from a state on, and the CPU time that it took, s.
+/// The motion measured from a given state, and its CPU time, s.
 fn measured(
     scene: &Scene,
     state: &[f64],
     ball: &mut Option<BallJoint>,
-    goes_on: &mut dyn FnMut() -> bool,
-) -> Result<Option<(Response, f64)>, ResponseError> {
+    should_continue: &mut dyn FnMut() -> bool,
+) -> Result<Option<(SettledResponse, f64)>, ResponseError> {
     let look = ResponsePlan {
-        least: 0.0,
-        most: 0.0,
-        measure: LONG,
+        min_transient: 0.0,
+        max_transient: 0.0,
+        measurement_time: INVARIANT_TIME,
         exponents: 0,
         portrait: false,
-        most_calls: None,
+        max_rhs_evals: None,
     };
     let (found, seconds) = timed(1, || {
-        response(scene, From::State(state), &look, ball, &mut |_| goes_on())
+        response(scene, InitialState::State(state), &look, ball, &mut |_| {
+            should_continue()
+        })
     });
     Ok(found?.map(|found| (found, seconds)))
 }

@@ -1,51 +1,51 @@
-//! What can be turned, and what comes of it.
+//! The settings of a cost study and their work-precision sets.
 
 use serde::{Serialize, Serializer};
 
-/// What can be turned.
+/// A setting of the scene whose cost and error are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[serde(into = "KnobRecord")]
+#[serde(into = "SettingRecord")]
 #[strum(serialize_all = "lowercase")]
-pub enum Knob {
-    /// Method and tolerance, by the trajectory.
+pub enum CostSetting {
+    /// Method and tolerance, by the error of the trajectory.
     Integrator,
-    /// Tolerance, by what does not depend on the trajectory.
+    /// Tolerance, by the error of invariants.
     Invariants,
-    /// Through events or exactly there.
+    /// Event handling: steps through events, or exact event location.
     Events,
-    /// Family and number of contact nodes.
+    /// Quadrature and number of contact nodes.
     Nodes,
     /// Number of modes.
     Modes,
     /// Order and size of the finite elements.
     Elements,
-    /// Length of averaging for Lyapunov exponents.
+    /// Averaging time of Lyapunov exponents.
     Exponents,
-    /// Length and threshold of recurrence quantification.
+    /// Number of states and threshold of recurrence quantification.
     Recurrence,
 }
 
-/// A knob as JSON has it.
+/// JSON form of a setting.
 #[derive(Serialize)]
-struct KnobRecord {
-    /// The knob, as on the command line.
-    knob: &'static str,
-    /// What the error of its points is.
-    error_is: &'static str,
+struct SettingRecord {
+    /// Name of the setting, as on the command line.
+    setting: &'static str,
+    /// Measure of the error of the points.
+    error_measure: &'static str,
 }
 
-impl From<Knob> for KnobRecord {
-    fn from(knob: Knob) -> Self {
+impl From<CostSetting> for SettingRecord {
+    fn from(setting: CostSetting) -> Self {
         Self {
-            knob: knob.name(),
-            error_is: knob.error(),
+            setting: setting.name(),
+            error_measure: setting.error(),
         }
     }
 }
 
-impl Knob {
-    /// All of them.
+impl CostSetting {
+    /// All settings.
     pub const ALL: [Self; 8] = [
         Self::Integrator,
         Self::Invariants,
@@ -57,68 +57,68 @@ impl Knob {
         Self::Recurrence,
     ];
 
-    /// Its name, as on the command line.
+    /// Name, as on the command line.
     pub fn name(self) -> &'static str {
         self.into()
     }
 
-    /// What the error of its points is.
+    /// Measure of the error of the points.
     pub fn error(self) -> &'static str {
         match self {
             Self::Integrator | Self::Events | Self::Nodes => "largest error of the state",
             Self::Modes | Self::Invariants => "relative error",
             Self::Elements => "largest error of a natural frequency",
-            Self::Exponents => "half width of λ1, 1/s",
+            Self::Exponents => "half-width of λ1, 1/s",
             Self::Recurrence => "error of the determinism",
         }
     }
 }
 
-/// A knob turned through a family of settings.
+/// A work-precision set: one setting varied within a family.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CostSet {
-    /// The knob.
+pub struct WorkPrecisionSet {
+    /// The setting.
     #[serde(flatten)]
-    pub knob: Knob,
-    /// The settings' family: a method, a quadrature, a threshold.
+    pub setting: CostSetting,
+    /// Family: a method, a quadrature or a threshold.
     pub family: String,
-    /// What is turned within it: `tolerance`, `nodes`.
-    pub turned: &'static str,
-    /// The error of the reference itself; `None` where there is none to compare with.
+    /// Name and unit of the varied parameter, such as `tolerance`.
+    #[serde(rename = "parameter")]
+    pub parameter: &'static str,
+    /// Error of the reference solution; `None` if it is unknown.
     #[serde(rename = "reference_error")]
     pub floor: Option<f64>,
-    /// The points.
-    pub points: Vec<CostPoint>,
+    /// The points in order of the varied parameter.
+    pub points: Vec<WorkPrecisionPoint>,
 }
 
-/// One setting.
+/// A work-precision point.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CostPoint {
-    /// The setting, in the unit of [`CostSet::turned`].
+pub struct WorkPrecisionPoint {
+    /// Value of the varied parameter, in the unit given by `parameter` of the set.
     pub value: f64,
-    /// CPU time, s: the median of the repeated runs.
+    /// Median CPU time of the repeats, s.
     #[serde(rename = "cpu_s")]
     pub seconds: f64,
-    /// Calls of the right-hand side; 0 where there are none.
-    pub calls: u64,
-    /// Its error, or why there is none.
+    /// Right-hand-side evaluations; 0 if there are none.
+    pub rhs_evals: u64,
+    /// The error, or the error message of a failed run.
     #[serde(flatten, serialize_with = "error_or_reason")]
     pub error: Result<f64, String>,
-    /// What its value does not tell: which modes these are, how many events there were. Empty where that
-    /// is nothing.
+    /// Detail of the point, such as the modes or the number of events; may be empty.
     pub detail: String,
 }
 
-/// The error, or why there is none, as JSON has it.
+/// JSON form of the error.
 fn error_or_reason<S: Serializer>(
     error: &Result<f64, String>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Record<'a> {
-        /// Its error; `null` where it failed.
+        /// Error of the point; `null` if the run failed.
         error: Option<f64>,
-        /// Why it failed; `null` where it did not.
+        /// Error message of a failed run; `null` otherwise.
         failed: Option<&'a String>,
     }
     let (error, failed) = (error.as_ref().ok().copied(), error.as_ref().err());

@@ -1,10 +1,10 @@
-//! Knobs turned for real, shortly.
+//! Short cost studies.
 
 use super::*;
 
-fn turned(scene: &str, knob: Knob) -> CostStudy {
+fn run_study(scene: &str, setting: CostSetting) -> CostStudy {
     let plan = CostPlan {
-        knobs: vec![knob],
+        settings: vec![setting],
         repeats: 1,
         horizon: 1e-3,
         ..CostPlan::new(Scene::load(scene).unwrap())
@@ -22,20 +22,20 @@ fn errors(study: &CostStudy, family: &str) -> Vec<f64> {
 }
 
 #[test]
-fn tighter_tolerances_cost_calls_and_bring_accuracy() {
-    let study = turned("torus-3deg", Knob::Integrator);
+fn tighter_tolerances_need_more_evaluations_and_are_more_accurate() {
+    let study = run_study("torus-3deg", CostSetting::Integrator);
     assert_eq!(study.sets.len(), crate::dynamics::MethodName::ALL.len());
     for set in &study.sets {
         let floor = set.floor.unwrap();
         assert!(floor < 1e-7, "{}: {floor}", set.family);
         let found = errors(&study, &set.family);
         let (first, last) = (found[0], found[found.len() - 1]);
-        // The steps of a fixed method go up to where it is hardly stable.
+        // The largest fixed steps are close to the stability limit.
         assert!(last < 1e-4 * first.max(1e-3), "{}: {found:?}", set.family);
-        // From one decade to the next; the loosest are coarse.
+        // One point per decade; the loosest tolerances are not monotonic.
         let decades = set.points.iter().step_by(2);
-        let calls: Vec<u64> = decades.map(|point| point.calls).collect();
-        assert!(calls.is_sorted(), "{}: {calls:?}", set.family);
+        let rhs_evals: Vec<u64> = decades.map(|point| point.rhs_evals).collect();
+        assert!(rhs_evals.is_sorted(), "{}: {rhs_evals:?}", set.family);
         assert!(set.points.iter().all(|point| point.seconds > 0.0));
     }
     let advised = &study.advice;
@@ -46,21 +46,21 @@ fn tighter_tolerances_cost_calls_and_bring_accuracy() {
 }
 
 #[test]
-fn more_nodes_come_nearer() {
-    let study = turned("torus-3deg", Knob::Nodes);
+fn more_nodes_reduce_the_error() {
+    let study = run_study("torus-3deg", CostSetting::Nodes);
     for family in ["rings", "gauss"] {
         let found = errors(&study, family);
         let set = study.sets.iter().find(|set| set.family == family).unwrap();
         assert!(found[7] < 0.1 * found[0], "{family}: {found:?}");
-        // Rings down to what the two references differ by, which are of rings.
+        // Rings converge down to the error of the references, which use rings.
         let floor = set.floor.unwrap();
         assert!(family != "rings" || found[7] < 20.0 * floor, "{found:?}");
     }
 }
 
 #[test]
-fn smaller_elements_and_higher_orders_come_nearer() {
-    let study = turned("torus-3deg", Knob::Elements);
+fn smaller_elements_and_higher_orders_reduce_the_error() {
+    let study = run_study("torus-3deg", CostSetting::Elements);
     let finest = ["linear", "quadratic", "cubic", "quartic"].map(|order| {
         let found = errors(&study, &format!("{order} elements"));
         assert!(found.is_sorted_by(|a, b| a >= b), "{order}: {found:?}");
@@ -68,25 +68,25 @@ fn smaller_elements_and_higher_orders_come_nearer() {
     });
     assert!(finest.is_sorted_by(|a, b| *a > 3.0 * b), "{finest:?}");
     assert!(finest[0] < 1e-2 && finest[3] < 1e-6, "{finest:?}");
-    // Nothing is told below the reference's own error.
+    // No error is below that of the reference.
     for set in &study.sets {
         assert!(set.floor.unwrap() < finest[3], "{}", set.family);
     }
 }
 
 #[test]
-fn sets_of_modes_are_nested_and_all_modes_are_the_reference() {
-    let study = turned("torus-3deg", Knob::Modes);
+fn mode_sets_are_nested_and_the_reference_has_all_modes() {
+    let study = run_study("torus-3deg", CostSetting::Modes);
     let [frequency, rms] = &study.sets[..] else {
         panic!("two invariants");
     };
-    let count = |set: &CostSet| {
+    let count = |set: &WorkPrecisionSet| {
         set.points
             .iter()
             .map(|p| p.value as usize)
             .collect::<Vec<_>>()
     };
-    // The published frequencies in their order: B1, B2, T1, B3, A1, T2; with B4 they are all eleven.
+    // In order of the published frequencies: B1, B2, T1, B3, A1, T2; with B4 the set is complete.
     assert_eq!(count(frequency), [2, 4, 5, 7, 8, 9]);
     let details: Vec<&str> = rms.points.iter().map(|p| &*p.detail).collect();
     assert_eq!(details[0], "1 bending pair");
@@ -94,21 +94,21 @@ fn sets_of_modes_are_nested_and_all_modes_are_the_reference() {
     for set in [frequency, rms] {
         let floor = set.floor.unwrap();
         assert!(floor < 1e-2, "{}: {floor}", set.family);
-        assert!(set.points.iter().all(|point| point.calls > 0));
-        // One pair is another squeak.
+        assert!(set.points.iter().all(|point| point.rhs_evals > 0));
+        // With one bending pair the squeak is different.
         assert!(*set.points[0].error.as_ref().unwrap() > 10.0 * floor);
     }
 }
 
 #[test]
-fn averages_have_the_error_of_their_own_references() {
-    let study = turned("impact-oscillator", Knob::Recurrence);
+fn averages_have_a_reference_error() {
+    let study = run_study("impact-oscillator", CostSetting::Recurrence);
     for set in &study.sets {
         let floor = set.floor.unwrap();
         let longest = errors(&study, &set.family);
         assert!(floor < 0.1 && longest.len() == 6, "{}: {floor}", set.family);
     }
-    let study = turned("impact-oscillator", Knob::Exponents);
+    let study = run_study("impact-oscillator", CostSetting::Exponents);
     for set in &study.sets {
         let found = errors(&study, &set.family);
         assert!(set.floor.unwrap() < found[found.len() - 1], "{found:?}");
@@ -135,9 +135,12 @@ fn chaos_shortens_the_horizon() {
 }
 
 #[test]
-fn what_is_told_to_stop_stops() {
+fn the_callback_stops_a_study() {
     let plan = CostPlan::new(Scene::load("torus-3deg").unwrap());
     assert_eq!(cost(&plan, &mut |_| false).unwrap(), None);
     let small = CostPlan::new(Scene::load("impact-oscillator").unwrap());
-    assert!(!small.knobs.contains(&Knob::Nodes) && small.knobs.contains(&Knob::Events));
+    assert!(
+        !small.settings.contains(&CostSetting::Nodes)
+            && small.settings.contains(&CostSetting::Events)
+    );
 }

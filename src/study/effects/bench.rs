@@ -1,34 +1,34 @@
-//! Measurements in turns: what a machine does meanwhile troubles all of them alike.
+//! Interleaved timing: variants alternate, so that disturbances of the machine affect all of them alike.
 
 use cpu_time::{ProcessTime, ThreadTime};
 use serde::Serialize;
 
-use crate::study::Watch;
+use crate::study::OnProgress;
 
-/// Why something failed.
+/// Cause of a failed run.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Rounds in which each variant has its turn. One more comes first, which finds the caches cold and is not
-/// counted.
+/// Number of rounds; each variant runs once per round. One more round comes first to warm up the caches and
+/// is not counted.
 const ROUNDS: usize = 4;
 
-/// Student's t of so many rounds for 95 %.
+/// Student's t for this number of rounds at 95 %.
 const STUDENT: f64 = 3.18;
 
-/// Stages whose progress is told.
+/// Number of stages in the progress.
 const STAGES: f64 = 5.0;
 
-/// A number with its scatter.
+/// A measured mean with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// The mean.
+    /// The mean, in the unit of the quantity.
     pub mean: f64,
-    /// Half-width of its interval of 95 %.
+    /// Half-width of the 95 % interval.
     pub half_width: f64,
 }
 
 impl Measured {
-    /// By repeated measurements, two at least.
+    /// From repeated measurements, at least two.
     pub(super) fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -40,7 +40,7 @@ impl Measured {
         }
     }
 
-    /// Times a factor.
+    /// The quantity multiplied by a factor.
     pub(super) fn times(self, factor: f64) -> Self {
         Self {
             mean: factor * self.mean,
@@ -48,26 +48,26 @@ impl Measured {
         }
     }
 
-    /// Whether it is not just scatter.
-    pub fn is_told(self) -> bool {
+    /// Whether the 95 % interval excludes zero.
+    pub fn is_significant(self) -> bool {
         self.mean.abs() > self.half_width
     }
 }
 
-/// Takes measurements in turns.
+/// Timer of interleaved variants.
 pub(super) struct Bench<'w> {
-    pub watch: Watch<'w, f64>,
-    /// Stages that are done.
+    pub watch: OnProgress<'w, f64>,
+    /// Number of completed stages.
     pub stage: f64,
 }
 
 impl Bench<'_> {
-    /// Tells the share of the present stage that is done; whether to go on.
-    pub fn goes_on(&mut self, share: f64) -> bool {
+    /// Reports the fraction done of the current stage; returns whether to continue.
+    pub fn should_continue(&mut self, share: f64) -> bool {
         (self.watch)(((self.stage + share) / STAGES).min(1.0))
     }
 
-    /// Lets each variant have its turn in each round; `run` gives what it takes. `None` if it was told to stop.
+    /// Runs every variant once per round; `run` returns the time of a variant. `None` if stopped.
     pub fn rounds(
         &mut self,
         variants: usize,
@@ -77,9 +77,9 @@ impl Bench<'_> {
         for round in 0..=ROUNDS {
             for (variant, taken) in taken.iter_mut().enumerate() {
                 let found = run(variant);
-                // Cut short, it says nothing, and a fault of it is none.
+                // A stopped run has neither a valid time nor a valid error.
                 let done = (round * variants + variant + 1) as f64;
-                if !self.goes_on(done / ((ROUNDS + 1) * variants) as f64) {
+                if !self.should_continue(done / ((ROUNDS + 1) * variants) as f64) {
                     return Ok(None);
                 }
                 if round > 0 {
@@ -94,16 +94,16 @@ impl Bench<'_> {
     }
 }
 
-/// What each variant has taken in each round.
+/// Times of each variant in each round.
 pub(super) struct Rounds(pub Vec<Vec<f64>>);
 
 impl Rounds {
-    /// What a variant takes.
+    /// Time of a variant.
     pub fn of(&self, variant: usize) -> Measured {
         Measured::of(&self.0[variant])
     }
 
-    /// What an effect takes that tells one variant, where it is as in the scene, from another, where it is not.
+    /// Cost of an effect: `own` is the variant as in the scene, `other` the one with the effect switched.
     pub fn effect(&self, on: bool, own: usize, other: usize) -> Measured {
         match on {
             true => self.difference(own, other),
@@ -111,7 +111,7 @@ impl Rounds {
         }
     }
 
-    /// How much more one variant takes than another.
+    /// Additional time of one variant relative to another.
     pub fn difference(&self, with: usize, without: usize) -> Measured {
         let pairs = self.0[with].iter().zip(&self.0[without]);
         Measured::of(
@@ -122,14 +122,14 @@ impl Rounds {
     }
 }
 
-/// Result of some work of this thread alone, and the CPU time that it took, s: whatever others do meanwhile.
-pub(super) fn timed_here<T>(work: impl FnOnce() -> T) -> (T, f64) {
+/// Result of some work on this thread, and its CPU time, s. Other threads do not count.
+pub(super) fn thread_timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let began = ThreadTime::now();
     let result = work();
     (result, began.elapsed().as_secs_f64())
 }
 
-/// Result of some work, and the CPU time of all threads that it took, s.
+/// Result of some work, and the CPU time of all threads, s.
 pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let began = ProcessTime::now();
     let result = work();

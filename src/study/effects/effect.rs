@@ -1,66 +1,66 @@
-//! An effect in a scene, and what it costs.
+//! An effect of a scene and its cost.
 
 use serde::{Serialize, Serializer};
 
 use super::bench::Measured;
 
-/// An effect in a scene.
+/// An effect of a scene, such as lift-off or an analysis, and its cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
-    /// What it is called.
+    /// Name of the effect.
     pub name: &'static str,
-    /// The table or key of a scene that calls for it.
+    /// Table or key of the scene that controls the effect.
     pub key: &'static str,
-    /// Whether the scene does.
+    /// Whether the effect is on in the scene.
     pub on: bool,
-    /// How, in words; empty where it is off.
+    /// Setting as text; empty if inactive.
     pub setting: String,
-    /// CPU time that it takes, or would take, of a simulated second, s; or why that cannot be told.
+    /// CPU time per simulated second that the effect adds or would add, s/s; or why it cannot be measured.
     #[serde(flatten, serialize_with = "cost_or_reason")]
-    pub cost: Result<Measured, Untold>,
-    /// CPU time that it takes once, before the first sample, s; `None` where it takes none worth telling.
+    pub cost: Result<Measured, Unavailable>,
+    /// Setup: CPU time before the first sample, s; `None` if it is not significant.
     #[serde(rename = "setup_s")]
     pub setup: Option<Measured>,
 }
 
-/// The cost, or why it cannot be told, as JSON has it.
+/// JSON form of the cost.
 fn cost_or_reason<S: Serializer>(
-    cost: &Result<Measured, Untold>,
+    cost: &Result<Measured, Unavailable>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Record {
-        /// CPU time that it takes, or would take, of a simulated second, s; `null` where that cannot be told.
+        /// CPU time per simulated second that the effect adds or would add, s/s; `null` if unavailable.
         cpu_s_per_s: Option<Measured>,
-        /// Why no cost can be told; `null` where one is.
-        untold: Option<String>,
+        /// Reason why the cost is unavailable; `null` if it is available.
+        unavailable: Option<String>,
     }
     let record = Record {
         cpu_s_per_s: cost.ok(),
-        untold: cost.err().map(|why| why.to_string()),
+        unavailable: cost.err().map(|why| why.to_string()),
     };
     record.serialize(serializer)
 }
 
-/// Why the cost of an effect cannot be told.
+/// Why the cost of an effect is unavailable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Untold {
-    /// Nothing comes of it in a run this short.
+pub enum Unavailable {
+    /// The run is shorter than the analysis window, so there is no result.
     #[error("the run is shorter than its window")]
     ShorterThanWindow,
-    /// What a recording takes once is far more than what so short a run takes.
-    #[error("the run is too short to tell")]
+    /// The setup cost of the recording is much larger than the cost of so short a run.
+    #[error("the run is too short for a reliable measurement")]
     TooShort,
-    /// The scene's file leaves no room for its table.
+    /// The table of the effect cannot be added to the scene's file.
     #[error("its table cannot be added to this scene")]
-    NoRoom,
-    /// Others take their choices from it.
-    #[error("others take their choices from it")]
+    CannotAdd,
+    /// Other analyses depend on the effect.
+    #[error("other analyses depend on it")]
     Needed,
 }
 
-/// The setting of an effect, where it is on.
-pub(super) fn words(on: bool, setting: &str) -> String {
+/// Text of an effect's setting; empty if it is inactive.
+pub(super) fn setting_text(on: bool, setting: &str) -> String {
     match on {
         true => setting.to_owned(),
         false => String::new(),

@@ -1,9 +1,9 @@
-//! The effects that make the joint what it is.
+//! Effects of the joint's mechanics.
 
 use std::sync::Arc;
 
-use super::bench::{Bench, Cause, Measured, timed_here};
-use super::effect::{Effect, words};
+use super::bench::{Bench, Cause, Measured, thread_timed};
+use super::effect::{Effect, setting_text};
 use crate::dynamics::System;
 use crate::fem::Families;
 use crate::joint::{
@@ -11,12 +11,12 @@ use crate::joint::{
     StiffnessLaw, Stribeck,
 };
 use crate::pipeline::message::Frame;
-use crate::scene::{Scene, TiltedJoint};
+use crate::scene::{LoadedJoint, Scene};
 
-/// Passes over the nodes that are timed together, so many nodes times modes.
-const PASSED: usize = 8_000_000;
+/// Right-hand-side evaluations timed together, times nodes times modes.
+const EVALUATIONS: usize = 8_000_000;
 
-/// Typical numbers of what is off.
+/// Typical values of inactive effects.
 const STRIBECK: Stribeck = Stribeck {
     mu_s: 0.55,
     mu_d: 0.25,
@@ -25,17 +25,17 @@ const STRIBECK: Stribeck = Stribeck {
 };
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
-/// The modes that growth begins with.
+/// The smallest mode set used for comparison.
 const BENDING: Families = Families {
     bending_pairs: 2,
     torsion: 0,
     axial: 0,
 };
 
-/// CPU time of a call (s), and the effects of the joint. `None` if it was told to stop.
-pub(super) fn of_the_joint(
+/// CPU time of one right-hand-side evaluation (s), and the effects of the joint; `None` if stopped.
+pub(super) fn joint_effects(
     scene: &Scene,
-    tilted: &TiltedJoint,
+    tilted: &LoadedJoint,
     frames: &[Arc<Frame>],
     calls: f64,
     bench: &mut Bench<'_>,
@@ -43,18 +43,19 @@ pub(super) fn of_the_joint(
     let tilt = tilted.tilt.at(0.0);
     let ball = BallJoint::new(&tilted.spec)?;
     let model = ball.model(tilt)?;
-    let mut all = of_the_nodes(&model);
-    all.extend(of_the_spec(&tilted.spec, &ball, tilt)?);
-    let passes: Vec<Passes> = std::iter::once(&model)
+    let mut all = node_effects(&model);
+    all.extend(build_effects(&tilted.spec, &ball, tilt)?);
+    let evaluations: Vec<Evaluations> = std::iter::once(&model)
         .chain(all.iter().map(|(.., other)| other))
-        .map(|model| Passes::new(model, frames))
+        .map(|model| Evaluations::new(model, frames))
         .collect();
-    // The last variant makes the joint anew, which functions of time take at each frame's border.
-    let made = passes.len();
-    let rounds = bench.rounds(made + 1, &mut |variant| match passes.get(variant) {
-        Some(passes) => Ok(passes.time()),
+    // The last variant rebuilds the joint, which scheduled parameters do at every frame boundary.
+    let made = evaluations.len();
+    let rounds = bench.rounds(made + 1, &mut |variant| match evaluations.get(variant) {
+        Some(evaluations) => Ok(evaluations.time()),
         None => {
-            let (again, seconds) = timed_here(|| ball.model(tilt).map(|model| Joint::new(&model)));
+            let (again, seconds) =
+                thread_timed(|| ball.model(tilt).map(|model| Joint::new(&model)));
             again?;
             Ok(seconds)
         }
@@ -78,19 +79,19 @@ pub(super) fn of_the_joint(
         });
     let mut effects: Vec<Effect> = effects.collect();
     let borders = scene.sample_rate / scene.frame_samples as f64;
-    effects.push(functions_of_time(tilted, rounds.of(made).times(borders)));
+    effects.push(schedule_effect(tilted, rounds.of(made).times(borders)));
     Ok(Some((rounds.of(0).mean, effects)))
 }
 
-/// Passes over the nodes at states of the scene's vibration.
-struct Passes {
+/// Right-hand-side evaluations at states of the scene's vibration.
+struct Evaluations {
     joint: Joint,
     states: Vec<Vec<f64>>,
     count: usize,
 }
 
-impl Passes {
-    /// At some states of the last half of the frames; of fewer modes, at the lowest of theirs.
+impl Evaluations {
+    /// At up to 16 states from the last half of the frames; a smaller model takes their lowest modes.
     fn new(model: &Model, frames: &[Arc<Frame>]) -> Self {
         let modes = model.modes();
         let states = frames[frames.len() / 2..].iter().take(16).map(|frame| {
@@ -105,14 +106,14 @@ impl Passes {
         Self {
             joint: Joint::new(model),
             states: states.collect(),
-            count: (PASSED / (model.nodes() * modes)).max(1),
+            count: (EVALUATIONS / (model.nodes() * modes)).max(1),
         }
     }
 
-    /// CPU time of a pass, s.
+    /// CPU time of one evaluation, s.
     fn time(&self) -> f64 {
         let mut out = vec![0.0; self.joint.dim()];
-        let ((), seconds) = timed_here(|| {
+        let ((), seconds) = thread_timed(|| {
             for k in 0..self.count {
                 let z = &self.states[k % self.states.len()];
                 self.joint.rhs(0.0, std::hint::black_box(z), &mut out);
@@ -123,25 +124,26 @@ impl Passes {
     }
 }
 
-/// An effect of the nodes: name, key, whether it is on, how, and the model with it changed.
-type OfNodes = (&'static str, &'static str, bool, String, Model);
+/// An effect of the contact nodes: name, key, whether it is active, its setting, and the model with it
+/// switched.
+type SwitchedModel = (&'static str, &'static str, bool, String, Model);
 
-/// A model with something changed.
+/// A modified copy of a model.
 fn changed(model: &Model, change: impl FnOnce(&mut Model)) -> Model {
     let mut other = model.clone();
     change(&mut other);
     other
 }
 
-/// Effects of the nodes, each with the model without it, or with it where it is off.
-fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
-    let mut all = of_friction(model);
+/// Effects of the contact nodes, each with the model in which it is switched.
+fn node_effects(model: &Model) -> Vec<SwitchedModel> {
+    let mut all = friction_effects(model);
     let lifts = model.unilateral;
     all.push((
         "lift-off",
         "contact.unilateral",
         lifts,
-        words(lifts, "Eq. (2)"),
+        setting_text(lifts, "Eq. (2)"),
         changed(model, |other| other.unilateral = !lifts),
     ));
     let damping = match model.contact_damping {
@@ -159,7 +161,7 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
         },
     };
     all.push((
-        "damping of the contact",
+        "contact damping",
         "contact_damping",
         damped,
         damping,
@@ -167,10 +169,10 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
     ));
     let convected = model.convection.is_some();
     all.push((
-        "Omega x u",
+        "convection, Omega x u",
         "rotation.convection",
         convected,
-        words(convected, "on"),
+        setting_text(convected, "on"),
         changed(model, |other| {
             other.convection = (!convected).then_some([1.0, 0.0, 0.0]);
         }),
@@ -181,7 +183,7 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
         "modal damping",
         "damping",
         has_damping,
-        words(has_damping, &format!("ratio up to {most}")),
+        setting_text(has_damping, &format!("ratio up to {most}")),
         changed(model, |other| {
             other.damping = match has_damping {
                 true => Vec::new(),
@@ -192,10 +194,10 @@ fn of_the_nodes(model: &Model) -> Vec<OfNodes> {
     all
 }
 
-/// Friction, and its radial part where there is friction.
-fn of_friction(model: &Model) -> Vec<OfNodes> {
+/// Friction, and its radial component if there is friction.
+fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
     let radial = model.friction.radial();
-    let (setting, turned) = match model.friction {
+    let (setting, switched) = match model.friction {
         Friction::None => (String::new(), None),
         Friction::Constant { law, .. } => {
             let radial = !radial;
@@ -208,7 +210,7 @@ fn of_friction(model: &Model) -> Vec<OfNodes> {
             (setting, Some(Friction::Stribeck { law, radial }))
         }
     };
-    let is_on = turned.is_some();
+    let is_on = switched.is_some();
     let other = match is_on {
         true => Friction::None,
         false => Friction::Stribeck {
@@ -218,21 +220,25 @@ fn of_friction(model: &Model) -> Vec<OfNodes> {
     };
     let with = |friction| changed(model, |other| other.friction = friction);
     let mut all = vec![("friction", "friction", is_on, setting, with(other))];
-    all.extend(turned.map(|turned| {
+    all.extend(switched.map(|switched| {
         (
-            "radial part of friction",
+            "radial friction component",
             "friction.radial",
             radial,
-            words(radial, "as in Eq. (8)"),
-            with(turned),
+            setting_text(radial, "as in Eq. (8)"),
+            with(switched),
         )
     }));
     all
 }
 
-/// What is chosen where the joint is made: how the stiffness is spread, and which modes take part; each with the
-/// model of the other choice. A body from a file has made these choices itself.
-fn of_the_spec(spec: &JointSpec, ball: &BallJoint, tilt: f64) -> Result<Vec<OfNodes>, Cause> {
+/// Effects of choices made when the joint is built: the stiffness distribution and the mode set, each with
+/// the model of the other choice. A body from a file has fixed choices.
+fn build_effects(
+    spec: &JointSpec,
+    ball: &BallJoint,
+    tilt: f64,
+) -> Result<Vec<SwitchedModel>, Cause> {
     let BodySpec::BallOnBeam(body) = &spec.body else {
         return Ok(Vec::new());
     };
@@ -242,11 +248,11 @@ fn of_the_spec(spec: &JointSpec, ball: &BallJoint, tilt: f64) -> Result<Vec<OfNo
         true => StiffnessLaw::Uniform,
         false => StiffnessLaw::LikePreStress,
     };
-    let mut all: Vec<OfNodes> = vec![(
-        "stiffness like the pre-stress",
-        "contact.stiffness",
+    let mut all: Vec<SwitchedModel> = vec![(
+        "stiffness distributed like the pre-stress",
+        "contact.stiffness_distribution",
         spread,
-        words(spread, "pre-stress"),
+        setting_text(spread, "pre-stress"),
         ball.clone().with_spec(&other)?.model(tilt)?,
     )];
     let families = body.families;
@@ -259,24 +265,23 @@ fn of_the_spec(spec: &JointSpec, ball: &BallJoint, tilt: f64) -> Result<Vec<OfNo
             false => BENDING,
         };
     }
-    // Ratios of damping are those of the modes that there are.
+    // The damping ratios belong to the scene's own modes.
     other.damping.clear();
-    // The paper's frequencies may not be known of the modes that the scene leaves out.
+    // The paper's frequencies may be unknown for the additional modes.
     if let Ok(other) = BallJoint::new(&other) {
         all.push((
             "fewer modes",
             "body.bending_pairs, torsion, axial",
             fewer,
-            words(fewer, &format!("{} of {}", families.count(), paper.count())),
+            setting_text(fewer, &format!("{} of {}", families.count(), paper.count())),
             other.model(tilt)?,
         ));
     }
     Ok(all)
 }
 
-/// Tilt, load and rotation as functions of time, which share their cost: the joint made anew where a frame
-/// starts.
-fn functions_of_time(joint: &TiltedJoint, cost: Measured) -> Effect {
+/// Scheduled tilt, load and rotation. They share one cost: the joint is rebuilt at the start of each frame.
+fn schedule_effect(joint: &LoadedJoint, cost: Measured) -> Effect {
     let span = |name: &str, [low, high]: [f64; 2], unit: &str| {
         format!("{name} {low:.4} to {high:.4}{unit}")
     };
@@ -292,7 +297,7 @@ fn functions_of_time(joint: &TiltedJoint, cost: Measured) -> Effect {
         spans.push(span("rotation", joint.rotation_span(), " times"));
     }
     Effect {
-        name: "tilt, load, rotation of time",
+        name: "scheduled tilt, load, rotation",
         key: "load.tilt, load.load, rotation.factor",
         on: !spans.is_empty(),
         setting: spans.join(", "),

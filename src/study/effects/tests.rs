@@ -24,7 +24,7 @@ fn find<'a>(found: &'a Effects, key: &str) -> &'a Effect {
 }
 
 #[test]
-fn what_a_scene_calls_for_is_on_and_has_a_price() {
+fn active_effects_have_a_cost() {
     let found = of("torus-3deg", "");
     for key in ["friction", "friction.radial", "contact.unilateral"] {
         assert!(find(&found, key).on, "{key}");
@@ -38,10 +38,10 @@ fn what_a_scene_calls_for_is_on_and_has_a_price() {
         let effect = find(&found, key);
         assert!(!effect.on && effect.setting.is_empty(), "{key}");
     }
-    // Friction is the better part of a call.
-    let cost = |key| find(&found, key).cost.expect("told").mean;
+    // Friction is the largest part of the right-hand side.
+    let cost = |key| find(&found, key).cost.expect("a cost").mean;
     let friction = cost("friction");
-    let call = found.call * found.calls;
+    let call = found.rhs_eval * found.rhs_evals;
     assert!(
         friction > 0.2 * call && friction < call,
         "{friction} {call}"
@@ -50,15 +50,15 @@ fn what_a_scene_calls_for_is_on_and_has_a_price() {
     // Two bending pairs instead of eleven modes.
     assert!(cost("body.bending_pairs, torsion, axial") < -0.2 * call);
     assert!(
-        find(&found, "contact.stiffness")
+        find(&found, "contact.stiffness_distribution")
             .cost
             .unwrap()
             .half_width
             .is_finite()
     );
-    // The run is of 10 ms.
-    let untold = find(&found, "analysis.regime").cost.expect_err("told");
-    assert_eq!(untold, Untold::ShorterThanWindow);
+    // The run is 10 ms long.
+    let reason = find(&found, "analysis.regime").cost.expect_err("no cost");
+    assert_eq!(reason, Unavailable::ShorterThanWindow);
     assert!(found.setup > 0.0 && found.setup.is_finite());
     assert!(found.whole > 0.5 * call, "{} {call}", found.whole);
     let damped = of(
@@ -70,7 +70,7 @@ fn what_a_scene_calls_for_is_on_and_has_a_price() {
 }
 
 #[test]
-fn a_small_system_has_no_effects_of_nodes() {
+fn a_small_system_has_no_contact_node_effects() {
     let found = of("impact-oscillator", "");
     assert!(found.effects.iter().all(|effect| effect.key != "friction"));
     assert!(
@@ -82,7 +82,7 @@ fn a_small_system_has_no_effects_of_nodes() {
 }
 
 #[test]
-fn it_stops_when_told() {
+fn the_callback_stops_the_measurement() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let mut asked = 0;
     let found = effects(&scene, &mut |_| Ok(()), &Arc::default(), &mut |_| {
@@ -92,9 +92,9 @@ fn it_stops_when_told() {
     assert_eq!(found.unwrap(), None);
 }
 
-/// A flag ends the run that is being measured, so that the next question comes soon.
+/// The flag ends the run in progress, so that the callback is called soon.
 #[test]
-fn it_stops_within_a_run_that_takes_for_ever() {
+fn the_stop_flag_ends_a_run_in_progress() {
     let mut scene = Scene::load("periodic-2deg").unwrap();
     scene.integrator.max_step = 1e-11;
     let stop = Arc::new(AtomicBool::new(false));
@@ -103,20 +103,20 @@ fn it_stops_within_a_run_that_takes_for_ever() {
         std::thread::sleep(std::time::Duration::from_millis(300));
         raised.store(true, std::sync::atomic::Ordering::Relaxed);
     });
-    let goes_on = |_| !stop.load(std::sync::atomic::Ordering::Relaxed);
-    let found = effects(&scene, &mut |_| Ok(()), &stop, &mut { goes_on });
+    let should_continue = |_| !stop.load(std::sync::atomic::Ordering::Relaxed);
+    let found = effects(&scene, &mut |_| Ok(()), &stop, &mut { should_continue });
     assert_eq!(found.unwrap(), None);
     raiser.join().unwrap();
 }
 
 #[test]
-fn a_difference_is_told_with_its_scatter() {
+fn a_difference_has_its_95_percent_interval() {
     let rounds = Rounds(vec![vec![5.0, 6.0, 7.0, 8.0], vec![1.0, 2.0, 3.0, 4.0]]);
     let found = rounds.difference(0, 1);
     assert_eq!((found.mean, found.half_width), (4.0, 0.0));
-    assert!(found.is_told());
-    // Student's t of three degrees of freedom, deviation 1.29.
+    assert!(found.is_significant());
+    // Student's t for three degrees of freedom; standard deviation 1.29.
     let found = Measured::of(&[-1.0, 0.0, 1.0, 2.0]);
     assert!((found.half_width - 3.18 * (5.0_f64 / 3.0).sqrt() / 2.0).abs() < 1e-12);
-    assert!(!found.is_told());
+    assert!(!found.is_significant());
 }

@@ -1,14 +1,18 @@
-//! Growth measured for real, shortly.
+//! Short growth studies.
 
 use super::*;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Monitor, run};
 
-fn here(scene: &Scene, duration: f64, _: &mut dyn FnMut() -> bool) -> Result<Option<Taken>, Cause> {
+fn here(
+    scene: &Scene,
+    duration: f64,
+    _: &mut dyn FnMut() -> bool,
+) -> Result<Option<RunCost>, Cause> {
     let scene = scene.clone().with_duration(1e3 * duration)?;
     let mut records = Vec::<Record>::new();
     let summary = run(&scene, "", &mut records, Monitor::default())?;
-    Ok(Some(Taken {
+    Ok(Some(RunCost {
         seconds: summary.wall,
         memory: peak_memory(),
     }))
@@ -28,7 +32,7 @@ fn small(scene: &str) -> GrowthPlan {
 }
 
 #[test]
-fn each_size_of_a_joint_is_measured() {
+fn every_size_of_a_joint_is_measured() {
     let found = growth(&small("periodic-2deg"), &mut here, &mut |_| true);
     let found = found.unwrap().0;
     let of = |size, work| {
@@ -36,10 +40,10 @@ fn each_size_of_a_joint_is_measured() {
         growth.unwrap_or_else(|| panic!("{size:?} {work:?}"))
     };
     let sizes = |growth: &Growth| growth.points.iter().map(|p| p.value).collect::<Vec<_>>();
-    assert_eq!(sizes(of(Size::Nodes, Work::Call)), [64.0, 1024.0]);
+    assert_eq!(sizes(of(Size::Nodes, Work::RhsEvaluation)), [64.0, 1024.0]);
     assert_eq!(sizes(of(Size::Nodes, Work::Vibration)), [64.0, 1024.0]);
-    assert_eq!(sizes(of(Size::Modes, Work::Call)), [2.0, 100.0]);
-    // A joint of eleven modes has no thousand exponents.
+    assert_eq!(sizes(of(Size::Modes, Work::RhsEvaluation)), [2.0, 100.0]);
+    // A joint with eleven modes does not have 1000 exponents.
     assert_eq!(sizes(of(Size::Exponents, Work::Vibration)), [1.0, 4.0]);
     let quantified = of(Size::Recurrence, Work::Quantification);
     assert_eq!(sizes(quantified), [500.0, 2000.0]);
@@ -54,14 +58,14 @@ fn each_size_of_a_joint_is_measured() {
 }
 
 #[test]
-fn a_scene_without_joint_has_neither_nodes_nor_modes() {
+fn a_scene_without_a_joint_has_no_node_or_mode_sizes() {
     let found = growth(&small("impact-oscillator"), &mut here, &mut |_| true);
     let sizes: Vec<Size> = found.unwrap().0.iter().map(|g| g.size).collect();
     assert_eq!(sizes, [Size::Recurrence, Size::Exponents, Size::Duration]);
 }
 
 #[test]
-fn it_stops_when_told() {
+fn the_callback_stops_the_study() {
     let mut asked = 0;
     let stopped = growth(&small("periodic-2deg"), &mut here, &mut |_| {
         asked += 1;
@@ -72,7 +76,7 @@ fn it_stops_when_told() {
 }
 
 #[test]
-fn the_exponent_is_that_of_the_larger_sizes() {
+fn the_exponent_is_fitted_to_the_larger_sizes() {
     let point = |value: f64, seconds| GrowthPoint {
         value,
         seconds,
@@ -80,7 +84,7 @@ fn the_exponent_is_that_of_the_larger_sizes() {
     };
     let mut growth = Growth {
         size: Size::Nodes,
-        work: Work::Call,
+        work: Work::RhsEvaluation,
         points: vec![point(1.0, 5.0)],
     };
     assert_eq!(growth.exponent(), None);

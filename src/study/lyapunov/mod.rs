@@ -1,4 +1,4 @@
-//! Lyapunov exponents of a motion, with their errors: how long to average, and what it came to.
+//! Lyapunov exponents with confidence intervals: averaging until a goal is reached.
 
 mod scene;
 mod trace;
@@ -11,28 +11,29 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::dynamics::{
-    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, System, Tally,
+    Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, SolverStats,
+    System,
 };
 
-use super::Watch;
-use super::pool::Heed;
+use super::OnProgress;
+use super::pool::PollTimer;
 pub use scene::{
-    LEAST_PERIODS, LONGEST, LyapunovRequest, MOST_PERIODS, RESOLVING, SETTLE_PERIODS,
+    FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
 };
 use trace::MeanTrace;
 
-/// How many exponents are followed.
+/// ExponentCount of the Lyapunov exponents to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Count {
-    /// All that there are.
+pub enum ExponentCount {
+    /// All exponents: the full spectrum.
     All,
-    /// The largest ones, 1 or more.
+    /// The largest ones, at least 1.
     Largest(usize),
 }
 
-impl Count {
-    /// The number of tangent vectors for a system.
+impl ExponentCount {
+    /// Number of tangent vectors for a system.
     pub fn width<Y: System + ?Sized>(self, sys: &Y) -> usize {
         match self {
             Self::All => sys.tangent_dim(),
@@ -41,90 +42,89 @@ impl Count {
     }
 }
 
-/// When enough has been averaged.
+/// Goal of the averaging: the criterion that ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// After so much time, s.
+    /// A fixed averaging time, s.
     Time(f64),
-    /// Once each exponent is known to so much on either side, 1/s; an exponent that is minus
-    /// infinity is known.
+    /// A target half-width of every exponent's 95 % interval, 1/s. Exponents of minus infinity count as
+    /// known.
     HalfWidth(f64),
-    /// Once it can be told what the motion comes to, or at least the sign of each exponent followed.
-    Verdict,
+    /// A classified attractor, or at least a known sign of each computed exponent.
+    Classification,
 }
 
-/// How to average.
+/// Plan of the averaging of Lyapunov exponents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovPlan {
-    /// Time in which the tangent vectors turn to their own directions before growth counts, s.
+    /// Settling time, s: the tangent vectors align with the Lyapunov directions before averaging starts.
     pub settle: f64,
-    /// When to end.
+    /// Goal that ends the averaging.
     pub goal: Goal,
-    /// The least time averaged before a goal other than time counts as reached, s: in a short time
-    /// every exponent is near enough to zero.
-    pub least: f64,
-    /// The longest time averaged, s, whether the goal is reached or not.
-    pub most: f64,
-    /// Time between looks at the state, s, by which the mean trace is sampled.
-    pub look: f64,
+    /// Minimum averaging time for a goal other than time, s. It prevents a goal from being reached by chance
+    /// in a short average.
+    pub min_time: f64,
+    /// Maximum averaging time, s, whether or not the goal is reached.
+    pub max_time: f64,
+    /// Sampling interval of the state, s: of the progress, the goal and the mean trace.
+    pub sample_interval: f64,
 }
 
-/// How averaging ended.
+/// The reason why averaging ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// The goal was reached.
     Reached,
-    /// The longest time was over before that.
-    OutOfTime,
+    /// The maximum averaging time was reached before the goal.
+    MaxTimeReached,
     /// The caller stopped it.
     Stopped,
 }
 
-/// The exponents as known after some time of averaging.
+/// Running estimates of the exponents after some averaging time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunningExponents {
-    /// Time averaged so far, s.
+    /// Averaging time so far, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// The exponents so far.
+    /// Estimates of the exponents at that time, 1/s.
     #[serde(rename = "exponents_per_s")]
     pub exponents: Vec<Exponent>,
 }
 
-/// What averaging came to.
+/// Result of a Lyapunov study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LyapunovStudy {
-    /// The exponents; none where it was stopped before any growth was averaged.
+    /// The Lyapunov spectrum; without exponents if the study was stopped before averaging.
     #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
-    /// What is known of the motion beside them.
+    /// Properties of the motion that the classification uses besides the exponents.
     pub motion: Motion,
-    /// The exponents along the way, at times that grow by a few per cent; the last ones are those of
-    /// the spectrum.
+    /// Running estimates at times spaced by 3 %; the last ones equal the spectrum.
     pub running: Vec<RunningExponents>,
-    /// Mean of the trace of `dF/dz` along the motion, 1/s, to which all exponents add up; `None`
-    /// where not all are followed or where events make the state or the law jump.
+    /// Mean trace of `dF/dz` over time, 1/s. It equals the sum of all exponents. `None` if not all
+    /// exponents are computed, or if events make the state or the force law discontinuous.
     #[serde(rename = "mean_trace_per_s")]
     pub mean_trace: Option<f64>,
-    /// How it ended.
+    /// Reason why averaging ended.
     #[serde(skip)]
     pub ending: Ending,
-    /// Time in which the vectors settled, s.
+    /// Settling time of the tangent vectors, s.
     #[serde(rename = "settle_s")]
     pub settled: f64,
-    /// Work done, settling included.
+    /// Solver statistics, including the settling time.
     #[serde(flatten)]
-    pub tally: Tally,
-    /// Time followed, settling included, s.
-    #[serde(rename = "followed_s")]
-    pub followed: f64,
-    /// Time that took, s.
+    pub stats: SolverStats,
+    /// Simulated time, including the settling time, s.
+    #[serde(rename = "simulated_s")]
+    pub simulated: f64,
+    /// Wall-clock time of the computation, s.
     #[serde(rename = "wall_s")]
     pub busy_seconds: f64,
 }
 
 impl LyapunovStudy {
-    /// What a study came to that was stopped before it began.
+    /// The result of a study that was stopped before averaging.
     pub(crate) fn stopped(dimension: usize) -> Self {
         let spectrum = LyapunovSpectrum {
             dimension,
@@ -138,13 +138,13 @@ impl LyapunovStudy {
             mean_trace: None,
             ending: Ending::Stopped,
             settled: 0.0,
-            tally: Tally::default(),
-            followed: 0.0,
+            stats: SolverStats::default(),
+            simulated: 0.0,
             busy_seconds: 0.0,
         }
     }
 
-    /// What the motion comes to; undecided where there are no exponents.
+    /// Classification of the attractor; undecided if there are no exponents.
     pub fn attractor(&self) -> Attractor {
         if self.spectrum.exponents.is_empty() {
             return Attractor::Undecided;
@@ -152,21 +152,22 @@ impl LyapunovStudy {
         self.spectrum.attractor_of(self.motion)
     }
 
-    /// How far the sum of all exponents is off the mean trace, over the sum of their sizes: how well
-    /// the steps resolve the contractions. `None` where there is no sum or no trace.
+    /// Relative difference between the sum of all exponents and the mean trace: a check of how well the time
+    /// steps resolve the contraction rates. The reference is the sum of the exponents' magnitudes. `None` if
+    /// the sum or the trace is unknown.
     pub fn imbalance(&self) -> Option<f64> {
         let (sum, trace) = self.sum().zip(self.mean_trace)?;
         let sizes = self.spectrum.exponents.iter().map(|e| e.value.abs());
-        // The trace of conservative motion is zero, and is no measure.
+        // The trace of a conservative system is zero and cannot be the reference.
         let size = sizes.sum::<f64>().max(trace.abs());
         (size > 0.0).then(|| (sum - trace).abs() / size)
     }
 
-    /// By how much, as a natural logarithm, the last direction followed shrinks in a mean step; zero
-    /// where it does not shrink, or collapses.
+    /// Contraction of the last computed direction in a mean time step, as a natural logarithm. Zero if the
+    /// direction does not contract, or if its exponent is minus infinity.
     pub fn contraction_per_step(&self) -> f64 {
         let last = self.spectrum.exponents.last().map_or(0.0, |e| e.value);
-        let step = self.followed / self.tally.steps.max(1) as f64;
+        let step = self.simulated / self.stats.steps.max(1) as f64;
         if last.is_finite() {
             (-last).max(0.0) * step
         } else {
@@ -174,16 +175,16 @@ impl LyapunovStudy {
         }
     }
 
-    /// Numbers, from 0, of exponents that stand below the next one by more than the two intervals: the
-    /// vectors have not settled, since settled ones have falling rates. Drifts that leave the order as
-    /// it is widen the intervals.
+    /// Indices of exponents that are smaller than the next one by more than both intervals. Aligned tangent
+    /// vectors have descending growth rates, so such a pair shows that the settling time was too short. A
+    /// drift that does not change the order widens the intervals.
     pub fn unsettled(&self) -> Vec<usize> {
         let pairs = self.spectrum.exponents.windows(2).enumerate();
         let swapped = pairs.filter(|(_, pair)| pair[0].high() < pair[1].low());
         swapped.map(|(k, _)| k).collect()
     }
 
-    /// The sum of all exponents, 1/s; `None` where not all are followed.
+    /// Sum of all exponents, 1/s; `None` if not all are computed.
     pub fn sum(&self) -> Option<f64> {
         let exponents = &self.spectrum.exponents;
         let all = !exponents.is_empty() && exponents.len() == self.spectrum.dimension;
@@ -191,79 +192,78 @@ impl LyapunovStudy {
     }
 }
 
-/// What is being done.
+/// Phase of a Lyapunov study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// The motion runs by itself, until its transient is over.
+    /// The motion runs until its transient has ended.
     Transient,
-    /// The tangent vectors turn to their own directions.
+    /// The tangent vectors align with the Lyapunov directions.
     Settling,
-    /// Their growth is averaged.
+    /// The growth of the tangent vectors is averaged.
     Averaging,
 }
 
-/// How far it is, for a caller who waits.
+/// Progress of a Lyapunov study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovProgress {
-    /// What is being done.
+    /// Current phase.
     pub phase: Phase,
-    /// Share of the work done, 0 to 1, by what is known now.
+    /// Estimated fraction of the work done, 0 to 1.
     pub share: f64,
-    /// The largest exponent so far; `None` before any growth was averaged.
+    /// Current estimate of the largest exponent; `None` before averaging.
     pub largest: Option<Exponent>,
 }
 
-/// Times at which the running values are kept grow by this factor.
+/// Ratio of successive times at which running estimates are kept.
 const SPACING: f64 = 1.03;
-/// The first of them, in looks.
+/// The first of these times, in sampling intervals.
 const FIRST: f64 = 16.0;
 
-/// Follows the tangent vectors of an integrator that has been started
-/// ([`Integrator::with_tangents`]), lets them settle, and averages their growth until the goal is
-/// reached. `watch` is told how far it is every 50 ms and answers whether to go on.
+/// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
+/// the goal is reached, after a settling time. `watch` is called every 50 ms; the study stops when it returns
+/// `false`.
 ///
 /// # Errors
-/// [`DynamicsError::Lacks`] for an integrator without tangent vectors; else when the integration
-/// cannot go on.
+/// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
 pub fn lyapunov<Y: System + ?Sized>(
     sys: &Y,
     integrator: &mut Integrator,
     plan: &LyapunovPlan,
-    watch: Watch<'_, LyapunovProgress>,
+    watch: OnProgress<'_, LyapunovProgress>,
 ) -> Result<LyapunovStudy, DynamicsError> {
     let began = Instant::now();
     let width = integrator.exponents().map_or(0, |s| s.exponents.len());
     if width == 0 {
-        return Err(DynamicsError::Lacks {
+        return Err(DynamicsError::MissingCapability {
             what: "tangent vectors",
-            wish: "exponents",
+            purpose: "exponents",
         });
     }
-    let (start, before) = (integrator.time(), integrator.tally());
-    let mut walk = Walk {
+    let (start, before) = (integrator.time(), integrator.stats());
+    let mut run = StudyRun {
         sys,
         integrator,
         plan,
         start,
-        looks: 0,
+        samples: 0,
         z: vec![0.0; sys.dim()],
         watch,
-        heed: Heed::default(),
+        timer: PollTimer::default(),
         largest: None,
         needed: plan.expected(),
         running: Vec::new(),
         trace: MeanTrace::new(sys, width),
     };
-    let goes_on = walk.settle()?;
-    let settled = walk.time() - start;
-    let ending = match goes_on {
-        true => walk.average()?,
+    let should_continue = run.settle()?;
+    let settled = run.time() - start;
+    let ending = match should_continue {
+        true => run.average()?,
         false => Ending::Stopped,
     };
-    let followed = walk.time() - start;
-    let Walk {
+    let simulated = run.time() - start;
+    let StudyRun {
         mut running, trace, ..
-    } = walk;
+    } = run;
     let mut spectrum = integrator.exponents().unwrap_or_default();
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
@@ -278,59 +278,59 @@ pub fn lyapunov<Y: System + ?Sized>(
         running,
         ending,
         settled,
-        tally: since(integrator.tally(), before),
-        followed,
+        stats: since(integrator.stats(), before),
+        simulated,
         busy_seconds: began.elapsed().as_secs_f64(),
     })
 }
 
 impl LyapunovPlan {
-    /// The longest time of averaging, s.
+    /// Maximum averaging time, s.
     fn longest(&self) -> f64 {
         match self.goal {
             Goal::Time(time) => time,
-            Goal::HalfWidth(_) | Goal::Verdict => self.most,
+            Goal::HalfWidth(_) | Goal::Classification => self.max_time,
         }
     }
 
-    /// The time that averaging will take if nothing is known yet, s.
+    /// Expected averaging time before any estimate is known, s.
     fn expected(&self) -> f64 {
         match self.goal {
             Goal::Time(time) => time,
-            Goal::HalfWidth(_) | Goal::Verdict => self.least.min(self.most),
+            Goal::HalfWidth(_) | Goal::Classification => self.min_time.min(self.max_time),
         }
     }
 
-    /// Whether the goal is reached after a time of averaging, s.
+    /// Whether the goal is reached after an averaging time, s.
     fn reached(&self, spectrum: &LyapunovSpectrum, motion: Motion, time: f64) -> bool {
         match self.goal {
-            // That one is counted in looks.
+            // Counted in sampling intervals by the caller.
             Goal::Time(_) => false,
-            Goal::HalfWidth(wanted) => time >= self.least && widest(spectrum) <= wanted,
-            Goal::Verdict => time >= self.least && is_clear(spectrum, motion),
+            Goal::HalfWidth(wanted) => time >= self.min_time && widest(spectrum) <= wanted,
+            Goal::Classification => time >= self.min_time && is_clear(spectrum, motion),
         }
     }
 
-    /// The time that the goal will probably need in all, s: half widths shrink with its square root.
+    /// Estimated total averaging time, s; half-widths decrease with its square root.
     fn needed(&self, spectrum: &LyapunovSpectrum, time: f64) -> f64 {
         let guess = match self.goal {
             Goal::Time(all) => all,
             Goal::HalfWidth(wanted) => time * (widest(spectrum) / wanted).powi(2),
-            Goal::Verdict if time < self.least => self.least,
-            Goal::Verdict => 1.2 * time,
+            Goal::Classification if time < self.min_time => self.min_time,
+            Goal::Classification => 1.2 * time,
         };
-        guess.max(self.least).min(self.longest())
+        guess.max(self.min_time).min(self.longest())
     }
 }
 
-/// Whether more time would tell no more: it is decided what the motion comes to, or all signs are
-/// known but too few exponents are followed.
+/// Whether more averaging would not change the conclusion: the attractor is classified, or all signs are
+/// known although too few exponents are computed for a classification.
 fn is_clear(spectrum: &LyapunovSpectrum, motion: Motion) -> bool {
-    spectrum.attractor_of(motion).is_decided() || spectrum.count(Sign::Doubtful) == 0
+    spectrum.attractor_of(motion).is_decided() || spectrum.count(Sign::Undetermined) == 0
 }
 
-/// Keeps the exponents so far, unless those of the same time are kept already: growth is known from
-/// step to step, and a look may lie within the step of the one before.
+/// Keeps the current estimates unless their time is kept already: growth is known per time step, and two
+/// samples may lie within the same step.
 fn keep(running: &mut Vec<RunningExponents>, spectrum: &LyapunovSpectrum) {
     let newer = running.last().is_none_or(|last| last.time < spectrum.time);
     if newer && spectrum.time > 0.0 {
@@ -341,45 +341,45 @@ fn keep(running: &mut Vec<RunningExponents>, spectrum: &LyapunovSpectrum) {
     }
 }
 
-/// The largest half width of exponents that are numbers, 1/s.
+/// The largest half-width of the finite exponents, 1/s.
 fn widest(spectrum: &LyapunovSpectrum) -> f64 {
     let finite = spectrum.exponents.iter().filter(|e| e.value.is_finite());
     finite.fold(0.0, |most, e| most.max(e.half_width))
 }
 
-/// The system on its way.
-struct Walk<'a, Y: System + ?Sized> {
+/// A Lyapunov study in progress.
+struct StudyRun<'a, Y: System + ?Sized> {
     sys: &'a Y,
     integrator: &'a mut Integrator,
     plan: &'a LyapunovPlan,
     start: f64,
-    looks: u64,
-    /// State at the last look.
+    samples: u64,
+    /// State at the last sample.
     z: Vec<f64>,
-    watch: Watch<'a, LyapunovProgress>,
-    heed: Heed,
-    /// The largest exponent so far.
+    watch: OnProgress<'a, LyapunovProgress>,
+    timer: PollTimer,
+    /// Current estimate of the largest exponent.
     largest: Option<Exponent>,
-    /// The time that averaging will probably take, s.
+    /// Estimated total averaging time, s.
     needed: f64,
     running: Vec<RunningExponents>,
     trace: Option<MeanTrace>,
 }
 
-impl<Y: System + ?Sized> Walk<'_, Y> {
-    /// On to the next look.
-    fn on(&mut self) -> Result<(), DynamicsError> {
-        self.looks += 1;
+impl<Y: System + ?Sized> StudyRun<'_, Y> {
+    /// Advances to the next sample.
+    fn advance(&mut self) -> Result<(), DynamicsError> {
+        self.samples += 1;
         let time = self.time();
         self.integrator.sample(self.sys, time, &mut self.z)
     }
 
-    /// Time of the last look, s.
+    /// Time of the last sample, s.
     fn time(&self) -> f64 {
-        self.start + self.looks as f64 * self.plan.look
+        self.start + self.samples as f64 * self.plan.sample_interval
     }
 
-    fn goes_on(&mut self, phase: Phase, share: f64) -> bool {
+    fn should_continue(&mut self, phase: Phase, share: f64) -> bool {
         (self.watch)(LyapunovProgress {
             phase,
             share,
@@ -387,51 +387,51 @@ impl<Y: System + ?Sized> Walk<'_, Y> {
         })
     }
 
-    /// Lets the tangent vectors find their directions. Whether to go on.
+    /// Lets the tangent vectors align. Returns whether to continue.
     fn settle(&mut self) -> Result<bool, DynamicsError> {
         let plan = self.plan;
-        let mut goes_on = true;
-        for look in 0..(plan.settle / plan.look).ceil() as u64 {
-            self.on()?;
-            let share = (look + 1) as f64 * plan.look / (plan.settle + self.needed);
-            goes_on = !self.heed.is_due() || self.goes_on(Phase::Settling, share);
-            if !goes_on {
+        let mut should_continue = true;
+        for sample in 0..(plan.settle / plan.sample_interval).ceil() as u64 {
+            self.advance()?;
+            let share = (sample + 1) as f64 * plan.sample_interval / (plan.settle + self.needed);
+            should_continue = !self.timer.is_due() || self.should_continue(Phase::Settling, share);
+            if !should_continue {
                 break;
             }
         }
-        self.integrator.forget_growth();
-        Ok(goes_on)
+        self.integrator.reset_growth();
+        Ok(should_continue)
     }
 
-    /// Averages their growth until the goal is reached.
+    /// Averages the growth until the goal is reached.
     fn average(&mut self) -> Result<Ending, DynamicsError> {
         let plan = self.plan;
-        let last = (plan.longest() / plan.look).round().max(1.0) as u64;
-        let (mut look, mut kept) = (0, FIRST);
+        let last = (plan.longest() / plan.sample_interval).round().max(1.0) as u64;
+        let (mut sample, mut kept) = (0, FIRST);
         loop {
-            self.on()?;
-            look += 1;
+            self.advance()?;
+            sample += 1;
             let now = self.time();
             if let Some(trace) = &mut self.trace {
                 trace.add(self.sys, self.integrator.status(), now, &self.z);
             }
-            let time = look as f64 * plan.look;
+            let time = sample as f64 * plan.sample_interval;
             let mut ending = None;
-            if look as f64 >= kept || look == last {
+            if sample as f64 >= kept || sample == last {
                 kept *= SPACING;
                 if self.reached(time) {
                     ending = Some(Ending::Reached);
                 }
             }
-            if look == last && ending.is_none() {
+            if sample == last && ending.is_none() {
                 ending = Some(match plan.goal {
                     Goal::Time(_) => Ending::Reached,
-                    Goal::HalfWidth(_) | Goal::Verdict => Ending::OutOfTime,
+                    Goal::HalfWidth(_) | Goal::Classification => Ending::MaxTimeReached,
                 });
             }
             let share = (plan.settle + time) / (plan.settle + self.needed.max(time));
-            let is_due = ending.is_some() || self.heed.is_due();
-            if is_due && !self.goes_on(Phase::Averaging, share) {
+            let is_due = ending.is_some() || self.timer.is_due();
+            if is_due && !self.should_continue(Phase::Averaging, share) {
                 ending = ending.or(Some(Ending::Stopped));
             }
             if let Some(ending) = ending {
@@ -440,7 +440,7 @@ impl<Y: System + ?Sized> Walk<'_, Y> {
         }
     }
 
-    /// Keeps the exponents so far; whether they reach the goal after a time of averaging, s.
+    /// Keeps the current estimates; returns whether they reach the goal after an averaging time, s.
     fn reached(&mut self, time: f64) -> bool {
         let found = self.integrator.exponents();
         let Some(spectrum) = found.filter(|spectrum| spectrum.time > 0.0) else {
@@ -454,17 +454,18 @@ impl<Y: System + ?Sized> Walk<'_, Y> {
     }
 }
 
-/// The work done between two readings of the counters.
-fn since(now: Tally, before: Tally) -> Tally {
-    Tally {
+/// Difference of two readings of the solver statistics.
+fn since(now: SolverStats, before: SolverStats) -> SolverStats {
+    SolverStats {
         steps: now.steps - before.steps,
         rejections: now.rejections - before.rejections,
-        calls: now.calls - before.calls,
+        rhs_evals: now.rhs_evals - before.rhs_evals,
         jacobians: now.jacobians - before.jacobians,
         switches: now.switches - before.switches,
         crossings: now.crossings - before.crossings,
         events: now.events - before.events,
         grazings: now.grazings - before.grazings,
-        overrun: now.overrun - before.overrun,
+        steps_without_event_location: now.steps_without_event_location
+            - before.steps_without_event_location,
     }
 }

@@ -1,121 +1,126 @@
-//! The exponents of a scene's motion.
+//! Lyapunov exponents of a scene.
 
 use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::{Count, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
-use crate::dynamics::{Integrator, PERIODS_FOR_ZERO, System};
+use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
+use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
-use crate::scene::{Held, Loading, Scene, SubjectSpec};
-use crate::study::Watch;
+use crate::scene::{FixedAt, Loading, Scene, SystemSpec};
+use crate::study::OnProgress;
 
-/// What is asked of a scene.
+/// Request for the Lyapunov exponents of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovRequest {
-    /// How many exponents.
-    pub count: Count,
-    /// Time in which the vectors settle, s; [`SETTLE_PERIODS`] where nothing is said.
+    /// Number of exponents.
+    pub count: ExponentCount,
+    /// Settling time of the tangent vectors, s; `None` for [`SETTLE_PERIODS`].
     pub settle: Option<f64>,
-    /// When to end.
+    /// Goal that ends the averaging.
     pub goal: Goal,
-    /// Error allowed in a step while vectors are followed, relative to the size of the state. Where
-    /// nothing is said it is the scene's, and where all exponents are followed at most [`RESOLVING`].
+    /// Relative error tolerance of a time step during settling and averaging. `None` for the scene's
+    /// tolerance; with all exponents, at most [`FULL_SPECTRUM_TOLERANCE`].
     pub tolerance: Option<f64>,
 }
 
-/// What it came to.
+/// Lyapunov exponents of a scene, and the conditions of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneLyapunov {
-    /// The exponents and all that goes with them.
+    /// The Lyapunov study: exponents, running estimates and solver statistics.
     #[serde(flatten)]
     pub study: LyapunovStudy,
-    /// Tilt of the load meanwhile, rad; `None` where there is no load.
+    /// Tilt of the load during the study, rad; `None` for a scene without a load.
     #[serde(rename = "tilt_rad")]
     pub tilt: Option<f64>,
-    /// The last values of what varies in the scene, which were held meanwhile.
-    pub held: Held,
-    /// Time for which the scene ran before, s.
+    /// Final values at which the scheduled parameters are fixed during the study.
+    pub fixed_at: FixedAt,
+    /// Transient time: the length of the scene's run before the study, s.
     #[serde(rename = "transient_s")]
     pub transient: f64,
-    /// Error allowed in a step while vectors were followed; `None` for a fixed step.
+    /// Relative error tolerance of a time step during the study; `None` for a fixed step.
     pub tolerance: Option<f64>,
-    /// Circular frequency of the slowest mode, rad/s, by which exponents are divided to be compared
-    /// with those of the time `tau` of Eq. (23).
+    /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
+    /// those in the dimensionless time `tau` of Eq. (23).
     #[serde(rename = "omega_1_rad_per_s")]
     pub omega_1: f64,
 }
 
-/// Periods of the slowest mode in which the vectors settle.
+/// Default settling time of the tangent vectors, periods of the slowest mode.
 pub const SETTLE_PERIODS: f64 = 100.0;
-/// The least number of its periods averaged for a goal other than time.
-pub const LEAST_PERIODS: f64 = PERIODS_FOR_ZERO;
-/// The largest number of its periods averaged for a verdict.
-pub const MOST_PERIODS: f64 = 5000.0;
-/// The longest time averaged for a half width, s.
-pub const LONGEST: f64 = 100.0;
+/// Minimum averaging time for a goal other than time, periods of the slowest mode.
+pub const MIN_PERIODS: f64 = MIN_PERIODS_FOR_ZERO;
+/// Maximum averaging time for a classification, periods of the slowest mode.
+pub const MAX_PERIODS: f64 = 5000.0;
+/// Maximum averaging time for a target half-width, s.
+pub const MAX_TIME: f64 = 100.0;
 
-/// Error allowed in a step where all exponents are followed. A node that nearly sticks contracts the
-/// fastest direction of a joint by `e` in 5 us on average and far faster at times, which does not
-/// show in the error of the state: at the tolerance of the scenes, 1e-5, the sum of all exponents is
-/// 12 % off the mean trace, at 1e-6 1.5 %, at 5e-8 0.04 %, for 2.3 times the time. Shorter steps by a
-/// bound on their length cost 3.3 times for 0.2 %.
-pub const RESOLVING: f64 = 5e-8;
+/// Largest relative tolerance of a time step with all exponents. A node that nearly sticks contracts the
+/// fastest direction of a joint by a factor `e` in 5 us on average, and at times much faster, which the error
+/// of the state does not show. The sum of all exponents deviates from the mean trace by 12 % at the scenes'
+/// tolerance of 1e-5, by 1.5 % at 1e-6, and by 0.04 % at 5e-8, which takes 2.3 times as long as 1e-5. A limit
+/// on the step size instead takes 3.3 times as long for 0.2 %.
+pub const FULL_SPECTRUM_TOLERANCE: f64 = 5e-8;
 
-/// Runs a scene as it stands, transient, ramp and all; then holds the tilt, the load and the rotation
-/// that it has come to, and averages the growth of tangent vectors from the state that it has come to.
-/// The transient keeps the scene's tolerance, so that it leads where the scene does; from there on
-/// [`LyapunovRequest::tolerance`] holds.
+/// Computes the Lyapunov exponents of a scene.
 ///
-/// A scene whose tilt rises therefore gives the exponents of the motion that was continued up to
-/// its last tilt, which may be another one than a kick at that tilt leads to. Stopped before its
-/// end, it gives no exponents.
+/// First the scene runs to its end, including its transient and its schedules, at its own tolerance. Then
+/// tilt, load and rotation are fixed at their final values, and the growth of tangent vectors is averaged
+/// from the final state at [`LyapunovRequest::tolerance`].
+///
+/// A scene with an increasing tilt therefore gives the exponents of the motion continued up to the final
+/// tilt, which may differ from the motion that a kick at that tilt leads to. A study stopped during the run
+/// has no exponents.
 ///
 /// # Errors
-/// If the scene's system cannot be made, more exponents are asked for than there are, or the integration
-/// cannot go on.
+/// If the scene's system cannot be built, if more exponents are requested than exist, or if the integration
+/// fails.
 pub fn scene_lyapunov(
     scene: &Scene,
     request: &LyapunovRequest,
-    watch: Watch<'_, LyapunovProgress>,
+    watch: OnProgress<'_, LyapunovProgress>,
 ) -> Result<SceneLyapunov, PipelineError> {
-    // What the scene would have analysed along its run is not asked for here.
-    let mut motion = Motion::new(&scene.clone().without_analyses())?;
-    let width = request.count.width(motion.system());
-    // That there are so many is told now, not after the transient.
-    let all = width == motion.system().tangent_dim();
-    let following = |integrator: Integrator, system: &dyn System| {
-        let scenes = integrator.tolerance().unwrap_or(scene.integrator.tolerance);
-        let finest = if all { RESOLVING } else { f64::INFINITY };
-        let tolerance = request.tolerance.unwrap_or(scenes.min(finest));
+    // The scene's own analyses are not needed.
+    let mut run = SceneRun::new(&scene.clone().without_analyses())?;
+    let width = request.count.width(run.system());
+    // Checked now, so that too many exponents fail before the transient.
+    let all = width == run.system().tangent_dim();
+    let with_tangents = |integrator: Integrator, system: &dyn System| {
+        let own = integrator.tolerance().unwrap_or(scene.integrator.tolerance);
+        let largest = if all {
+            FULL_SPECTRUM_TOLERANCE
+        } else {
+            f64::INFINITY
+        };
+        let tolerance = request.tolerance.unwrap_or(own.min(largest));
         integrator
             .with_tolerance(tolerance)?
             .with_tangents(system, width, scene.start.seed)
     };
-    following(motion.integrator().clone(), motion.system())?;
+    with_tangents(run.integrator().clone(), run.system())?;
 
-    let slowest = motion.system().omega().iter().copied();
+    let slowest = run.system().omega().iter().copied();
     let omega_1 = slowest.fold(f64::INFINITY, f64::min);
     let period = TAU / omega_1;
     let settle = request.settle.unwrap_or(SETTLE_PERIODS * period);
     let plan = LyapunovPlan {
         settle,
         goal: request.goal,
-        least: LEAST_PERIODS * period,
-        most: match request.goal {
-            Goal::HalfWidth(_) => LONGEST,
-            Goal::Time(_) | Goal::Verdict => MOST_PERIODS * period,
+        min_time: MIN_PERIODS * period,
+        max_time: match request.goal {
+            Goal::HalfWidth(_) => MAX_TIME,
+            Goal::Time(_) | Goal::Classification => MAX_PERIODS * period,
         },
-        // Only the mean trace, which belongs to the sum of all exponents, needs every sample.
-        look: if all { 1.0 } else { 64.0 } / scene.sample_rate,
+        // Only the mean trace, which needs all exponents, needs every sample.
+        sample_interval: if all { 1.0 } else { 64.0 } / scene.sample_rate,
     };
 
-    // What the vectors cost beside the state, roughly.
-    let dearer = 1.0 + width as f64 / 3.0;
-    let before = scene.duration / (scene.duration + dearer * (settle + plan.expected()));
+    // Approximate cost of the tangent vectors relative to the state.
+    let relative_cost = 1.0 + width as f64 / 3.0;
+    let before = scene.duration / (scene.duration + relative_cost * (settle + plan.expected()));
     let mut transient = 0.0;
     let mut stopped = false;
-    while !stopped && let Some(reached) = motion.on()? {
+    while !stopped && let Some(reached) = run.advance()? {
         transient = reached;
         stopped = !watch(LyapunovProgress {
             phase: Phase::Transient,
@@ -125,20 +130,20 @@ pub fn scene_lyapunov(
     }
 
     if !stopped {
-        motion.hold_last_loading()?;
+        run.apply_final_loading()?;
     }
-    let loading = motion.loading();
-    let held = match (scene.joint(), loading) {
-        (Ok(joint), Some(loading)) => joint.held_at(loading),
-        _ => Held::default(),
+    let loading = run.loading();
+    let fixed_at = match (scene.joint(), loading) {
+        (Ok(joint), Some(loading)) => joint.fixed_at(loading),
+        _ => FixedAt::default(),
     };
-    let (system, integrator) = motion.into_parts();
+    let (system, integrator) = run.into_parts();
     let mut tolerance = integrator.tolerance();
     let study = if stopped {
         LyapunovStudy::stopped(system.tangent_dim())
     } else {
         let (time, state) = (integrator.time(), integrator.state().to_vec());
-        let mut integrator = following(integrator, &*system)?;
+        let mut integrator = with_tangents(integrator, &*system)?;
         integrator.start(&*system, time, &state)?;
         tolerance = integrator.tolerance();
         lyapunov(&*system, &mut integrator, &plan, &mut |progress| {
@@ -151,19 +156,19 @@ pub fn scene_lyapunov(
     Ok(SceneLyapunov {
         study,
         tilt: loading.map(|loading| loading.tilt),
-        held,
+        fixed_at,
         transient,
         tolerance,
         omega_1,
     })
 }
 
-/// A scene's motion without its exponents.
+/// The run of a scene before the study.
 #[allow(
     clippy::large_enum_variant,
     reason = "a study has one motion: its size does not matter"
 )]
-enum Motion {
+enum SceneRun {
     /// A joint, whose tilt, load and rotation may follow schedules.
     Joint(Simulation),
     /// A small system.
@@ -175,11 +180,11 @@ enum Motion {
     },
 }
 
-impl Motion {
+impl SceneRun {
     fn new(scene: &Scene) -> Result<Self, PipelineError> {
         Ok(match &scene.subject {
-            SubjectSpec::Joint(_) => Self::Joint(Simulation::new(scene)?),
-            SubjectSpec::Small(_) => {
+            SystemSpec::Joint(_) => Self::Joint(Simulation::new(scene)?),
+            SystemSpec::Small(_) => {
                 let mut prepared = prepare(scene)?;
                 let (system, state) = (&*prepared.system, &prepared.state);
                 prepared.integrator.start(system, 0.0, state)?;
@@ -207,8 +212,8 @@ impl Motion {
         }
     }
 
-    /// Goes on by a frame; the time reached, s, or `None` at the end.
-    fn on(&mut self) -> Result<Option<f64>, PipelineError> {
+    /// Advances by one frame; returns the time reached, s, or `None` at the end.
+    fn advance(&mut self) -> Result<Option<f64>, PipelineError> {
         match self {
             Self::Joint(simulation) => Ok(simulation.next_frame()?.map(|frame| frame.end())),
             Self::Small {
@@ -222,22 +227,22 @@ impl Motion {
                 }
                 *frames += 1;
                 let time = (*frames as f64 * *frame).min(*duration);
-                prepared.integrator.land(&*prepared.system, time)?;
+                prepared.integrator.integrate_to(&*prepared.system, time)?;
                 Ok(Some(time))
             }
         }
     }
 
-    /// Takes tilt, load and rotation to where their schedules are at the end of the run: the last frame
-    /// still has those of its start.
-    fn hold_last_loading(&mut self) -> Result<(), PipelineError> {
+    /// Sets tilt, load and rotation to their values at the end of the run; the last frame still has those of
+    /// its start.
+    fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
         match self {
-            Self::Joint(simulation) => simulation.hold_last_loading(),
+            Self::Joint(simulation) => simulation.apply_final_loading(),
             Self::Small { .. } => Ok(()),
         }
     }
 
-    /// What acts on the joint at present; `None` where there is none.
+    /// Current loading of the joint; `None` for a small system.
     fn loading(&self) -> Option<Loading> {
         match self {
             Self::Joint(simulation) => Some(simulation.loading()),

@@ -1,4 +1,4 @@
-//! Exponents of small systems: goals, stops, the sum that must be the mean trace.
+//! Exponents of small systems: goals, stops, and the sum that equals the mean trace.
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, Method};
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Its exponents are 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).
 const LORENZ: Lorenz = Lorenz::CLASSICAL;
 
-/// `q'' + 0.02 q' + q = (1 - q^2) q'`: self-excited, with a trace that changes along the cycle.
+/// `q'' + 0.02 q' + q = (1 - q^2) q'`: self-excited; the trace varies along the limit cycle.
 struct VanDerPol;
 
 impl System for VanDerPol {
@@ -46,10 +46,10 @@ fn plan(goal: Goal) -> LyapunovPlan {
     LyapunovPlan {
         settle: 20.0,
         goal,
-        least: 50.0,
-        // A zero takes 1000 periods.
-        most: 8000.0,
-        look: 0.02,
+        min_time: 50.0,
+        // An exponent counts as zero after 1000 periods.
+        max_time: 8000.0,
+        sample_interval: 0.02,
     }
 }
 
@@ -57,7 +57,7 @@ fn study<Y: System>(
     sys: &Y,
     width: usize,
     plan: &LyapunovPlan,
-    watch: Watch<'_, LyapunovProgress>,
+    watch: OnProgress<'_, LyapunovProgress>,
 ) -> LyapunovStudy {
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-8),
@@ -73,18 +73,18 @@ fn study<Y: System>(
 }
 
 #[test]
-fn time_is_kept() {
+fn a_fixed_averaging_time_is_exact() {
     let found = study(&LORENZ, 2, &plan(Goal::Time(100.0)), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
     assert!((found.spectrum.time - 100.0).abs() < 1.0, "{found:?}");
-    assert!((found.followed - 120.0).abs() < 1e-9);
+    assert!((found.simulated - 120.0).abs() < 1e-9);
     let [largest, zero] = [0, 1].map(|k| found.spectrum.exponents[k].value);
     assert!((largest - 0.9056).abs() < 0.1 && zero.abs() < 0.1);
     let times: Vec<f64> = found.running.iter().map(|r| r.time).collect();
     assert!(times.len() > 50 && times.is_sorted_by(|a, b| a < b));
     let last = found.running.last().unwrap();
     assert_eq!(last.exponents, found.spectrum.exponents);
-    // Two of three: there is neither a sum nor a trace to compare with.
+    // With two of three exponents there is neither a sum nor a trace.
     assert_eq!((found.sum(), found.mean_trace), (None, None));
 }
 
@@ -98,7 +98,7 @@ fn all_exponents_add_up_to_the_mean_trace() {
     let long = plan(Goal::Time(1000.0));
     let found = study(&VanDerPol, 2, &long, &mut |_| true);
     let (sum, trace) = (found.sum().unwrap(), found.mean_trace.unwrap());
-    // The two averages end up to one interval of orthonormalisation apart.
+    // The two averages may end one orthonormalisation interval apart.
     assert!(
         trace < -0.5 && (sum / trace - 1.0).abs() < 0.01,
         "{sum} {trace}"
@@ -106,7 +106,7 @@ fn all_exponents_add_up_to_the_mean_trace() {
 }
 
 #[test]
-fn the_same_twice() {
+fn a_study_is_reproducible() {
     let [one, two] = [0, 1].map(|_| {
         let found = study(&LORENZ, 3, &plan(Goal::Time(40.0)), &mut |_| true);
         LyapunovStudy {
@@ -118,17 +118,17 @@ fn the_same_twice() {
 }
 
 #[test]
-fn a_stop_is_heeded_and_what_was_reached_is_kept() {
+fn a_stop_keeps_the_exponents_so_far() {
     let began = Instant::now();
     let mut stopped = None;
     let found = study(&LORENZ, 1, &plan(Goal::Time(1e8)), &mut |progress| {
         assert!((0.0..=1.0).contains(&progress.share), "{progress:?}");
-        let goes_on = progress.phase != Phase::Averaging;
-        stopped = stopped.or((!goes_on).then(|| began.elapsed()));
-        goes_on
+        let should_continue = progress.phase != Phase::Averaging;
+        stopped = stopped.or((!should_continue).then(|| began.elapsed()));
+        should_continue
     });
     assert_eq!(found.ending, Ending::Stopped);
-    // It is asked soon, by the clock, and heeded at once.
+    // The callback is called soon, by the clock, and its answer takes effect immediately.
     let asked = stopped.unwrap();
     assert!(asked < Duration::from_secs(2), "{asked:?}");
     assert!(began.elapsed() < asked + Duration::from_secs(1));
@@ -146,17 +146,23 @@ fn a_stop_is_heeded_and_what_was_reached_is_kept() {
 }
 
 #[test]
-fn an_integrator_without_vectors_has_no_exponents() {
+fn an_integrator_without_tangent_vectors_has_no_exponents() {
     let method = Method::Rk4 { step: 0.01 };
     let mut integrator = Integrator::new(method, &LORENZ).unwrap();
-    let found = lyapunov(&LORENZ, &mut integrator, &plan(Goal::Verdict), &mut |_| {
-        true
-    });
-    assert!(matches!(found, Err(DynamicsError::Lacks { .. })));
+    let found = lyapunov(
+        &LORENZ,
+        &mut integrator,
+        &plan(Goal::Classification),
+        &mut |_| true,
+    );
+    assert!(matches!(
+        found,
+        Err(DynamicsError::MissingCapability { .. })
+    ));
 }
 
 #[test]
-fn averaging_ends_once_the_error_is_small_enough() {
+fn averaging_ends_at_the_target_half_width() {
     let wanted = 0.05;
     let found = study(&LORENZ, 2, &plan(Goal::HalfWidth(wanted)), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
@@ -172,19 +178,19 @@ fn averaging_ends_once_the_error_is_small_enough() {
     );
 
     let short = LyapunovPlan {
-        most: 60.0,
+        max_time: 60.0,
         ..plan(Goal::HalfWidth(1e-6))
     };
     let found = study(&LORENZ, 2, &short, &mut |_| true);
-    assert_eq!(found.ending, Ending::OutOfTime);
+    assert_eq!(found.ending, Ending::MaxTimeReached);
 }
 
 #[test]
-fn averaging_ends_once_the_verdict_is_clear() {
-    let found = study(&LORENZ, 3, &plan(Goal::Verdict), &mut |_| true);
+fn averaging_ends_at_a_clear_classification() {
+    let found = study(&LORENZ, 3, &plan(Goal::Classification), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Chaos);
-    let found = study(&VanDerPol, 2, &plan(Goal::Verdict), &mut |_| true);
+    let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Cycle);
 }

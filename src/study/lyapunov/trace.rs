@@ -1,23 +1,23 @@
-//! The mean trace of the derivative, to which all exponents add up.
+//! Time average of the trace of the Jacobian, which equals the sum of all exponents.
 
 use crate::dynamics::{Differentiable, System};
 
-/// Averages the trace of `dF/dz` over states evenly spaced in time: by Liouville's theorem the
-/// volume of all tangent vectors grows at this rate.
+/// Average of the trace of `dF/dz` over states at constant time intervals. By Liouville's theorem,
+/// phase-space volume grows at this rate.
 pub(super) struct MeanTrace {
     record: Vec<f64>,
     force: Vec<f64>,
     vectors: Vec<f64>,
     product: Vec<f64>,
-    /// What the linear part adds at any state, 1/s.
+    /// Contribution of the linear part at any state, 1/s.
     linear: f64,
     sum: f64,
     count: u64,
 }
 
 impl MeanTrace {
-    /// For a system whose vectors all are followed; `None` where that is not so, or where an event
-    /// changes volumes by itself.
+    /// Creates an average for a system; `None` if not all tangent vectors are computed, or if events make
+    /// volumes jump.
     pub fn new<Y: System + ?Sized>(sys: &Y, width: usize) -> Option<Self> {
         let n = sys.tangent_dim();
         let smooth = sys.switching().is_none_or(|s| s.is_continuous());
@@ -36,7 +36,7 @@ impl MeanTrace {
         })
     }
 
-    /// Adds the trace at a state `z` at time `t` (s); the status is empty where none is held.
+    /// Adds the trace at a state `z` at time `t` (s); `status` is empty for a system without contact states.
     pub fn add<Y: System + ?Sized>(&mut self, sys: &Y, status: &[u8], t: f64, z: &[f64]) {
         let Some(derivative) = sys.differentiable() else {
             return;
@@ -58,7 +58,7 @@ impl MeanTrace {
         self.count += 1;
     }
 
-    /// The mean so far, 1/s.
+    /// The average so far, 1/s.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }

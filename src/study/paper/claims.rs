@@ -1,59 +1,59 @@
-//! What the paper claims, and how it compares with what was found.
+//! The claims of the paper, compared with the simulation results.
 
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::evidence::Evidence;
 use crate::dynamics::{Exponent, Sign};
-use crate::study::response::Response;
+use crate::study::response::SettledResponse;
 
-/// The claims, as data (TOML).
+/// The claims as TOML.
 pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
 
-/// A line counts as there from this share of the strongest one's amplitude.
-const SEEN: f64 = 0.05;
+/// Minimum amplitude of a line that counts, relative to the strongest line.
+const MIN_LINE_AMPLITUDE: f64 = 0.05;
 
-/// An exponent is nearly zero if its whole interval is nearer to it than this, 1/s: about a tenth of what
-/// chaos has.
+/// An exponent is nearly zero if its whole interval lies within this distance of zero, 1/s: about a tenth of
+/// the largest exponent in chaos.
 const NEARLY_ZERO: f64 = 10.0;
 
 /// A claim of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Claim {
-    /// A short name.
+    /// Short identifier of the claim.
     pub id: String,
-    /// Where it stands in the paper.
+    /// Place in the paper: figure or section.
     #[serde(rename = "where")]
     pub place: String,
-    /// What it says, in our words.
-    pub says: String,
-    /// How much it counts when parameter sets are compared.
+    /// The claim in words.
+    pub statement: String,
+    /// Weight of the claim when parameter sets are compared.
     pub weight: f64,
-    /// Relative deviation within which a number counts as reached.
+    /// Relative tolerance of a numeric claim.
     #[serde(default)]
     pub within: f64,
     #[serde(flatten)]
-    statement: Statement,
+    criterion: Criterion,
 }
 
-/// What is claimed, as a quantity that can be measured. Angles are tilts of the load.
+/// The claimed value of a measurable quantity. Angles are tilts of the load.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-enum Statement {
+enum Criterion {
     /// A mode of the finite-element model has this natural frequency.
     NaturalFrequency { mode: String, hz: f64 },
-    /// So many modes of steady sliding are unstable.
+    /// Number of unstable modes of steady sliding.
     UnstableModes { tilt_deg: f64, count: usize },
-    /// The motion is of one of these kinds.
+    /// The motion has one of these regimes.
     Regime { tilt_deg: f64, is: Vec<String> },
-    /// The same over a range of tilts.
+    /// The motion has one of these regimes over a range of tilts.
     RegimeOver {
         from_deg: f64,
         to_deg: f64,
         is: Vec<String>,
     },
-    /// The strongest line has this frequency.
+    /// Frequency of the strongest spectral line, Hz.
     StrongestLine { tilt_deg: f64, hz: f64 },
-    /// Some line has this frequency.
+    /// Frequency of some spectral line, Hz.
     Line { tilt_deg: f64, hz: f64 },
     /// The strongest line moves from one frequency to another.
     ModeShift {
@@ -62,23 +62,23 @@ enum Statement {
         to_deg: f64,
         to_hz: f64,
     },
-    /// The mode that grows fastest is not the one that is heard.
+    /// The linear mode with the largest growth rate is not the one that dominates the sound.
     LinearMismatch { tilt_deg: f64 },
-    /// The delay of the embedding.
+    /// Delay of the embedding.
     Lag { tilt_deg: f64, samples: f64 },
-    /// The dimension of the embedding.
+    /// Embedding dimension.
     Dimension { tilt_deg: f64, is: usize },
-    /// The diagonals of the recurrence plot are this far apart, s.
+    /// Distance between the diagonal lines of the recurrence plot, s.
     RecurrencePeriod { from_deg: f64, to_deg: f64, s: f64 },
     /// The largest Lyapunov exponent is nearly zero.
     ExponentZero { from_deg: f64, to_deg: f64 },
-    /// So many Lyapunov exponents are positive.
+    /// Number of positive Lyapunov exponents.
     ExponentsPositive {
         from_deg: f64,
         to_deg: f64,
         count: usize,
     },
-    /// The kinds of motion follow each other in this order as the tilt grows.
+    /// Order of the regimes with increasing tilt.
     Order { regimes: Vec<String> },
 }
 
@@ -89,33 +89,35 @@ struct Claims {
 
 /// All claims, in the order of the paper.
 pub fn claims() -> Vec<Claim> {
-    // A test shows that the program's own file can be read.
+    // A test parses the built-in file.
     toml::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
 }
 
-/// Whether a claim holds of what was found.
+/// Agreement of a claim with the simulation results: whether it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(into = "HoldsRecord")]
-pub enum Holds {
-    /// It does.
+pub enum Agreement {
+    /// The claim holds.
     Yes,
-    /// It holds in part: at this share of the tilts it speaks of, 0 to 1.
+    /// The claim holds at this share of the tilts it refers to, 0 to 1.
     Partly(f64),
-    /// It does not.
+    /// The claim does not hold.
     No,
-    /// Nothing was found that could tell.
+    /// There is no result to compare with.
     Unknown,
 }
 
-/// Whether a claim holds, as JSON has it.
+/// JSON form of [`Agreement`].
 #[derive(Serialize)]
 struct HoldsRecord {
+    /// Whether the claim holds: `yes`, `partly`, `no` or `unknown`.
     holds: &'static str,
+    /// Share to which the claim holds, 0 to 1.
     share: f64,
 }
 
-impl From<Holds> for HoldsRecord {
-    fn from(holds: Holds) -> Self {
+impl From<Agreement> for HoldsRecord {
+    fn from(holds: Agreement) -> Self {
         Self {
             holds: holds.name(),
             share: holds.share(),
@@ -123,8 +125,8 @@ impl From<Holds> for HoldsRecord {
     }
 }
 
-impl Holds {
-    /// In a word: `yes`, `partly`, `no` or `unknown`.
+impl Agreement {
+    /// Name in text and JSON: `yes`, `partly`, `no` or `unknown`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Yes => "yes",
@@ -134,7 +136,7 @@ impl Holds {
         }
     }
 
-    /// How far it holds, 0 to 1; what cannot be told does not.
+    /// Share to which the claim holds, 0 to 1; zero if unknown.
     pub fn share(self) -> f64 {
         match self {
             Self::Yes => 1.0,
@@ -143,7 +145,7 @@ impl Holds {
         }
     }
 
-    /// By what was found, if anything was.
+    /// Compares a result, if there is one.
     fn when<T>(found: Option<T>, is_so: impl Fn(T) -> bool) -> Self {
         match found.map(is_so) {
             None => Self::Unknown,
@@ -152,7 +154,7 @@ impl Holds {
         }
     }
 
-    /// By counts.
+    /// Compares by counts.
     fn of(holding: usize, all: usize) -> Self {
         match (holding, all) {
             (_, 0) => Self::Unknown,
@@ -163,50 +165,54 @@ impl Holds {
     }
 }
 
-/// A claim beside what was found.
+/// Finding on a claim: its comparison with the simulation results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// The claim.
     #[serde(flatten, serialize_with = "claim_record")]
     pub claim: Claim,
-    /// What is published, in a word.
+    /// The published value as text.
     pub published: String,
-    /// What was found, in a word.
-    pub ours: String,
-    /// Relative deviation of a number.
+    /// The simulated value as text.
+    pub simulated: String,
+    /// Relative deviation of a numeric value.
     pub deviation: Option<f64>,
     /// Whether the claim holds.
     #[serde(flatten)]
-    pub holds: Holds,
+    pub holds: Agreement,
 }
 
-/// A claim as JSON has it: its words.
+/// JSON form of a claim.
 fn claim_record<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Record<'a> {
+        /// Identifier (id) of the claim.
         id: &'a str,
+        /// Place in the paper: figure or section.
         place: &'a str,
-        says: &'a str,
+        /// Statement of the claim.
+        statement: &'a str,
+        /// Weight of the claim in the score.
         weight: f64,
     }
     let record = Record {
         id: &claim.id,
         place: &claim.place,
-        says: &claim.says,
+        statement: &claim.statement,
         weight: claim.weight,
     };
     record.serialize(serializer)
 }
 
-/// Compares every claim with what was found.
+/// Compares every claim with the simulation results.
 pub fn compare(evidence: &Evidence) -> Vec<Finding> {
     let findings = claims().into_iter().map(|claim| {
-        let verdict = claim.statement.judge(claim.within, evidence);
+        let comparison = claim.criterion.compare(claim.within, evidence);
         Finding {
-            published: verdict.published,
-            ours: verdict.ours,
-            deviation: verdict.deviation,
-            holds: verdict.holds,
+            published: comparison.published,
+            simulated: comparison.simulated,
+            deviation: comparison.deviation,
+            holds: comparison.holds,
             claim,
         }
     });
@@ -214,22 +220,21 @@ pub fn compare(evidence: &Evidence) -> Vec<Finding> {
 }
 
 impl Finding {
-    /// How near the claim is to holding, 0 to 1: a number that is off by twice what it may be is
-    /// half way there.
-    pub fn nearness(&self) -> f64 {
+    /// Fitness of the claim, 0 to 1. A value that deviates by twice its tolerance has a fitness of 0.5.
+    pub fn fitness(&self) -> f64 {
         match (self.holds, self.deviation) {
-            (Holds::No, Some(off)) => self.claim.within / off.abs().max(f64::MIN_POSITIVE),
+            (Agreement::No, Some(off)) => self.claim.within / off.abs().max(f64::MIN_POSITIVE),
             (holds, _) => holds.share(),
         }
     }
 }
 
-/// How near all claims are to holding: the mean of [`Finding::nearness`] by their weights, 0 to 1.
-pub fn nearness(findings: &[Finding]) -> f64 {
-    weighted_mean(findings, Finding::nearness)
+/// Fitness of all claims, 0 to 1: the weighted mean of [`Finding::fitness`].
+pub fn fitness(findings: &[Finding]) -> f64 {
+    weighted_mean(findings, Finding::fitness)
 }
 
-/// How well claims hold in all: the mean of their shares by their weights, 0 to 1.
+/// Score of all claims, 0 to 1: the weighted mean of the shares to which they hold.
 pub fn score(findings: &[Finding]) -> f64 {
     weighted_mean(findings, |finding| finding.holds.share())
 }
@@ -241,43 +246,43 @@ fn weighted_mean(findings: &[Finding], value: impl Fn(&Finding) -> f64) -> f64 {
 }
 
 /// A comparison without its claim.
-struct Verdict {
+struct Comparison {
     published: String,
-    ours: String,
+    simulated: String,
     deviation: Option<f64>,
-    holds: Holds,
+    holds: Agreement,
 }
 
-impl Verdict {
-    /// Of what is no number.
-    fn new(published: impl ToString, ours: Option<String>, holds: Holds) -> Self {
+impl Comparison {
+    /// A comparison of a value that is not a number.
+    fn new(published: impl ToString, simulated: Option<String>, holds: Agreement) -> Self {
         Self {
             published: published.to_string(),
-            ours: ours.unwrap_or_else(nothing),
+            simulated: simulated.unwrap_or_else(nothing),
             deviation: None,
             holds,
         }
     }
 
-    /// A frequency against a published one, Hz; `None` if nothing was found.
-    fn frequency(published: f64, ours: Option<f64>, within: f64) -> Self {
-        let deviation = ours.map(|ours| ours / published - 1.0);
-        let holds = Holds::when(deviation, |off| off.abs() <= within);
+    /// Compares a frequency with a published one, Hz; `None` if there is no result.
+    fn frequency(published: f64, simulated: Option<f64>, within: f64) -> Self {
+        let deviation = simulated.map(|simulated| simulated / published - 1.0);
+        let holds = Agreement::when(deviation, |off| off.abs() <= within);
         Self {
             deviation,
-            ..Self::new(khz(published), ours.map(khz), holds)
+            ..Self::new(khz(published), simulated.map(khz), holds)
         }
     }
 
-    /// How many of some points are as claimed: `look` tells whether one is, and what was found there.
+    /// Compares each of some points; `look` returns whether a point agrees, and its value as text.
     fn of_points(
         published: impl ToString,
-        points: &[(f64, &Response)],
-        look: impl Fn(&Response) -> (bool, String),
+        points: &[(f64, &SettledResponse)],
+        look: impl Fn(&SettledResponse) -> (bool, String),
     ) -> Self {
         let seen: Vec<_> = points.iter().map(|(tilt, r)| (tilt, look(r))).collect();
         let holding = seen.iter().filter(|(_, (is_so, _))| *is_so).count();
-        let ours = match &seen[..] {
+        let simulated = match &seen[..] {
             [] => None,
             [(_, (_, shown))] => Some(shown.clone()),
             _ => {
@@ -287,7 +292,7 @@ impl Verdict {
                 Some(format!("{holding} of {} tilts{first}", seen.len()))
             }
         };
-        Self::new(published, ours, Holds::of(holding, seen.len()))
+        Self::new(published, simulated, Agreement::of(holding, seen.len()))
     }
 }
 
@@ -299,8 +304,8 @@ fn khz(hz: f64) -> String {
     format!("{:.3} kHz", 1e-3 * hz)
 }
 
-impl Statement {
-    fn judge(&self, within: f64, evidence: &Evidence) -> Verdict {
+impl Criterion {
+    fn compare(&self, within: f64, evidence: &Evidence) -> Comparison {
         let at = |tilt: f64| evidence.at(tilt);
         let one = |tilt: f64| -> Vec<_> { at(tilt).map(|r| (tilt, r)).into_iter().collect() };
         match *self {
@@ -328,15 +333,15 @@ impl Statement {
             Self::LinearMismatch { tilt_deg } => mismatch(at(tilt_deg), within),
             Self::Lag { tilt_deg, samples } => {
                 let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
-                let ours = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
-                // The paper's spacing is not stated: there is nothing to hold the number against.
-                Verdict::new(format!("{samples} samples"), ours, Holds::Unknown)
+                let simulated = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
+                // The paper does not state the sampling interval, so the delays cannot be compared.
+                Comparison::new(format!("{samples} samples"), simulated, Agreement::Unknown)
             }
             Self::Dimension { tilt_deg, is } => {
                 let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
                 let found = found.map(|delay| delay.dimension);
-                let holds = Holds::when(found, |dimension| dimension == is);
-                Verdict::new(is, found.map(|dimension| dimension.to_string()), holds)
+                let holds = Agreement::when(found, |dimension| dimension == is);
+                Comparison::new(is, found.map(|dimension| dimension.to_string()), holds)
             }
             Self::RecurrencePeriod {
                 from_deg,
@@ -356,110 +361,121 @@ impl Statement {
     }
 }
 
-fn natural_frequency(mode: &str, hz: f64, within: f64, evidence: &Evidence) -> Verdict {
+fn natural_frequency(mode: &str, hz: f64, within: f64, evidence: &Evidence) -> Comparison {
     let found = evidence.natural_frequencies.iter();
     let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
-    Verdict::frequency(hz, found.min_by(f64::total_cmp), within)
+    Comparison::frequency(hz, found.min_by(f64::total_cmp), within)
 }
 
-fn unstable_modes(count: usize, points: &[(f64, &Response)]) -> Verdict {
-    Verdict::of_points(count, points, |response| {
+fn unstable_modes(count: usize, points: &[(f64, &SettledResponse)]) -> Comparison {
+    Comparison::of_points(count, points, |response| {
         let linear = response.linear.as_ref();
         let found = linear.map_or(0, |linear| linear.unstable().count());
         (found == count, found.to_string())
     })
 }
 
-/// Points against the kinds of motion that they may have.
-fn regimes(allowed: &[String], points: &[(f64, &Response)]) -> Verdict {
-    Verdict::of_points(allowed.join(" or "), points, |response| {
+/// Compares the regimes of points with the allowed ones.
+fn regimes(allowed: &[String], points: &[(f64, &SettledResponse)]) -> Comparison {
+    Comparison::of_points(allowed.join(" or "), points, |response| {
         let found = response.regime.to_string();
         (allowed.contains(&found), found)
     })
 }
 
-fn strongest_line(response: Option<&Response>, hz: f64, within: f64) -> Verdict {
+fn strongest_line(response: Option<&SettledResponse>, hz: f64, within: f64) -> Comparison {
     let line = response.and_then(|response| response.lines.first());
-    Verdict::frequency(hz, line.map(|line| line.frequency), within)
+    Comparison::frequency(hz, line.map(|line| line.frequency), within)
 }
 
-/// The line nearest to a frequency.
-fn line(response: Option<&Response>, hz: f64, within: f64) -> Verdict {
+/// Compares the spectral line nearest to a frequency.
+fn line(response: Option<&SettledResponse>, hz: f64, within: f64) -> Comparison {
     let lines = response.map_or(&[][..], |response| &response.lines);
     let off = |line: f64| (line / hz - 1.0).abs();
-    // Among many faint lines one is near to anything.
+    // Among many weak lines, one is close to any frequency.
     let strongest = lines.first().map_or(0.0, |line| line.amplitude);
     let seen = lines
         .iter()
-        .filter(|line| line.amplitude >= SEEN * strongest);
+        .filter(|line| line.amplitude >= MIN_LINE_AMPLITUDE * strongest);
     let nearest = seen.map(|line| line.frequency);
     let nearest = nearest.min_by(|a, b| off(*a).total_cmp(&off(*b)));
-    Verdict::frequency(hz, nearest, within)
+    Comparison::frequency(hz, nearest, within)
 }
 
-/// Both of two frequencies.
-fn both(from: Verdict, to: Verdict) -> Verdict {
+/// Combines the comparisons of two frequencies; both must hold.
+fn both(from: Comparison, to: Comparison) -> Comparison {
     let holds = match (from.holds, to.holds) {
-        (Holds::Unknown, _) | (_, Holds::Unknown) => Holds::Unknown,
-        (Holds::Yes, Holds::Yes) => Holds::Yes,
-        _ => Holds::No,
+        (Agreement::Unknown, _) | (_, Agreement::Unknown) => Agreement::Unknown,
+        (Agreement::Yes, Agreement::Yes) => Agreement::Yes,
+        _ => Agreement::No,
     };
-    let ours = format!("{} to {}", from.ours, to.ours);
-    Verdict::new(
+    let simulated = format!("{} to {}", from.simulated, to.simulated);
+    Comparison::new(
         format!("{} to {}", from.published, to.published),
-        Some(ours),
+        Some(simulated),
         holds,
     )
 }
 
-/// Whether the mode that grows fastest is not the one that is heard.
-fn mismatch(response: Option<&Response>, within: f64) -> Verdict {
+/// Whether the mode with the largest growth rate is not the one that dominates the sound.
+fn mismatch(response: Option<&SettledResponse>, within: f64) -> Comparison {
     let found = response.and_then(|response| {
         let modes = response.linear.as_ref()?.unstable();
         let fastest = modes.max_by(|a, b| a.growth.total_cmp(&b.growth))?;
         Some((fastest.frequency_hz, response.lines.first()?.frequency))
     });
-    let ours = found
-        .map(|(grows, heard)| format!("{} grows fastest, {} is heard", khz(grows), khz(heard)));
-    let holds = Holds::when(found, |(grows, heard)| (heard / grows - 1.0).abs() > within);
-    Verdict::new("another one", ours, holds)
+    let simulated = found.map(|(fastest_hz, strongest_hz)| {
+        format!(
+            "fastest growth at {}, strongest line at {}",
+            khz(fastest_hz),
+            khz(strongest_hz)
+        )
+    });
+    let holds = Agreement::when(found, |(fastest_hz, strongest_hz)| {
+        (strongest_hz / fastest_hz - 1.0).abs() > within
+    });
+    Comparison::new("different modes", simulated, holds)
 }
 
-fn recurrence_period(published: f64, within: f64, points: &[(f64, &Response)]) -> Verdict {
+fn recurrence_period(
+    published: f64,
+    within: f64,
+    points: &[(f64, &SettledResponse)],
+) -> Comparison {
     let show = |period: f64| format!("{:.3} ms", 1e3 * period);
-    Verdict::of_points(show(published), points, |response| {
+    Comparison::of_points(show(published), points, |response| {
         let found = response.recurrence_period;
         let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
         (is_so, found.map_or_else(|| "none".to_owned(), show))
     })
 }
 
-fn exponent_zero(points: &[(f64, &Response)]) -> Verdict {
-    Verdict::of_points("nearly zero", points, |response| {
+fn exponent_zero(points: &[(f64, &SettledResponse)]) -> Comparison {
+    Comparison::of_points("nearly zero", points, |response| {
         let largest = largest(response);
         let is_so = largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO);
         (is_so, shown(largest))
     })
 }
 
-fn exponents_positive(count: usize, points: &[(f64, &Response)]) -> Verdict {
+fn exponents_positive(count: usize, points: &[(f64, &SettledResponse)]) -> Comparison {
     let published = match count {
         1 => "positive".to_owned(),
         count => format!("{count} positive"),
     };
-    Verdict::of_points(published, points, |response| {
+    Comparison::of_points(published, points, |response| {
         let is_so = (0..count).all(|k| sign(response, k) == Some(Sign::Positive));
         (is_so, shown(largest(response)))
     })
 }
 
-/// The kinds of motion along the tilt against an order: the longest run of points that keeps to it,
-/// over all of them, if each kind is there at all.
-fn order(regimes: &[String], points: &[(f64, &Response)]) -> Verdict {
+/// Compares the regimes along the tilt with an order. The share is the length of the longest subsequence of
+/// points in that order relative to all points, times the share of the regimes that occur.
+fn order(regimes: &[String], points: &[(f64, &SettledResponse)]) -> Comparison {
     let seen: Vec<String> = points.iter().map(|(_, r)| r.regime.to_string()).collect();
     let mut successive = seen.clone();
     successive.dedup();
-    // The most points that can be kept so that their kinds never go back in the order.
+    // Dynamic programming: longest subsequence whose regimes never go backwards in the order.
     let mut best = vec![0; regimes.len()];
     for regime in &seen {
         let Some(place) = regimes.iter().position(|r| r == regime) else {
@@ -474,29 +490,29 @@ fn order(regimes: &[String], points: &[(f64, &Response)]) -> Verdict {
         .filter(|regime| seen.contains(regime))
         .count();
     let holds = match seen.len() {
-        0 => Holds::Unknown,
-        count if kept == count && present == regimes.len() => Holds::Yes,
+        0 => Agreement::Unknown,
+        count if kept == count && present == regimes.len() => Agreement::Yes,
         count => {
             let share = kept as f64 / count as f64;
-            Holds::Partly(share * (present as f64 / regimes.len().max(1) as f64))
+            Agreement::Partly(share * (present as f64 / regimes.len().max(1) as f64))
         }
     };
-    let ours = (!seen.is_empty()).then(|| successive.join(", "));
-    Verdict::new(regimes.join(", then "), ours, holds)
+    let simulated = (!seen.is_empty()).then(|| successive.join(", "));
+    Comparison::new(regimes.join(", then "), simulated, holds)
 }
 
-fn sign(response: &Response, k: usize) -> Option<Sign> {
+fn sign(response: &SettledResponse, k: usize) -> Option<Sign> {
     let spectrum = response.exponents.as_ref()?;
     (k < spectrum.exponents.len()).then(|| spectrum.sign(k))
 }
 
-fn largest(response: &Response) -> Option<Exponent> {
+fn largest(response: &SettledResponse) -> Option<Exponent> {
     response.exponents.as_ref()?.exponents.first().copied()
 }
 
 fn shown(exponent: Option<Exponent>) -> String {
     exponent.map_or_else(nothing, |e| {
-        // Small ones count: whether an interval holds zero must be seen.
+        // For a small exponent the text must show whether the interval contains zero.
         let places = if e.half_width < 2.0 { 2 } else { 0 };
         format!("{:.places$} +- {:.places$} 1/s", e.value, e.half_width)
     })

@@ -1,4 +1,4 @@
-//! The paper: every claim of its text, compared with what is found here.
+//! Comparison with the paper: every claim of its text against the simulation results.
 
 mod claims;
 mod evidence;
@@ -7,6 +7,9 @@ mod study;
 #[cfg(test)]
 mod tests;
 
-pub use claims::{CLAIMS, Claim, Finding, Holds, claims, compare, nearness, score};
+pub use claims::{Agreement, CLAIMS, Claim, Finding, claims, compare, fitness, score};
 pub use evidence::{Embedding, Evidence};
-pub use study::{EMBEDDED_AT, MOTIONS, SUCCESSION, embedding, paper_evidence, paper_plan};
+pub use study::{
+    EMBEDDING_TILT_DEG, FIGURE_TILTS_DEG, RECURRENCE_TILTS_DEG, embedding, paper_evidence,
+    paper_plan,
+};

@@ -1,42 +1,44 @@
-//! The sweep behind the paper's figures, and what is told of it.
+//! The tilt sweep of the paper's figures, and its evaluation.
 
 use super::{Embedding, Evidence};
 use crate::analysis::{AnalysisError, DelayChoice, DelaySearch, choose_delay};
 use crate::joint::{AssemblyError, BallJoint, BodySpec, Frequencies, JointSpec};
 use crate::scene::{Parameter, Scene};
-use crate::study::response::{Response, ResponsePlan};
+use crate::study::response::{ResponsePlan, SettledResponse};
 use crate::study::sweep::{Axis, Start, SweepPlan, SweepPoint};
 
-/// The tilt at which the paper chooses delay and dimension, degrees.
-pub const EMBEDDED_AT: f64 = 5.0;
+/// Tilt at which the paper chooses delay and embedding dimension, degrees.
+pub const EMBEDDING_TILT_DEG: f64 = 5.0;
 
 /// Tilts of Fig. 4 to 7, degrees.
-pub const MOTIONS: [f64; 4] = [2.0, 3.0, 3.5, 5.0];
+pub const FIGURE_TILTS_DEG: [f64; 4] = [2.0, 3.0, 3.5, 5.0];
 
-/// Tilts of Fig. 9 and 10, degrees: from the first to the last.
-pub const SUCCESSION: [f64; 2] = [2.4, 4.6];
+/// First and last tilt of Fig. 9 and 10, degrees.
+pub const RECURRENCE_TILTS_DEG: [f64; 2] = [2.4, 4.6];
 
-/// The sweep behind the figures: 1 to 8 degrees by 0.2, and 3.5.
+/// The sweep of the figures: tilts from 1 to 8 degrees in steps of 0.2, and 3.5 degrees.
 pub fn paper_plan(scene: Scene, start: Start) -> SweepPlan {
-    // Decimals as they are written.
-    let tilts = (5..=40).map(|k| f64::from(2 * k) / 10.0).chain(MOTIONS);
+    // Computed from integers, so that each value equals its decimal.
+    let tilts = (5..=40)
+        .map(|k| f64::from(2 * k) / 10.0)
+        .chain(FIGURE_TILTS_DEG);
     SweepPlan {
         scene,
         axes: vec![Axis::new(Parameter::tilt(), tilts)],
         starts: vec![start],
         response: ResponsePlan {
-            most: 0.6,
-            measure: 0.7,
+            max_transient: 0.6,
+            measurement_time: 0.7,
             ..ResponsePlan::default()
         },
     }
 }
 
-/// Responses over the tilt as evidence, with the natural frequencies of the scene's own
+/// Collects the evidence: the responses over the tilt, and the natural frequencies of the scene's
 /// finite-element model.
 ///
 /// # Errors
-/// When the body's modes cannot be found.
+/// If the body's modes cannot be computed.
 pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidence, AssemblyError> {
     let responses = points.iter().filter_map(|point| {
         let response = point.outcome.as_ref().ok()?;
@@ -51,7 +53,7 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
     let modes = ball.family_labels().into_iter();
     evidence.natural_frequencies = modes.zip(ball.frequencies_hz().iter().copied()).collect();
     let choice = evidence
-        .at(EMBEDDED_AT)
+        .at(EMBEDDING_TILT_DEG)
         .and_then(|response| embedding(response)?.ok());
     evidence.delay = choice.map(|(choice, dt)| Embedding {
         lag: choice.lag as f64 * dt,
@@ -60,9 +62,9 @@ pub fn paper_evidence(spec: &JointSpec, points: &[SweepPoint]) -> Result<Evidenc
     Ok(evidence)
 }
 
-/// Delay and dimension of a response's motion, and the spacing of its samples, s; `None` where no piece
-/// of it was kept.
-pub fn embedding(response: &Response) -> Option<Result<(DelayChoice, f64), AnalysisError>> {
+/// Embedding delay and dimension of a response's motion, and its sampling interval, s. `None` if the response
+/// has no portrait.
+pub fn embedding(response: &SettledResponse) -> Option<Result<(DelayChoice, f64), AnalysisError>> {
     let portrait = response.portrait.as_ref()?;
     let samples: Vec<f64> = portrait
         .displacement

@@ -1,21 +1,21 @@
-//! Claims against made-up findings.
+//! Claims compared with synthetic results.
 
 use super::*;
 use crate::analysis::{Regime, SpectralLine};
-use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
+use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
-use crate::study::response::Response;
+use crate::study::response::SettledResponse;
 
-/// A response with lines (Hz), exponents (1/s, each well known) and a number of unstable modes.
-fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -> Response {
+/// A response with spectral lines (Hz), exponents (1/s, half-width 1/s) and a number of unstable modes.
+fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -> SettledResponse {
     let mode = |k: usize| NamedMode {
         frequency_hz: 1000.0 * (k + 1) as f64,
         growth: if k < unstable { 700.0 } else { -10.0 },
         label: format!("mode {k}"),
         unstable: k < unstable,
     };
-    Response {
+    SettledResponse {
         transient: 0.1,
         settled: true,
         amplitude: 7e-7,
@@ -31,7 +31,7 @@ fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -
                 label: String::new(),
             })
             .collect(),
-        floor_share: 0.0,
+        broadband_share: 0.0,
         exponents: Some(LyapunovSpectrum {
             exponents: exponents
                 .iter()
@@ -55,11 +55,11 @@ fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -
         confidence: 0.9,
         portrait: None,
         state: Vec::new(),
-        tally: Tally::default(),
+        stats: SolverStats::default(),
     }
 }
 
-/// All that the paper claims, over its tilts.
+/// Synthetic results that agree with all claims of the paper.
 fn as_published() -> Evidence {
     let mut tilts: Vec<f64> = (0..=35).map(|k| 1.0 + 0.2 * f64::from(k)).collect();
     tilts.push(3.5);
@@ -106,7 +106,7 @@ fn as_published() -> Evidence {
     evidence
 }
 
-fn holds(findings: &[Finding], id: &str) -> Holds {
+fn holds(findings: &[Finding], id: &str) -> Agreement {
     findings
         .iter()
         .find(|finding| finding.claim.id == id)
@@ -115,17 +115,17 @@ fn holds(findings: &[Finding], id: &str) -> Holds {
 }
 
 #[test]
-fn the_claims_can_be_read_and_name_known_things() {
+fn the_claims_parse_and_each_has_one_statement() {
     let claims = claims();
     assert_eq!(claims.len(), 34);
     let mut ids: Vec<&str> = claims.iter().map(|claim| &*claim.id).collect();
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), claims.len());
-    // Beside what each of them has, a claim has one statement: a misspelt key would be a second one.
+    // A claim has exactly one key besides the common ones; a misspelt key would be a second one.
     let file: toml::Table = CLAIMS.parse().unwrap();
     for claim in file["claim"].as_array().unwrap() {
-        let common = ["id", "where", "says", "weight", "within"];
+        let common = ["id", "where", "statement", "weight", "within"];
         let keys = claim.as_table().unwrap().keys();
         let statements = keys.filter(|key| !common.contains(&key.as_str()));
         assert_eq!(statements.count(), 1, "{claim}");
@@ -133,28 +133,28 @@ fn the_claims_can_be_read_and_name_known_things() {
 }
 
 #[test]
-fn the_paper_itself_meets_its_claims() {
+fn the_published_results_meet_all_claims() {
     let findings = compare(&as_published());
     for finding in &findings {
         let expected = match &*finding.claim.id {
-            // Not known in what unit.
-            "lag" => Holds::Unknown,
-            _ => Holds::Yes,
+            // Its unit is unknown.
+            "lag" => Agreement::Unknown,
+            _ => Agreement::Yes,
         };
         assert_eq!(finding.holds, expected, "{finding:?}");
-        assert!(!finding.ours.is_empty() && !finding.published.is_empty());
+        assert!(!finding.simulated.is_empty() && !finding.published.is_empty());
     }
     assert_eq!(score(&findings), 1.0);
 }
 
 #[test]
-fn what_differs_is_told() {
+fn different_results_do_not_meet_the_claims() {
     let silent = Evidence::new([(2.0, response(Regime::Silent, &[], &[-50.0], 0))]);
     let findings = compare(&silent);
-    assert_eq!(holds(&findings, "periodic-2.0"), Holds::No);
-    assert_eq!(holds(&findings, "unstable-2.0"), Holds::No);
-    assert_eq!(holds(&findings, "tone-2.0"), Holds::Unknown);
-    assert_eq!(holds(&findings, "chaos-5.0"), Holds::Unknown);
+    assert_eq!(holds(&findings, "periodic-2.0"), Agreement::No);
+    assert_eq!(holds(&findings, "unstable-2.0"), Agreement::No);
+    assert_eq!(holds(&findings, "tone-2.0"), Agreement::Unknown);
+    assert_eq!(holds(&findings, "chaos-5.0"), Agreement::Unknown);
     assert_eq!(score(&findings), 0.0);
     // Regimes in the wrong order hold in part.
     let order = [
@@ -166,8 +166,8 @@ fn what_differs_is_told() {
     let responses = order.into_iter().enumerate();
     let responses = responses.map(|(k, regime)| (k as f64, response(regime, &[4100.0], &[0.0], 4)));
     let findings = compare(&Evidence::new(responses));
-    assert_eq!(holds(&findings, "order"), Holds::Partly(0.75));
-    assert!(matches!(holds(&findings, "exponent-zero"), Holds::Yes));
-    let told = findings.iter().find(|f| f.claim.id == "order").unwrap();
-    assert_eq!(told.ours, "chaotic, periodic, quasi-periodic");
+    assert_eq!(holds(&findings, "order"), Agreement::Partly(0.75));
+    assert!(matches!(holds(&findings, "exponent-zero"), Agreement::Yes));
+    let finding = findings.iter().find(|f| f.claim.id == "order").unwrap();
+    assert_eq!(finding.simulated, "chaotic, periodic, quasi-periodic");
 }

@@ -1,4 +1,4 @@
-//! Lists of a response as columns of a table: a list for each field of what is listed.
+//! Nested lists of a response as table columns: one list per field.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
 
-/// A module for `serde(with)` that writes a type as its columns.
+/// A module for `serde(with)` that serialises a type through its columns.
 macro_rules! columns {
     ($module:ident: $type:ty as $columns:ty) => {
         pub(super) mod $module {
@@ -32,14 +32,14 @@ columns!(exponents: Option<LyapunovSpectrum> as Maybe<Exponents>);
 columns!(recurrence: Option<Measures> as Maybe<Recurrence>);
 columns!(linear: Option<StabilityAt> as Maybe<Linear>);
 
-/// What has columns.
+/// Conversion of a nested type to and from its columns.
 trait Columns {
     type Joined;
     fn of(joined: &Self::Joined) -> Self;
     fn join(self) -> Self::Joined;
 }
 
-/// Columns that may be null.
+/// Columns that are null together.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 struct Maybe<C>(Option<C>);
@@ -58,9 +58,9 @@ impl<C: Columns> Columns for Maybe<C> {
 
 #[derive(Serialize, Deserialize)]
 struct Section {
-    /// Passages through the section `y(t + tau) = 0`, rising: `y(t)`, m.
+    /// Points of the section where `y(t + tau)` crosses zero upwards: `y(t)`, m.
     section_y_m: Vec<f64>,
-    /// The same passages: `y(t + 2 tau)`, m.
+    /// Section points: `y(t + 2tau)` of the same crossings, m.
     section_y_2tau_m: Vec<f64>,
 }
 
@@ -82,11 +82,11 @@ impl Columns for Section {
 
 #[derive(Serialize, Deserialize)]
 struct Lines {
-    /// Frequencies of the spectral lines, the strongest first, Hz.
+    /// Frequencies of the spectral lines in descending order of amplitude, Hz.
     line_hz: Vec<f64>,
-    /// Their amplitudes, m.
+    /// Amplitudes of the lines, m.
     line_amplitude_m: Vec<f64>,
-    /// Their names, such as `f1`; empty where none fits.
+    /// Names of the lines, such as `f1`; empty for a line without a name.
     line_name: Vec<String>,
 }
 
@@ -116,19 +116,19 @@ impl Columns for Lines {
 
 #[derive(Serialize, Deserialize)]
 struct Exponents {
-    /// The largest Lyapunov exponents, 1/s.
+    /// Largest Lyapunov exponents, 1/s.
     exponent_per_s: Vec<f64>,
-    /// Half widths of their 95 % intervals, 1/s.
+    /// Half-widths of the 95 % intervals of the exponents, 1/s.
     exponent_half_width_per_s: Vec<f64>,
-    /// An exponent nearer to zero than this cannot be told from zero, 1/s.
+    /// Resolution of the exponents, 1/s: a smaller magnitude cannot be distinguished from zero.
     exponent_resolution_per_s: f64,
-    /// Time over which growth was averaged, s.
+    /// Averaging time of the exponents, s.
     exponent_time_s: f64,
-    /// How many exponents there are in all.
+    /// Dimension of the tangent space: the total number of exponents.
     dimension: usize,
-    /// Kaplan-Yorke dimension; `null` where too few exponents are known.
+    /// Kaplan-Yorke dimension; `null` if too few exponents are known.
     kaplan_yorke: Option<f64>,
-    /// Half the width of its 95 % interval.
+    /// Half-width of the 95 % interval of the Kaplan-Yorke dimension.
     kaplan_yorke_half_width: Option<f64>,
 }
 
@@ -166,32 +166,32 @@ impl Columns for Exponents {
     }
 }
 
-/// Recurrence measures in states, by names without a unit.
+/// Recurrence measures; lengths and times in states.
 #[derive(Serialize, Deserialize)]
 struct Recurrence {
     /// Recurrence rate RR, 0 to 1.
     recurrence_rate: f64,
     /// Determinism DET, 0 to 1.
     determinism: Option<f64>,
-    /// Mean diagonal line L, states.
+    /// Mean diagonal line length L, states.
     mean_diagonal: Option<f64>,
-    /// Longest diagonal line Lmax, states.
+    /// Longest diagonal line length Lmax, states.
     longest_diagonal: u64,
-    /// DIV = 1 / Lmax, 1/states.
+    /// Divergence DIV = 1 / Lmax, 1/states.
     divergence: Option<f64>,
-    /// Entropy ENTR of the diagonal lengths, nats.
+    /// Entropy ENTR of the diagonal line lengths, nats.
     entropy: Option<f64>,
-    /// TREND, per thousand states.
+    /// TREND, per 1000 states.
     trend: Option<f64>,
     /// Laminarity LAM, 0 to 1.
     laminarity: Option<f64>,
     /// Trapping time TT, states.
     trapping_time: Option<f64>,
-    /// Longest vertical line Vmax, states.
+    /// Longest vertical line length Vmax, states.
     longest_vertical: u64,
-    /// Mean recurrence time of the first type, states.
+    /// Mean recurrence time of type 1 (T1), states.
     recurrence_time_1: Option<f64>,
-    /// Mean recurrence time of the second type, states.
+    /// Mean recurrence time of type 2 (T2), states.
     recurrence_time_2: Option<f64>,
 }
 
@@ -239,11 +239,11 @@ struct Linear {
     tilt_rad: f64,
     /// Frequencies of the linear modes at steady sliding, Hz.
     mode_hz: Vec<f64>,
-    /// Their growth rates, 1/s.
+    /// Growth rates of the linear modes, 1/s.
     mode_growth_per_s: Vec<f64>,
-    /// Which modes they are.
+    /// Labels of the linear modes.
     mode_label: Vec<String>,
-    /// Whether each grows.
+    /// Whether each linear mode is unstable.
     mode_unstable: Vec<bool>,
 }
 

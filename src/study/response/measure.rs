@@ -1,43 +1,43 @@
-//! Everything that is told of a settled motion from the probe's samples.
+//! Measures of a settled motion from the probe's samples.
 
-use super::settled::{Portrait, Response};
+use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
     AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
-    RateBase, RecurrenceRule, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
-    delay_section, deviation, name_lines, quantify, range,
+    RateBase, RecurrenceCriterion, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
+    delay_section, deviation, identify_lines, quantify, range,
 };
-use crate::dynamics::Tally;
-use crate::scene::{Scene, SectionSurface, Setting};
+use crate::dynamics::SolverStats;
+use crate::scene::{AutoOr, Scene, SectionSurface};
 
-/// The most maxima and passages kept, the newest ones.
-const MOST_POINTS: usize = 400;
+/// Maximum number of maxima and section points kept; the newest ones are kept.
+const MAX_POINTS: usize = 400;
 
-/// Delay of the section where the scene names none, s: a quarter of a period of 4.1 kHz.
+/// Default section delay, s: a quarter period of 4.1 kHz.
 pub(super) const LAG: f64 = 60e-6;
 
-/// States of a delay.
-const STATES_A_LAG: usize = 6;
+/// States per delay.
+const STATES_PER_LAG: usize = 6;
 
-/// States that are compared for recurrence.
+/// Maximum number of states compared for recurrence.
 const STATES: usize = 2000;
 
-/// Dimension of these states, Section 3 of the paper.
+/// Embedding dimension of these states, from Section 3 of the paper.
 pub(super) const DIMENSION: usize = 5;
 
-/// States are recurrent within this many deviations of the displacement.
-const NEARNESS: f64 = 0.5;
+/// Recurrence threshold, standard deviations of the displacement.
+const THRESHOLD: f64 = 0.5;
 
-/// Shortest diagonal and vertical line that count: the first in delays, about a period.
-const LEAST_DIAGONAL_LAGS: usize = 4;
-const LEAST_VERTICAL: usize = 2;
+/// Minimum diagonal length, in delays (four quarter periods), and minimum vertical length, in states.
+const MIN_DIAGONAL_LAGS: usize = 4;
+const MIN_VERTICAL: usize = 2;
 
-/// Time of the motion kept to draw from, s.
-const KEPT: f64 = 0.02;
+/// Length of the motion kept for phase portraits, s.
+const KEPT_TIME: f64 = 0.02;
 
 /// Highest frequency of the spectrum kept, Hz.
-const HIGHEST: f64 = 20e3;
+const MAX_FREQUENCY: f64 = 20e3;
 
-/// The probe's samples.
+/// Probe samples of the measurement window.
 pub(super) struct Samples {
     rate: f64,
     displacement: Vec<f64>,
@@ -45,7 +45,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// For so many samples at `rate` (Hz).
+    /// Creates an empty buffer for `count` samples at `rate` (Hz).
     pub fn new(rate: f64, count: usize) -> Self {
         Self {
             rate,
@@ -59,9 +59,9 @@ impl Samples {
         self.velocity.push(velocity);
     }
 
-    /// All that the samples tell of a response, the rest of it empty; what moves less than `silence` (m) is
-    /// silent.
-    pub fn response(&self, scene: &Scene, silence: f64) -> Result<Response, AnalysisError> {
+    /// The fields of a response that follow from the samples; the others are left empty. A displacement
+    /// amplitude below `silence` (m) counts as silent.
+    pub fn response(&self, scene: &Scene, silence: f64) -> Result<SettledResponse, AnalysisError> {
         let u = &self.displacement[..];
         let [low, high] = range(u.iter().copied());
         let amplitude = 0.5 * (high - low);
@@ -79,13 +79,13 @@ impl Samples {
             true => spectrum.lines(&LineCriterion::default()),
             false => Vec::new(),
         };
-        let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
         let lag = ((section_lag(scene) * self.rate).round() as usize).max(1);
         let recurrence = match moves {
             true => self.recurrence(lag)?,
             false => None,
         };
-        Ok(Response {
+        Ok(SettledResponse {
             transient: 0.0,
             settled: false,
             amplitude,
@@ -94,7 +94,7 @@ impl Samples {
             maxima: if moves { maxima(u) } else { Vec::new() },
             section: if moves { section(u, lag)? } else { Vec::new() },
             lines: naming.label(&lines),
-            floor_share: spectrum.floor_share(),
+            broadband_share: spectrum.broadband_share(),
             exponents: None,
             recurrence_period: recurrence.as_ref().and_then(|(_, period)| *period),
             recurrence: recurrence.map(|(measures, _)| measures),
@@ -103,13 +103,13 @@ impl Samples {
             confidence: verdict.confidence,
             portrait: Some(self.portrait(&spectrum.amplitude, spectrum.bin)),
             state: Vec::new(),
-            tally: Tally::default(),
+            stats: SolverStats::default(),
         })
     }
 
-    /// Recurrence of the newest states, and the period of its diagonals, s.
+    /// Recurrence measures of the newest states, and the recurrence period, s.
     fn recurrence(&self, lag: usize) -> Result<Option<(Measures, Option<f64>)>, AnalysisError> {
-        let step = (lag / STATES_A_LAG).max(1);
+        let step = (lag / STATES_PER_LAG).max(1);
         let lag = (lag as f64 / step as f64).round() as usize;
         let taken: Vec<f64> = self
             .displacement
@@ -124,30 +124,30 @@ impl Samples {
             return Ok(None);
         }
         let vectors = DelayVectors::new(&taken, lag, DIMENSION)?;
-        let rule = RecurrenceRule {
+        let rule = RecurrenceCriterion {
             norm: Norm::Euclidean,
-            threshold: Threshold::Distance(NEARNESS * deviation(&taken)),
+            threshold: Threshold::Distance(THRESHOLD * deviation(&taken)),
             theiler: lag,
         };
         let counts = quantify(&vectors, &rule)?;
-        let least = LEAST_DIAGONAL_LAGS * lag;
-        let measures = counts.measures(least, LEAST_VERTICAL, RateBase::Counted);
+        let least = MIN_DIAGONAL_LAGS * lag;
+        let measures = counts.measures(least, MIN_VERTICAL, RateBase::Counted);
         let period = counts
             .period()
             .map(|states| states * step as f64 / self.rate);
         Ok(Some((measures, period)))
     }
 
-    fn portrait(&self, spectrum: &[f64], bin: f64) -> Portrait {
-        let kept = ((KEPT * self.rate) as usize).min(self.displacement.len());
+    fn portrait(&self, spectrum: &[f64], bin: f64) -> PhasePortrait {
+        let kept = ((KEPT_TIME * self.rate) as usize).min(self.displacement.len());
         let newest = |values: &[f64]| -> Vec<f32> {
             values[values.len() - kept..]
                 .iter()
                 .map(|&v| v as f32)
                 .collect()
         };
-        let bins = ((HIGHEST / bin) as usize + 1).min(spectrum.len());
-        Portrait {
+        let bins = ((MAX_FREQUENCY / bin) as usize + 1).min(spectrum.len());
+        PhasePortrait {
             dt: 1.0 / self.rate,
             displacement: newest(&self.displacement),
             velocity: newest(&self.velocity),
@@ -157,7 +157,7 @@ impl Samples {
     }
 }
 
-/// The delay of the section, s: the one that the scene gives, if it is one of a delay.
+/// Section delay of a scene, s: the delay of its section if it has a delay section, else 60 µs.
 pub fn section_lag(scene: &Scene) -> f64 {
     match scene
         .analysis
@@ -166,19 +166,19 @@ pub fn section_lag(scene: &Scene) -> f64 {
         .map(|section| &section.surface)
     {
         Some(SectionSurface::Delay {
-            lag: Setting::Given(lag),
+            lag: AutoOr::Given(lag),
             ..
         }) => *lag,
         _ => LAG,
     }
 }
 
-/// The newest local maxima, each the vertex of the parabola through three samples.
+/// The newest local maxima: for each, the vertex of the parabola through three samples.
 fn maxima(samples: &[f64]) -> Vec<f64> {
     let tops = samples.windows(3).filter(|w| w[0] < w[1] && w[1] >= w[2]);
     let mut maxima: Vec<f64> = tops
         .rev()
-        .take(MOST_POINTS)
+        .take(MAX_POINTS)
         .map(|w| {
             let (slope, bend) = (0.5 * (w[2] - w[0]), w[0] - 2.0 * w[1] + w[2]);
             w[1] - 0.5 * slope * slope / bend
@@ -188,10 +188,10 @@ fn maxima(samples: &[f64]) -> Vec<f64> {
     maxima
 }
 
-/// The newest passages through zero, of three delays each: the first and the third.
+/// First and third delay coordinate of the newest zero crossings of the second.
 fn section(samples: &[f64], lag: usize) -> Result<Vec<[f64; 2]>, AnalysisError> {
     let passages = delay_section(samples, lag, 3, 0.0, Direction::Rising)?;
-    let newest = passages.len().saturating_sub(MOST_POINTS);
+    let newest = passages.len().saturating_sub(MAX_POINTS);
     let points = passages[newest..].iter().map(|c| [c.point[0], c.point[2]]);
     Ok(points.collect())
 }
@@ -203,12 +203,12 @@ mod tests {
     use crate::analysis::test_signals::sines;
 
     #[test]
-    fn maxima_are_those_of_the_curve_between_the_samples() {
+    fn maxima_are_interpolated_between_samples() {
         let tone = sines(200e3, 4000, &[(4100.0, 0.7, 0.3)]);
         let tops = maxima(&tone);
         assert_eq!(tops.len(), 82);
         for top in tops {
-            // Off by what the curve bends within a sample: some hundredths of (2 pi 4100 / 200e3)^4.
+            // The parabola's error is a few hundredths of (2 pi 4100 / 200e3)^4.
             assert!((top - 0.7).abs() < 6e-6, "{top}");
         }
         // Flat tops count once.
@@ -217,29 +217,32 @@ mod tests {
     }
 
     #[test]
-    fn two_tones_tell_themselves() {
+    fn two_tones_are_classified_as_quasi_periodic() {
         let scene = Scene::load("torus-3deg").unwrap();
         let u = sines(200e3, 40_000, &[(4110.0, 1e-6, 0.1), (3870.0, 4e-7, 0.9)]);
         let mut samples = Samples::new(200e3, u.len());
         for pair in u.windows(2) {
             samples.push([pair[0], (pair[1] - pair[0]) * 200e3]);
         }
-        let told = samples.response(&scene, 3e-10).unwrap();
-        assert_eq!(told.regime, Regime::QuasiPeriodic);
+        let found = samples.response(&scene, 3e-10).unwrap();
+        assert_eq!(found.regime, Regime::QuasiPeriodic);
         assert!(
-            (told.lines[0].frequency - 4110.0).abs() < 0.1,
+            (found.lines[0].frequency - 4110.0).abs() < 0.1,
             "{:?}",
-            told.lines
+            found.lines
         );
-        assert!((told.lines[1].amplitude / 4e-7 - 1.0).abs() < 1e-3);
-        assert_eq!((&*told.lines[0].label, &*told.lines[1].label), ("f1", "f2"));
-        assert_eq!(told.maxima.len(), MOST_POINTS);
-        assert!((told.amplitude - 1.4e-6).abs() < 1e-8);
-        let determinism = told.recurrence.unwrap().determinism.unwrap();
+        assert!((found.lines[1].amplitude / 4e-7 - 1.0).abs() < 1e-3);
+        assert_eq!(
+            (&*found.lines[0].label, &*found.lines[1].label),
+            ("f1", "f2")
+        );
+        assert_eq!(found.maxima.len(), MAX_POINTS);
+        assert!((found.amplitude - 1.4e-6).abs() < 1e-8);
+        let determinism = found.recurrence.unwrap().determinism.unwrap();
         assert!(determinism > 0.85, "{determinism}");
-        // The passages lie on a loop about the point of the first tone alone.
-        assert_eq!(told.section.len(), MOST_POINTS);
-        let portrait = told.portrait.unwrap();
+        // The section points lie on a closed curve.
+        assert_eq!(found.section.len(), MAX_POINTS);
+        let portrait = found.portrait.unwrap();
         assert_eq!(portrait.displacement.len(), 4000);
         assert!((portrait.bin - 5.0).abs() < 0.01);
     }

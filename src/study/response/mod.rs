@@ -1,14 +1,14 @@
-//! The settled response of a scene: where the motion goes, and everything that is told of it there.
+//! The settled response of a scene: the attractor that the simulation reaches, and its characteristics.
 //!
-//! A run from the scene's kick, or from a state carried on from another run, until its transient is
-//! over; then a stretch of the settled motion on which everything is measured at once, the Lyapunov
-//! exponents by tangent vectors that go along.
+//! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
+//! transient has ended. Then one window of the settled motion is sampled. All measures are computed from
+//! this window; the Lyapunov exponents come from tangent vectors integrated with it.
 
 mod columns;
 mod measure;
 mod recurrence;
-mod settle;
 mod settled;
+mod transient;
 
 #[cfg(test)]
 mod tests;
@@ -18,97 +18,102 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::AnalysisError;
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::BallJoint;
-use crate::pipeline::{PipelineError, Prepared, prepare_on};
+use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
 use crate::scene::Scene;
 
-use super::pool::Heed;
-use super::{StudyError, Watch, stability};
+use super::pool::PollTimer;
+use super::{OnProgress, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
-use settle::Settling;
-pub use settled::{Portrait, Response};
+pub use settled::{PhasePortrait, SettledResponse};
+use transient::TransientDetector;
 
-/// How a response is taken.
+/// Plan of one response: transient limits, measurement time, optional analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResponsePlan {
-    /// The least time before a transient counts as over, s.
-    pub least: f64,
-    /// The longest time waited for that, s. A motion that only looked settled may take one measurement
-    /// more.
-    pub most: f64,
-    /// Time over which the settled motion is measured, s.
-    pub measure: f64,
-    /// How many of the largest Lyapunov exponents are followed; 0 for none. No more than there are.
+    /// Minimum transient time, s: the transient is not considered ended before.
+    #[serde(rename = "min_transient_s")]
+    pub min_transient: f64,
+    /// Maximum transient time, s. A motion that changes during the measurement is measured once more, which
+    /// may take one measurement longer.
+    #[serde(rename = "max_transient_s")]
+    pub max_transient: f64,
+    /// Measurement time, s: length of the window of settled motion.
+    #[serde(rename = "measurement_s")]
+    pub measurement_time: f64,
+    /// Number of leading Lyapunov exponents to compute; 0 for none. Limited to the dimension of the system.
     pub exponents: usize,
-    /// Whether pieces of the motion are kept to draw from.
+    /// Whether to keep samples and spectrum for phase portraits and recurrence plots.
     pub portrait: bool,
-    /// The most calls of the right-hand side: a motion that needs more is given up. `None` for no limit.
-    pub most_calls: Option<u64>,
+    /// Maximum number of right-hand-side evaluations; the response fails beyond it. `None` for no limit.
+    #[serde(rename = "max_rhs_evals")]
+    pub max_rhs_evals: Option<u64>,
 }
 
 impl Default for ResponsePlan {
     fn default() -> Self {
         Self {
-            least: 0.05,
-            most: 1.0,
-            // A thousand periods of the slowest mode: before that no exponent is told to be zero.
-            measure: 0.6,
+            min_transient: 0.05,
+            max_transient: 1.0,
+            // 1000 periods of the slowest mode: an exponent counts as zero only after that many.
+            measurement_time: 0.6,
             exponents: 3,
             portrait: true,
-            most_calls: None,
+            max_rhs_evals: None,
         }
     }
 }
 
-/// How a run starts.
+/// Initial state of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum From<'a> {
-    /// From the scene's own start, with its kick.
-    Cold,
-    /// From the state `[q | dq/dt]` that another run has come to.
+pub enum InitialState<'a> {
+    /// The scene's initial state, with its kick.
+    Fresh,
+    /// The final state `[q | dq/dt]` of another run.
     State(&'a [f64]),
 }
 
-/// What is being done, for a caller who waits.
+/// Progress of one response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResponseProgress {
-    /// Time simulated so far, s.
+    /// Simulated time so far, s.
     pub simulated: f64,
-    /// Time that it will probably take in all, s.
+    /// Estimated total simulated time, s.
     pub expected: f64,
 }
 
-/// Periods of the slowest mode in a block of energies.
+/// Length of an energy block, periods of the slowest mode.
 const BLOCK: f64 = 5.0;
 
-/// Periods of the slowest mode in which the tangent vectors turn to their own directions.
+/// Time for the tangent vectors to align with the Lyapunov directions, periods of the slowest mode.
 const ALIGN: f64 = 40.0;
 
-/// A joint whose displacement stays below this is silent, m; the same as the default of
+/// Displacement amplitude below which a joint is silent, m. Equals the default of
 /// `analysis.regime.silence_um`.
 const SILENCE: f64 = 3e-10;
 
-/// Takes the settled response of a scene. `ball` keeps the joint from one call to the next, so that
-/// the body's modes are computed once only. The tilt is that at the scene's start.
+/// Computes the settled response of a scene at the tilt of the scene's start.
 ///
-/// `None` if `watch` says no.
+/// `ball` caches the joint between calls, so the body's modes are computed once.
+///
+/// Returns `None` if `watch` returns `false`.
 ///
 /// # Errors
-/// If the scene's system cannot be made, or its motion cannot be followed.
+/// If the scene's system cannot be built, or its integration or an analysis fails.
 pub fn response(
     scene: &Scene,
-    from: From<'_>,
+    from: InitialState<'_>,
     plan: &ResponsePlan,
     ball: &mut Option<BallJoint>,
-    watch: Watch<'_, ResponseProgress>,
-) -> Result<Option<Response>, ResponseError> {
-    let mut prepared = prepare_on(scene, ball)?;
+    watch: OnProgress<'_, ResponseProgress>,
+) -> Result<Option<SettledResponse>, ResponseError> {
+    let mut prepared = prepare_reusing_body(scene, ball)?;
     let linear = match (scene.joint(), &ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
         _ => None,
     };
-    if let From::State(z) = from {
-        // What follows the vibration, such as a work, starts afresh.
+    if let InitialState::State(z) = from {
+        // Accumulated quantities after `[q | dq/dt]`, such as work, restart from zero.
         prepared.state.fill(0.0);
         let common = z.len().min(prepared.state.len());
         prepared.state[..common].copy_from_slice(&z[..common]);
@@ -119,7 +124,7 @@ pub fn response(
     };
     let transient = run.time();
     let width = plan.exponents.min(run.system.tangent_dim());
-    if width > 0 && !run.follow(width, scene.start.seed)? {
+    if width > 0 && !run.start_tangents(width, scene.start.seed)? {
         return Ok(None);
     }
     let Some(measured) = run.measure(transient)? else {
@@ -131,79 +136,79 @@ pub fn response(
         None => 0.0,
     };
     let by_samples = measured.samples.response(scene, silence)?;
-    Ok(Some(Response {
+    Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
         exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
         linear,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
         state: run.z[..2 * run.system.modes()].to_vec(),
-        tally: run.integrator.tally(),
+        stats: run.integrator.stats(),
         ..by_samples
     }))
 }
 
-/// Why a response cannot be taken.
+/// Error of a response.
 #[derive(Debug, thiserror::Error)]
 pub enum ResponseError {
-    /// The scene's system cannot be made.
+    /// The scene's system cannot be built.
     #[error(transparent)]
     Scene(#[from] PipelineError),
-    /// The linear modes cannot be found.
+    /// The linear modes cannot be computed.
     #[error(transparent)]
     Linear(#[from] StudyError),
-    /// The integration cannot go on.
+    /// The integration failed.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-    /// The motion needs more work than it is worth.
+    /// The run reached `max_rhs_evals` right-hand-side evaluations.
     #[error(
-        "given up after {calls} calls of the right-hand side at {:.3} ms: the motion needs very short \
+        "stopped after {rhs_evals} right-hand-side evaluations at {:.3} ms: the motion needs very small time \
          steps",
         1e3 * time
     )]
-    Effort {
-        /// Calls so far.
-        calls: u64,
-        /// Time reached, s.
+    TooManyEvaluations {
+        /// Evaluations so far.
+        rhs_evals: u64,
+        /// Simulated time reached, s.
         time: f64,
     },
-    /// An analysis does not take the samples.
+    /// An analysis rejected the samples.
     #[error("the settled motion cannot be analysed")]
     Analysis(#[from] AnalysisError),
 }
 
-/// A motion on its way.
+/// One simulation in progress.
 struct Run<'a> {
     system: Box<dyn System + Send>,
     probe: Vec<f64>,
-    /// Samples a second.
+    /// Sample rate, Hz.
     rate: f64,
     integrator: Integrator,
     /// State at the last sample.
     z: Vec<f64>,
     samples: u64,
-    watch: Watch<'a, ResponseProgress>,
-    heed: Heed,
+    watch: OnProgress<'a, ResponseProgress>,
+    timer: PollTimer,
     expected: f64,
     plan: &'a ResponsePlan,
 }
 
-/// A stretch of the motion after its transient.
+/// One measured window of the motion after its transient.
 struct Measured {
     samples: Samples,
-    /// Time before it began, s.
+    /// Time before the window, s.
     transient: f64,
-    /// Whether it begins in one motion and ends in another.
+    /// Whether the motion changed within the window.
     changed: bool,
 }
 
 impl<'a> Run<'a> {
-    /// At the prepared state.
+    /// Starts at the prepared state.
     fn new(
         prepared: Prepared,
         scene: &Scene,
         plan: &'a ResponsePlan,
-        watch: Watch<'a, ResponseProgress>,
+        watch: OnProgress<'a, ResponseProgress>,
     ) -> Result<Self, ResponseError> {
         let mut run = Self {
             system: prepared.system,
@@ -213,8 +218,8 @@ impl<'a> Run<'a> {
             z: prepared.state,
             samples: 0,
             watch,
-            heed: Heed::default(),
-            expected: plan.least + plan.measure,
+            timer: PollTimer::default(),
+            expected: plan.min_transient + plan.measurement_time,
             plan,
         };
         run.integrator.start(&*run.system, 0.0, &run.z)?;
@@ -237,16 +242,16 @@ impl<'a> Run<'a> {
         (BLOCK * self.period() * self.rate).round().min(1e9) as usize
     }
 
-    /// On to the next sample; whether to go on from there.
-    fn on(&mut self) -> Result<bool, ResponseError> {
+    /// Advances by one sample; returns whether to continue.
+    fn advance(&mut self) -> Result<bool, ResponseError> {
         self.samples += 1;
         let time = self.time();
         self.integrator.sample(&*self.system, time, &mut self.z)?;
-        let calls = self.integrator.tally().calls;
-        if self.plan.most_calls.is_some_and(|most| calls > most) {
-            return Err(ResponseError::Effort { calls, time });
+        let rhs_evals = self.integrator.stats().rhs_evals;
+        if self.plan.max_rhs_evals.is_some_and(|max| rhs_evals > max) {
+            return Err(ResponseError::TooManyEvaluations { rhs_evals, time });
         }
-        Ok(!self.heed.is_due() || self.goes_on())
+        Ok(!self.timer.is_due() || self.should_continue())
     }
 
     /// Displacement (m) and velocity (m/s) of the probe.
@@ -256,7 +261,7 @@ impl<'a> Run<'a> {
         [row(q), row(rest)]
     }
 
-    fn goes_on(&mut self) -> bool {
+    fn should_continue(&mut self) -> bool {
         let simulated = self.time();
         (self.watch)(ResponseProgress {
             simulated,
@@ -264,41 +269,41 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Runs until the transient is over; whether it was. `None` if it was told to stop.
+    /// Runs until the transient has ended; returns whether it has, or `None` if stopped by the caller.
     fn settle(&mut self) -> Result<Option<bool>, ResponseError> {
         let plan = self.plan;
         let omega = self.system.omega().to_vec();
-        let mut settling = Settling::new(omega.len(), self.block());
+        let mut detector = TransientDetector::new(omega.len(), self.block());
         let mut largest: f64 = 0.0;
-        let mut look = 0;
-        while self.time() < plan.most {
-            if !self.on()? {
+        let mut next_check = 0;
+        while self.time() < plan.max_transient {
+            if !self.advance()? {
                 return Ok(None);
             }
             largest = largest.max(self.probe()[0].abs());
-            if !settling.push(&self.z, &omega) {
+            if !detector.push(&self.z, &omega) {
                 continue;
             }
-            let silent = largest < SILENCE && settling.blocks() > 1;
+            let silent = largest < SILENCE && detector.blocks() > 1;
             largest = 0.0;
-            // Looking again and again would end at the first chance: each look is a tenth later.
-            if settling.blocks() < look || self.time() < plan.least {
+            // Repeated tests on growing data would sooner or later pass by chance: space them by 10 %.
+            if detector.blocks() < next_check || self.time() < plan.min_transient {
                 continue;
             }
-            look = settling.blocks() + settling.blocks() / 10 + 1;
-            if settling.is_over() || silent {
+            next_check = detector.blocks() + detector.blocks() / 10 + 1;
+            if detector.has_ended() || silent {
                 return Ok(Some(true));
             }
-            self.expected = 1.1 * self.time() + plan.measure;
+            self.expected = 1.1 * self.time() + plan.measurement_time;
         }
         Ok(Some(false))
     }
 
-    /// Lets tangent vectors go along from here on, and find their directions. Whether it was not told to
-    /// stop.
-    fn follow(&mut self, width: usize, seed: u64) -> Result<bool, ResponseError> {
+    /// Adds tangent vectors at the current state and lets them align. Returns `false` if stopped by the
+    /// caller.
+    fn start_tangents(&mut self, width: usize, seed: u64) -> Result<bool, ResponseError> {
         let time = self.time();
-        self.integrator.land(&*self.system, time)?;
+        self.integrator.integrate_to(&*self.system, time)?;
         let start = self.integrator.state().to_vec();
         let mut with = self
             .integrator
@@ -308,57 +313,57 @@ impl<'a> Run<'a> {
         self.integrator = with;
         let align = (ALIGN * self.period() * self.rate).min(1e9) as u64;
         for _ in 0..align {
-            if !self.on()? {
+            if !self.advance()? {
                 return Ok(false);
             }
         }
         let time = self.time();
-        self.integrator.land(&*self.system, time)?;
-        self.integrator.forget_growth();
+        self.integrator.integrate_to(&*self.system, time)?;
+        self.integrator.reset_growth();
         Ok(true)
     }
 
-    /// Samples the settled motion after a transient, s. `None` if it was told to stop.
+    /// Samples the settled motion after a transient (s). Returns `None` if stopped by the caller.
     fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
         loop {
-            self.expected = self.time() + self.plan.measure;
-            let Some((samples, changed)) = self.stretch()? else {
+            self.expected = self.time() + self.plan.measurement_time;
+            let Some((samples, changed)) = self.sample_window()? else {
                 return Ok(None);
             };
-            if !changed || self.time() >= self.plan.most + self.plan.measure {
+            if !changed || self.time() >= self.plan.max_transient + self.plan.measurement_time {
                 return Ok(Some(Measured {
                     samples,
                     transient,
                     changed,
                 }));
             }
-            // What looked settled gave way to another motion: that one is measured.
+            // The motion looked settled but changed: measure the new one.
             transient = self.time();
-            self.integrator.forget_growth();
+            self.integrator.reset_growth();
         }
     }
 
-    /// Samples one stretch, and tells whether the motion has changed meanwhile. `None` if it was told to
-    /// stop.
-    fn stretch(&mut self) -> Result<Option<(Samples, bool)>, ResponseError> {
-        let count = (self.plan.measure * self.rate).round().max(1.0) as usize;
+    /// Samples one window, and returns whether the motion changed within it; `None` if stopped by the
+    /// caller.
+    fn sample_window(&mut self) -> Result<Option<(Samples, bool)>, ResponseError> {
+        let count = (self.plan.measurement_time * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let omega = self.system.omega().to_vec();
-        let mut settling = Settling::new(omega.len(), self.block());
+        let mut detector = TransientDetector::new(omega.len(), self.block());
         let mut largest: f64 = 0.0;
         for _ in 0..count {
-            if !self.on()? {
+            if !self.advance()? {
                 return Ok(None);
             }
             let probe = self.probe();
             samples.push(probe);
-            settling.push(&self.z, &omega);
+            detector.push(&self.z, &omega);
             largest = largest.max(probe[0].abs());
         }
         let time = self.time();
-        self.integrator.land(&*self.system, time)?;
+        self.integrator.integrate_to(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
-        let changed = largest >= SILENCE && settling.has_changed();
+        let changed = largest >= SILENCE && detector.has_changed();
         Ok(Some((samples, changed)))
     }
 }

@@ -1,85 +1,83 @@
-//! A settled response: what is written of a point of a sweep.
+//! A settled response: the row of a point in a sweep table.
 
 use serde::{Deserialize, Serialize};
 
 use super::columns;
 use crate::analysis::{Measures, Regime, SpectralLine};
-use crate::dynamics::{LyapunovSpectrum, Tally};
+use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 
-/// A settled response. Lengths are in metres, as everywhere; what an analysis could not tell is
-/// empty. Serialised, it is a row of a table: names carry units.
+/// A settled response of a scene, in SI units. Measures that could not be computed are empty. Serialised, it
+/// is a row of a table whose column names carry the units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Response {
-    /// Time before the measurement began, s: a motion that only looked settled, and gave way to another
-    /// one, is part of it.
+pub struct SettledResponse {
+    /// Transient time before the measurement, s. It includes earlier windows in which the motion changed.
     #[serde(rename = "transient_s")]
     pub transient: f64,
-    /// Whether the transient was over by then, and the motion one and the same from then on.
+    /// Whether the motion is settled: the transient had ended, and the motion did not change while measured.
     pub settled: bool,
-    /// Half the range of the probe's displacement, m.
+    /// Half the peak-to-peak displacement of the probe, m.
     #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
-    /// Root mean square of the probe's velocity, m/s.
+    /// RMS velocity of the probe, m/s.
     #[serde(rename = "rms_velocity_m_per_s")]
     pub rms_velocity: f64,
-    /// The probe's largest speed, m/s.
+    /// Peak absolute velocity of the probe, m/s.
     #[serde(rename = "peak_velocity_m_per_s")]
     pub peak_velocity: f64,
-    /// Kind of motion.
+    /// Regime: the type of motion.
     pub regime: Regime,
-    /// How sure that is, 0 to 1.
+    /// Confidence of the regime, 0 to 1.
     pub confidence: f64,
-    /// Share of the power between the lines.
-    pub floor_share: f64,
-    /// Local maxima of the displacement, m, the newest ones: a column of the bifurcation diagram.
+    /// Broadband share: share of the spectral power outside the lines, 0 to 1.
+    pub broadband_share: f64,
+    /// Newest local maxima of the displacement, m: a column of the bifurcation diagram.
     #[serde(rename = "maxima_m")]
     pub maxima: Vec<f64>,
-    /// The newest passages through the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` rises
-    /// through zero, m.
+    /// Newest points of the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` crosses zero upwards, m.
     #[serde(flatten, with = "columns::section")]
     pub section: Vec<[f64; 2]>,
-    /// Spectral lines, the strongest first.
+    /// Spectral lines in descending order of amplitude.
     #[serde(flatten, with = "columns::lines")]
     pub lines: Vec<SpectralLine>,
-    /// The exponents; `None` if none were followed.
+    /// Leading Lyapunov exponents; `None` if none were computed.
     #[serde(flatten, with = "columns::exponents")]
     pub exponents: Option<LyapunovSpectrum>,
-    /// Recurrence quantification; `None` where nothing moves.
+    /// Recurrence quantification; `None` for a silent motion.
     #[serde(flatten, with = "columns::recurrence")]
     pub recurrence: Option<Measures>,
     /// Period of the diagonal lines of the recurrence plot, s.
     #[serde(rename = "recurrence_period_s")]
     pub recurrence_period: Option<f64>,
-    /// Linear modes at steady sliding; `None` for a system that is no joint.
+    /// Linear modes at steady sliding; `None` for a system other than the joint.
     #[serde(flatten, with = "columns::linear")]
     pub linear: Option<StabilityAt>,
-    /// The state `[q | dq/dt]` at the end, to go on from.
+    /// Final state `[q | dq/dt]`, for continuation.
     pub state: Vec<f64>,
-    /// Work done.
+    /// Solver statistics.
     #[serde(flatten)]
-    pub tally: Tally,
-    /// Pieces of the motion to draw from, if asked for.
+    pub stats: SolverStats,
+    /// Samples and spectrum for plots, if requested.
     #[serde(flatten)]
-    pub portrait: Option<Portrait>,
+    pub portrait: Option<PhasePortrait>,
 }
 
-/// Pieces of a settled motion to draw from.
+/// Samples for the phase portrait and the recurrence plot, and the amplitude spectrum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Portrait {
-    /// Spacing of the samples, s.
+pub struct PhasePortrait {
+    /// Sampling interval `dt` of the portrait, s.
     #[serde(rename = "portrait_dt_s")]
     pub dt: f64,
-    /// The newest displacements, m.
+    /// Newest displacements `u` of the probe for the portrait, m.
     #[serde(rename = "portrait_u_m")]
     pub displacement: Vec<f32>,
-    /// The probe's velocities at the same instants, m/s.
+    /// Velocities `v` of the probe for the portrait, at the same times, m/s.
     #[serde(rename = "portrait_v_m_per_s")]
     pub velocity: Vec<f32>,
-    /// Spacing of the spectrum's bins, Hz, the first at 0.
+    /// Bin width of the spectrum, Hz; the first bin is at 0 Hz.
     #[serde(rename = "spectrum_bin_hz")]
     pub bin: f64,
-    /// Amplitude spectrum of the displacement over the whole measurement, m.
+    /// Amplitude spectrum of the displacement over the whole measurement window, m.
     #[serde(rename = "spectrum_m")]
     pub spectrum: Vec<f32>,
 }

@@ -1,68 +1,70 @@
-//! One method after another, on one signal.
+//! All analyses of one signal, one after another.
 
 use super::{
-    FEWEST_SAMPLES, MOST_NONLINEAR, MOST_SPECTRUM, MeasuresAt, NamedLine, RecurrenceReport,
-    Section, SignalFacts, SignalReport, SignalSearch, StateSpace, Tones,
+    DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES, MIN_SAMPLES, MeasuresAt,
+    NamedLine, PoincareSection, RecurrenceAnalysis, SignalAnalysis, SignalOptions,
+    SignalStatistics, SpectralLines,
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
-    DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch,
-    LARGEST_SAMPLE, Line, LineCriterion, Measures, Naming, Norm, RateBase, RecurrenceImage,
-    RecurrencePlot, RecurrenceRule, RegimeSearch, SMALLEST_RANGE, SectionPoint, Spectrum,
+    DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
+    LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, Norm, RateBase,
+    RecurrenceCriterion, RecurrenceImage, RecurrencePlot, RegimeSearch, SectionPoint, Spectrum,
     SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, delay_section,
-    deviation, divergence, false_neighbours, name_lines, quantify, range, section_shape, zero_one,
+    deviation, divergence, false_neighbours, identify_lines, quantify, range, section_shape,
+    zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
 
-/// About so many columns make a spectrogram.
+/// Approximate number of columns of a spectrogram.
 const COLUMNS: usize = 400;
 
-/// Periods that a window of the spectrogram holds where there is room.
+/// Periods per spectrogram window, if the signal is long enough.
 const SPECTROGRAM_PERIODS: f64 = 48.0;
 
-/// Share of the pairs that is recurrent, unless the user says otherwise.
+/// Default recurrence rate: share of the pairs of states that are recurrent.
 const RECURRENCE_RATE: f64 = 0.05;
 
-/// States that a lag has at least, as long as the samples are fine enough.
-const STATES_A_LAG: usize = 12;
+/// Minimum number of states per delay, if the sampling is fine enough.
+const STATES_PER_LAG: usize = 12;
 
-/// States of the recurrence plot that is quantified.
-const MOST_STATES: usize = 10_000;
+/// Maximum number of states of the quantified recurrence plot.
+const MAX_STATES: usize = 10_000;
 
-/// States of a window along the signal, and how many windows.
+/// States per window along the signal, and maximum number of windows.
 const WINDOW_STATES: usize = 1000;
 const WINDOWS: usize = 120;
 
-/// Shortest lines that count as such, states.
-const SHORTEST_LINE: usize = 2;
+/// Minimum line length, states.
+const MIN_LINE: usize = 2;
 
-/// Points along a side of the picture, and how many periods it shows.
+/// Side of the picture, pixels, and the number of periods it shows.
 const PICTURE: usize = 560;
 const PICTURE_PERIODS: f64 = 28.0;
 
-/// Passages whose shape is told.
-const MOST_PASSAGES: usize = 2000;
+/// Maximum number of section points whose shape is classified.
+const MAX_CROSSINGS: usize = 2000;
 
-/// Dimension of the points of a section, Fig. 10.
+/// Dimension of the delay vectors of a section, as in Fig. 10.
 const SECTION_DIMENSION: usize = 3;
 
-/// Radius of Kantz's method over the deviation, for few samples and for many.
+/// Radius of Kantz's method in standard deviations, for few samples and for many.
 const KANTZ_RADII: [f64; 2] = [0.05, 0.02];
 const MANY_SAMPLES: usize = 50_000;
 
-/// Analyses a signal; `progress` is told the share done, 0 to 1, and the step's name, and says
-/// whether to go on. `None` if it says no.
+/// Analyses a signal. `progress` receives the fraction done, 0 to 1, and the name of the step, and returns
+/// whether to continue; the result is `None` if it returns `false`.
 ///
 /// # Errors
-/// [`AnalysisError::TooShort`] below [`FEWEST_SAMPLES`], [`AnalysisError::Constant`] if nothing
-/// moves, [`AnalysisError::Size`] for samples that cannot be squared, and what a method says of a lag, a
-/// dimension or a threshold that it cannot work with.
+/// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`], [`AnalysisError::Constant`] for a constant signal,
+/// [`AnalysisError::SampleRange`] for samples whose squares overflow or underflow, [`AnalysisError::Memory`] if the
+/// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold.
 pub fn analyse_signal(
     signal: Signal,
-    search: &SignalSearch,
+    search: &SignalOptions,
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<Option<SignalReport>, AnalysisError> {
+) -> Result<Option<SignalAnalysis>, AnalysisError> {
     match run(signal, search, progress) {
         Ok(report) => Ok(Some(report)),
         Err(End::Stopped) => Ok(None),
@@ -70,7 +72,7 @@ pub fn analyse_signal(
     }
 }
 
-/// Why an analysis ends early.
+/// Reason why an analysis ends early.
 enum End {
     Stopped,
     Failed(AnalysisError),
@@ -82,24 +84,24 @@ impl From<AnalysisError> for End {
     }
 }
 
-/// Refuses samples that cannot be analysed.
+/// Checks that the samples can be analysed.
 fn check(samples: &[f64]) -> Result<(), AnalysisError> {
-    if samples.len() < FEWEST_SAMPLES {
+    if samples.len() < MIN_SAMPLES {
         return Err(AnalysisError::TooShort {
-            what: "analysis of a signal",
+            what: "signal analysis",
             have: samples.len(),
-            need: FEWEST_SAMPLES,
+            need: MIN_SAMPLES,
         });
     }
     if samples.iter().all(|x| *x == samples[0]) {
         return Err(AnalysisError::Constant);
     }
     let [low, high] = range(samples.iter().copied());
-    let can_be_squared = samples.iter().all(|x| x.abs() <= LARGEST_SAMPLE);
-    if !can_be_squared || high - low < SMALLEST_RANGE {
-        return Err(AnalysisError::Size);
+    let can_be_squared = samples.iter().all(|x| x.abs() <= MAX_SAMPLE);
+    if !can_be_squared || high - low < MIN_RANGE {
+        return Err(AnalysisError::SampleRange);
     }
-    let buffers = SpectrumAnalyser::bytes(samples.len().min(MOST_SPECTRUM));
+    let buffers = SpectrumAnalyser::bytes(samples.len().min(MAX_SPECTRUM_SAMPLES));
     memory::check(buffers).map_err(|shortage| AnalysisError::Memory {
         samples: samples.len(),
         shortage,
@@ -108,19 +110,19 @@ fn check(samples: &[f64]) -> Result<(), AnalysisError> {
 
 fn run(
     signal: Signal,
-    search: &SignalSearch,
+    search: &SignalOptions,
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<SignalReport, End> {
+) -> Result<SignalAnalysis, End> {
     check(&signal.samples)?;
     let (samples, rate) = (&signal.samples[..], signal.rate);
-    let newest = &samples[samples.len().saturating_sub(MOST_NONLINEAR)..];
+    let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
         false => Err(End::Stopped),
     };
     step(0.0, "spectrum")?;
     let (spectrum, tones) = tones(&signal)?;
-    step(0.05, "lag and dimension")?;
+    step(0.05, "delay and dimension")?;
     let delay = delay(newest, search)?;
     let period = period_of(&tones.lines, &delay, rate);
     step(0.25, "spectrogram")?;
@@ -133,29 +135,31 @@ fn run(
     step(0.65, "section")?;
     let section = section(&signal, newest, delay.lag)?;
     step(0.7, "divergence (Rosenstein)")?;
-    let rosenstein = parting(newest, &delay, DivergenceMethod::Rosenstein)?;
+    let rosenstein = divergence_by(newest, &delay, DivergenceMethod::Rosenstein)?;
     step(0.78, "divergence (Kantz)")?;
     let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
-    let kantz = parting(newest, &delay, DivergenceMethod::Kantz { radius })?;
+    let kantz = divergence_by(newest, &delay, DivergenceMethod::Kantz { radius })?;
     step(0.88, "0-1 test")?;
-    let most = (newest.len() / ZeroOneTest::FEWEST_SAMPLES).max(1);
-    let stride = ZeroOneTest::stride_for(newest).max(delay.lag).min(most);
+    let most = (newest.len() / ZeroOneTest::MIN_SAMPLES).max(1);
+    let stride = ZeroOneTest::recommended_stride(newest)
+        .max(delay.lag)
+        .min(most);
     let zero_one = zero_one(newest, &ZeroOneTest::with_stride(stride))?;
-    step(0.94, "kind of motion")?;
+    step(0.94, "regime")?;
     let search = RegimeSearch {
         sample_rate: rate,
         silence: 0.0,
     };
     let verdict = classify(newest, &search)?;
     step(1.0, "done")?;
-    Ok(SignalReport {
-        facts: SignalFacts::of(&signal),
+    Ok(SignalAnalysis {
+        facts: SignalStatistics::of(&signal),
         verdict,
         spectrum,
         tones,
         spectrogram,
         nonlinear_samples: newest.len(),
-        embedding: StateSpace::new(delay, rate),
+        embedding: DelayEmbedding::new(delay, rate),
         recurrence,
         section,
         rosenstein: rosenstein.in_seconds(rate),
@@ -165,8 +169,8 @@ fn run(
     })
 }
 
-impl SignalFacts {
-    /// What there is to say of a signal's samples.
+impl SignalStatistics {
+    /// The properties of a signal's samples.
     pub fn of(signal: &Signal) -> Self {
         let samples = &signal.samples;
         let [smallest, largest] = range(samples.iter().copied());
@@ -189,18 +193,18 @@ fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len() as f64
 }
 
-fn tones(signal: &Signal) -> Result<(Spectrum, Tones), AnalysisError> {
+fn tones(signal: &Signal) -> Result<(Spectrum, SpectralLines), AnalysisError> {
     let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, signal.rate)
-        .analyse_spans(&signal.samples, MOST_SPECTRUM)?;
+        .analyse_welch(&signal.samples, MAX_SPECTRUM_SAMPLES)?;
     let lines = spectrum.lines(&LineCriterion::default());
-    let naming = name_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
-    let tones = Tones::new(&spectrum, &lines, naming);
+    let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+    let tones = SpectralLines::new(&spectrum, &lines, naming);
     Ok((spectrum, tones))
 }
 
-impl Tones {
-    /// What the lines of a spectrum and their names come to.
-    pub fn new(spectrum: &Spectrum, lines: &[Line], naming: Naming) -> Self {
+impl SpectralLines {
+    /// From the lines of a spectrum and their names.
+    pub fn new(spectrum: &Spectrum, lines: &[Line], naming: LineIdentification) -> Self {
         let labelled = naming.label(lines).into_iter().enumerate();
         let named = labelled.map(|(i, line)| NamedLine {
             line,
@@ -208,7 +212,7 @@ impl Tones {
         });
         Self {
             bin_hz: spectrum.bin,
-            floor_share: spectrum.floor_share(),
+            broadband_share: spectrum.broadband_share(),
             beat_hz: naming.bases.beat(),
             lines: named.collect(),
             naming,
@@ -216,8 +220,8 @@ impl Tones {
     }
 }
 
-impl StateSpace {
-    /// A choice of lag and dimension for so many samples a second.
+impl DelayEmbedding {
+    /// From a choice of delay and dimension, and the sample rate, Hz.
     pub fn new(choice: DelayChoice, rate: f64) -> Self {
         Self {
             lag_s: choice.lag as f64 / rate,
@@ -227,13 +231,12 @@ impl StateSpace {
     }
 }
 
-/// The window of a spectrogram of so many samples, of a motion with this period (samples): both
-/// of time and of frequency as much as there is room for, but side lines of a twelfth of the
-/// tone are told from it.
+/// Spectrogram window of a signal of `count` samples with a dominant period (samples). It balances time and
+/// frequency resolution, but separates sidebands at a twelfth of the tone's frequency.
 pub(super) fn spectrogram_window(count: usize, period: f64) -> usize {
-    let even = 2.0 * (count as f64).sqrt();
-    let telling = (SPECTROGRAM_PERIODS * period).min(count as f64 / 8.0);
-    let length = even.max(telling) as usize;
+    let balanced = 2.0 * (count as f64).sqrt();
+    let resolving = (SPECTROGRAM_PERIODS * period).min(count as f64 / 8.0);
+    let length = balanced.max(resolving) as usize;
     length.next_power_of_two().clamp(64, 8192).min(count)
 }
 
@@ -249,8 +252,8 @@ fn spectrogram(signal: &Signal, period: f64) -> Result<Vec<Column>, AnalysisErro
     Ok(columns)
 }
 
-/// Lag and dimension, each chosen or given.
-fn delay(samples: &[f64], search: &SignalSearch) -> Result<DelayChoice, AnalysisError> {
+/// Delay and dimension, each chosen or given.
+fn delay(samples: &[f64], search: &SignalOptions) -> Result<DelayChoice, AnalysisError> {
     let rules = DelaySearch::for_samples(samples.len());
     let mut choice = choose_delay(samples, &rules)?;
     if let Some(lag) = search.lag {
@@ -273,34 +276,34 @@ fn delay(samples: &[f64], search: &SignalSearch) -> Result<DelayChoice, Analysis
     Ok(choice)
 }
 
-/// The period that a picture is scaled by, samples: that of the strongest line, or else four
-/// lags, as a quarter of a period is where the mutual information has its first minimum.
+/// Period that sets the span of pictures, samples: that of the strongest line, or four delays, because the
+/// mutual information has its first minimum near a quarter period.
 pub(super) fn period_of(lines: &[NamedLine], delay: &DelayChoice, rate: f64) -> f64 {
     let strongest = lines.first();
     strongest.map_or(4.0 * delay.lag as f64, |named| rate / named.line.frequency)
 }
 
-/// How states are taken for recurrence.
+/// How the states for recurrence are sampled.
 pub(super) struct Plan {
-    /// Every so many samples one.
+    /// Samples per state: one state is taken every `stride` samples.
     pub stride: usize,
     /// Delay, states.
     pub lag: usize,
     pub dimension: usize,
-    pub rule: RecurrenceRule,
+    pub rule: RecurrenceCriterion,
 }
 
 impl Plan {
-    pub fn new(delay: &DelayChoice, search: &SignalSearch, samples: usize) -> Self {
+    pub fn new(delay: &DelayChoice, search: &SignalOptions, samples: usize) -> Self {
         // A short signal keeps all its samples.
         let affordable = (samples / WINDOW_STATES).max(1);
-        let stride = (delay.lag / STATES_A_LAG).clamp(1, affordable);
+        let stride = (delay.lag / STATES_PER_LAG).clamp(1, affordable);
         let lag = (delay.lag as f64 / stride as f64).round() as usize;
         Self {
             stride,
             lag,
             dimension: delay.dimension,
-            rule: RecurrenceRule {
+            rule: RecurrenceCriterion {
                 norm: Norm::Euclidean,
                 threshold: search.threshold.unwrap_or(Threshold::Rate(RECURRENCE_RATE)),
                 theiler: lag,
@@ -308,31 +311,31 @@ impl Plan {
         }
     }
 
-    /// Samples of which so many states are made.
+    /// Number of samples for `states` states.
     fn samples_for(&self, states: usize) -> usize {
         DelayVectors::samples_for(states, self.lag, self.dimension)
     }
 
-    /// Quantifies the newest states; what goes along the signal is left empty.
+    /// Quantifies the newest states; the windows along the signal stay empty.
     fn quantify(
         &self,
         signal: &Signal,
         newest: &[f64],
         period: f64,
-    ) -> Result<RecurrenceReport, AnalysisError> {
+    ) -> Result<RecurrenceAnalysis, AnalysisError> {
         let taken = thinned(newest, self.stride);
-        let taken = &taken[taken.len().saturating_sub(self.samples_for(MOST_STATES))..];
+        let taken = &taken[taken.len().saturating_sub(self.samples_for(MAX_STATES))..];
         let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
         let rule = self.rule.fixed(&vectors)?;
         let counts = quantify(&vectors, &rule)?;
-        let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
-        let nearness = match self.rule.threshold {
+        let measures = counts.measures(MIN_LINE, MIN_LINE, RateBase::Counted);
+        let threshold = match self.rule.threshold {
             Threshold::Distance(_) | Threshold::Spread(_) => rule.threshold,
             Threshold::Rate(_) => self.rule.threshold,
             Threshold::Neighbours(_) => Threshold::Rate(measures.recurrence_rate),
         };
         let seconds = self.stride as f64 / signal.rate;
-        Ok(RecurrenceReport {
+        Ok(RecurrenceAnalysis {
             rule: self.rule,
             epsilon: rule.threshold.distance(),
             stride_samples: self.stride,
@@ -341,17 +344,17 @@ impl Plan {
             period_s: counts.period().map(|states| states * seconds),
             measures: measures.in_seconds(seconds),
             along: Vec::new(),
-            picture: self.picture(newest, signal.rate, period, nearness)?,
+            picture: self.picture(newest, signal.rate, period, threshold)?,
         })
     }
 
-    /// The newest periods as a picture.
+    /// The recurrence picture of the newest periods.
     fn picture(
         &self,
         newest: &[f64],
         rate: f64,
         period: f64,
-        nearness: Threshold,
+        threshold: Threshold,
     ) -> Result<RecurrenceImage, AnalysisError> {
         let lag = self.lag * self.stride;
         let vectors = DelayVectors::new(newest, lag, self.dimension)?;
@@ -362,7 +365,7 @@ impl Plan {
         let picks: Vec<usize> = (0..size).map(|k| first + k * hop).collect();
         let mut plot = RecurrencePlot::with(self.rule.norm, 1);
         plot.measure(&vectors, &picks);
-        let recurrences = plot.recurrences(nearness)?;
+        let recurrences = plot.recurrences(threshold)?;
         Ok(RecurrenceImage {
             window: ((size - 1) * hop) as f64 / rate,
             size,
@@ -375,20 +378,20 @@ impl Plan {
         })
     }
 
-    /// Measures of windows along the whole signal. A window in which nothing moves has none.
+    /// Measures in windows along the whole signal. A constant window has none.
     fn along(&self, signal: &Signal) -> Result<Vec<MeasuresAt>, AnalysisError> {
-        // Only windows are thinned: a copy of all would be as long as the signal.
+        // Thin each window separately: a thinned copy of the signal could need as much memory as the signal.
         let ahead = (signal.samples.len() - 1) % self.stride;
         let count = (signal.samples.len() - 1) / self.stride + 1;
         let length = self.samples_for(WINDOW_STATES).min(count / 3);
         if length < self.samples_for(2) {
             return Ok(Vec::new());
         }
-        let room = count - length;
-        let windows = WINDOWS.min(room + 1);
+        let free = count - length;
+        let windows = WINDOWS.min(free + 1);
         let mut along = Vec::with_capacity(windows);
         for k in 0..windows {
-            let first = room * k / (windows - 1).max(1);
+            let first = free * k / (windows - 1).max(1);
             let begin = ahead + first * self.stride;
             let window = &signal.samples[begin..=begin + (length - 1) * self.stride];
             let measures = self.measures(&thinned(window, self.stride))?;
@@ -407,22 +410,22 @@ impl Plan {
         }
         let vectors = DelayVectors::new(window, self.lag, self.dimension)?;
         let counts = quantify(&vectors, &self.rule)?;
-        let measures = counts.measures(SHORTEST_LINE, SHORTEST_LINE, RateBase::Counted);
+        let measures = counts.measures(MIN_LINE, MIN_LINE, RateBase::Counted);
         Ok(Some(measures))
     }
 }
 
-/// Every so many samples one, the newest among them.
+/// Every `stride`-th sample, including the newest.
 fn thinned(samples: &[f64], stride: usize) -> Vec<f64> {
     let first = (samples.len() - 1) % stride;
     samples[first..].iter().step_by(stride).copied().collect()
 }
 
-/// The newest passages through the mean level.
-fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<Section, AnalysisError> {
+/// The newest crossings of the mean level.
+fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<PoincareSection, AnalysisError> {
     let level = mean(newest);
     let mut crossings = delay_section(newest, lag, SECTION_DIMENSION, level, Direction::Rising)?;
-    crossings.drain(..crossings.len().saturating_sub(MOST_PASSAGES));
+    crossings.drain(..crossings.len().saturating_sub(MAX_CROSSINGS));
     let ahead = (signal.samples.len() - newest.len()) as f64;
     let passage = |crossing: &Crossing| SectionPoint {
         time: signal.start + (ahead + crossing.sample) / signal.rate,
@@ -431,7 +434,7 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<Section, Analy
     let passages: Vec<SectionPoint> = crossings.iter().map(passage).collect();
     let points: Vec<&[f64]> = passages.iter().map(|passage| &passage.at[..]).collect();
     let [low, high] = range(newest.iter().copied());
-    Ok(Section {
+    Ok(PoincareSection {
         level,
         shape: section_shape(&points, high - low),
         mean_return_s: match &crossings[..] {
@@ -445,7 +448,7 @@ fn section(signal: &Signal, newest: &[f64], lag: usize) -> Result<Section, Analy
     })
 }
 
-fn parting(
+fn divergence_by(
     samples: &[f64],
     delay: &DelayChoice,
     method: DivergenceMethod,
@@ -466,7 +469,7 @@ mod tests {
     use crate::analysis::ZeroOne;
     use crate::analysis::test_signals::{noise, sines};
 
-    fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalReport, AnalysisError> {
+    fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, AnalysisError> {
         let signal = Signal {
             name: "u".to_owned(),
             unit: String::new(),
@@ -474,16 +477,16 @@ mod tests {
             start: 0.0,
             samples,
         };
-        let search = SignalSearch {
+        let search = SignalOptions {
             threshold: Some(threshold),
-            ..SignalSearch::default()
+            ..SignalOptions::default()
         };
         let report = analyse_signal(signal, &search, &mut |_, _| true);
-        report.map(|report| report.expect("it is not stopped"))
+        report.map(|report| report.expect("the callback never stops it"))
     }
 
     #[test]
-    fn the_picture_has_the_threshold_that_was_asked_for() {
+    fn the_picture_uses_the_requested_threshold() {
         let tone = sines(1000.0, 1500, &[(23.0, 1.0, 0.2)]);
         let signal: Vec<f64> = tone
             .iter()
@@ -496,7 +499,7 @@ mod tests {
             let black = pixels.iter().filter(|&&p| p == 255).count() as f64;
             black / pixels.len() as f64
         };
-        // No distance is larger than that.
+        // All distances are below this threshold.
         assert_eq!(share(Threshold::Distance(100.0)), 1.0);
         assert_eq!(share(Threshold::Spread(100.0)), 1.0);
         assert_eq!(share(Threshold::Neighbours(10_000)), 1.0);
@@ -509,7 +512,7 @@ mod tests {
     }
 
     #[test]
-    fn results_are_read_back_as_they_were_written() {
+    fn results_survive_a_json_round_trip() {
         let tones = sines(1000.0, 3000, &[(23.0, 1.0, 0.2), (37.3, 0.6, 1.0)]);
         for threshold in [Threshold::Spread(0.3), Threshold::Neighbours(20)] {
             let report = report(tones.clone(), threshold).unwrap();
@@ -524,7 +527,7 @@ mod tests {
                 path: Vec::new(),
                 ..report.zero_one
             });
-            assert_read_back(&RecurrenceReport {
+            assert_read_back(&RecurrenceAnalysis {
                 picture: RecurrenceImage::default(),
                 ..report.recurrence
             });
@@ -532,12 +535,12 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_cannot_be_squared_are_refused() {
+    fn samples_whose_squares_overflow_or_underflow_are_rejected() {
         let tone = sines(1000.0, 600, &[(23.0, 1.0, 0.2)]);
         for factor in [1e-200, 1e-145, 1e145, 1e300] {
             let scaled = tone.iter().map(|x| factor * x).collect();
             let error = report(scaled, Threshold::Rate(0.05)).unwrap_err();
-            assert_eq!(error, AnalysisError::Size, "{factor}");
+            assert_eq!(error, AnalysisError::SampleRange, "{factor}");
         }
         for factor in [1e-130, 1e130] {
             let scaled = tone.iter().map(|x| factor * x).collect();

@@ -1,118 +1,117 @@
-//! The analyses that slide along a stream, fitted to a signal that has been analysed as a whole.
+//! Settings of the sliding analyses, derived from the analysis of the whole signal.
 
-use super::SignalReport;
+use super::SignalAnalysis;
 use super::analyse::{period_of, spectrogram_window};
 use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch};
 use crate::scene::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, NearnessSpec, QuantificationSpec,
-    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, Setting, SlidingSpec, SpectrogramSpec,
-    SpectrumSpec,
+    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
+    RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
+    WindowSpec,
 };
 
-/// Looks at a window along the whole signal.
-const LOOKS: f64 = 200.0;
+/// Evaluations of a window along the whole signal.
+const EVALUATIONS: f64 = 200.0;
 
-/// Periods in a window whose lines are read, in a recurrence plot, and in a window of which
-/// chaos or regime is told.
+/// Periods per window of the spectrum, of a recurrence plot, and of the windows for chaos and for the regime.
 const SPECTRUM_PERIODS: f64 = 100.0;
 const PLOT_PERIODS: f64 = 10.0;
 const CHAOS_PERIODS: f64 = 80.0;
-const VERDICT_PERIODS: f64 = 400.0;
+const REGIME_PERIODS: f64 = 400.0;
 
-/// A window of which chaos is told has about so many samples at least and at most. One for the
-/// verdict may have more: it thins what is sampled finely, and weak chaos takes long to show.
+/// Minimum and maximum samples of the windows for chaos and for the regime. The regime may use more: it thins
+/// densely sampled signals, and weak chaos needs long windows.
 const CHAOS_SAMPLES: [f64; 2] = [2000.0, 8000.0];
-const VERDICT_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
+const REGIME_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 
-/// Windows along a stream that suit a signal: so many of its dominant periods, never more than a
-/// quarter of it; lag and dimension as the report has them.
-pub fn live_analysis(report: &SignalReport) -> AnalysisSpec {
+/// Settings of sliding analyses for a signal: windows of a number of dominant periods, at most a quarter of
+/// the signal; delay and dimension from the report.
+pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     let fit = Fit::new(report);
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
-            sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, LOOKS),
+            sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, EVALUATIONS),
         }),
         spectrogram: Some(fit.spectrogram()),
         delay: Some(fit.delay()),
         recurrence: Some(RecurrenceSpec {
-            sliding: fit.sliding(PLOT_PERIODS * fit.period, LOOKS),
+            sliding: fit.sliding(PLOT_PERIODS * fit.period, EVALUATIONS),
             size: 288,
             embedding: fit.embedding(),
-            nearness: fit.nearness(),
+            criterion: fit.criterion(),
         }),
         quantification: Some(fit.quantification()),
         section: Some(SectionSpec {
-            every: fit.duration / LOOKS,
+            every: fit.duration / EVALUATIONS,
             surface: SectionSurface::Delay {
-                lag: Setting::Given(report.embedding.lag_s),
+                lag: AutoOr::Given(report.embedding.lag_s),
                 level: report.section.level,
             },
             direction: Direction::Rising,
         }),
         chaos: Some(fit.chaos()),
         regime: Some(RegimeSpec {
-            sliding: fit.sliding(fit.long(VERDICT_PERIODS, VERDICT_SAMPLES), LOOKS / 4.0),
+            sliding: fit.sliding(fit.long(REGIME_PERIODS, REGIME_SAMPLES), EVALUATIONS / 4.0),
             silence: 0.0,
         }),
         exponents: None,
-        butterfly: None,
+        perturbed_trajectory: None,
     }
 }
 
-/// A signal that windows are fitted to; times in s.
+/// The signal that the windows are fitted to; times in s.
 struct Fit<'a> {
-    report: &'a SignalReport,
+    report: &'a SignalAnalysis,
     rate: f64,
     duration: f64,
-    /// The dominant period.
+    /// Dominant period, s.
     period: f64,
-    /// A window in which neighbours are followed.
-    parting: f64,
+    /// Window of the divergence of nearby trajectories, s.
+    divergence_window: f64,
 }
 
 impl<'a> Fit<'a> {
-    fn new(report: &'a SignalReport) -> Self {
+    fn new(report: &'a SignalAnalysis) -> Self {
         let rate = report.signal.rate;
         let mut fit = Self {
             report,
             rate,
             duration: report.signal.duration(),
             period: period_of(&report.tones.lines, &report.embedding.choice, rate) / rate,
-            parting: 0.0,
+            divergence_window: 0.0,
         };
-        fit.parting = fit.long(CHAOS_PERIODS, CHAOS_SAMPLES);
+        fit.divergence_window = fit.long(CHAOS_PERIODS, CHAOS_SAMPLES);
         fit
     }
 
-    /// A window, so often along the signal.
-    fn sliding(&self, window: f64, looks: f64) -> SlidingSpec {
-        SlidingSpec {
+    /// A window length, evaluated `evaluations` times along the signal.
+    fn sliding(&self, window: f64, evaluations: f64) -> WindowSpec {
+        WindowSpec {
             window: window.min(self.duration / 4.0),
-            every: (self.duration / looks).max(1.0 / self.rate),
+            every: (self.duration / evaluations).max(1.0 / self.rate),
         }
     }
 
-    /// So many periods, within these numbers of samples.
+    /// A number of periods, limited to a range of samples.
     fn long(&self, periods: f64, samples: [f64; 2]) -> f64 {
         let [fewest, most] = samples.map(|samples| samples / self.rate);
         (periods * self.period).clamp(fewest, most)
     }
 
-    /// Samples of the window in which neighbours are followed.
-    fn parting_samples(&self) -> usize {
-        (self.parting.min(self.duration / 4.0) * self.rate) as usize
+    /// Samples of the divergence window.
+    fn divergence_samples(&self) -> usize {
+        (self.divergence_window.min(self.duration / 4.0) * self.rate) as usize
     }
 
     fn embedding(&self) -> EmbeddingSpec {
         EmbeddingSpec {
-            lag: Setting::Given(self.report.embedding.lag_s),
-            dimension: Setting::Given(self.report.embedding.choice.dimension),
+            lag: AutoOr::Given(self.report.embedding.lag_s),
+            dimension: AutoOr::Given(self.report.embedding.choice.dimension),
         }
     }
 
-    fn nearness(&self) -> NearnessSpec {
+    fn criterion(&self) -> ThresholdSpec {
         let rule = self.report.recurrence.rule;
-        NearnessSpec {
+        ThresholdSpec {
             norm: rule.norm,
             threshold: rule.threshold,
         }
@@ -122,7 +121,7 @@ impl<'a> Fit<'a> {
         let samples = self.report.signal.samples.len();
         let window = spectrogram_window(samples, self.period * self.rate) as f64 / self.rate;
         SpectrogramSpec {
-            sliding: self.sliding(window, 2.0 * LOOKS),
+            sliding: self.sliding(window, 2.0 * EVALUATIONS),
             max_frequency: highest_frequency(self.report),
         }
     }
@@ -130,9 +129,9 @@ impl<'a> Fit<'a> {
     fn delay(&self) -> DelaySpec {
         let lag = self.report.embedding.lag_s;
         DelaySpec {
-            sliding: self.sliding(self.parting, LOOKS / 10.0),
+            sliding: self.sliding(self.divergence_window, EVALUATIONS / 10.0),
             largest_lag: (4.0 * lag)
-                .min(self.parting_samples() as f64 / self.rate / 25.0)
+                .min(self.divergence_samples() as f64 / self.rate / 25.0)
                 .max(lag),
             largest_dimension: 10,
             bins: 32,
@@ -143,10 +142,10 @@ impl<'a> Fit<'a> {
     fn quantification(&self) -> QuantificationSpec {
         let step = self.report.recurrence.stride_samples as f64 / self.rate;
         QuantificationSpec {
-            sliding: self.sliding(1000.0 * step, LOOKS),
+            sliding: self.sliding(1000.0 * step, EVALUATIONS),
             step,
             embedding: self.embedding(),
-            nearness: self.nearness(),
+            criterion: self.criterion(),
             theiler: self.report.embedding.lag_s,
             least_diagonal: 2,
             least_vertical: 2,
@@ -159,10 +158,10 @@ impl<'a> Fit<'a> {
             choice.lag,
             choice.dimension,
             choice.theiler,
-            self.parting_samples(),
+            self.divergence_samples(),
         );
         ChaosSpec {
-            sliding: self.sliding(self.parting, LOOKS / 5.0),
+            sliding: self.sliding(self.divergence_window, EVALUATIONS / 5.0),
             embedding: self.embedding(),
             theiler: self.report.embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,
@@ -171,9 +170,8 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// The highest frequency worth showing, Hz: half as much again as that of the highest line, or all
-/// there is.
-pub fn highest_frequency(report: &SignalReport) -> f64 {
+/// Upper frequency limit for display, Hz: 1.5 times the highest line, or the Nyquist frequency.
+pub fn highest_frequency(report: &SignalAnalysis) -> f64 {
     let nyquist = 0.5 * report.signal.rate;
     let lines = report.tones.lines.iter().map(|named| named.line.frequency);
     let highest = lines.fold(0.0, f64::max);

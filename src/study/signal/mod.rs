@@ -1,12 +1,12 @@
-//! Everything the laboratory can say of one signal.
+//! Complete analysis of one signal.
 //!
-//! [`analyse_signal`] makes all choices itself, by rules that [`SignalSearch`] states, and the
-//! [`SignalReport`] tells them. [`live_analysis`] says the same to the analyses that slide along
-//! a stream.
+//! [`analyse_signal`] makes all choices by the rules of [`SignalOptions`] and reports them in the
+//! [`SignalAnalysis`]. [`live_analysis`] gives the corresponding settings of the sliding analyses.
 //!
-//! Beyond the samples themselves the analysis of a long signal takes some 200 MB: the spectrum is that of
-//! spans ([`MOST_SPECTRUM`]), nonlinear methods take the newest samples ([`MOST_NONLINEAR`]), and what runs
-//! along the signal holds one window. Thirty minutes at 48 kHz, 86 million samples, stay below 1 GB.
+//! The analysis of a long signal takes about 200 MB in addition to the samples: the spectrum is an average
+//! over spans ([`MAX_SPECTRUM_SAMPLES`]), nonlinear methods use the newest samples
+//! ([`MAX_NONLINEAR_SAMPLES`]), and the analyses along the signal hold one window. A signal of 30 min at 48
+//! kHz, 86 million samples, needs less than 1 GB.
 
 mod analyse;
 mod live;
@@ -14,198 +14,208 @@ mod live;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    Column, DelayChoice, Divergence, Measures, Naming, RecurrenceImage, RecurrenceRule,
-    SectionPoint, SectionShape, SpectralLine, Spectrum, Threshold, Verdict, ZeroOne,
+    Column, DelayChoice, Divergence, LineIdentification, Measures, RecurrenceCriterion,
+    RecurrenceImage, SectionPoint, SectionShape, SpectralLine, Spectrum, Threshold, Verdict,
+    ZeroOne,
 };
 use crate::import::Signal;
 
 pub use analyse::analyse_signal;
 pub use live::{highest_frequency, live_analysis};
 
-/// What the user fixes; the signal decides the rest.
+/// Options of a signal's analysis; the other choices follow from the signal.
 ///
 /// | choice | rule |
 /// |---|---|
-/// | spectrum | Blackman-Harris window over the whole stretch; of more than [`MOST_SPECTRUM`] samples the root mean square over half-overlapping spans of so many; a quarter of a bin is the uncertainty with which lines are named |
-/// | spectrogram | Hann window of about `2 sqrt(N)` samples, a power of two; some 400 columns |
-/// | nonlinear methods | the newest [`MOST_NONLINEAR`] samples |
-/// | lag, dimension, Theiler window | as [`choose_delay`](crate::analysis::choose_delay) finds them |
-/// | recurrence | Euclidean norm; 5 % of the pairs; one state in so many samples that a lag has 12 to 23 of them; the newest 10,000 states; a lag apart at least |
-/// | along the signal | up to 120 windows over the whole stretch, of 1000 states or a third of it |
-/// | section | `y(t + lag) =` mean, rising; the newest 2000 passages |
-/// | exponents | Rosenstein and Kantz as [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); radius of Kantz 5 % of the deviation, 2 % from 50,000 samples on |
-/// | 0-1 test | one sample a lag, or as many as [`ZeroOneTest::stride_for`](crate::analysis::ZeroOneTest::stride_for) asks for |
+/// | spectrum | Blackman-Harris window over the whole signal; with more than [`MAX_SPECTRUM_SAMPLES`] samples the RMS average over half-overlapping spans of that length; lines are named with an uncertainty of a quarter bin |
+/// | spectrogram | Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
+/// | nonlinear methods | the newest [`MAX_NONLINEAR_SAMPLES`] samples |
+/// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::choose_delay) |
+/// | recurrence | Euclidean norm; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
+/// | along the signal | up to 120 windows of 1000 states or a third of the signal |
+/// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
+/// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
+/// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::ZeroOneTest::recommended_stride) if larger |
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SignalSearch {
-    /// Delay, samples.
+pub struct SignalOptions {
+    /// Delay, samples; `None` for the chosen one.
     pub lag: Option<usize>,
-    /// Embedding dimension.
+    /// Embedding dimension; `None` for the chosen one.
     pub dimension: Option<usize>,
-    /// Recurrence threshold.
+    /// Recurrence threshold; `None` for a recurrence rate of 5 %.
     pub threshold: Option<Threshold>,
 }
 
-/// At most this many of the newest samples go through the nonlinear methods.
-pub const MOST_NONLINEAR: usize = 50_000;
+/// Maximum number of samples for the nonlinear methods; they use the newest ones.
+pub const MAX_NONLINEAR_SAMPLES: usize = 50_000;
 
-/// The longest stretch of which one spectrum is taken, samples: 87 s at 48 kHz. That of a longer signal is
-/// the mean of several, so that it takes no more memory than the samples.
-pub const MOST_SPECTRUM: usize = 1 << 22;
+/// Maximum length of a single spectrum, samples: 87 s at 48 kHz. A longer signal is averaged over several
+/// spans, so that the spectrum takes no more memory than the samples.
+pub const MAX_SPECTRUM_SAMPLES: usize = 1 << 22;
 
-/// Fewer samples than these say too little.
-pub const FEWEST_SAMPLES: usize = 500;
+/// Minimum number of samples of an analysis.
+pub const MIN_SAMPLES: usize = 500;
 
-/// What there is to say of the samples by themselves; amounts in the signal's unit.
+/// Statistics of a signal's samples, in the unit of the signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SignalFacts {
+pub struct SignalStatistics {
     /// Name of the column or channel, or of the file.
     pub name: String,
     /// Unit, empty if unknown.
     pub unit: String,
-    /// How many samples.
+    /// Sample count.
+    #[serde(rename = "sample_count")]
     pub samples: usize,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
+    #[serde(rename = "sample_rate_hz")]
     pub rate_hz: f64,
-    /// Time of the first sample.
+    /// Time of the first sample, s.
     pub start_s: f64,
-    /// How long it lasts.
+    /// Duration, s.
     pub duration_s: f64,
-    /// Smallest sample.
+    /// Minimum of the samples.
+    #[serde(rename = "minimum")]
     pub smallest: f64,
-    /// Largest sample.
+    /// Maximum of the samples.
+    #[serde(rename = "maximum")]
     pub largest: f64,
-    /// Mean.
+    /// Mean value.
     pub mean: f64,
-    /// Root mean square about the mean.
+    /// Standard deviation.
+    #[serde(rename = "standard_deviation")]
     pub deviation: f64,
 }
 
-/// The lines of the spectrum, and how they read.
+/// The spectral lines of a signal and their names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tones {
-    /// Spacing of the bins.
+pub struct SpectralLines {
+    /// Bin width of the spectrum, Hz.
+    #[serde(rename = "bin_width_hz")]
     pub bin_hz: f64,
-    /// Share of the power in the noise floor, 0 to 1.
-    pub floor_share: f64,
-    /// How the lines read.
+    /// Broadband share: share of the spectral power outside the lines, 0 to 1.
+    pub broadband_share: f64,
+    /// Fundamental frequencies and names of the lines.
     #[serde(flatten)]
-    pub naming: Naming,
-    /// Lowest difference frequency of both bases, if there are two.
+    pub naming: LineIdentification,
+    /// Beat frequency: the lowest difference frequency of the two fundamentals, Hz; `None` if there are not
+    /// two.
     pub beat_hz: Option<f64>,
-    /// The lines, strongest first.
+    /// Spectral lines in descending order of amplitude.
     pub lines: Vec<NamedLine>,
 }
 
-/// A spectral line, and how well its name fits.
+/// A spectral line and the misfit of its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedLine {
     /// The line with its name.
     #[serde(flatten)]
     pub line: SpectralLine,
-    /// Frequency less that of the name; `None` without a name.
+    /// Misfit: frequency of the line minus that of its name, Hz; `None` without a name.
     pub misfit_hz: Option<f64>,
 }
 
-/// The state space.
+/// Delay embedding: the reconstruction of the state space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StateSpace {
-    /// Lag and dimension, and the curves that led to them.
+pub struct DelayEmbedding {
+    /// Delay and dimension, and the curves on which the choice is based.
     #[serde(flatten)]
     pub choice: DelayChoice,
-    /// Delay.
+    /// Lag of the delay vectors, s.
     pub lag_s: f64,
-    /// Theiler window.
+    /// Theiler window, s.
     pub theiler_s: f64,
 }
 
-/// The quantified recurrence plot.
+/// Recurrence analysis of a signal: quantification along the signal, and a recurrence plot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecurrenceReport {
-    /// What counted as the same.
+pub struct RecurrenceAnalysis {
+    /// Recurrence rule: norm, threshold and Theiler window.
     #[serde(flatten)]
-    pub rule: RecurrenceRule,
-    /// The threshold distance, in the signal's unit; `None` if each state had its own.
+    pub rule: RecurrenceCriterion,
+    /// Threshold distance epsilon, in the unit of the signal; `None` if each state has its own.
     pub epsilon: Option<f64>,
-    /// Every so many samples one state was taken.
+    /// Samples per state: one state is taken every `stride_samples` samples.
     pub stride_samples: usize,
-    /// How many states.
+    /// Number of states.
     pub states: usize,
-    /// Theiler window.
+    /// Theiler window, s.
     pub theiler_s: f64,
-    /// The most frequent spacing of diagonals.
+    /// Recurrence period: the most frequent distance between diagonal lines, s.
     pub period_s: Option<f64>,
-    /// The measures, in seconds.
-    #[serde(rename = "whole")]
+    /// Recurrence measures of the newest states; times in seconds.
     pub measures: Measures,
-    /// Measures of a window that slides along the signal.
+    /// Recurrence measures in windows along the signal.
+    #[serde(rename = "windows")]
     pub along: Vec<MeasuresAt>,
-    /// A picture that ends with the newest sample, at the distance that the threshold comes to. A rate is that of
-    /// the picture itself; a number of neighbours is shown as the rate that it comes to.
+    /// Recurrence plot of the newest samples at the equivalent threshold. A recurrence rate is that of the
+    /// picture itself; a number of neighbours is shown as its recurrence rate.
     #[serde(skip)]
     pub picture: RecurrenceImage,
 }
 
-/// Measures of one window.
+/// Recurrence measures at the time of one window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuresAt {
-    /// Centre of the window, in the file's time, s.
+    /// Centre of the window in the time of the file, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// The measures, in seconds.
+    /// Recurrence measures of the window; times in seconds.
     #[serde(flatten)]
     pub measures: Measures,
 }
 
-/// The delay section `y(t + lag) = level`, rising, Fig. 10.
+/// Poincaré section of a delay embedding: `y(t + lag) = level`, rising, as in Fig. 10.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Section {
-    /// The level, in the signal's unit.
+pub struct PoincareSection {
+    /// The level, in the unit of the signal.
     pub level: f64,
-    /// What the passages look like.
+    /// Shape of the section points.
     #[serde(flatten)]
     pub shape: SectionShape,
-    /// Mean time from one passage to the next; `None` of fewer than two.
+    /// Mean return time, s; `None` with fewer than two crossings.
+    #[serde(rename = "mean_return_time_s")]
     pub mean_return_s: Option<f64>,
-    /// The passages: `t`, in the file's time, and `(y(t), y(t + 2 lag))`.
+    /// The crossings: time in the file, s, and `(y(t), y(t + 2 lag))`.
+    #[serde(rename = "crossings")]
     pub passages: Vec<SectionPoint>,
 }
 
-/// Everything the laboratory can say of one signal.
+/// Result of the analysis of a signal.
 ///
-/// Amplitudes, levels and distances are in the signal's own unit, times in seconds. Written are the
-/// results; the signal itself, and what is only drawn, are not.
+/// Amplitudes, levels and distances are in the unit of the signal, times in seconds. The signal itself and
+/// data used only for figures are not serialised.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SignalReport {
-    /// The signal, as analysed.
+pub struct SignalAnalysis {
+    /// The signal.
     #[serde(skip)]
     pub signal: Signal,
-    /// Facts of the signal.
+    /// The signal: its unit, sample rate and statistics.
     #[serde(rename = "signal")]
-    pub facts: SignalFacts,
-    /// The kind of motion.
+    pub facts: SignalStatistics,
+    /// Verdict on the regime of the motion, with its confidence.
     pub verdict: Verdict,
     /// Amplitude spectrum of the signal.
     #[serde(skip)]
     pub spectrum: Spectrum,
-    /// The lines of the spectrum.
+    /// Lines of the spectrum.
     #[serde(rename = "spectrum")]
-    pub tones: Tones,
-    /// The spectrogram.
+    pub tones: SpectralLines,
+    /// Columns of the spectrogram.
     #[serde(skip)]
     pub spectrogram: Vec<Column>,
-    /// How many of the newest samples the nonlinear methods used (all, unless the signal is longer
-    /// than they can take).
+    /// Number of newest samples used by the nonlinear methods: all, unless the signal has more than
+    /// 50,000 ([`MAX_NONLINEAR_SAMPLES`]).
     pub nonlinear_samples: usize,
-    /// The state space.
-    pub embedding: StateSpace,
-    /// The recurrence plot, quantified.
-    pub recurrence: RecurrenceReport,
-    /// Where the motion passes through a surface.
-    pub section: Section,
-    /// How nearest neighbours part (Rosenstein), in seconds.
+    /// Delay embedding: the reconstruction of the state space.
+    pub embedding: DelayEmbedding,
+    /// Recurrence quantification.
+    pub recurrence: RecurrenceAnalysis,
+    /// Poincaré section.
+    pub section: PoincareSection,
+    /// Divergence of nearest neighbours (Rosenstein), in seconds.
     pub rosenstein: Divergence,
-    /// How neighbourhoods part (Kantz), in seconds.
+    /// Divergence of neighbourhoods (Kantz), in seconds.
     pub kantz: Divergence,
-    /// The 0-1 test.
+    /// The 0-1 test for chaos.
     pub zero_one: ZeroOne,
 }

@@ -1,4 +1,4 @@
-//! Settled responses over a range of one parameter or two: Fig. 11 of the paper, and its like.
+//! Parameter sweeps: settled responses over one or two parameters, as in Fig. 11 of the paper.
 
 mod plan;
 #[cfg(feature = "table")]
@@ -7,6 +7,8 @@ mod result;
 mod row;
 #[cfg(feature = "table")]
 mod table;
+#[cfg(test)]
+mod table_tests;
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -14,30 +16,30 @@ pub(super) mod tests;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::pool::{Event, Hand, NoThread, work};
-use super::response::{From, Response, ResponseError, response};
+use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
+use super::response::{InitialState, ResponseError, SettledResponse, response};
 use crate::joint::BallJoint;
 use crate::scene::SceneError;
 pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
-pub use result::{Stretch, SweepResult};
+pub use result::{RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
 pub use table::{
     CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
 };
 
-/// What was found at a point.
+/// A point of a sweep and its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepPoint {
-    /// Where it is.
+    /// Place of the point: index, start and axis values.
     pub place: Place,
-    /// The response, or why there is none.
-    pub outcome: Result<Response, String>,
+    /// The response, or the error message if there is none.
+    pub outcome: Result<SettledResponse, String>,
 }
 
 impl SweepPoint {
-    /// The kind of motion in words.
-    pub fn kind(&self) -> String {
+    /// Name of the regime, or "no response".
+    pub fn regime_name(&self) -> String {
         match &self.outcome {
             Ok(found) => found.regime.to_string(),
             Err(_) => "no response".to_owned(),
@@ -50,46 +52,47 @@ impl SweepPoint {
     }
 }
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SweepProgress {
-    /// Points done, those known before included.
+    /// Points done, including those known before.
     pub done: usize,
-    /// Points in all.
+    /// Total number of points.
     pub all: usize,
-    /// Share of the work done, 0 to 1.
+    /// Fraction of the work done, 0 to 1.
     pub share: f64,
 }
 
-/// Who is told of what happens, on the caller's own thread.
-pub trait Audience {
-    /// Why it cannot go on, or that no thread can be started.
-    type Error: std::convert::From<NoThread>;
+/// Observer of a sweep: it receives the points and the progress. Its methods are called on the caller's
+/// thread.
+pub trait SweepObserver {
+    /// Error of the receiver, or of starting the threads.
+    type Error: From<ThreadSpawnError>;
 
-    /// Takes a point, as soon as it is there; points come in any order.
+    /// Takes a point as soon as it is computed; points arrive in any order.
     ///
     /// # Errors
-    /// Ends the sweep.
-    fn point(&mut self, point: SweepPoint) -> Result<(), Self::Error>;
+    /// An error ends the sweep.
+    fn on_point(&mut self, point: SweepPoint) -> Result<(), Self::Error>;
 
-    /// Is told how far it is, every now and then, and answers whether to go on.
-    fn progress(&mut self, progress: SweepProgress) -> bool;
+    /// Takes the progress, at least every 50 ms, and returns whether to continue.
+    fn on_progress(&mut self, progress: SweepProgress) -> bool;
 }
 
-/// Takes the response at each point of a shard that is not `known` yet, on so many `threads`
-/// (at least one). The points do not depend on the threads, on the shard, or on what was known.
-/// A point without a response is told as such, and the next one of its chain starts cold.
+/// Computes the response at each point of a shard that is not `known` yet, on `threads` threads (at least
+/// one). The results do not depend on the number of threads, on the shard or on the known points. A failed
+/// run is kept as a point with its error message; the next point of its chain starts from the scene's kick.
 ///
-/// Whether all points are done: not if the audience said no.
+/// Returns whether all points of the shard are done; `false` if the observer stopped the sweep.
 ///
 /// # Errors
-/// What the audience says.
-pub fn sweep<A: Audience>(
+/// The error of the observer.
+pub fn sweep<A: SweepObserver>(
     plan: &SweepPlan,
     shard: Shard,
     known: &[SweepPoint],
     threads: usize,
-    audience: &mut A,
+    observer: &mut A,
 ) -> Result<bool, A::Error> {
     let chains = plan.chains(shard);
     let all: usize = chains.iter().map(Vec::len).sum();
@@ -110,21 +113,24 @@ pub fn sweep<A: Audience>(
             .map(|share| f64::from_bits(share.load(Ordering::Relaxed)));
         (done as f64 + begun.sum::<f64>()) / all.max(1) as f64
     };
-    let job = |ball: &mut Option<BallJoint>, thread: usize, chain: usize, hand: &Hand<'_, _>| {
+    let job = |ball: &mut Option<BallJoint>,
+               thread: usize,
+               chain: usize,
+               sender: &ResultSender<'_, _>| {
         let worker = Worker {
             plan,
             known: &known,
             share: &shares[thread],
-            hand,
+            sender,
         };
         worker.run(&chains[chain], ball);
     };
-    work(chains.len(), threads, job, |event| {
+    run_jobs(chains.len(), threads, job, |event| {
         if let Event::Result(point) = event {
             done += 1;
-            audience.point(point)?;
+            observer.on_point(point)?;
         }
-        Ok::<_, A::Error>(audience.progress(SweepProgress {
+        Ok::<_, A::Error>(observer.on_progress(SweepProgress {
             done,
             all,
             share: share(done).min(1.0),
@@ -133,13 +139,13 @@ pub fn sweep<A: Audience>(
     Ok(done == all)
 }
 
-/// One thread of a sweep.
+/// The part of a sweep that runs on one thread.
 struct Worker<'a> {
     plan: &'a SweepPlan,
     known: &'a HashMap<usize, &'a SweepPoint>,
-    /// Share of the point at work that is done, the bits of a number.
+    /// Fraction done of the current point, as the bits of an `f64`.
     share: &'a AtomicU64,
-    hand: &'a Hand<'a, SweepPoint>,
+    sender: &'a ResultSender<'a, SweepPoint>,
 }
 
 impl Worker<'_> {
@@ -155,12 +161,12 @@ impl Worker<'_> {
             let outcome = match found {
                 Ok(Some(found)) => Ok(found),
                 Ok(None) => return,
-                // Where it cannot be told, that is what is told.
+                // A failed run is kept as a point.
                 Err(error) => Err(chain_of_causes(&error)),
             };
             before = outcome.as_ref().ok().map(|found| found.state.clone());
             self.share.store(0, Ordering::Relaxed);
-            if !self.hand.over(SweepPoint { place, outcome }) {
+            if !self.sender.send(SweepPoint { place, outcome }) {
                 return;
             }
         }
@@ -171,28 +177,28 @@ impl Worker<'_> {
         place: &Place,
         before: Option<&[f64]>,
         ball: &mut Option<BallJoint>,
-    ) -> Result<Option<Response>, PointError> {
+    ) -> Result<Option<SettledResponse>, PointError> {
         let scene = self.plan.scene_at(place)?;
-        let from = before.map_or(From::Cold, From::State);
+        let from = before.map_or(InitialState::Fresh, InitialState::State);
         let found = response(&scene, from, &self.plan.response, ball, &mut |progress| {
             let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
             self.share.store(share.to_bits(), Ordering::Relaxed);
-            self.hand.goes_on()
+            self.sender.should_continue()
         })?;
         Ok(found)
     }
 }
 
-/// Why there is no response at a point.
+/// Error of a single point.
 #[derive(Debug, thiserror::Error)]
 enum PointError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Response(#[from] ResponseError),
+    SettledResponse(#[from] ResponseError),
 }
 
-/// An error with its causes, on one line.
+/// An error and its sources on one line.
 pub(super) fn chain_of_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     let causes: Vec<String> = causes.map(ToString::to_string).collect();

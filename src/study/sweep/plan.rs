@@ -1,21 +1,21 @@
-//! What is to be done: axes, starts, the order of the points, and which of them a machine takes.
+//! Plan of a sweep: axes, starts, order of the points, and shards for several machines.
 
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Parameter, Scene, SceneError};
 use crate::study::response::ResponsePlan;
 
-/// A parameter and the values it takes.
+/// An axis of a sweep: a parameter and its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     parameter: Parameter,
-    /// In the unit of the scene file, rising.
+    /// In the unit of the scene file, ascending.
     values: Vec<f64>,
 }
 
 impl Axis {
-    /// The parameter at these values, in the unit in which a scene file states it; they are put in
-    /// rising order, each once.
+    /// Creates an axis from values in the unit of the scene file. The values are sorted in ascending order
+    /// and duplicates are removed.
     pub fn new(parameter: Parameter, values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
@@ -23,17 +23,17 @@ impl Axis {
         Self { parameter, values }
     }
 
-    /// The parameter.
+    /// The parameter of this axis.
     pub fn parameter(&self) -> Parameter {
         self.parameter
     }
 
-    /// Its values, rising.
+    /// The values in the unit of the scene file, ascending.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The axis in words: what it is, and its unit.
+    /// Label of the axis: the parameter and its unit.
     pub fn label(&self) -> String {
         if self.parameter == Parameter::tilt() {
             return "tilt of the load, deg".to_owned();
@@ -45,86 +45,86 @@ impl Axis {
     }
 }
 
-/// How each point is started. Attractors coexist, so that this is part of the question.
+/// Start of each point: a fresh start or continuation. Attractors coexist, so the result depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, strum::Display)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Start {
-    /// Each from the scene's kick.
-    Cold,
-    /// Each from its lower neighbour.
-    Up,
-    /// Each from its higher neighbour.
-    Down,
+    /// Fresh start: each point starts from the scene's kick.
+    Fresh,
+    /// Upward continuation: each point starts from the final state at the next lower value.
+    Upward,
+    /// Downward continuation: each point starts from the final state at the next higher value.
+    Downward,
 }
 
 impl Start {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Cold, Self::Up, Self::Down];
+    /// All starts.
+    pub const ALL: [Self; 3] = [Self::Fresh, Self::Upward, Self::Downward];
 }
 
-/// A sweep: every value of the first axis at every value of the second, from every start.
+/// A plan of a sweep: every combination of the axes' values, for every start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepPlan {
-    /// The scene that is varied.
+    /// The scene whose parameters are varied.
     pub scene: Scene,
-    /// One axis or two; states are carried on along the first.
+    /// One or two axes; continuation follows the first.
     pub axes: Vec<Axis>,
-    /// The starts, each once.
+    /// The starts, without duplicates.
     pub starts: Vec<Start>,
-    /// How the response at each point is taken.
+    /// Plan of the response at each point.
     pub response: ResponsePlan,
 }
 
-/// Where a point of a sweep is.
+/// The place of a point in a sweep.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
-    /// Its number, from 0: start by start, row by row along the second axis.
+    /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     pub index: usize,
-    /// How it is started.
+    /// Start of the point.
     pub start: Start,
-    /// Values of the axes.
+    /// Values of the axes, in the units of the scene file.
     pub values: Vec<f64>,
 }
 
-/// Part `number` (from 1) of `of` of a sweep.
+/// A shard: part `number` (from 1) of a sweep divided into `of` parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Its number, from 1.
+    /// Number of this shard, from 1.
     pub number: usize,
-    /// How many there are.
+    /// Total number of shards.
     pub of: usize,
 }
 
 impl Shard {
-    /// The whole.
+    /// The whole sweep as a single shard.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 }
 
 impl SweepPlan {
-    /// How many points there are in all.
+    /// Total number of points.
     pub fn len(&self) -> usize {
-        self.starts.len() * self.a_start()
+        self.starts.len() * self.points_per_start()
     }
 
-    /// Whether there is nothing to do.
+    /// Whether the sweep has no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Points a start.
-    fn a_start(&self) -> usize {
+    /// Points per start.
+    fn points_per_start(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
-    /// Where the point with a number is.
+    /// The place of the point with an index.
     ///
     /// # Panics
-    /// When there are not so many points.
+    /// If `index` is not less than [`SweepPlan::len`].
     pub fn place(&self, index: usize) -> Place {
-        let start = self.starts[index / self.a_start()];
-        let mut left = index % self.a_start();
+        let start = self.starts[index / self.points_per_start()];
+        let mut left = index % self.points_per_start();
         let values = self.axes.iter().map(|axis| {
             let value = axis.values[left % axis.values.len()];
             left /= axis.values.len();
@@ -140,29 +140,29 @@ impl SweepPlan {
     /// The scene at a point.
     ///
     /// # Errors
-    /// When the values are out of range or do not fit together.
+    /// If a value is out of range, or the values are not consistent with each other.
     pub fn scene_at(&self, place: &Place) -> Result<Scene, SceneError> {
         let parameters = self.axes.iter().map(Axis::parameter);
         let values: Vec<_> = parameters.zip(place.values.iter().copied()).collect();
         self.scene.with_values(&values)
     }
 
-    /// The points in chains: within a chain each is started from the one before it, and chains do
-    /// not depend on each other. A shard has every so-many-eth chain.
+    /// The points of a shard as chains. Within a chain each point continues from the one before it; chains
+    /// are independent of each other. Of `n` shards, each has every `n`-th chain.
     pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
         let Some(row) = self.axes.first().map(|axis| axis.values.len()) else {
             return Vec::new();
         };
         let mut chains: Vec<Vec<usize>> = Vec::new();
         for (number, start) in self.starts.iter().enumerate() {
-            let all = number * self.a_start()..(number + 1) * self.a_start();
+            let all = number * self.points_per_start()..(number + 1) * self.points_per_start();
             match start {
-                Start::Cold => chains.extend(all.map(|index| vec![index])),
-                Start::Up | Start::Down => {
+                Start::Fresh => chains.extend(all.map(|index| vec![index])),
+                Start::Upward | Start::Downward => {
                     for from in all.step_by(row.max(1)) {
                         let chain = from..from + row;
                         chains.push(match start {
-                            Start::Down => chain.rev().collect(),
+                            Start::Downward => chain.rev().collect(),
                             _ => chain.collect(),
                         });
                     }
@@ -174,8 +174,8 @@ impl SweepPlan {
         mine.map(|(_, chain)| chain).collect()
     }
 
-    /// All that the results depend on, as a TOML text: results of plans with the same text belong
-    /// together, and the plan can be read back from it ([`SweepPlan::of_identity`]).
+    /// Everything that the results depend on, as TOML. Plans with equal text have equal results; the plan can
+    /// be restored from the text ([`SweepPlan::from_identity`]).
     pub fn identity(&self) -> String {
         let axes = self.axes.iter().map(|axis| AxisRecord {
             path: axis.parameter.path().to_owned(),
@@ -190,19 +190,21 @@ impl SweepPlan {
             response: self.response,
             axes: axes.collect(),
         };
-        // Strings, numbers and lists of them always can be written.
+        // TOML can represent strings, numbers and lists of them without errors.
         toml::to_string_pretty(&record).unwrap_or_default()
     }
 
-    /// The plan that has an identity.
+    /// The plan described by an identity text.
     ///
     /// # Errors
-    /// What is wrong with the text, in words.
-    pub fn of_identity(identity: &str) -> Result<Self, String> {
+    /// A description of the fault in the text.
+    pub fn from_identity(identity: &str) -> Result<Self, String> {
         let record: PlanRecord = toml::from_str(identity).map_err(|e| e.message().to_owned())?;
         let scene = Scene::parse(&record.scene, record.text).map_err(|e| e.to_string())?;
         if fingerprint(&scene) != record.modes {
-            return Err("the file of modes has changed since".to_owned());
+            return Err(
+                "the modes file has changed since; restore it, or choose another --out".to_owned(),
+            );
         }
         let axes = record.axes.into_iter().map(|axis| {
             let parameter = Parameter::named(&axis.path).map_err(|e| e.to_string())?;
@@ -217,30 +219,38 @@ impl SweepPlan {
     }
 }
 
-/// The fingerprint of the modes that a scene takes from a file.
+/// Fingerprint of the modes file of a scene, if it has one.
 fn fingerprint(scene: &Scene) -> Option<String> {
-    let modes = scene.own_modes()?;
+    let modes = scene.imported_modes()?;
     Some(format!("{:016x}", modes.fingerprint()))
 }
 
-/// A plan as a text.
+/// A plan in serialised form.
 #[derive(Serialize, Deserialize)]
 struct PlanRecord {
+    /// Version of the program.
     version: String,
+    /// Name of the scene.
     scene: String,
+    /// The starts.
     starts: Vec<Start>,
+    /// Text of the scene file.
     text: String,
-    /// What the file of modes holds, if the scene takes its modes from one.
+    /// Fingerprint of the modes file, if the scene has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     modes: Option<String>,
+    /// Plan of the response at each point.
     response: ResponsePlan,
+    /// The axes.
     axes: Vec<AxisRecord>,
 }
 
-/// An axis as a text.
+/// An axis in serialised form.
 #[derive(Serialize, Deserialize)]
 struct AxisRecord {
+    /// Path of the parameter in the scene.
     path: String,
+    /// The values, in the unit of the scene file.
     values: Vec<f64>,
 }
 
@@ -262,15 +272,15 @@ mod tests {
     }
 
     #[test]
-    fn places_count_start_by_start_and_row_by_row() {
-        let plan = plan(&[Start::Cold, Start::Down]);
+    fn places_count_the_first_axis_fastest_and_the_start_slowest() {
+        let plan = plan(&[Start::Fresh, Start::Downward]);
         assert_eq!(plan.len(), 12);
         let places: Vec<Place> = (0..12).map(|k| plan.place(k)).collect();
         assert_eq!(places[1].values, [2.0, 2.0]);
         assert_eq!(places[3].values, [1.0, 4.0]);
         assert_eq!(
             (places[5].start, places[6].start),
-            (Start::Cold, Start::Down)
+            (Start::Fresh, Start::Downward)
         );
         assert_eq!(places[8].values, [3.0, 2.0]);
         let scene = plan.scene_at(&places[8]).unwrap();
@@ -279,15 +289,15 @@ mod tests {
     }
 
     #[test]
-    fn chains_go_the_way_of_their_start() {
-        let plan = plan(&[Start::Up, Start::Down, Start::Cold]);
+    fn chains_follow_the_direction_of_their_start() {
+        let plan = plan(&[Start::Upward, Start::Downward, Start::Fresh]);
         let chains = plan.chains(Shard::WHOLE);
         assert_eq!(chains[..4], [[0, 1, 2], [3, 4, 5], [8, 7, 6], [11, 10, 9]]);
         assert_eq!(chains[4..], [[12], [13], [14], [15], [16], [17]]);
     }
 
     #[test]
-    fn shards_have_every_point_once() {
+    fn shards_partition_the_points() {
         let plan = plan(&Start::ALL);
         for of in 1..12 {
             let mut all: Vec<usize> = (1..=of)
@@ -299,14 +309,14 @@ mod tests {
     }
 
     #[test]
-    fn another_question_has_another_identity() {
-        let one = plan(&[Start::Up]);
+    fn different_plans_have_different_identities() {
+        let one = plan(&[Start::Upward]);
         let mut other = one.clone();
-        other.response.measure *= 2.0;
+        other.response.measurement_time *= 2.0;
         assert_ne!(one.identity(), other.identity());
-        assert_ne!(one.identity(), plan(&[Start::Down]).identity());
-        assert_eq!(one.identity(), plan(&[Start::Up]).identity());
-        assert_eq!(SweepPlan::of_identity(&one.identity()).unwrap(), one);
-        assert!(SweepPlan::of_identity("version = 1").is_err());
+        assert_ne!(one.identity(), plan(&[Start::Downward]).identity());
+        assert_eq!(one.identity(), plan(&[Start::Upward]).identity());
+        assert_eq!(SweepPlan::from_identity(&one.identity()).unwrap(), one);
+        assert!(SweepPlan::from_identity("version = 1").is_err());
     }
 }

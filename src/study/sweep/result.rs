@@ -1,107 +1,110 @@
-//! What a sweep has come to: where the kind of motion changes, and all points.
+//! Result of a sweep: the points, and the parameter intervals of each regime.
 
 use serde::{Serialize, Serializer};
 
 use super::row::Row;
 use super::{Shard, Start, SweepPlan, SweepPoint};
 
-/// What is known of a sweep.
+/// Result of a sweep.
 #[derive(Debug, Serialize)]
 pub struct SweepResult<'a> {
-    /// The parameters, with units.
+    /// Labels of the axes, with units.
     pub axes: Vec<String>,
-    /// Points that are known.
-    pub points_known: usize,
-    /// Points in all.
-    pub points_in_all: usize,
-    /// Points of the part that was asked for: all of them, but for a shard.
-    pub points_of_part: usize,
-    /// Whether it was ended before its time.
+    /// Number of points computed.
+    pub points_computed: usize,
+    /// Total number of points of the sweep.
+    pub points_total: usize,
+    /// Number of points in the requested shard; without a shard, the total.
+    pub points_in_shard: usize,
+    /// Whether the sweep was stopped early.
     pub interrupted: bool,
-    /// Stretches of one kind of motion, for a sweep over one parameter.
-    pub stretches: Vec<Stretch>,
-    /// Values at which `up` and `down` come to different kinds of motion.
+    /// Parameter intervals of one regime, for a sweep over one parameter.
+    pub regime_intervals: Vec<RegimeInterval>,
+    /// Hysteresis: parameter values at which upward and downward continuation reach different regimes.
     pub hysteresis: Vec<f64>,
-    /// The points, by number.
+    /// The points in ascending order of index.
     #[serde(serialize_with = "rows")]
     pub points: &'a [SweepPoint],
 }
 
-/// Neighbouring points of one kind of motion.
+/// An interval of the parameter with a single regime.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Stretch {
-    /// How they were started.
+pub struct RegimeInterval {
+    /// Start of its points.
     pub start: Start,
-    /// The first value.
+    /// First value of the parameter, in the unit of the scene file.
     pub from: f64,
-    /// The last value.
+    /// Last value of the parameter, in the unit of the scene file.
     pub to: f64,
-    /// The kind of motion.
+    /// Name of the regime, or "no response".
     pub regime: String,
 }
 
 impl<'a> SweepResult<'a> {
-    /// What is known by the points of a plan, in the order of their numbers, when a shard was asked for.
+    /// Collects the result from the points of a plan, in ascending order of index.
     pub fn new(
         plan: &SweepPlan,
         points: &'a [SweepPoint],
         shard: Shard,
         interrupted: bool,
     ) -> Self {
-        let over_one = match plan.axes.len() {
+        let single_axis = match plan.axes.len() {
             1 => points,
             _ => &[],
         };
         Self {
             axes: plan.axes.iter().map(|axis| axis.label()).collect(),
-            points_known: points.len(),
-            points_in_all: plan.len(),
-            points_of_part: plan.chains(shard).iter().map(Vec::len).sum(),
+            points_computed: points.len(),
+            points_total: plan.len(),
+            points_in_shard: plan.chains(shard).iter().map(Vec::len).sum(),
             interrupted,
-            stretches: stretches(over_one),
-            hysteresis: hysteresis(over_one),
+            regime_intervals: regime_intervals(single_axis),
+            hysteresis: hysteresis(single_axis),
             points,
         }
     }
 }
 
-/// Neighbours of one kind, start by start.
-fn stretches(points: &[SweepPoint]) -> Vec<Stretch> {
-    let alike =
-        |a: &SweepPoint, b: &SweepPoint| (a.place.start, a.kind()) == (b.place.start, b.kind());
-    let stretches = points.chunk_by(alike).map(|points| Stretch {
+/// Runs of successive points with equal start and regime.
+fn regime_intervals(points: &[SweepPoint]) -> Vec<RegimeInterval> {
+    let alike = |a: &SweepPoint, b: &SweepPoint| {
+        (a.place.start, a.regime_name()) == (b.place.start, b.regime_name())
+    };
+    let intervals = points.chunk_by(alike).map(|points| RegimeInterval {
         start: points[0].place.start,
         from: points[0].place.values[0],
         to: points[points.len() - 1].place.values[0],
-        regime: points[0].kind(),
+        regime: points[0].regime_name(),
     });
-    stretches.collect()
+    intervals.collect()
 }
 
-/// Where up and down differ.
+/// Values at which upward and downward continuation differ in regime.
 fn hysteresis(points: &[SweepPoint]) -> Vec<f64> {
     let of = |start: Start| {
         points
             .iter()
             .filter(move |point| point.place.start == start)
     };
-    let differ = of(Start::Up).filter(|up| {
-        of(Start::Down).any(|down| down.place.values == up.place.values && down.kind() != up.kind())
+    let differ = of(Start::Upward).filter(|up| {
+        of(Start::Downward).any(|down| {
+            down.place.values == up.place.values && down.regime_name() != up.regime_name()
+        })
     });
     differ.map(|up| up.place.values[0]).collect()
 }
 
-/// A point as JSON has it.
+/// A point in JSON.
 #[derive(Serialize)]
 struct Record {
-    /// Its row of the table.
+    /// Row of the point in the table.
     #[serde(flatten)]
     row: Row,
-    /// How many linear modes are unstable.
+    /// Number of unstable linear modes.
     unstable_modes: Option<usize>,
 }
 
-/// Points as JSON has them: without what is only there to draw or to go on from, which the table has.
+/// Serialises points without portraits and final states, which only the table has.
 fn rows<S: Serializer>(points: &[SweepPoint], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(points.iter().map(|point| {
         let linear = point

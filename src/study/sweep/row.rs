@@ -1,4 +1,4 @@
-//! A point of a sweep as a row of a table: the fields of a [`Response`], a column each.
+//! A sweep point as a table row: one column per field of a [`SettledResponse`].
 
 use arrow_schema::FieldRef;
 use serde::{Deserialize, Serialize};
@@ -6,19 +6,19 @@ use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
 use crate::analysis::{Measures, Regime, SpectralLine};
-use crate::dynamics::{Exponent, LyapunovSpectrum, Tally};
+use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
-use crate::study::response::{Portrait, Response};
+use crate::study::response::{PhasePortrait, SettledResponse};
 
-/// A row; what is not known is null.
+/// A table row; missing values are null.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Row {
     #[serde(flatten)]
     place: Place,
     error: Option<String>,
     #[serde(flatten)]
-    found: Option<Response>,
+    found: Option<SettledResponse>,
 }
 
 impl Row {
@@ -31,12 +31,17 @@ impl Row {
         }
     }
 
-    /// The point of a row, or what is wrong with it.
+    /// The point of a row, or the reason why the row is invalid.
     pub fn into_point(self) -> Result<SweepPoint, String> {
         let outcome = match (self.error, self.found) {
             (Some(error), _) => Err(error),
             (None, Some(found)) => Ok(found),
-            (None, None) => return Err(format!("its point {} has gaps", self.place.index)),
+            (None, None) => {
+                return Err(format!(
+                    "the response of point {} is incomplete",
+                    self.place.index
+                ));
+            }
         };
         Ok(SweepPoint {
             place: self.place,
@@ -44,7 +49,7 @@ impl Row {
         })
     }
 
-    /// The columns of rows.
+    /// The columns of all rows.
     pub fn fields() -> Result<Vec<FieldRef>, serde_arrow::Error> {
         let options = TracingOptions::default()
             .map_as_struct(true)
@@ -52,12 +57,12 @@ impl Row {
         Vec::from_samples(&[Self::complete(), Self::empty()], options)
     }
 
-    /// A row without a response, which shows what may be null.
+    /// A row without a response; it determines which columns are nullable.
     fn empty() -> Self {
         Self {
             place: Place {
                 index: 0,
-                start: Start::Cold,
+                start: Start::Fresh,
                 values: vec![0.0],
             },
             error: None,
@@ -65,13 +70,13 @@ impl Row {
         }
     }
 
-    /// A row that has everything, which shows the types of all columns.
+    /// A row with every value; it determines the types of the columns.
     fn complete() -> Self {
         let exponent = Exponent {
             value: 0.0,
             half_width: 0.0,
         };
-        let found = Response {
+        let found = SettledResponse {
             transient: 0.0,
             settled: true,
             amplitude: 0.0,
@@ -79,7 +84,7 @@ impl Row {
             peak_velocity: 0.0,
             regime: Regime::Silent,
             confidence: 0.0,
-            floor_share: 0.0,
+            broadband_share: 0.0,
             maxima: vec![0.0],
             section: vec![[0.0; 2]],
             lines: vec![SpectralLine {
@@ -119,8 +124,8 @@ impl Row {
                 }],
             }),
             state: vec![0.0],
-            tally: Tally::default(),
-            portrait: Some(Portrait {
+            stats: SolverStats::default(),
+            portrait: Some(PhasePortrait {
                 dt: 0.0,
                 displacement: vec![0.0],
                 velocity: vec![0.0],

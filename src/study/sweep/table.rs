@@ -1,7 +1,8 @@
-//! A sweep on disk: an Arrow stream, a batch a point, so that whatever is whole can be read.
+//! Tables of a sweep: an Arrow stream with one record batch per point, and a CSV summary.
 //!
-//! `pyarrow.ipc.open_stream(path).read_pandas()` reads it, and so does any program that reads
-//! Arrow's streaming format. A point without a response has its reason in `error` and nothing else.
+//! An Arrow file that ends early can be read up to its last complete batch. Any reader of the Arrow streaming
+//! format works, for example `pyarrow.ipc.open_stream(path).read_pandas()`. A failed point has its message in
+//! the column `error`; its other results are null.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -19,12 +20,12 @@ use super::{SweepPlan, SweepPoint};
 use crate::export::{OutputError, replace_file};
 use crate::foreign::arrow::ArrowStream;
 use crate::foreign::{one_line, open_file, without_panic};
-use crate::study::NoThread;
+use crate::study::ThreadSpawnError;
 
-/// Key of the schema's metadata under which the sweep says what it is ([`SweepPlan::identity`]).
+/// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]).
 pub const IDENTITY: &str = "squeakscope sweep";
 
-/// Why a table cannot be read or written.
+/// Error when reading or writing a table.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// The file cannot be opened.
@@ -32,72 +33,72 @@ pub enum TableError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// It is no table of a sweep.
-    #[error("`{path}` is no table of a sweep: {reason}")]
-    Foreign {
+    /// The file is not a valid table of a sweep.
+    #[error("`{path}` is not a sweep table: {reason}")]
+    Invalid {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         reason: String,
     },
-    /// It belongs to another sweep.
+    /// The file belongs to a sweep with another plan.
     #[error(
-        "`{path}` is of another sweep: {difference}; give another --out, or the same scene and options"
+        "`{path}` belongs to another sweep: {difference}; choose another --out, or use the same scene and \
+         options"
     )]
-    Another {
+    OtherSweep {
         /// The file.
         path: PathBuf,
-        /// The first thing that differs.
+        /// The first difference between the plans.
         difference: String,
     },
-    /// Writing failed. The points in the file before are still there.
-    #[error(
-        "writing `{path}` failed; the points written before are kept, and --resume goes on from them"
-    )]
+    /// Writing failed. Points written earlier are kept.
+    #[error("writing `{path}` failed; the points written before are kept: continue with --resume")]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// The sweep cannot be begun.
+    /// No thread of the sweep could be started.
     #[error(transparent)]
-    Begin(#[from] NoThread),
-    /// The file was taken away while points were added to it.
+    Threads(#[from] ThreadSpawnError),
+    /// The file was removed or moved during the sweep.
     #[error(
-        "`{path}` was removed or moved while the sweep was running, and what comes now would be lost; run again into a folder that stays"
+        "`{path}` was removed or moved during the sweep, so further points would be lost; repeat the sweep \
+         with an --out folder that is not moved"
     )]
-    Gone {
+    Removed {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
-/// A table that points are added to.
+/// Writer of an Arrow table, point by point.
 pub struct TableWriter {
     path: PathBuf,
     schema: SchemaRef,
     stream: StreamWriter<File>,
 }
 
-/// A table as read.
+/// A sweep table read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepTable {
-    /// What it is the table of.
+    /// Identity of the sweep's plan ([`SweepPlan::identity`]).
     pub identity: String,
-    /// Its points, in the order of the file.
+    /// The points in the order of the file.
     pub points: Vec<SweepPoint>,
-    /// Whether the file breaks off in the middle of a point, which is then not among them.
-    pub torn: bool,
+    /// Whether the file ends within a batch; that batch is not among the points.
+    pub truncated: bool,
 }
 
 impl TableWriter {
-    /// Starts a table in place of a file of that name, with some points known already.
+    /// Creates a table that contains the `known` points. An existing file is replaced.
     ///
     /// # Errors
     /// [`TableError::Write`].
@@ -107,7 +108,7 @@ impl TableWriter {
             source,
         };
         let schema = schema(identity).map_err(|e| failed(io::Error::other(e)))?;
-        // The old file stays until all that it holds is in the new one.
+        // The old file is replaced only once the new one holds all its points.
         let mut kept = None;
         replace_file(path, |out: &mut BufWriter<&File>| {
             let file = out.get_ref().try_clone()?;
@@ -130,10 +131,10 @@ impl TableWriter {
         })
     }
 
-    /// Adds a point; it is on its way to the disk when this returns.
+    /// Adds a point and flushes it to the operating system.
     ///
     /// # Errors
-    /// [`TableError::Write`], [`TableError::Gone`].
+    /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
         let written = batch(&self.schema, point).and_then(|batch| {
             self.stream.write(&batch).map_err(unwrapped)?;
@@ -143,19 +144,19 @@ impl TableWriter {
             path: self.path.clone(),
             source,
         })?;
-        // A file whose name is gone takes everything and keeps nothing.
+        // Writes to a removed file succeed, but the data are lost.
         let there = self.path.symlink_metadata();
-        there.map(drop).map_err(|source| TableError::Gone {
+        there.map(drop).map_err(|source| TableError::Removed {
             path: self.path.clone(),
             source,
         })
     }
 }
 
-/// Writes a whole table, the points in their order: the same points give the same bytes.
+/// Writes a complete table sorted by index. Equal points give equal bytes.
 ///
 /// # Errors
-/// [`TableError::Write`]; what was there before is then unchanged.
+/// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(
     path: &Path,
     identity: &str,
@@ -170,22 +171,22 @@ pub fn write_table(
     })
 }
 
-/// Reads a table. One that breaks off, because whoever wrote it was killed, gives all whole points.
+/// Reads a table. A truncated file, from a process that was killed, yields all complete points.
 ///
 /// # Errors
-/// [`TableError::Read`], [`TableError::Foreign`].
+/// [`TableError::Read`], [`TableError::Invalid`].
 pub fn read_table(path: &Path) -> Result<SweepTable, TableError> {
-    // The library panics on some damaged files.
+    // The Arrow library panics on some damaged files.
     without_panic(|| read_points(path)).unwrap_or_else(|| {
-        Err(TableError::Foreign {
+        Err(TableError::Invalid {
             path: path.to_owned(),
-            reason: "it is damaged; take a copy of it, or begin anew".to_owned(),
+            reason: "it is damaged; restore a copy, or choose another --out".to_owned(),
         })
     })
 }
 
 fn read_points(path: &Path) -> Result<SweepTable, TableError> {
-    let foreign = |reason: String| TableError::Foreign {
+    let foreign = |reason: String| TableError::Invalid {
         path: path.to_owned(),
         reason,
     };
@@ -194,23 +195,25 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
         source,
     })?;
     if length == 0 {
-        return Err(foreign("it is empty; remove it".to_owned()));
+        return Err(foreign(
+            "it is empty; remove it, or choose another --out".to_owned(),
+        ));
     }
     let mut stream =
         ArrowStream::new(BufReader::new(file)).map_err(|fault| foreign(fault.to_string()))?;
     let identity = stream.schema().metadata().get(IDENTITY).cloned();
-    let identity = identity.ok_or_else(|| foreign("it does not say what sweep it is of".into()))?;
+    let identity = identity.ok_or_else(|| foreign("its metadata has no sweep plan".into()))?;
     let mut table = SweepTable {
         identity,
         points: Vec::new(),
-        torn: false,
+        truncated: false,
     };
     loop {
         let batch = match stream.next_batch() {
             Ok(Some(batch)) => batch,
             Ok(None) => return Ok(table),
             Err(_) => {
-                table.torn = true;
+                table.truncated = true;
                 return Ok(table);
             }
         };
@@ -223,10 +226,10 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
 }
 
 impl SweepTable {
-    /// Refuses a table of another sweep than `plan`'s, or one that has no place for a point.
+    /// Checks that the table belongs to `plan` and that all its points are points of the plan.
     ///
     /// # Errors
-    /// [`TableError::Another`]; `path` is what it was read from.
+    /// [`TableError::OtherSweep`] or [`TableError::Invalid`]; they name `path`.
     pub fn check(&self, plan: &SweepPlan, path: &Path) -> Result<(), TableError> {
         check_identity(&self.identity, &plan.identity(), path)?;
         let misplaced = self.points.iter().find(|point| {
@@ -235,30 +238,30 @@ impl SweepTable {
         });
         match misplaced {
             None => Ok(()),
-            Some(point) => Err(TableError::Foreign {
+            Some(point) => Err(TableError::Invalid {
                 path: path.to_owned(),
-                reason: format!("its point {} is not where it should be", point.place.index),
+                reason: format!("its point {} does not match the plan", point.place.index),
             }),
         }
     }
 }
 
-/// Refuses an identity that is not the one wanted, and names the first line that differs.
+/// Checks an identity; the error names the first line that differs.
 pub(super) fn check_identity(found: &str, wanted: &str, path: &Path) -> Result<(), TableError> {
     if found == wanted {
         return Ok(());
     }
     let tables = [found, wanted].map(|text| text.parse::<toml::Table>().unwrap_or_default());
     let [found, wanted] = &tables;
-    let difference =
-        difference("", found, wanted).unwrap_or_else(|| "it says otherwise".to_owned());
-    Err(TableError::Another {
+    let difference = difference("", found, wanted)
+        .unwrap_or_else(|| "its plan is written differently".to_owned());
+    Err(TableError::OtherSweep {
         path: path.to_owned(),
         difference,
     })
 }
 
-/// The first key whose values differ, with both.
+/// The first key whose values differ, with both values.
 fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<String> {
     let keys = found.keys().chain(wanted.keys());
     let key = keys
@@ -276,9 +279,15 @@ fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<S
             let both = found.iter().zip(wanted);
             let mut both = both.filter_map(|(a, b)| Some((a.as_table()?, b.as_table()?)));
             both.find_map(|(a, b)| difference(&format!("{path}."), a, b))
-                .or_else(|| Some(format!("`{path}` has {} and {}", found.len(), wanted.len())))
+                .or_else(|| {
+                    Some(format!(
+                        "`{path}` has {} entries in the file and {} in this sweep",
+                        found.len(),
+                        wanted.len()
+                    ))
+                })
         }
-        // A scene's text: the first line that differs.
+        // For the text of a scene: the first line that differs.
         [Some(Value::String(found)), Some(Value::String(wanted))] => {
             let mut pairs = found.lines().zip(wanted.lines());
             let [found, wanted] = match pairs.find(|(a, b)| a != b) {
@@ -286,20 +295,22 @@ fn difference(path: &str, found: &toml::Table, wanted: &toml::Table) -> Option<S
                 None => ["a scene", "a longer or shorter one"],
             };
             Some(format!(
-                "`{path}` has `{found}` where now there is `{wanted}`"
+                "`{path}` has `{found}` in the file and `{wanted}` in this sweep"
             ))
         }
         pair => {
             let [found, wanted] = pair.map(brief);
-            Some(format!("`{path}` is {found} where now it is {wanted}"))
+            Some(format!(
+                "`{path}` is {found} in the file and {wanted} in this sweep"
+            ))
         }
     }
 }
 
-/// A value in a few words.
+/// A short form of a value.
 fn brief(value: Option<&Value>) -> String {
     match value {
-        None => "not there".to_owned(),
+        None => "missing".to_owned(),
         Some(Value::Array(all)) if all.len() > 4 => {
             let ends = [all.first(), all.last()].map(brief);
             format!("{} values from {} to {}", all.len(), ends[0], ends[1])
@@ -308,7 +319,7 @@ fn brief(value: Option<&Value>) -> String {
     }
 }
 
-/// Columns of the short table, beside the point's place.
+/// Columns of the CSV table after the point's place.
 const COLUMNS: [&str; 24] = [
     "settled",
     "transient_s",
@@ -318,28 +329,28 @@ const COLUMNS: [&str; 24] = [
     "rms_velocity_mm_per_s",
     "peak_velocity_mm_per_s",
     "line_1_hz",
-    "line_1_um",
+    "line_1_amplitude_um",
     "line_1_name",
     "line_2_hz",
-    "line_2_um",
+    "line_2_amplitude_um",
     "line_2_name",
-    "floor_share",
+    "broadband_share",
     "exponent_1_per_s",
-    "half_width_1_per_s",
+    "exponent_1_half_width_per_s",
     "exponent_2_per_s",
-    "half_width_2_per_s",
+    "exponent_2_half_width_per_s",
     "exponent_3_per_s",
-    "half_width_3_per_s",
+    "exponent_3_half_width_per_s",
     "determinism",
     "recurrence_period_ms",
     "unstable_modes",
     "error",
 ];
 
-/// Writes the short table: a row a point with what is one number, in the units of the scene file.
+/// Writes the CSV table: one row per point with its scalar results, in the units of the column names.
 ///
 /// # Errors
-/// [`TableError::Write`]; what was there before is then unchanged.
+/// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_csv(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
     let written = replace_file(path, |out| {
         let mut csv = csv::Writer::from_writer(out);
@@ -356,14 +367,14 @@ pub fn write_csv(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result
     })
 }
 
-/// A short table that points are added to, in the order in which they come.
+/// Writer of a CSV table, point by point in the order of arrival.
 pub struct CsvWriter {
     path: PathBuf,
     csv: csv::Writer<File>,
 }
 
 impl CsvWriter {
-    /// Starts a table in place of a file of that name, with some points known already.
+    /// Creates a table that contains the `known` points. An existing file is replaced.
     ///
     /// # Errors
     /// [`TableError::Write`].
@@ -380,7 +391,7 @@ impl CsvWriter {
         })
     }
 
-    /// Adds a point; it is on its way to the disk when this returns.
+    /// Adds a point and flushes it to the operating system.
     ///
     /// # Errors
     /// [`TableError::Write`].
@@ -398,7 +409,7 @@ impl CsvWriter {
     }
 }
 
-/// The line of a point.
+/// The CSV row of a point.
 fn record(point: &SweepPoint) -> impl Iterator<Item = String> {
     let place = &point.place;
     let head = [place.index.to_string(), place.start.to_string()];
@@ -445,7 +456,7 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         ],
         line(0).to_vec(),
         line(1).to_vec(),
-        vec![found.floor_share.to_string()],
+        vec![found.broadband_share.to_string()],
         (0..3).flat_map(exponent).collect(),
         vec![
             number(found.recurrence.as_ref().and_then(|r| r.determinism)),
@@ -459,14 +470,14 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
     cells
 }
 
-/// The schema of all tables, with the identity of one.
+/// The schema of all tables, with the identity of one sweep.
 fn schema(identity: &str) -> Result<SchemaRef, serde_arrow::Error> {
     let fields = Row::fields()?;
     let metadata = HashMap::from([(IDENTITY.to_owned(), identity.to_owned())]);
     Ok(Arc::new(Schema::new_with_metadata(fields, metadata)))
 }
 
-/// A point as a batch of one row.
+/// A point as a record batch of one row.
 fn batch(schema: &SchemaRef, point: &SweepPoint) -> io::Result<RecordBatch> {
     let fields: Vec<FieldRef> = schema.fields().iter().cloned().collect();
     let rows = [Row::new(point)];
@@ -474,124 +485,10 @@ fn batch(schema: &SchemaRef, point: &SweepPoint) -> io::Result<RecordBatch> {
     batch.with_schema(schema.clone()).map_err(io::Error::other)
 }
 
-/// The error of the disk, if that is what it is.
+/// The I/O error within an Arrow error, if there is one.
 fn unwrapped(error: ArrowError) -> io::Error {
     match error {
         ArrowError::IoError(_, source) => source,
         other => io::Error::other(other),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{Parameter, Scene};
-    use crate::study::response::ResponsePlan;
-    use crate::study::sweep::tests::run;
-    use crate::study::sweep::{Axis, Shard, Start};
-
-    /// A plan with a point that cannot be, and its points.
-    fn swept() -> (SweepPlan, Vec<SweepPoint>) {
-        let scene = Scene::load("torus-3deg").unwrap();
-        let plan = SweepPlan {
-            scene: scene
-                .with_values(&[(Parameter::named("nodes").unwrap(), 28.0)])
-                .unwrap(),
-            axes: vec![Axis::new(
-                Parameter::named("socket.diameter_mm").unwrap(),
-                [31.0, 31.9, 32.0],
-            )],
-            starts: vec![Start::Up],
-            response: ResponsePlan {
-                least: 0.02,
-                most: 0.02,
-                measure: 0.01,
-                exponents: 2,
-                portrait: true,
-                most_calls: None,
-            },
-        };
-        let points = run(&plan, Shard::WHOLE, &[], 1);
-        assert!(points[0].outcome.is_err() && points[2].outcome.is_ok());
-        (plan, points)
-    }
-
-    #[test]
-    fn a_table_gives_back_what_was_put_in_and_survives_being_torn() {
-        let (plan, points) = swept();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("sweep.arrow");
-        let mut table = TableWriter::new(&path, &plan.identity(), &points[..1]).unwrap();
-        table.add(&points[2]).unwrap();
-        table.add(&points[1]).unwrap();
-        // As it is after kill -9: no end of the stream.
-        let read = read_table(&path).unwrap();
-        assert_eq!(read.points, [0, 2, 1].map(|k| points[k].clone()));
-        assert!(!read.torn && read.check(&plan, &path).is_ok());
-        let whole = std::fs::read(&path).unwrap();
-        std::fs::write(&path, &whole[..whole.len() - 100]).unwrap();
-        let torn = read_table(&path).unwrap();
-        assert_eq!((torn.points.len(), torn.torn), (2, true));
-        // Going on from it.
-        let mut table = TableWriter::new(&path, &torn.identity, &torn.points).unwrap();
-        table.add(&points[1]).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), whole);
-        // In order, the bytes are those of the points alone.
-        let mut shuffled = [2, 0, 1].map(|k| points[k].clone());
-        write_table(&path, &plan.identity(), &mut shuffled).unwrap();
-        let sorted = std::fs::read(&path).unwrap();
-        write_table(&path, &plan.identity(), &mut points.clone()).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), sorted);
-        assert_eq!(read_table(&path).unwrap().points, points);
-    }
-
-    #[test]
-    fn another_sweep_is_refused_with_what_differs() {
-        let (plan, points) = swept();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("sweep.arrow");
-        write_table(&path, &plan.identity(), &mut points.clone()).unwrap();
-        let other = SweepPlan {
-            starts: vec![Start::Down],
-            ..plan
-        };
-        let refused = read_table(&path).unwrap().check(&other, &path).unwrap_err();
-        let words = refused.to_string();
-        assert!(
-            words.contains("`starts` is [\"up\"] where now it is [\"down\"]"),
-            "{words}"
-        );
-        std::fs::write(&path, "no table").unwrap();
-        assert!(matches!(read_table(&path), Err(TableError::Foreign { .. })));
-        let missing = read_table(&folder.path().join("missing"));
-        assert!(matches!(missing, Err(TableError::Read { .. })));
-    }
-
-    #[test]
-    fn the_short_table_has_a_cell_for_each_column() {
-        let (plan, points) = swept();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("sweep.csv");
-        write_csv(&path, &plan, &points).unwrap();
-        let mut csv = csv::Reader::from_path(&path).unwrap();
-        let head = csv.headers().unwrap().clone();
-        assert_eq!(&head[2], "socket.diameter_mm");
-        let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
-        assert_eq!(rows.len(), 3);
-        let cell = |row: usize, name: &str| {
-            let place = head.iter().position(|h| h == name).unwrap();
-            rows[row][place].to_owned()
-        };
-        assert!(cell(0, "error").contains("socket.diameter_mm"));
-        let found = points[1].outcome.as_ref().unwrap();
-        assert_eq!(cell(1, "regime"), found.regime.to_string());
-        assert_eq!(cell(1, "unstable_modes"), "4");
-        assert_eq!(cell(1, "amplitude_um"), (1e6 * found.amplitude).to_string());
-        assert_eq!(
-            cell(1, "exponent_2_per_s"),
-            found.exponents.as_ref().unwrap().exponents[1]
-                .value
-                .to_string()
-        );
     }
 }

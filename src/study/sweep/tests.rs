@@ -1,34 +1,34 @@
-//! Sweeps over few points.
+//! Sweeps with few points.
 
 use super::*;
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 
-/// Why an audience has had enough.
+/// An error of the observer.
 #[derive(Debug, PartialEq)]
 struct Fault(&'static str);
 
-impl std::convert::From<NoThread> for Fault {
-    fn from(_: NoThread) -> Self {
+impl From<ThreadSpawnError> for Fault {
+    fn from(_: ThreadSpawnError) -> Self {
         Self("no thread")
     }
 }
 
-/// Keeps the points; stops after so many.
+/// Collects the points, and stops after a number of them.
 struct Notes {
     points: Vec<SweepPoint>,
     stop_after: usize,
 }
 
-impl Audience for Notes {
+impl SweepObserver for Notes {
     type Error = Fault;
 
-    fn point(&mut self, point: SweepPoint) -> Result<(), Fault> {
+    fn on_point(&mut self, point: SweepPoint) -> Result<(), Fault> {
         self.points.push(point);
         Ok(())
     }
 
-    fn progress(&mut self, progress: SweepProgress) -> bool {
+    fn on_progress(&mut self, progress: SweepProgress) -> bool {
         assert!(progress.done <= progress.all && (0.0..=1.0).contains(&progress.share));
         self.points.len() < self.stop_after
     }
@@ -42,19 +42,19 @@ fn plan() -> SweepPlan {
     SweepPlan {
         scene,
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 2.0, 3.0])],
-        starts: vec![Start::Up, Start::Cold],
+        starts: vec![Start::Upward, Start::Fresh],
         response: ResponsePlan {
-            least: 0.02,
-            most: 0.04,
-            measure: 0.02,
+            min_transient: 0.02,
+            max_transient: 0.04,
+            measurement_time: 0.02,
             exponents: 1,
             portrait: true,
-            most_calls: None,
+            max_rhs_evals: None,
         },
     }
 }
 
-/// The points of a sweep in their order.
+/// The points of a sweep in ascending order of index.
 pub(in crate::study) fn run(
     plan: &SweepPlan,
     shard: Shard,
@@ -71,7 +71,7 @@ pub(in crate::study) fn run(
 }
 
 #[test]
-fn the_points_depend_on_nothing_but_the_plan() {
+fn the_points_depend_only_on_the_plan() {
     let plan = plan();
     let one = run(&plan, Shard::WHOLE, &[], 1);
     assert_eq!(one.len(), 6);
@@ -82,17 +82,17 @@ fn the_points_depend_on_nothing_but_the_plan() {
         .collect();
     shards.sort_by_key(|point| point.place.index);
     assert_eq!(one, shards);
-    // Going on in the middle of a chain.
+    // Resume in the middle of a chain.
     let known = [one[0].clone(), one[1].clone(), one[4].clone()];
     let rest = run(&plan, Shard::WHOLE, &known, 2);
     assert_eq!(rest, [one[2].clone(), one[3].clone(), one[5].clone()]);
-    // The lowest is started by the kick in both; the next one up is not.
+    // With both starts the lowest point starts from the kick; the next one does not.
     assert_eq!(one[0].outcome, one[3].outcome);
     assert_ne!(one[1].outcome, one[4].outcome);
 }
 
 #[test]
-fn a_sweep_that_is_stopped_keeps_what_it_has() {
+fn a_stopped_sweep_keeps_its_points() {
     let mut notes = Notes {
         points: Vec::new(),
         stop_after: 2,
@@ -106,30 +106,30 @@ fn a_sweep_that_is_stopped_keeps_what_it_has() {
 }
 
 #[test]
-fn a_point_that_cannot_be_is_told_and_the_rest_goes_on() {
+fn a_failed_point_is_reported_and_the_sweep_continues() {
     let diameter = Parameter::named("socket.diameter_mm").unwrap();
     let plan = SweepPlan {
-        // A socket that the ball does not go into.
+        // A socket smaller than the ball.
         axes: vec![Axis::new(diameter, [31.0, 31.95])],
-        starts: vec![Start::Down],
+        starts: vec![Start::Downward],
         ..plan()
     };
     let points = run(&plan, Shard::WHOLE, &[], 2);
-    let told = points[0].outcome.as_ref().unwrap_err();
-    assert!(told.contains("socket.diameter_mm"), "{told}");
+    let message = points[0].outcome.as_ref().unwrap_err();
+    assert!(message.contains("socket.diameter_mm"), "{message}");
     assert!(points[1].outcome.is_ok());
     assert_eq!(points.len(), 2);
 }
 
 #[test]
-fn an_audience_that_fails_ends_it() {
+fn an_error_of_the_observer_ends_the_sweep() {
     struct Full;
-    impl Audience for Full {
+    impl SweepObserver for Full {
         type Error = Fault;
-        fn point(&mut self, _: SweepPoint) -> Result<(), Fault> {
+        fn on_point(&mut self, _: SweepPoint) -> Result<(), Fault> {
             Err(Fault("no space"))
         }
-        fn progress(&mut self, _: SweepProgress) -> bool {
+        fn on_progress(&mut self, _: SweepProgress) -> bool {
             true
         }
     }

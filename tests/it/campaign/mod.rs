@@ -1,8 +1,8 @@
-//! A randomised campaign over the whole space of valid scenes, and over texts that are none.
+//! Random campaign over the space of valid scenes, and over invalid texts.
 //!
-//! Seeds are written down here, so that the same scenes run each time; `SQUEAKSCOPE_SEED` and
-//! `SQUEAKSCOPE_CASES` change them, and `SQUEAKSCOPE_TELL=1` prints each scene that ends in an error or
-//! fails its audit. The long one:
+//! The seeds are fixed, so that every run tests the same scenes; `SQUEAKSCOPE_SEED` and `SQUEAKSCOPE_CASES`
+//! change them. `SQUEAKSCOPE_VERBOSE=1` prints each scene that ends in an error or fails its energy audit.
+//! The long campaign:
 //! `cargo test --release --test it campaign -- --ignored --nocapture`
 
 mod scenes;
@@ -23,23 +23,23 @@ use squeakscope::pipeline::message::{Frame, Record, Summary};
 use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::{PRESETS, Parameter, Scene, SceneError};
 
-/// Beyond this the command line says that a motion may be wrong.
+/// Energy audit above which the command line warns that a motion may be wrong.
 const WORRYING_AUDIT: f64 = 0.05;
 
-/// What scenes resolve: energies below it count as nothing in the audit, J.
+/// Energy resolution of the scenes, J: smaller energies do not count in the audit.
 const FLOOR: f64 = 1e-12;
 
-/// A run is ended after this, at its next frame.
+/// Time limit of a run, checked after each frame.
 const PATIENCE: Duration = Duration::from_millis(60);
 
-/// A run that has not even done a frame after this hangs.
+/// A run without a single frame after this time hangs.
 const HANGING: Duration = Duration::from_secs(120);
 
 fn from_environment(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-/// A runner with a seed of its own, that keeps no file of failures.
+/// A runner with a fixed seed that writes no file of failures.
 fn runner(seed: u64, cases: u32) -> TestRunner {
     let seed = from_environment("SQUEAKSCOPE_SEED").unwrap_or(seed);
     let cases = from_environment("SQUEAKSCOPE_CASES").map_or(cases, |n| n as u32);
@@ -54,7 +54,7 @@ fn runner(seed: u64, cases: u32) -> TestRunner {
     TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &bytes))
 }
 
-/// How many scenes ended how.
+/// Number of scenes by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ends {
     refused: u32,
@@ -65,10 +65,10 @@ struct Ends {
     worst_audit: f64,
 }
 
-/// Looks at each frame as it comes.
+/// Checks each frame on arrival.
 struct Judge {
     turnover: f64,
-    /// As the summary should say it.
+    /// Energy audit, to compare with the summary.
     audit: f64,
     fault: Option<String>,
 }
@@ -111,7 +111,7 @@ impl Sink for Judge {
     }
 }
 
-/// Runs a scene for a short while.
+/// Runs a scene for a short time.
 fn judge(scene: &Scene) -> (Result<Summary, PipelineError>, Judge) {
     let mut judge = Judge {
         turnover: 0.0,
@@ -119,7 +119,7 @@ fn judge(scene: &Scene) -> (Result<Summary, PipelineError>, Judge) {
         fault: None,
     };
     let stop = Arc::new(AtomicBool::new(false));
-    // From the first frame on: the body's modes are found before.
+    // Counted from the first frame: computing the body's modes does not count.
     let began = OnceLock::new();
     let monitor = Monitor {
         stop: &stop,
@@ -132,8 +132,8 @@ fn judge(scene: &Scene) -> (Result<Summary, PipelineError>, Judge) {
     (result, judge)
 }
 
-/// Asserts what is promised of any text: a scene, or one clear error; of a scene, a run that keeps its
-/// numbers, or one clear error.
+/// Asserts the promise for any text: it is a scene, or gives one clear error; a scene gives a run with finite
+/// results, or one clear error.
 fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
     let scene = match Scene::parse("campaign", text) {
         Ok(scene) => scene,
@@ -142,11 +142,11 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
             return is_clear(&error);
         }
     };
-    // A run that never comes back is seen from outside.
-    let (tell, told) = mpsc::channel();
-    // Nobody listens any more to one that hangs.
-    std::thread::spawn(move || tell.send(judge(&scene)).is_ok());
-    let (result, judge) = told.recv_timeout(HANGING).map_err(|end| match end {
+    // The run has its own thread, so that a hanging run is detected.
+    let (sender, receiver) = mpsc::channel();
+    // There is no receiver any more for a run that hangs.
+    std::thread::spawn(move || sender.send(judge(&scene)).is_ok());
+    let (result, judge) = receiver.recv_timeout(HANGING).map_err(|end| match end {
         RecvTimeoutError::Timeout => TestCaseError::fail("it hangs"),
         RecvTimeoutError::Disconnected => TestCaseError::fail("it panics"),
     })?;
@@ -155,27 +155,28 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
         Ok(summary) => {
             ends.whole += u32::from(!summary.interrupted);
             ends.slow += u32::from(summary.interrupted);
-            // Nothing to audit is nothing amiss.
-            let told = summary.audit.unwrap_or(0.0);
-            let same = told == judge.audit || (told - judge.audit).abs() <= 1e-9 * judge.audit;
+            // Without friction work there is nothing to audit.
+            let reported = summary.audit.unwrap_or(0.0);
+            let same =
+                reported == judge.audit || (reported - judge.audit).abs() <= 1e-9 * judge.audit;
             prop_assert!(
                 same,
-                "the summary says {told:e}, the samples {:e}",
+                "the summary reports {reported:e}, the samples give {:e}",
                 judge.audit
             );
-            if told <= WORRYING_AUDIT {
-                ends.worst_audit = ends.worst_audit.max(told);
+            if reported <= WORRYING_AUDIT {
+                ends.worst_audit = ends.worst_audit.max(reported);
                 return Ok(());
             }
             ends.worrying += 1;
-            if from_environment("SQUEAKSCOPE_TELL").is_some() {
-                println!("audit {told:e} of\n{text}");
+            if from_environment("SQUEAKSCOPE_VERBOSE").is_some() {
+                println!("audit {reported:e} of\n{text}");
             }
-            return heals(text, told);
+            return heals(text, reported);
         }
         Err(error) => {
             ends.faults += 1;
-            if from_environment("SQUEAKSCOPE_TELL").is_some() {
+            if from_environment("SQUEAKSCOPE_VERBOSE").is_some() {
                 println!(
                     "{error}, {:?}, of\n{text}",
                     std::error::Error::source(&error)
@@ -199,21 +200,21 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// What the command line advises against an audit that fails is of use: with a smaller tolerance, or a
-/// shorter step where that is fixed, it is smaller, or passes.
-fn heals(text: &str, told: f64) -> Result<(), TestCaseError> {
+/// Checks the advice of the command line for a failed audit: a smaller tolerance, or a shorter fixed step,
+/// reduces the audit error or makes the audit pass.
+fn heals(text: &str, before: f64) -> Result<(), TestCaseError> {
     let scene = finer(text).map_err(|error| TestCaseError::fail(error.to_string()))?;
     if let (Ok(summary), _) = judge(&scene) {
         let audit = summary.audit.unwrap_or(0.0);
         prop_assert!(
-            audit < WORRYING_AUDIT.max(0.1 * told),
-            "an audit of {told:e} remains {audit:e}"
+            audit < WORRYING_AUDIT.max(0.1 * before),
+            "an audit of {before:e} remains {audit:e}"
         );
     }
     Ok(())
 }
 
-/// The scene of a text with a thousandth of the tolerance, and a tenth of the longest step where it is fixed.
+/// The scene of a text with 0.001 of its tolerance, or 0.1 of its step if the step is fixed.
 fn finer(text: &str) -> Result<Scene, SceneError> {
     let scene = Scene::parse("campaign", text)?;
     let integrator = &scene.integrator;
@@ -226,7 +227,7 @@ fn finer(text: &str) -> Result<Scene, SceneError> {
     scene.with_values(&values)
 }
 
-/// One message, which names the place.
+/// Asserts one message that names the place.
 fn is_clear(error: &SceneError) -> Result<(), TestCaseError> {
     let said = error.to_string();
     prop_assert!(said.starts_with("campaign"), "{said}");
@@ -250,19 +251,19 @@ fn campaign(name: &str, seed: u64, cases: u32, texts: &BoxedStrategy<String>) ->
 }
 
 #[test]
-fn random_joints_run_or_say_why_not() {
+fn random_joints_run_or_give_a_clear_error() {
     let ends = campaign("joints", 1, 80, &joint_scene());
-    // Most of what is tried does run, though not all to its end.
+    // Most scenes run, though not all to the end within the time limit.
     assert!(ends.whole + ends.slow > ends.refused, "{ends:?}");
 }
 
 #[test]
-fn random_small_systems_run_or_say_why_not() {
+fn random_small_systems_run_or_give_a_clear_error() {
     let ends = campaign("small systems", 2, 150, &small_scene());
     assert!(ends.whole + ends.slow > ends.refused, "{ends:?}");
 }
 
-/// Mutations of a text: bytes changed, lines lost, doubled or exchanged, numbers replaced.
+/// Mutations of a text: changed bytes, lines removed, repeated or swapped, numbers replaced.
 #[derive(Clone, Debug)]
 enum Mutation {
     Byte(usize, u8),
@@ -356,7 +357,7 @@ fn mutate(text: &mut Vec<u8>, mutation: &Mutation) {
             *text = lines.join(&b'\n');
         }
         Mutation::Number(at, number) => {
-            // The value of some line.
+            // Replaces the value of a line.
             let mut lines: Vec<Vec<u8>> = text.split(|b| *b == b'\n').map(<[u8]>::to_vec).collect();
             let n = lines.len();
             let line = &mut lines[at % n];
@@ -369,7 +370,7 @@ fn mutate(text: &mut Vec<u8>, mutation: &Mutation) {
     }
 }
 
-/// Parses; asserts that there is a scene, or one clear error.
+/// Parses a text; asserts that the result is a scene or one clear error.
 fn parses(text: &[u8]) -> Result<bool, TestCaseError> {
     match Scene::parse("campaign", text) {
         Ok(_) => Ok(true),
@@ -391,8 +392,8 @@ fn fuzz(cases: u32) {
         })
         .unwrap_or_else(|failure| panic!("{failure}"));
     let [refused, valid] = counts.into_inner().unwrap();
-    println!("mutations: {refused} refused, {valid} valid");
-    // Both ends are met, so that both promises are put to the test.
+    println!("mutations: {refused} rejected, {valid} valid");
+    // Both outcomes occur, so both promises are tested.
     assert!(
         refused > cases / 10 && valid > cases / 50,
         "{refused} {valid}"
@@ -400,11 +401,11 @@ fn fuzz(cases: u32) {
 }
 
 #[test]
-fn mutated_scenes_parse_or_say_where_not() {
+fn mutated_scenes_parse_or_name_the_faulty_line() {
     fuzz(3000);
 }
 
-/// TOML at random: tables, keys known and unknown, values of all types, nested.
+/// Random TOML: tables, known and unknown keys, nested values of all types.
 fn random_toml() -> BoxedStrategy<String> {
     let names = select(
         &[
@@ -425,7 +426,7 @@ fn random_toml() -> BoxedStrategy<String> {
             "section",
             "plane_q",
             "impact_oscillator",
-            "wall_um",
+            "wall_position_um",
             "record",
             "x",
             "\"\"",
@@ -459,11 +460,11 @@ fn random_toml() -> BoxedStrategy<String> {
 }
 
 #[test]
-fn random_toml_parses_or_says_where_not() {
+fn random_toml_parses_or_names_the_faulty_line() {
     runner(4, 3000)
         .run(&random_toml(), |text| parses(text.as_bytes()).map(|_| ()))
         .unwrap_or_else(|failure| panic!("{failure}"));
-    // And what no generator finds: depth that would overflow a stack, and no text at all.
+    // Cases that no generator finds: nesting that could overflow the stack, and bytes that are not text.
     for deep in ["[", "{a=", "a.", "[[", "[a.b", "\"", "é"] {
         let text = format!("x = {}", deep.repeat(100_000));
         assert!(Scene::parse("campaign", text).is_err());
@@ -476,7 +477,7 @@ fn random_toml_parses_or_says_where_not() {
 
 /// The long campaign.
 #[test]
-#[ignore = "takes some minutes; short ones run always"]
+#[ignore = "takes some minutes; short campaigns always run"]
 fn a_long_campaign() {
     campaign("joints", 101, 1000, &joint_scene());
     campaign("small systems", 102, 10_000, &small_scene());

@@ -1,10 +1,10 @@
-//! Scenes at random, as texts of TOML.
+//! Random scenes as TOML text.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-/// A positive number of any size in a range, its ends among them.
+/// A positive number, log-uniform in a range, or one of its ends.
 pub fn positive(low: f64, high: f64) -> BoxedStrategy<String> {
     let inside = (low.ln()..=high.ln()).prop_map(move |x| x.exp().clamp(low, high));
     prop_oneof![1 => Just(low), 1 => Just(high), 10 => inside]
@@ -12,14 +12,14 @@ pub fn positive(low: f64, high: f64) -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// A number in a range, its ends and its middle among them.
+/// A number in a range, or one of its ends or its middle.
 pub fn number(low: f64, high: f64) -> BoxedStrategy<String> {
     prop_oneof![1 => Just(low), 1 => Just(high), 1 => Just(0.5 * (low + high)), 10 => low..=high]
         .prop_map(|x| format!("{x:?}"))
         .boxed()
 }
 
-/// A whole number in a range, small ones rather than large ones.
+/// An integer in a range, log-uniform, so that small ones are more frequent.
 pub fn count(low: u32, high: u32) -> BoxedStrategy<String> {
     let inside = (f64::from(low.max(1)).ln()..=f64::from(high).ln()).prop_map(|x| x.exp() as u32);
     prop_oneof![1 => Just(low), 10 => inside]
@@ -42,24 +42,30 @@ pub fn vector(component: BoxedStrategy<String>) -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// Keys of a joint's scene and what each may be: the ranges of `squeakscope scenes --keys`, but for
-/// counts of nodes and elements, whose price grows with them and nothing else.
+/// Keys of a joint scene and their values, over the ranges of `squeakscope scenes --keys`; numbers of nodes
+/// and elements are smaller, because only their run time grows.
 pub fn keys() -> Vec<(&'static str, BoxedStrategy<String>)> {
     vec![
-        ("body.beam_reaches", word(&["sphere", "centre"])),
-        ("body.young_gpa", positive(0.001, 2000.0)),
+        ("body.beam_length_to", word(&["sphere", "centre"])),
+        ("body.youngs_modulus_gpa", positive(0.001, 2000.0)),
         ("body.poisson", number(-0.99, 0.49)),
         ("body.density_kg_m3", positive(10.0, 30_000.0)),
         ("body.element_order", count(1, 6)),
-        ("socket.young_gpa", positive(0.001, 2000.0)),
+        ("socket.youngs_modulus_gpa", positive(0.001, 2000.0)),
         ("socket.poisson", number(-0.99, 0.49)),
         ("load.azimuth_deg", number(-360.0, 360.0)),
-        ("rotation.rad_s", vector(number(-1e4, 1e4))),
+        (
+            "rotation.angular_velocity_rad_per_s",
+            vector(number(-1e4, 1e4)),
+        ),
         ("rotation.convection", flag()),
         ("contact.nodes", count(1, 200)),
         ("contact.quadrature", word(&["rings", "gauss"])),
         ("contact.stiffness_factor", positive(1e-6, 1e4)),
-        ("contact.stiffness", word(&["uniform", "pre-stress"])),
+        (
+            "contact.stiffness_distribution",
+            word(&["uniform", "pre-stress"]),
+        ),
         ("contact.radius_factor", positive(0.1, 5.0)),
         ("contact.unilateral", flag()),
         ("friction.creep_slope_s_per_m", positive(1e-3, 1e8)),
@@ -73,7 +79,7 @@ pub fn keys() -> Vec<(&'static str, BoxedStrategy<String>)> {
             word(&[
                 "lawson54",
                 "lawson853",
-                "tsit54",
+                "tsit5",
                 "dop853",
                 "rodas5p",
                 "auto",
@@ -86,7 +92,7 @@ pub fn keys() -> Vec<(&'static str, BoxedStrategy<String>)> {
     ]
 }
 
-/// Dimensions that fit together, more often than not: ball, beam in it, socket round it.
+/// Dimensions that are usually consistent: ball, beam inside it, socket around it.
 pub fn dimensions() -> BoxedStrategy<String> {
     (0.0..6.2_f64, 0.01..1.02_f64, 0.0..8.5_f64, -7.0..0.7_f64)
         .prop_map(|(ball, beam, length, gap)| {
@@ -103,23 +109,22 @@ pub fn dimensions() -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// The paper's modes, fewer, or others.
+/// The paper's modes, fewer modes, or others.
 pub fn modes() -> BoxedStrategy<String> {
-    let of =
-        |pairs, torsion, axial, words| {
-            (count(0, pairs), count(0, torsion), count(0, axial), word(words))
+    let of = |pairs, torsion, axial, words| {
+        (count(0, pairs), count(0, torsion), count(0, axial), word(words))
             .prop_map(|(pairs, torsion, axial, frequencies)| {
                 format!(
-                    "body.bending_pairs = {pairs}\nbody.torsion = {torsion}\nbody.axial = {axial}\n\
+                    "body.bending_pairs = {pairs}\nbody.torsion_modes = {torsion}\nbody.axial_modes = {axial}\n\
                      body.frequencies = {frequencies}\n"
                 )
             })
             .boxed()
-        };
+    };
     prop_oneof![of(4, 2, 1, &["published", "fe"]), of(8, 4, 3, &["fe"])].boxed()
 }
 
-/// A law of friction with its coefficients, and with its slope or without.
+/// A friction law with its coefficients, with or without a slope.
 pub fn friction() -> BoxedStrategy<String> {
     let mu = || number(0.0, 10.0);
     let slope = prop_oneof![
@@ -133,7 +138,7 @@ pub fn friction() -> BoxedStrategy<String> {
     prop_oneof![3 => falling, 1 => level].boxed()
 }
 
-/// Damping of the contact, of either law.
+/// Contact damping of either law.
 pub fn contact_damping() -> BoxedStrategy<String> {
     let law = |law: &'static str, key: &'static str, most| {
         positive(1e-6, most).prop_map(move |x| {
@@ -147,7 +152,8 @@ pub fn contact_damping() -> BoxedStrategy<String> {
     .boxed()
 }
 
-/// A small change of the preset: two keys in three keep their value, so that scenes make sense together.
+/// A small change of the defaults: two of three optional keys are omitted, so that the scene stays
+/// consistent.
 pub fn joint_scene() -> BoxedStrategy<String> {
     let optional = keys().into_iter().map(|(key, value)| {
         let line = value.prop_map(move |value| format!("{key} = {value}\n"));
@@ -193,7 +199,7 @@ pub fn small_scene() -> BoxedStrategy<String> {
         [
             ("damping_ratio", number(0.0, 0.99)),
             (
-                "drive_m_per_s2",
+                "drive_amplitude_m_per_s2",
                 prop_oneof![Just("0".to_owned()), positive(1e-6, 1e6)].boxed(),
             ),
             (
@@ -204,7 +210,7 @@ pub fn small_scene() -> BoxedStrategy<String> {
     };
     let mut impact = vec![
         ("frequency_hz", positive(1e-3, 1e5)),
-        ("wall_um", number(-1e6, 1e6)),
+        ("wall_position_um", number(-1e6, 1e6)),
         ("restitution", number(0.0, 1.0)),
     ];
     impact.extend(drive());
@@ -220,7 +226,7 @@ pub fn small_scene() -> BoxedStrategy<String> {
         ("load_n_per_kg", positive(1e-6, 1e6)),
         ("mu_s", number(0.0, 10.0)),
         ("mu_d", number(0.0, 10.0)),
-        ("belt_mm_per_s", positive(1e-6, 1e5)),
+        ("belt_speed_mm_per_s", positive(1e-6, 1e5)),
     ];
     let system = prop_oneof![
         table("impact_oscillator", impact),
@@ -230,7 +236,7 @@ pub fn small_scene() -> BoxedStrategy<String> {
     let methods = word(&[
         "lawson54",
         "lawson853",
-        "tsit54",
+        "tsit5",
         "dop853",
         "rodas5p",
         "auto",

@@ -1,4 +1,4 @@
-//! Disks that fill up and folders that vanish.
+//! Full disks and removed folders.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,7 +8,7 @@ use super::{
 };
 
 #[test]
-fn a_full_disk_ends_the_run_and_keeps_what_is_there() {
+fn a_full_disk_ends_the_run_and_keeps_the_partial_recording() {
     let (folder, recording) = desk();
     std::fs::write(&recording, "an older one").expect("written");
     let program = run(folder.path(), ENDLESS, &["--save", "run.rrd"]);
@@ -16,7 +16,7 @@ fn a_full_disk_ends_the_run_and_keeps_what_is_there() {
     ended.said(
         1,
         &[
-            "cannot go on writing",
+            "cannot write the recording",
             "File too large",
             "free some space",
             "run.rrd.part",
@@ -33,13 +33,13 @@ fn a_full_disk_ends_the_run_and_keeps_what_is_there() {
     assert!(kept.values.len() > 1000, "{}", kept.values.len());
 }
 
-/// Where not even a beginning fits, nothing is begun.
+/// If not even the header fits, no file is created.
 #[test]
-fn a_disk_that_is_full_from_the_start_has_no_part() {
+fn a_disk_full_from_the_start_leaves_no_partial_file() {
     let (folder, _) = desk();
     let program = run(folder.path(), ENDLESS, &["--save", "run.rrd"]);
     let ended = on_a_small_disk(8, &program).end();
-    ended.said(1, &["cannot write a recording", "run.rrd", "has space"]);
+    ended.said(1, &["cannot write a recording", "run.rrd", "free space"]);
     assert!(
         names(folder.path()).is_empty(),
         "{:?}",
@@ -47,9 +47,9 @@ fn a_disk_that_is_full_from_the_start_has_no_part() {
     );
 }
 
-/// Words that nobody takes change neither what is done nor the exit code.
+/// Errors on the standard output change neither the result nor the exit code.
 #[test]
-fn a_full_disk_for_words_is_told_by_the_exit_code() {
+fn a_full_disk_for_the_output_sets_the_exit_code() {
     let full = || {
         let full = std::fs::File::options().write(true).open("/dev/full");
         full.expect("a device that is full")
@@ -62,20 +62,20 @@ fn a_full_disk_for_words_is_told_by_the_exit_code() {
         status.expect("started").code()
     };
     let run = ["run", "torus-3deg", "--duration", "5", "--save", "run.rrd"];
-    // The warning that there are no exponents is not heard.
+    // The warning about missing exponents is lost.
     assert_eq!(status(&run, Stdio::null(), full().into()), Some(0));
     assert!(!samples(&recording).values.is_empty());
     assert_eq!(status(&run, full().into(), Stdio::null()), Some(1));
-    // Whoever has seen enough, as `| head` has, is no fault.
+    // A closed pipe, as in `| head`, is not an error.
     let (_, unread) = std::io::pipe().expect("a pipe");
     assert_eq!(status(&run, unread.into(), Stdio::null()), Some(0));
     let absent = ["run", "no-such-scene"];
     assert_eq!(status(&absent, Stdio::null(), full().into()), Some(2));
 }
 
-/// The arrays wait in files without a name, so that nothing at all must be left.
+/// The arrays wait in unnamed files: nothing may remain.
 #[test]
-fn a_full_disk_is_told_of_samples_too() {
+fn a_full_disk_is_reported_for_samples_too() {
     let (folder, _) = desk();
     let program = run(folder.path(), ENDLESS, &["--npz", "run.npz"]);
     let ended = on_a_small_disk(1_000_000, &program).end();
@@ -90,10 +90,10 @@ fn a_full_disk_is_told_of_samples_too() {
     );
 }
 
-/// Whichever of two files is full first, what is left of the recording is told. That depends on how long
-/// each waits for more of its kind.
+/// If two files fill the disk, the rest of the recording is reported, whichever file fails first. The order
+/// depends on the buffering of each.
 #[test]
-fn a_disk_that_is_full_of_samples_and_recording_leaves_the_recording_to_be_found() {
+fn a_full_disk_with_samples_and_recording_keeps_the_recording() {
     let (folder, _) = desk();
     let outputs = ["--npz", "run.npz", "--save", "run.rrd"];
     let program = run(folder.path(), ENDLESS, &outputs);
@@ -104,9 +104,9 @@ fn a_disk_that_is_full_of_samples_and_recording_leaves_the_recording_to_be_found
     assert!(!there.values.is_empty());
 }
 
-/// The same where it is not the recording that failed.
+/// The same if the recording has not failed.
 #[test]
-fn a_disk_that_is_full_of_samples_leaves_the_recording_on_another_to_be_found() {
+fn a_disk_full_of_samples_keeps_the_recording_on_another_disk() {
     let (folder, _) = desk();
     let outputs = ["--npz", "disk/run.npz", "--save", "run.rrd"];
     let program = run(folder.path(), ENDLESS, &outputs);
@@ -118,7 +118,7 @@ fn a_disk_that_is_full_of_samples_leaves_the_recording_on_another_to_be_found() 
         &[
             "disk/run.npz",
             "No space left on device",
-            "can be opened",
+            "the recording up to the failure can be opened",
             "run.rrd.part",
         ],
     );
@@ -127,16 +127,16 @@ fn a_disk_that_is_full_of_samples_leaves_the_recording_on_another_to_be_found() 
     assert!(!there.values.is_empty());
 }
 
-/// The index goes to the end of the file, when all else is there: a disk that is full then, too, keeps
-/// all samples.
+/// The index is written to the end of the file after all data. If the disk is full only then, all samples are
+/// kept.
 #[test]
-fn a_disk_that_is_full_at_the_end_keeps_all_samples() {
+fn a_disk_full_at_the_end_keeps_all_samples() {
     let (folder, recording) = desk();
     let short = || run(folder.path(), "40", &["--save", "run.rrd"]);
     Running::start(short()).end().said(0, &[]);
     let (bytes, expected) = (size(&recording), samples(&recording).values.len());
     std::fs::remove_file(&recording).expect("removed");
-    // The index has some 500 kilobytes, and two runs are alike to a few.
+    // The index has about 500 kB, and two runs differ by a few kB only.
     let ended = on_a_small_disk(bytes - 250_000, &short()).end();
     ended.said(1, &["File too large", "run.rrd.part"]);
     assert!(!recording.exists());
@@ -144,9 +144,9 @@ fn a_disk_that_is_full_at_the_end_keeps_all_samples() {
     assert_eq!(samples(&part).values.len(), expected);
 }
 
-/// A program with a tmpfs at `disk` in its folder, in a namespace of its own so that no mount is left
-/// behind, and what a shell does there after it. That takes root, or a system on which every user may
-/// make namespaces; `None` elsewhere.
+/// Runs a program with a tmpfs at `disk` in its folder, in its own mount namespace, which leaves no mount,
+/// and a shell command after it. This needs root, or a system on which every user may create namespaces;
+/// `None` elsewhere.
 fn on_a_small_tmpfs(size: &str, program: &Command, after: &str) -> Option<Running> {
     let folder = program.get_current_dir().expect("a folder");
     let namespace = |script: &str| {
@@ -155,7 +155,7 @@ fn on_a_small_tmpfs(size: &str, program: &Command, after: &str) -> Option<Runnin
         unshare.current_dir(folder);
         unshare
     };
-    std::fs::create_dir(folder.join("disk")).expect("made");
+    std::fs::create_dir(folder.join("disk")).expect("created");
     let mount = format!("mount -t tmpfs -o size={size} none disk");
     let allowed = namespace(&mount).output();
     if !allowed.is_ok_and(|output| output.status.success()) {
@@ -171,11 +171,11 @@ fn on_a_small_tmpfs(size: &str, program: &Command, after: &str) -> Option<Runnin
 }
 
 #[test]
-fn a_full_tmpfs_ends_the_run_and_keeps_what_is_there() {
+fn a_full_tmpfs_ends_the_run_and_keeps_the_partial_recording() {
     let (folder, _) = desk();
     let kept = folder.path().join("kept");
     let program = run(folder.path(), ENDLESS, &["--save", "disk/run.rrd"]);
-    // What is on the tmpfs goes with its namespace.
+    // The content of the tmpfs is lost with its namespace.
     let Some(running) = on_a_small_tmpfs("3m", &program, "cp -R disk kept") else {
         return;
     };
@@ -183,7 +183,7 @@ fn a_full_tmpfs_ends_the_run_and_keeps_what_is_there() {
     ended.said(
         1,
         &[
-            "cannot go on writing",
+            "cannot write the recording",
             "No space left on device",
             "run.rrd.part",
         ],
@@ -193,14 +193,14 @@ fn a_full_tmpfs_ends_the_run_and_keeps_what_is_there() {
     assert!(there.values.len() > 1000, "{}", there.values.len());
 }
 
-/// A file without a name takes everything, and is gone when the program ends: the run must not go on
-/// for hours to say so then.
+/// A deleted but open file accepts all data and is lost at the end. The run must report this at once, not
+/// after hours.
 #[test]
-fn a_folder_that_vanishes_ends_the_run_at_once() {
-    let gone = |take_away: &dyn Fn(&Path)| {
+fn a_removed_folder_ends_the_run_at_once() {
+    let removed = |take_away: &dyn Fn(&Path)| {
         let (folder, _) = desk();
         let results = folder.path().join("results");
-        std::fs::create_dir(&results).expect("made");
+        std::fs::create_dir(&results).expect("created");
         let running = Running::start(run(folder.path(), ENDLESS, &["--save", "results/run.rrd"]));
         until("a part", || size(&results.join("run.rrd.part")) > 100_000);
         take_away(&results);
@@ -211,30 +211,30 @@ fn a_folder_that_vanishes_ends_the_run_at_once() {
             &[
                 "is lost",
                 "run.rrd.part was removed or moved",
-                "a folder that stays",
+                "a folder that is not modified",
             ],
         );
         assert!(since.elapsed().as_secs() < 10, "{:?}", since.elapsed());
     };
-    gone(&|results| std::fs::remove_dir_all(results).expect("removed"));
-    gone(&|results| std::fs::rename(results, results.with_extension("old")).expect("moved"));
+    removed(&|results| std::fs::remove_dir_all(results).expect("removed"));
+    removed(&|results| std::fs::rename(results, results.with_extension("old")).expect("moved"));
 }
 
-/// A folder stands where the recording should: what is whole is kept beside it.
+/// If a folder of the same name exists, the complete recording is kept next to it.
 #[test]
-fn a_place_that_is_taken_meanwhile_does_not_cost_the_recording() {
+fn an_occupied_path_does_not_lose_the_recording() {
     let (folder, recording) = desk();
     let part = folder.path().join("run.rrd.part");
     let running = Running::start(run(folder.path(), ENDLESS, &["--save", "run.rrd"]));
     until("a part", || size(&part) > 100_000);
-    std::fs::create_dir(&recording).expect("made");
+    std::fs::create_dir(&recording).expect("created");
     running.signal("INT");
     let ended = running.end();
     ended.said(
         1,
         &[
-            "is whole, but cannot be moved",
-            "move it by hand",
+            "is complete, but cannot be moved",
+            "move it manually",
             "Is a directory",
         ],
     );

@@ -1,10 +1,10 @@
-//! What the environment says does not change what is recorded.
+//! Environment variables do not change the recorded data.
 
 use super::{Running, desk, run, samples, size, squeakscope};
 
-/// Rerun's own streams are turned off by it, and record nothing then.
+/// Rerun's environment variable switches its own streams off, which then record nothing.
 #[test]
-fn a_recording_does_not_depend_on_what_rerun_is_told() {
+fn a_recording_does_not_depend_on_the_rerun_variable() {
     for value in ["off", "0", "false", "on", "garbage"] {
         let (folder, recording) = desk();
         let mut program = run(folder.path(), "5", &["--save", "run.rrd"]);
@@ -15,9 +15,9 @@ fn a_recording_does_not_depend_on_what_rerun_is_told() {
 }
 
 #[test]
-fn a_study_is_recorded_where_rerun_is_off() {
+fn a_study_is_recorded_with_rerun_switched_off() {
     let (folder, recording) = desk();
-    let words = "sweep torus-3deg --tilt 1:2:1 --least 5 --most 5 --measure 5 --out run.arrow --save run.rrd";
+    let words = "sweep torus-3deg --tilt 1:2:1 --min-transient 5 --max-transient 5 --measure 5 --out run.arrow --save run.rrd";
     let mut program = squeakscope();
     program.current_dir(folder.path()).args(words.split(' '));
     program.env("RERUN", "off");

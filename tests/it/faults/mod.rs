@@ -1,10 +1,9 @@
-//! What goes wrong goes wrong for real here: full disks, folders that vanish, viewers that die, signals
-//! at any moment, panics. Each ends in time, with a clear word and the right exit code, and keeps what
-//! was promised.
+//! Real faults: full disks, removed folders, crashed viewers, signals at any moment, panics. Each ends the
+//! program in time with a clear message and the right exit code, and keeps the promised files.
 //!
-//! Disks are filled by a limit on the size of files, which every user can set, and by a small tmpfs
-//! where namespaces are allowed. Viewers are played by listeners; the tests with a real one are ignored
-//! unless asked for, since it is a program of its own:
+//! Full disks are simulated by a limit on the file size, which every user can set, and by a small tmpfs where
+//! namespaces are allowed. Viewers are simulated by listeners; the tests with a real viewer are ignored by
+//! default, since they need another program:
 //!
 //! ```sh
 //! SQUEAKSCOPE_VIEWER=rerun cargo test --release --test it faults::viewers -- --ignored
@@ -27,19 +26,19 @@ use std::time::{Duration, Instant};
 
 use squeakscope::record::{Series, paths, read_series};
 
-/// Long after anything here should be over, on a busy machine too.
+/// Timeout for everything in these tests, on a busy machine too.
 const DEADLINE: Duration = Duration::from_secs(60);
-/// Simulated time that no test waits for, ms.
+/// A simulated time that no test reaches, ms.
 const ENDLESS: &str = "100000";
-/// Samples a second of the scene that is run.
+/// Sample rate of the simulated scene, Hz.
 const SAMPLE_RATE: f64 = 200e3;
 
-/// The program that is tested.
+/// The tested program.
 fn squeakscope() -> Command {
     Command::new(env!("CARGO_BIN_EXE_squeakscope"))
 }
 
-/// The joint for a simulated time (ms), into the current folder.
+/// Runs the joint for a simulated time (ms), with output to the current folder.
 fn run(folder: &Path, duration_ms: &str, more: &[&str]) -> Command {
     let mut command = squeakscope();
     command
@@ -49,8 +48,8 @@ fn run(folder: &Path, duration_ms: &str, more: &[&str]) -> Command {
     command
 }
 
-/// A program whose files must not grow beyond a size, as if the disk were full then. Any user may do
-/// that. Unless the signal that goes with it is ignored, as it is here, it kills.
+/// Runs a program with a file size limit, which simulates a full disk. Any user may set it. The corresponding
+/// signal kills the program unless it is ignored, as it is here.
 fn on_a_small_disk(bytes: u64, program: &Command) -> Running {
     let mut shell = Command::new("sh");
     let script = format!("trap '' XFSZ; exec prlimit --fsize={bytes} \"$@\"");
@@ -64,13 +63,13 @@ fn on_a_small_disk(bytes: u64, program: &Command) -> Running {
     Running::start(shell)
 }
 
-/// A program that is running, with a process group of its own, and does not outlive its test.
+/// A running program in its own process group, stopped at the end of its test.
 struct Running {
     child: Child,
     began: Instant,
 }
 
-/// How a program ended.
+/// Result of a program.
 struct Ended {
     status: ExitStatus,
     stdout: String,
@@ -80,7 +79,7 @@ struct Ended {
 
 impl Running {
     fn start(asked: Command) -> Self {
-        // Whoever starts the tests in the background may have them ignore signals from birth.
+        // A background job may have inherited ignored signals.
         let mut command = Command::new("/usr/bin/env");
         command
             .arg("--default-signal=HUP,INT,TERM")
@@ -106,20 +105,20 @@ impl Running {
         }
     }
 
-    /// Sends a signal to it and to all that it has started, as a terminal does.
+    /// Sends a signal to the program and all its children, as a terminal does.
     fn signal(&self, name: &str) {
         kill(name, &format!("-{}", self.child.id()));
     }
 
-    /// Sends a signal to it alone.
+    /// Sends a signal to the program only.
     fn signal_alone(&self, name: &str) {
         kill(name, &self.child.id().to_string());
     }
 
-    /// Waits for its end, which must come before the deadline.
+    /// Waits for the end of the program, which must come before the deadline.
     fn end(mut self) -> Ended {
         while self.child.try_wait().expect("status").is_none() {
-            assert!(self.began.elapsed() < DEADLINE, "it hangs");
+            assert!(self.began.elapsed() < DEADLINE, "the program hangs");
             std::thread::sleep(Duration::from_millis(2));
         }
         let took = self.began.elapsed();
@@ -143,7 +142,10 @@ fn kill(signal: &str, whom: &str) {
     let sent = Command::new("kill")
         .args(["-s", signal, "--", whom])
         .status();
-    assert!(sent.expect("kill").success(), "no {signal} for {whom}");
+    assert!(
+        sent.expect("kill").success(),
+        "cannot send {signal} to {whom}"
+    );
 }
 
 impl Drop for Running {
@@ -156,7 +158,7 @@ impl Drop for Running {
 }
 
 impl Ended {
-    /// The exit code, and one line for a human that has all of `words`.
+    /// Checks the exit code, and one line of the standard error that contains all of `words`.
     #[track_caller]
     fn said(&self, code: i32, words: &[&str]) {
         assert_eq!(
@@ -169,7 +171,7 @@ impl Ended {
         for word in words {
             assert!(
                 self.stderr.contains(word),
-                "no `{word}` in: {}",
+                "`{word}` is missing in: {}",
                 self.stderr
             );
         }
@@ -177,12 +179,12 @@ impl Ended {
     }
 }
 
-/// Waits until something holds.
+/// Waits until a condition holds.
 #[track_caller]
 fn until(what: &str, mut holds: impl FnMut() -> bool) {
     let began = Instant::now();
     while !holds() {
-        assert!(began.elapsed() < DEADLINE, "waited in vain: {what}");
+        assert!(began.elapsed() < DEADLINE, "timeout: {what}");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -207,7 +209,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The samples in a recording, none missing between the first and the last.
+/// The samples in a recording, without gaps.
 #[track_caller]
 fn samples(recording: &Path) -> Series {
     let series = read_series(recording, Some(paths::DISPLACEMENT)).expect("readable");
@@ -221,7 +223,7 @@ fn samples(recording: &Path) -> Series {
     series
 }
 
-/// A folder, and the place of a recording in it.
+/// A folder, and the path of a recording in it.
 fn desk() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("temporary folder");
     let recording = folder.path().join("run.rrd");

@@ -1,4 +1,4 @@
-//! Outputs that may not be written, and memory that there is not: known before the work.
+//! Unwritable outputs and insufficient memory are detected before the work starts.
 
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
@@ -19,7 +19,7 @@ fn ended(folder: &Path, words: &str) -> Ended {
     Running::start(asked(folder, words)).end()
 }
 
-/// Each output of each command, the file that it would write in place of `%`. All of them would take minutes.
+/// All outputs of all commands; `%` is replaced by the file. Each command would run for minutes.
 const OUTPUTS: &[(&str, &str)] = &[
     ("run --duration 100000 --save %", "a.rrd"),
     ("run --duration 100000 --npz %", "a.npz"),
@@ -31,9 +31,9 @@ const OUTPUTS: &[(&str, &str)] = &[
     ("stability --json %", "a.json"),
     ("model --out %", "a.npz"),
     ("model --out b.npz --json %", "a.json"),
-    ("lyapunov --until 100 --png %", "a.png"),
-    ("lyapunov --until 100 --csv %", "a.csv"),
-    ("lyapunov --until 100 --json %", "a.json"),
+    ("lyapunov --average-time 100 --figures %", "a.png"),
+    ("lyapunov --average-time 100 --csv %", "a.csv"),
+    ("lyapunov --average-time 100 --json %", "a.json"),
     ("sweep --out %", "a.arrow"),
     ("sweep --resume --out %", "a.arrow"),
     ("sweep --save %", "a.rrd"),
@@ -46,18 +46,18 @@ const OUTPUTS: &[(&str, &str)] = &[
     ("calibrate --resume --out %", "a.jsonl"),
     ("calibrate --best %", "a.toml"),
     ("calibrate --json %", "a.json"),
-    ("cost --page %", "a.md"),
+    ("cost --markdown %", "a.md"),
     ("cost --write %", "a.toml"),
     ("cost --json %", "a.json"),
-    ("growth --page %", "a.md"),
+    ("growth --markdown %", "a.md"),
     ("growth --json %", "a.json"),
     ("analyse s.csv --rate 1000 --save %", "a.rrd"),
     ("analyse s.csv --rate 1000 --json %", "a.json"),
 ];
 
-/// Each directory of each command, and a file that it would write there.
+/// All output folders of all commands, and a file written there.
 const DIRECTORIES: &[(&str, &str)] = &[
-    ("lyapunov --until 100 --png %", "lyapunov.png"),
+    ("lyapunov --average-time 100 --figures %", "lyapunov.png"),
     ("sweep --figures %", "bifurcation.svg"),
     ("basins --figures %", "basins.png"),
     ("paper --out %", "figure-11.svg"),
@@ -66,10 +66,10 @@ const DIRECTORIES: &[(&str, &str)] = &[
     ("cost --out %", "cost-nodes.svg"),
     ("cost --out %", "cost.rrd"),
     ("growth --out %", "growth.csv"),
-    ("analyse s.csv --rate 1000 --png %", "zero_one.png"),
+    ("analyse s.csv --rate 1000 --figures %", "zero_one.png"),
 ];
 
-/// A folder with a signal.
+/// A folder with a signal file.
 fn folder() -> tempfile::TempDir {
     let (folder, _) = desk();
     let rows: String = (0..600)
@@ -85,7 +85,7 @@ fn protect(path: &Path) {
 }
 
 #[test]
-fn a_protected_output_is_refused_before_the_work() {
+fn a_protected_output_is_rejected_before_the_work() {
     for (words, name) in OUTPUTS {
         let folder = folder();
         let path = folder.path().join(name);
@@ -98,7 +98,7 @@ fn a_protected_output_is_refused_before_the_work() {
     for (words, name) in DIRECTORIES {
         let folder = folder();
         let directory = folder.path().join("there");
-        std::fs::create_dir(&directory).expect("made");
+        std::fs::create_dir(&directory).expect("created");
         protect(&directory.join(name));
         let ended = ended(folder.path(), &words.replace('%', "there"));
         ended.said(2, &["is write-protected", name]);
@@ -106,35 +106,37 @@ fn a_protected_output_is_refused_before_the_work() {
     }
 }
 
-/// The short table beside the large one is an output, too.
+/// The short table next to the large one is an output, too.
 #[test]
-fn a_protected_short_table_is_refused_before_the_work() {
+fn a_protected_short_table_is_rejected_before_the_work() {
     let folder = folder();
     protect(&folder.path().join("a.csv"));
     ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.csv"]);
 }
 
 #[test]
-fn a_name_too_long_is_refused_before_the_work() {
+fn a_file_name_that_is_too_long_is_rejected_before_the_work() {
     let folder = folder();
     for (words, name) in OUTPUTS {
         let (_, ending) = name.split_once('.').expect("an ending");
         let long = format!("{}.{ending}", "x".repeat(254 - ending.len()));
-        ended(folder.path(), &words.replace('%', &long)).said(2, &["name is too long"]);
+        ended(folder.path(), &words.replace('%', &long))
+            .said(2, &["is too long for the file system"]);
         assert_eq!(names(folder.path()), ["s.csv"], "{words}");
     }
     for (words, _) in DIRECTORIES {
         let long = "x".repeat(256);
-        ended(folder.path(), &words.replace('%', &long)).said(2, &["name is too long"]);
+        ended(folder.path(), &words.replace('%', &long))
+            .said(2, &["is too long for the file system"]);
         assert_eq!(names(folder.path()), ["s.csv"], "{words}");
     }
-    // One that fits.
+    // The longest valid name.
     let fits = format!("{}.npz", "x".repeat(243));
     ended(folder.path(), &format!("run --duration 1 --npz {fits}")).said(0, &[]);
     assert_eq!(names(folder.path()), ["s.csv", &fits]);
 }
 
-/// Runs a command with so much address space, kB.
+/// Runs a command with a limited address space, kB.
 fn cramped(folder: &Path, kilobytes: u32, words: &str) -> Ended {
     let mut shell = Command::new("sh");
     let script = format!("ulimit -v {kilobytes}; exec \"$@\"");
@@ -145,9 +147,9 @@ fn cramped(folder: &Path, kilobytes: u32, words: &str) -> Ended {
     Running::start(shell).end()
 }
 
-/// 300 MB are enough for everything but recordings, and these say so before the work.
+/// 300 MB are sufficient for everything except recordings, which report this before the work.
 #[test]
-fn little_memory_ends_in_an_error() {
+fn insufficient_memory_ends_in_an_error() {
     let folder = folder();
     for words in [
         "run --duration 100000",
@@ -161,17 +163,17 @@ fn little_memory_ends_in_an_error() {
         "live --no-keys --serve --port 0",
     ] {
         let ended = cramped(folder.path(), 300_000, words);
-        ended.said(1, &["MB of address space, which the system refuses"]);
+        ended.said(1, &["MB of address space, which the system does not grant"]);
         assert_eq!(ended.stderr.matches("error").count(), 1, "{}", ended.stderr);
         assert_eq!(names(folder.path()), ["s.csv"], "{words}");
     }
     for words in [
         "stability --tilt 2",
-        "lyapunov impact-oscillator --until 0.1 --png a.png",
+        "lyapunov impact-oscillator --average-time 0.1 --figures a.png",
     ] {
         cramped(folder.path(), 300_000, words).said(0, &[]);
     }
-    // As many elements as there may be.
+    // With the maximum number of elements.
     let text = squeakscope::scene::preset("periodic-2deg")
         .expect("preset")
         .text;
@@ -182,9 +184,9 @@ fn little_memory_ends_in_an_error() {
         "stability fine.toml --tilt 2",
     ] {
         let ended = cramped(folder.path(), 300_000, words);
-        ended.said(1, &["the finite elements take about", "larger elements"]);
+        ended.said(1, &["the finite elements need about", "larger elements"]);
     }
-    // Windows of ten seconds at 2 MHz.
+    // Windows of 10 s at 2 MHz.
     let scene = squeakscope::scene::preset("impact-oscillator")
         .expect("preset")
         .text;
@@ -193,11 +195,11 @@ fn little_memory_ends_in_an_error() {
     let text = text.replace("sample_rate_khz = 20\n", "sample_rate_khz = 2000\n");
     std::fs::write(folder.path().join("long.toml"), text).expect("written");
     let ended = cramped(folder.path(), 500_000, "run long.toml --npz c.npz");
-    ended.said(1, &["the windows of the analyses take about", "window_ms"]);
+    ended.said(1, &["the analysis windows need about", "window_ms"]);
     assert!(!folder.path().join("c.npz").exists());
 }
 
-/// An interrupted search gives the same bytes as one that was not, whatever the threads.
+/// An interrupted search gives the same bytes as an uninterrupted one, with any number of threads.
 #[test]
 fn a_search_in_parts_gives_the_same_log() {
     let (folder, _) = desk();
@@ -220,7 +222,7 @@ fn a_search_in_parts_gives_the_same_log() {
     let log = String::from_utf8(whole[0].clone()).expect("text");
     let lines: Vec<&str> = log.lines().collect();
     assert_eq!(lines.len(), 9);
-    // As three threads leave it when they are killed: in any order, the last line torn.
+    // The state after three threads were killed: lines in any order, the last one incomplete.
     for (kept, threads) in [([2, 1].as_slice(), 3), (&[4, 1, 3, 2, 7], 2)] {
         let kept = kept.iter().map(|&k| format!("{}\n", lines[k]));
         let torn = &lines[8][..lines[8].len() / 2];
@@ -230,9 +232,9 @@ fn a_search_in_parts_gives_the_same_log() {
     }
 }
 
-/// Steps so coarse that work and energy part, and what `--strict` makes of it.
+/// A step so long that the energy audit fails, with and without `--strict`.
 #[test]
-fn an_audit_that_fails_is_told_in_every_way() {
+fn a_failed_audit_is_reported_in_every_output() {
     let (folder, _) = desk();
     let text = squeakscope::scene::preset("torus-3deg")
         .expect("preset")
@@ -249,18 +251,15 @@ fn an_audit_that_fails_is_told_in_every_way() {
     };
     let words = "run coarse.toml --duration 20 --npz a.npz --json a.json";
     let lax = ended(folder.path(), words);
-    lax.said(
-        0,
-        &["warning: energy and work do not agree", "time.max_step_us"],
-    );
+    lax.said(0, &["warning: the energy audit failed", "time.max_step_us"]);
     assert!(audit()["residual"].as_f64() > Some(0.05), "{}", audit());
     assert_eq!(audit()["limit"], 0.05);
     assert_eq!(audit()["holds"], false);
     std::fs::remove_file(folder.path().join("a.json")).expect("removed");
     let strict = ended(folder.path(), &format!("{words} --strict"));
-    strict.said(1, &["error: energy and work do not agree", "(--strict)"]);
-    assert_eq!(audit()["holds"], false, "written all the same");
-    // One that holds, and none at all.
+    strict.said(1, &["error: the energy audit failed", "(--strict)"]);
+    assert_eq!(audit()["holds"], false, "written nevertheless");
+    // A passed audit, and no audit.
     let fine = "run torus-3deg --duration 20 --npz a.npz --json a.json --strict";
     ended(folder.path(), fine).said(0, &[]);
     assert_eq!(audit()["holds"], true);
@@ -268,5 +267,5 @@ fn an_audit_that_fails_is_told_in_every_way() {
     ended(folder.path(), none).said(0, &[]);
     assert!(audit().is_null());
     let strict = ended(folder.path(), &format!("{none} --strict"));
-    strict.said(2, &["nothing was audited (--strict)"]);
+    strict.said(2, &["no energy audit (--strict)"]);
 }

@@ -1,4 +1,4 @@
-//! A panic in each thread of a run is the run's error; what was recorded so far can be opened.
+//! A panic in any thread of a run is an error of the run; the recording up to it is readable.
 
 use squeakscope::pipeline::message::{Frame, Header, Record};
 use squeakscope::pipeline::{Monitor, PipelineError, Simulation, Sink, SinkError, Source, drive};
@@ -7,15 +7,15 @@ use squeakscope::scene::{AnalysisSpec, Scene};
 
 use super::{desk, names, samples};
 
-/// Frames before something goes wrong.
-const SOUND: u64 = 20;
+/// Number of frames before the fault.
+const GOOD_FRAMES: u64 = 20;
 
 fn scene() -> Scene {
     let scene = Scene::load("torus-3deg").expect("preset");
     scene.with_duration(200.0).expect("in range")
 }
 
-/// A simulation that goes wrong at a frame.
+/// A simulation with a faulty frame.
 struct Faulty {
     simulation: Simulation,
     spoil: fn(&mut Frame),
@@ -32,27 +32,27 @@ impl Source for Faulty {
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
         let mut frame = self.simulation.next_frame()?;
-        if let Some(frame) = frame.as_mut().filter(|frame| frame.index >= SOUND) {
+        if let Some(frame) = frame.as_mut().filter(|frame| frame.index >= GOOD_FRAMES) {
             (self.spoil)(frame);
         }
         Ok(frame)
     }
 
-    fn is_over(&self) -> bool {
-        self.simulation.is_over()
+    fn is_finished(&self) -> bool {
+        self.simulation.is_finished()
     }
 }
 
 /// A recorder that panics at the samples of a frame.
-struct Clumsy {
+struct FaultyRecorder {
     recorder: RerunSink,
     at: u64,
 }
 
-impl Sink for Clumsy {
+impl Sink for FaultyRecorder {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if matches!(&record, Record::Samples(frame) if frame.index == self.at) {
-            panic!("dropped the pen");
+            panic!("faulty recorder");
         }
         self.recorder.accept(record)
     }
@@ -62,7 +62,7 @@ impl Sink for Clumsy {
     }
 }
 
-/// Runs into a panic; the fault, and how many samples can be read after it.
+/// Provokes a panic. Returns the error, and the number of readable samples.
 fn fault(spoil: fn(&mut Frame), recorder_at: u64) -> (PipelineError, usize) {
     let (folder, recording) = desk();
     let scene = scene();
@@ -74,7 +74,7 @@ fn fault(spoil: fn(&mut Frame), recorder_at: u64) -> (PipelineError, usize) {
         save: Some(recording.clone()),
         ..Output::default()
     };
-    let mut sink = Clumsy {
+    let mut sink = FaultyRecorder {
         recorder: RerunSink::new(&output, scene.record).expect("opened"),
         at: recorder_at,
     };
@@ -98,29 +98,29 @@ fn panicked(fault: &PipelineError, thread: &str, word: &str) {
     );
 }
 
-/// Samples of the sound frames.
-fn sound(scene: &Scene) -> usize {
-    SOUND as usize * scene.frame_samples
+/// Number of samples in the good frames.
+fn good_samples(scene: &Scene) -> usize {
+    GOOD_FRAMES as usize * scene.frame_samples
 }
 
 #[test]
-fn a_panic_of_the_simulation_keeps_what_was_simulated() {
-    let (fault, kept) = fault(|_| panic!("lost the ball"), u64::MAX);
-    panicked(&fault, "simulate", "lost the ball");
-    assert_eq!(kept, sound(&scene()));
+fn a_panic_of_the_simulation_keeps_the_samples() {
+    let (fault, kept) = fault(|_| panic!("faulty simulation"), u64::MAX);
+    panicked(&fault, "simulate", "faulty simulation");
+    assert_eq!(kept, good_samples(&scene()));
 }
 
-/// The samples go to the recorder before they are analysed.
+/// The samples are recorded before they are analysed.
 #[test]
-fn a_panic_of_the_analysis_keeps_what_was_simulated() {
+fn a_panic_of_the_analysis_keeps_the_samples() {
     let (fault, kept) = fault(|frame| frame.velocity.push(0.0), u64::MAX);
     panicked(&fault, "analyse", "");
-    assert_eq!(kept, sound(&scene()) + scene().frame_samples);
+    assert_eq!(kept, good_samples(&scene()) + scene().frame_samples);
 }
 
 #[test]
-fn a_panic_of_the_recorder_keeps_what_was_recorded() {
-    let (fault, kept) = fault(|_| {}, SOUND);
-    panicked(&fault, "record", "dropped the pen");
-    assert_eq!(kept, sound(&scene()));
+fn a_panic_of_the_recorder_keeps_the_recorded_samples() {
+    let (fault, kept) = fault(|_| {}, GOOD_FRAMES);
+    panicked(&fault, "record", "faulty recorder");
+    assert_eq!(kept, good_samples(&scene()));
 }

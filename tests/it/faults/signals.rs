@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM and a closed terminal at any moment; kill -9.
+//! Ctrl-C, SIGTERM, a closed terminal and kill -9 at any moment.
 
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::ExitStatusExt;
@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 
 use super::{DEADLINE, ENDLESS, Running, desk, names, run, samples, size, squeakscope, until};
 
-/// When a run is interrupted.
+/// Moment of the interrupt.
 #[derive(Clone, Copy, Debug)]
 enum Moment {
-    /// So many ms after its start: while the program is loaded, sets up, opens its files or computes,
-    /// by how fast the machine is.
+    /// Time after the start, ms. Depending on the machine, the program is being loaded, sets up, opens its
+    /// files or simulates.
     After(u64),
-    /// When there are so many bytes of the recording.
+    /// Size of the recording, bytes.
     Written(u64),
 }
 
@@ -65,8 +65,8 @@ fn interrupted_at_any_moment(signal: &str, number: i32) {
             sent.elapsed()
         );
         if ended.status.signal() == Some(number) {
-            // Before the program had begun: it has left nothing.
-            assert!(written == 0, "{signal} killed it, {moment:?}");
+            // The program had not started yet and has left nothing.
+            assert!(written == 0, "killed by {signal}, {moment:?}");
             assert!(
                 names(folder.path()).is_empty(),
                 "{:?}",
@@ -75,12 +75,12 @@ fn interrupted_at_any_moment(signal: &str, number: i32) {
             continue;
         }
         if names(folder.path()).is_empty() {
-            // While it set up.
-            ended.said(130, &["interrupted before anything was begun"]);
+            // During the set-up.
+            ended.said(130, &["interrupted before the computation started"]);
             assert!(written == 0, "{moment:?}");
             continue;
         }
-        ended.said(130, &["interrupted; what was reached until then is kept"]);
+        ended.said(130, &["interrupted; the results so far are saved"]);
         assert_eq!(
             names(folder.path()),
             ["run.json", "run.npz", "run.rrd"],
@@ -104,17 +104,17 @@ fn interrupted_at_any_moment(signal: &str, number: i32) {
 }
 
 #[test]
-fn ctrl_c_at_any_moment_keeps_what_was_reached() {
+fn ctrl_c_at_any_moment_keeps_the_samples() {
     interrupted_at_any_moment("INT", 2);
 }
 
 #[test]
-fn sigterm_at_any_moment_is_as_ctrl_c() {
+fn sigterm_at_any_moment_has_the_effect_of_ctrl_c() {
     interrupted_at_any_moment("TERM", 15);
 }
 
 #[test]
-fn a_closed_terminal_is_as_ctrl_c() {
+fn a_closed_terminal_has_the_effect_of_ctrl_c() {
     let (folder, recording) = desk();
     let running = Running::start(run(folder.path(), ENDLESS, &["--save", "run.rrd"]));
     until("a part", || {
@@ -125,7 +125,7 @@ fn a_closed_terminal_is_as_ctrl_c() {
     assert!(!samples(&recording).values.is_empty());
 }
 
-/// Ten thousand nodes in steps of 10 ns: a frame takes minutes.
+/// Ten thousand nodes with steps of 10 ns: a frame takes minutes.
 const SLOW_FRAMES: &str = "
 load = { load_n = 150, tilt_deg = 3 }
 friction = { mu_s = 0.55, mu_d = 0.25 }
@@ -133,11 +133,11 @@ contact.nodes = 10000
 time = { duration_ms = 100, max_step_us = 0.01, frame_samples = 65536 }
 ";
 
-/// Long before the end of a frame or of the set-up.
+/// Much less than the duration of a frame or of the set-up.
 const SOON: Duration = Duration::from_secs(5);
 
 #[test]
-fn ctrl_c_is_heeded_within_a_frame() {
+fn ctrl_c_stops_the_run_within_a_frame() {
     for signal in ["INT", "TERM", "HUP"] {
         let (folder, recording) = desk();
         std::fs::write(folder.path().join("slow.toml"), SLOW_FRAMES).expect("written");
@@ -149,7 +149,9 @@ fn ctrl_c_is_heeded_within_a_frame() {
         std::thread::sleep(Duration::from_millis(500));
         running.signal(signal);
         let sent = Instant::now();
-        running.end().said(130, &["interrupted; what was reached"]);
+        running
+            .end()
+            .said(130, &["interrupted; the results so far are saved"]);
         assert!(sent.elapsed() < SOON, "{signal}: {:?}", sent.elapsed());
         assert_eq!(names(folder.path()), ["run.json", "run.rrd", "slow.toml"]);
         let json = std::fs::read(folder.path().join("run.json")).expect("written");
@@ -160,9 +162,9 @@ fn ctrl_c_is_heeded_within_a_frame() {
     }
 }
 
-/// Here the scene is never read to its end, since nobody writes into the pipe.
+/// The scene is read from a pipe without a writer.
 #[test]
-fn ctrl_c_before_the_run_begins_ends_at_once() {
+fn ctrl_c_before_the_run_starts_ends_at_once() {
     for command in [
         &["run"][..],
         &["sweep"],
@@ -181,30 +183,33 @@ fn ctrl_c_before_the_run_begins_ends_at_once() {
         running.signal("TERM");
         let sent = Instant::now();
         let ended = running.end();
-        ended.said(130, &["interrupted before anything was begun"]);
+        ended.said(130, &["interrupted before the computation started"]);
         assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
         assert!(sent.elapsed() < SOON, "{command:?}: {:?}", sent.elapsed());
         assert_eq!(names(folder.path()), ["pipe"]);
     }
 }
 
-/// A pipe as a table would wait for ever; as a scene it is what `<(...)` gives.
+/// A pipe as a table would block forever. As a scene it is valid: `<(...)` creates one.
 #[test]
-fn a_pipe_is_a_scene_but_no_table() {
+fn a_pipe_is_valid_as_a_scene_but_not_as_a_table() {
     let (folder, _) = desk();
     let made = Command::new("mkfifo")
         .arg(folder.path().join("pipe.csv"))
         .status();
     assert!(made.expect("mkfifo").success());
-    for (load, told) in [
-        ("load_csv = \"pipe.csv\"", "pipe.csv` is no regular file"),
-        ("load_csv = \"/dev/null\"", "/dev/null` is no regular file"),
+    for (load, message) in [
+        ("load_csv = \"pipe.csv\"", "pipe.csv` is not a regular file"),
+        (
+            "load_csv = \"/dev/null\"",
+            "/dev/null` is not a regular file",
+        ),
     ] {
         let scene = SLOW_FRAMES.replace("load_n = 150", load);
         std::fs::write(folder.path().join("scene.toml"), scene).expect("written");
         let mut run = squeakscope();
         run.current_dir(folder.path()).args(["run", "scene.toml"]);
-        Running::start(run).end().said(2, &[told]);
+        Running::start(run).end().said(2, &[message]);
     }
     let mut shell = Command::new("sh");
     let script = "\"$0\" scenes periodic-2deg | \"$0\" run /dev/stdin --duration 10 --save run.rrd";
@@ -214,9 +219,9 @@ fn a_pipe_is_a_scene_but_no_table() {
     Running::start(shell).end().said(0, &[]);
 }
 
-/// Whoever asks twice wants it to end now: what is there is a part, or whole.
+/// A second Ctrl-C ends the program immediately; the recording is partial or complete.
 #[test]
-fn ctrl_c_twice_ends_at_once() {
+fn a_second_ctrl_c_ends_the_program_immediately() {
     for pause in [0, 1, 3, 10, 30] {
         let (folder, recording) = desk();
         let part = folder.path().join("run.rrd.part");
@@ -242,9 +247,9 @@ fn ctrl_c_twice_ends_at_once() {
     }
 }
 
-/// What is in the part of a run that was killed can be analysed.
+/// The partial recording of a killed run can be analysed.
 #[test]
-fn a_killed_run_leaves_a_part_that_can_be_analysed() {
+fn a_killed_run_leaves_a_readable_partial_recording() {
     let (folder, _) = desk();
     let part = folder.path().join("run.rrd.part");
     let running = Running::start(run(folder.path(), ENDLESS, &["--save", "run.rrd"]));
@@ -272,17 +277,18 @@ fn a_killed_run_leaves_a_part_that_can_be_analysed() {
         (duration - kept).abs() < 1e-6 && kept > 0.04,
         "{duration} s, {kept} s"
     );
-    // The next run leaves it alone.
+    // The next run does not touch it.
     Running::start(run(folder.path(), "10", &["--save", "run.rrd"]))
         .end()
         .said(0, &[]);
     assert_eq!(names(folder.path()), ["a.json", "run.rrd", "run.rrd.part"]);
 }
 
-/// Tells the child of [`a_killed_recording_reads_to_within_a_second`] where to record.
+/// Environment variable with the recording path for the child process of
+/// [`a_killed_recording_misses_less_than_a_second`].
 const CHILD: &str = "SQUEAKSCOPE_TEST_RECORD_TO";
 
-/// Not a test: the process that is killed, which says how far its simulation is.
+/// Not a test: the process that is killed. It prints its simulated time.
 #[test]
 fn child_that_is_killed() {
     use squeakscope::pipeline::{Monitor, run};
@@ -294,7 +300,7 @@ fn child_that_is_killed() {
     };
     let scene = Scene::load("torus-3deg").expect("preset");
     let mut scene = scene.with_duration(1e5).expect("in range");
-    // So slow that samples are sent for their age, before there are many of them.
+    // So slow that samples are sent because of their age, not their number.
     scene.integrator.tolerance = 1e-11;
     let output = Output {
         save: Some(path),
@@ -303,7 +309,7 @@ fn child_that_is_killed() {
     let mut sink = RerunSink::new(&output, scene.record).expect("opened");
     let monitor = Monitor {
         progress: &|time| {
-            // Not `println`, which the harness keeps to itself.
+            // Not `println`, whose output the test harness captures.
             let mut out = std::io::stdout();
             let _ = out.write_all(format!("reached {time}\n").as_bytes());
             let _ = out.flush();
@@ -313,12 +319,12 @@ fn child_that_is_killed() {
     run(&scene, "test", &mut sink, monitor).expect("never ends");
 }
 
-/// Moments of kill -9, ms after the first frame: the recorder sends what waits every 0.8 s.
+/// Times of kill -9, ms after the first frame; the recorder flushes every 0.8 s.
 const KILLS: [u64; 4] = [1500, 1700, 1900, 2100];
 
-/// The last sample of a killed recording was computed at most a second before.
+/// The last sample of a killed recording was computed at most 1 s earlier.
 #[test]
-fn a_killed_recording_reads_to_within_a_second() {
+fn a_killed_recording_misses_less_than_a_second() {
     for moment in KILLS {
         let lost = lost_by_a_kill(Duration::from_millis(moment));
         println!("{moment} ms: lost {} ms of computing", lost.as_millis());
@@ -326,7 +332,7 @@ fn a_killed_recording_reads_to_within_a_second() {
     }
 }
 
-/// Wall time of the computing that is missing in a recording that was killed.
+/// Wall time of the computation that is missing in a killed recording.
 fn lost_by_a_kill(moment: Duration) -> Duration {
     let (_folder, recording) = desk();
     let mut child = Command::new(std::env::current_exe().expect("this test"));
@@ -339,23 +345,23 @@ fn lost_by_a_kill(moment: Duration) -> Duration {
         .env(CHILD, &recording)
         .stdout(Stdio::piped());
     let mut child = Running::start(child);
-    let (tell, told) = mpsc::channel();
+    let (sender, times) = mpsc::channel();
     let lines = BufReader::new(child.child.stdout.take().expect("piped"));
     let reader = std::thread::spawn(move || {
         for line in lines.lines().map_while(Result::ok) {
             let time = line.strip_prefix("reached ");
             if let Some(time) = time.and_then(|time| time.parse::<f64>().ok()) {
-                tell.send((Instant::now(), time)).expect("listening");
+                sender.send((Instant::now(), time)).expect("listening");
             }
         }
     });
-    let mut reached = vec![told.recv_timeout(DEADLINE).expect("a frame")];
+    let mut reached = vec![times.recv_timeout(DEADLINE).expect("a frame")];
     std::thread::sleep(moment);
     child.signal("KILL");
     let killed = Instant::now();
-    child.child.wait().expect("dead");
+    child.child.wait().expect("ended");
     reader.join().expect("all lines");
-    reached.extend(told.iter());
+    reached.extend(times.iter());
     let kept = samples(&recording.with_extension("rrd.part"));
     let last = *kept.times.last().expect("samples");
     let after = reached.iter().find(|(_, time)| *time > last);

@@ -1,4 +1,4 @@
-//! A consumer ten times too slow: pictures give way where nothing is saved, else everything waits.
+//! A consumer ten times too slow: only pictures are dropped, and only if nothing is saved.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use squeakscope::pipeline::message::Record;
 use squeakscope::pipeline::{Delivery, Monitor, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
-/// Takes its time over each record.
+/// A sink with a delay per record.
 struct Slow {
     pause: Duration,
     delivery: Delivery,
@@ -41,12 +41,12 @@ fn pictures(records: &[Record]) -> usize {
     records.iter().filter(|record| record.is_picture()).count()
 }
 
-/// What must come whatever happens: times of samples, words and numbers.
+/// Records that must not be dropped: times of samples, texts and numbers.
 fn kept(records: &[Record]) -> Vec<String> {
     let kept = records.iter().filter(|record| !record.is_picture());
     kept.filter_map(|record| match record {
         Record::Samples(frame) => Some(format!("{} {:?}", frame.index, frame.displacement)),
-        // They tell the time of day.
+        // Health and summary contain wall times.
         Record::Health(_) | Record::Summary(_) => None,
         other => Some(format!("{other:?}")),
     })
@@ -62,10 +62,10 @@ fn drops(records: &[Record]) -> u64 {
 }
 
 #[test]
-fn a_consumer_ten_times_too_slow_loses_nothing_but_old_pictures() {
+fn a_slow_consumer_loses_only_replaced_pictures() {
     let began = Instant::now();
     let all = records(Duration::ZERO, Delivery::Everything);
-    // Ten times what the whole run takes.
+    // Ten times the duration of the whole run.
     let pause = 10 * began.elapsed() / all.len() as u32;
 
     let watched = records(pause, Delivery::LatestPictures);
@@ -74,7 +74,7 @@ fn a_consumer_ten_times_too_slow_loses_nothing_but_old_pictures() {
     println!("{replaced} of {} pictures replaced", pictures(&all));
     assert!(replaced > 0);
     assert_eq!(drops(&watched), replaced);
-    // The newest of a kind is there.
+    // The newest picture of a kind is kept.
     let last = |records: &[Record]| {
         let spectrum = records
             .iter()

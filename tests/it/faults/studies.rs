@@ -1,4 +1,4 @@
-//! Faults of the studies: the tables of some grow as they go on, everything else is written at the end.
+//! Faults during studies: the tables of some grow during the study, all other files are written at the end.
 
 use std::path::Path;
 use std::process::Command;
@@ -20,7 +20,7 @@ const SWEEP: [&str; 13] = [
     "1:3:0.5",
     "--start",
     "cold",
-    "--most",
+    "--max-transient",
     "50",
     "--measure",
     "20",
@@ -29,9 +29,9 @@ const SWEEP: [&str; 13] = [
     "--save=s.rrd",
 ];
 
-/// What is missing is done by `--resume`, and then all is as if nothing had happened.
+/// `--resume` computes the missing points, and the result is identical to that of an uninterrupted study.
 #[track_caller]
-fn goes_on(folder: &Path) {
+fn completes_on_resume(folder: &Path) {
     let resume = [&SWEEP[..], &["--resume"]].concat();
     Running::start(study(folder, &resume)).end().said(0, &[]);
     let (whole, _) = desk();
@@ -40,54 +40,50 @@ fn goes_on(folder: &Path) {
         .said(0, &[]);
     for table in ["s.arrow", "s.csv"] {
         let read = |folder: &Path| std::fs::read(folder.join(table)).expect("written");
-        assert!(read(folder) == read(whole.path()), "{table} is another one");
+        assert!(read(folder) == read(whole.path()), "{table} differs");
     }
 }
 
 #[test]
-fn a_disk_that_is_full_for_a_recording_keeps_the_table() {
+fn a_disk_full_of_a_recording_keeps_the_table() {
     let (folder, _) = desk();
     let ended = on_a_small_disk(500_000, &study(folder.path(), &SWEEP)).end();
     ended.said(
         1,
-        &[
-            "cannot go on writing the recording",
-            "File too large",
-            "s.rrd.part",
-        ],
+        &["cannot write the recording", "File too large", "s.rrd.part"],
     );
     assert_eq!(names(folder.path()), ["s.arrow", "s.csv", "s.rrd.part"]);
-    goes_on(folder.path());
+    completes_on_resume(folder.path());
 }
 
 #[test]
-fn a_disk_that_is_full_for_a_table_keeps_its_points() {
+fn a_disk_full_of_a_table_keeps_its_points() {
     let (folder, _) = desk();
     let ended = on_a_small_disk(150_000, &study(folder.path(), &SWEEP)).end();
-    ended.said(1, &["s.arrow", "--resume goes on", "File too large"]);
+    ended.said(1, &["s.arrow", "continue with --resume", "File too large"]);
     assert_eq!(names(folder.path()), ["s.arrow", "s.csv"]);
-    goes_on(folder.path());
+    completes_on_resume(folder.path());
 }
 
 #[test]
-fn a_sweep_that_is_killed_keeps_its_points() {
+fn a_killed_sweep_keeps_its_points() {
     let (folder, _) = desk();
     let running = Running::start(study(folder.path(), &SWEEP));
     until("a point", || size(&folder.path().join("s.arrow")) > 50_000);
     running.signal("KILL");
     running.end();
-    goes_on(folder.path());
+    completes_on_resume(folder.path());
 }
 
-/// What a study has found is told, whether it can be written or not.
+/// The results of a study are printed even if they cannot be written.
 #[test]
-fn a_disk_that_is_full_at_the_end_of_a_study_is_told_with_what_was_found() {
+fn a_disk_full_at_the_end_of_a_study_prints_the_results() {
     let studies: [(&[&str], u64, &str); 2] = [
         (
             &[
                 "cost",
                 "impact-oscillator",
-                "--only",
+                "--setting",
                 "integrator",
                 "--repeats",
                 "1",
@@ -97,13 +93,13 @@ fn a_disk_that_is_full_at_the_end_of_a_study_is_told_with_what_was_found() {
                 "out.json",
             ],
             4_000,
-            "the cheapest setting",
+            "cheapest integrators",
         ),
         (
             &[
                 "lyapunov",
                 "impact-oscillator",
-                "--until",
+                "--average-time",
                 "1",
                 "--csv",
                 "out.csv",
@@ -114,18 +110,22 @@ fn a_disk_that_is_full_at_the_end_of_a_study_is_told_with_what_was_found() {
             "averaged",
         ),
     ];
-    for (words, bytes, told) in studies {
+    for (words, bytes, message) in studies {
         let (folder, _) = desk();
         let program = study(folder.path(), words);
         let ended = on_a_small_disk(bytes, &program).end();
         ended.said(1, &["File too large"]);
-        assert!(ended.stdout.contains(told), "{words:?}: {}", ended.stdout);
+        assert!(
+            ended.stdout.contains(message),
+            "{words:?}: {}",
+            ended.stdout
+        );
     }
 }
 
-/// Points go into a file that has no name any more: hours of them would be lost at the end.
+/// Points are written to a deleted file, and hours of computing would be lost at the end.
 #[test]
-fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
+fn a_removed_folder_ends_a_study_at_once() {
     let studies: [(&[&str], &str, &str); 2] = [
         (
             &[
@@ -133,7 +133,7 @@ fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
                 "torus-3deg",
                 "--tilt",
                 "1:8:0.01",
-                "--most",
+                "--max-transient",
                 "50",
                 "--measure",
                 "20",
@@ -146,34 +146,34 @@ fn a_folder_that_vanishes_ends_a_study_that_writes_as_it_goes() {
         (
             &["calibrate", "--out", "results/c.jsonl"],
             "c.jsonl",
-            "c.jsonl` failed",
+            "cannot write `",
         ),
     ];
-    for (words, table, told) in studies {
+    for (words, table, message) in studies {
         let (folder, _) = desk();
         let results = folder.path().join("results");
-        std::fs::create_dir(&results).expect("made");
+        std::fs::create_dir(&results).expect("created");
         let running = Running::start(study(folder.path(), words));
         let table = results.join(table);
         until("a table", || size(&table) > 0);
-        // Points come to it now, and it is no longer being put in its place.
+        // The table exists under its final name and receives points.
         let begun = size(&table);
         until("a point", || size(&table) > begun);
         std::fs::remove_dir_all(&results).expect("removed");
-        running.end().said(1, &[told, "No such file"]);
+        running.end().said(1, &[message, "No such file"]);
     }
 }
 
-/// The commands that take long, with all that they write.
+/// The long-running commands with all their outputs.
 const LONG: [&[&str]; 7] = [
     &[
         "lyapunov",
         "chaos-5deg",
-        "--until",
+        "--average-time",
         "1000",
         "--csv",
         "l.csv",
-        "--png",
+        "--figures",
         "l.png",
     ],
     &[
@@ -181,7 +181,7 @@ const LONG: [&[&str]; 7] = [
         "torus-3deg",
         "--tilt",
         "1:8:0.01",
-        "--most",
+        "--max-transient",
         "50",
         "--measure",
         "20",
@@ -195,7 +195,7 @@ const LONG: [&[&str]; 7] = [
         "torus-3deg",
         "--kicks",
         "1000",
-        "--most",
+        "--max-transient",
         "50",
         "--measure",
         "20",
@@ -204,13 +204,20 @@ const LONG: [&[&str]; 7] = [
         "--figures",
         "figures",
     ],
-    &["cost", "chaos-5deg", "--repeats", "1", "--page", "page.md"],
+    &[
+        "cost",
+        "chaos-5deg",
+        "--repeats",
+        "1",
+        "--markdown",
+        "page.md",
+    ],
     &[
         "growth",
         "chaos-5deg",
         "--repeats",
         "1",
-        "--page",
+        "--markdown",
         "page.md",
     ],
     &["calibrate", "--best", "best.toml"],
@@ -229,7 +236,7 @@ fn files(folder: &Path) -> Vec<std::path::PathBuf> {
         .collect()
 }
 
-/// Every command that takes long can be interrupted, says so, and leaves nothing half done.
+/// Every long-running command can be interrupted, reports it, and leaves no incomplete file.
 #[test]
 fn every_long_command_can_be_interrupted() {
     for (signal, moment) in [("INT", 300), ("TERM", 1500)] {
@@ -255,12 +262,12 @@ fn every_long_command_can_be_interrupted() {
     }
 }
 
-/// A run in a process of its own ends with the study, and leaves nothing behind.
+/// A run in a child process ends with the study and leaves no files.
 #[test]
-fn growth_ends_the_run_that_it_has_started() {
+fn growth_ends_its_child_process() {
     let (folder, _) = desk();
     let aside = folder.path().join("aside");
-    std::fs::create_dir(&aside).expect("made");
+    std::fs::create_dir(&aside).expect("created");
     for (signal, to_all) in [("INT", true), ("TERM", false)] {
         let words = ["growth", "impact-oscillator", "--repeats", "1"];
         let mut command = study(folder.path(), &words);
@@ -277,7 +284,7 @@ fn growth_ends_the_run_that_it_has_started() {
         }
         let ended = running.end();
         assert!(ended.took < DEADLINE / 2, "{:?}", ended.took);
-        ended.said(130, &["interrupted; what was reached"]);
+        ended.said(130, &["interrupted; the results so far are saved"]);
         assert!(ended.stdout.contains("recurrence plot"), "{}", ended.stdout);
         assert!(names(&aside).is_empty(), "{:?}", names(&aside));
     }

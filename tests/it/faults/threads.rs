@@ -1,6 +1,6 @@
-//! A system that gives no more threads: each command ends in an error, or goes on with fewer, and none panics.
+//! Limited number of threads: each command ends in an error or continues with fewer threads, and none panics.
 //!
-//! Root has as many as it likes, so that the program runs as a user that nobody else is; only root can do that.
+//! Root has no limit. The program therefore runs as an otherwise unused user, which only root can do.
 
 use std::f64::consts::TAU;
 use std::os::unix::fs::PermissionsExt;
@@ -9,11 +9,11 @@ use std::process::Command;
 
 use super::Running;
 
-/// The most threads that are tried, the first one included: from some number on everything works.
+/// Maximum number of tested threads, including the main thread; beyond it everything works.
 const MOST: u32 = 14;
 
-/// A copy of the program in a folder for everybody, since the user must reach both; `None` where no program can
-/// be started as another user.
+/// A copy of the program in a world-readable folder, for another user; `None` if no program can be started as
+/// another user.
 fn stranger() -> Option<(tempfile::TempDir, u32)> {
     let user = 40_000 + std::process::id() % 20_000;
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -41,7 +41,7 @@ fn as_user(user: u32) -> [String; 3] {
     ]
 }
 
-/// The program with so many threads for its user.
+/// Runs the program with a thread limit for its user.
 fn limited(folder: &Path, user: u32, threads: u32, words: &[&str]) -> Running {
     let mut command = Command::new("setpriv");
     command
@@ -53,7 +53,7 @@ fn limited(folder: &Path, user: u32, threads: u32, words: &[&str]) -> Running {
     Running::start(command)
 }
 
-/// A tone of a kilohertz.
+/// A tone of 1 kHz.
 fn tone(path: &Path) {
     let spec = hound::WavSpec {
         channels: 1,
@@ -71,7 +71,7 @@ fn tone(path: &Path) {
     writer.finalize().expect("written");
 }
 
-/// Tries a command with ever more threads, until it ends well.
+/// Runs a command with an increasing thread limit until it succeeds.
 fn never_panics(words: &[&str]) {
     let Some((folder, user)) = stranger() else {
         return;
@@ -79,7 +79,7 @@ fn never_panics(words: &[&str]) {
     tone(&folder.path().join("tone.wav"));
     let mut failed = 0;
     for threads in 1..=MOST {
-        // Another file each time: a study does not write over the table of the last.
+        // A new file each time: a study does not overwrite the previous table.
         let number = threads.to_string();
         let words: Vec<String> = words
             .iter()
@@ -99,7 +99,7 @@ fn never_panics(words: &[&str]) {
         );
         match ended.status.code() {
             Some(0) => {
-                assert!(failed > 0, "it needs no thread");
+                assert!(failed > 0, "the command needs no thread");
                 return;
             }
             Some(1) => {
@@ -111,7 +111,7 @@ fn never_panics(words: &[&str]) {
             other => panic!("{threads}: {other:?}, {}", ended.stderr),
         }
     }
-    panic!("{MOST} threads are not enough");
+    panic!("{MOST} threads are not sufficient");
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn a_run_without_threads_ends_in_an_error() {
 
 #[test]
 fn a_sweep_without_threads_ends_in_an_error() {
-    let words = "sweep torus-3deg --tilt 1:2:1 --threads 3 --least 5 --most 5 --measure 5 --out sweep-#.arrow";
+    let words = "sweep torus-3deg --tilt 1:2:1 --threads 3 --min-transient 5 --max-transient 5 --measure 5 --out sweep-#.arrow";
     never_panics(&words.split(' ').collect::<Vec<_>>());
 }
 

@@ -1,4 +1,4 @@
-//! Viewers that are not there, do not read, hang up, and come back.
+//! Viewers that are absent, do not read, disconnect, and reconnect.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -13,7 +13,7 @@ use squeakscope::record::{paths, read_series};
 
 use super::{ENDLESS, Running, desk, names, run, samples, size, until};
 
-/// What a connection to a viewer begins with.
+/// First bytes of a connection to a viewer.
 const GREETING: &[u8] = b"PRI * HTTP/2.0";
 
 fn listener() -> (TcpListener, String) {
@@ -26,8 +26,7 @@ fn url(port: u16) -> String {
     format!("rerun+http://127.0.0.1:{port}/proxy")
 }
 
-/// Listens as a viewer does that hangs up once it has read so many bytes of a connection, and whose
-/// port is closed then.
+/// A viewer that disconnects after the given number of bytes and closes its port.
 fn hangs_up_after(listener: TcpListener, bytes: usize) -> thread::JoinHandle<()> {
     thread::spawn(move || {
         for stream in listener.incoming() {
@@ -36,7 +35,7 @@ fn hangs_up_after(listener: TcpListener, bytes: usize) -> thread::JoinHandle<()>
             let mut buffer = [0; 4096];
             while left > 0 {
                 match stream.read(&mut buffer) {
-                    // Somebody who only looked whether there is a viewer.
+                    // A client that only checks whether there is a viewer.
                     Ok(0) | Err(_) => break,
                     Ok(count) => left = left.saturating_sub(count),
                 }
@@ -49,7 +48,7 @@ fn hangs_up_after(listener: TcpListener, bytes: usize) -> thread::JoinHandle<()>
 }
 
 #[test]
-fn a_viewer_that_was_never_there_is_told_before_any_work() {
+fn an_absent_viewer_is_reported_before_any_work() {
     let (listener, url) = listener();
     drop(listener);
     for more in [
@@ -69,7 +68,7 @@ fn a_viewer_that_was_never_there_is_told_before_any_work() {
 }
 
 #[test]
-fn a_viewer_that_is_not_installed_is_told_before_any_work() {
+fn a_viewer_that_is_not_installed_is_reported_before_any_work() {
     let (folder, _) = desk();
     let mut command = run(folder.path(), ENDLESS, &["--spawn", "--save", "run.rrd"]);
     command.env("PATH", folder.path());
@@ -85,26 +84,21 @@ fn a_viewer_that_is_not_installed_is_told_before_any_work() {
     );
 }
 
-/// Its port takes connections, and then nothing: stopped, or not a viewer at all.
+/// The port accepts connections, but nothing reads: a stopped viewer, or another program.
 #[test]
-fn a_viewer_that_never_reads_ends_a_run_that_is_only_watched() {
+fn a_viewer_that_never_reads_ends_a_run_that_is_not_saved() {
     let (_listener, url) = listener();
     let (folder, _) = desk();
     let ended = Running::start(run(folder.path(), ENDLESS, &["--connect", &url])).end();
     ended.said(
         1,
-        &[
-            &url,
-            "takes nothing any more",
-            "nothing was saved",
-            "--save FILE",
-        ],
+        &[&url, "does not respond", "no file is saved", "--save FILE"],
     );
     assert!(ended.took < Duration::from_secs(30), "{:?}", ended.took);
 }
 
 #[test]
-fn a_viewer_that_never_reads_does_not_hold_up_what_is_saved() {
+fn a_viewer_that_never_reads_does_not_delay_a_saved_run() {
     let (_listener, url) = listener();
     let (folder, recording) = desk();
     let ended = Running::start(run(
@@ -113,29 +107,29 @@ fn a_viewer_that_never_reads_does_not_hold_up_what_is_saved() {
         &["--connect", &url, "--save", "run.rrd"],
     ))
     .end();
-    ended.said(0, &["warning: the viewer at", &url, "all is in the file"]);
+    ended.said(0, &["warning: the viewer at", &url, "the file is complete"]);
     assert_eq!(samples(&recording).values.len(), 60_000);
     assert!(
-        ended.stdout.contains("open it with: rerun"),
+        ended.stdout.contains("open with: rerun"),
         "{}",
         ended.stdout
     );
 }
 
 #[test]
-fn a_viewer_that_is_closed_ends_a_run_that_is_only_watched() {
+fn a_closed_viewer_ends_a_run_that_is_not_saved() {
     let (listener, url) = listener();
     let viewer = hangs_up_after(listener, 20_000);
     let (folder, _) = desk();
     let ended = Running::start(run(folder.path(), ENDLESS, &["--connect", &url])).end();
-    ended.said(1, &[&url, "was closed", "nothing was saved", "--save FILE"]);
+    ended.said(1, &[&url, "was closed", "no file is saved", "--save FILE"]);
     assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
-    viewer.join().expect("hung up");
+    viewer.join().expect("disconnected");
 }
 
-/// The run goes on without it, and greets it again when it is back.
+/// The run continues without the viewer and reconnects to it.
 #[test]
-fn a_viewer_that_is_back_is_sent_what_is_saved() {
+fn a_reconnected_viewer_receives_the_recording() {
     let (listener, url) = listener();
     let address = listener.local_addr().expect("bound");
     let viewer = hangs_up_after(listener, 20_000);
@@ -146,9 +140,9 @@ fn a_viewer_that_is_back_is_sent_what_is_saved() {
         ENDLESS,
         &["--connect", &url, "--save", "run.rrd"],
     ));
-    viewer.join().expect("hung up");
+    viewer.join().expect("disconnected");
     let before = size(&part);
-    until("the run goes on", || size(&part) > before + 500_000);
+    until("the run continues", || size(&part) > before + 500_000);
     let back = TcpListener::bind(address).expect("the port again");
     let mut greeted = Vec::new();
     until("a greeting", || {
@@ -164,13 +158,13 @@ fn a_viewer_that_is_back_is_sent_what_is_saved() {
     drop(back);
     running.signal("INT");
     let ended = running.end();
-    ended.said(130, &["has gone; the run goes on into the file"]);
+    ended.said(130, &["disconnected; the run continues"]);
     assert!(!samples(&recording).values.is_empty());
 }
 
-/// Ctrl-C is for a run whose viewer is stuck, too.
+/// Ctrl-C also works with a blocked viewer.
 #[test]
-fn ctrl_c_ends_a_run_whose_viewer_never_reads() {
+fn ctrl_c_ends_a_run_with_a_blocked_viewer() {
     let (_listener, url) = listener();
     let (folder, recording) = desk();
     let running = Running::start(run(
@@ -184,24 +178,24 @@ fn ctrl_c_ends_a_run_whose_viewer_never_reads() {
     running.signal("INT");
     running
         .end()
-        .said(130, &["interrupted", "all is in the file"]);
+        .said(130, &["interrupted", "the file is complete"]);
     assert!(!samples(&recording).values.is_empty());
 }
 
-/// A real viewer without a window, which saves what it is sent.
+/// A real viewer without a window, which saves the received data.
 struct Viewer {
     running: Running,
     port: u16,
 }
 
 impl Viewer {
-    /// Starts one at a port.
+    /// Starts a viewer on a port.
     fn start(port: u16, save: &Path) -> Self {
         let program = std::env::var_os("SQUEAKSCOPE_VIEWER").unwrap_or_else(|| "rerun".into());
         let found = Command::new(&program).arg("--version").output();
         assert!(
             found.is_ok_and(|output| output.status.success()),
-            "no Rerun viewer {program:?}: put it on the PATH, or name it by SQUEAKSCOPE_VIEWER"
+            "no Rerun viewer {program:?}: add it to the PATH, or set SQUEAKSCOPE_VIEWER"
         );
         let mut command = Command::new(program);
         command
@@ -218,13 +212,13 @@ impl Viewer {
         url(self.port)
     }
 
-    /// As by somebody who closes its terminal.
+    /// Kills the viewer, as by closing its terminal.
     fn kill(self) {
         self.running.signal("KILL");
         self.running.end();
     }
 
-    /// As by somebody who is done with it, once all samples have come.
+    /// Closes the viewer after all samples have arrived.
     fn close(self, seen: &Path, expected: usize) {
         until("all samples", || {
             let series = read_series(seen, Some(paths::DISPLACEMENT));
@@ -242,7 +236,7 @@ fn free_port() -> u16 {
 
 #[test]
 #[ignore = "needs the Rerun viewer: SQUEAKSCOPE_VIEWER=rerun cargo test --release --test it faults::viewers -- --ignored"]
-fn a_real_viewer_that_is_killed_and_back_has_everything() {
+fn a_real_viewer_that_is_killed_and_restarted_has_all_data() {
     let (folder, recording) = desk();
     let seen = ["first.rrd", "second.rrd"].map(|name| folder.path().join(name));
     let port = free_port();
@@ -253,35 +247,35 @@ fn a_real_viewer_that_is_killed_and_back_has_everything() {
     viewer.kill();
     let part = folder.path().join("run.rrd.part");
     let before = size(&part);
-    until("the run goes on", || size(&part) > before + 1_000_000);
+    until("the run continues", || size(&part) > before + 1_000_000);
     let viewer = Viewer::start(port, &seen[1]);
     until("something seen again", || size(&seen[1]) > before);
     running.signal("INT");
     running
         .end()
-        .said(130, &["has gone; the run goes on", "is back"]);
+        .said(130, &["disconnected; the run continues", "has reconnected"]);
     let saved = samples(&recording);
     viewer.close(&seen[1], saved.values.len());
     let watched = samples(&seen[1]);
     assert_eq!(watched.values, saved.values);
     assert!(saved.values.len() > 10_000, "{}", saved.values.len());
-    // Whoever was there first has seen its part.
+    // The first viewer has received its part.
     assert!(!samples(&seen[0]).values.is_empty());
 }
 
 #[test]
 #[ignore = "needs the Rerun viewer: SQUEAKSCOPE_VIEWER=rerun cargo test --release --test it faults::viewers -- --ignored"]
-fn a_real_viewer_that_is_killed_ends_a_run_that_is_only_watched() {
+fn a_killed_real_viewer_ends_a_run_that_is_not_saved() {
     let (folder, _) = desk();
     let seen = folder.path().join("seen.rrd");
     let viewer = Viewer::start(free_port(), &seen);
     let running = Running::start(run(folder.path(), ENDLESS, &["--connect", &viewer.url()]));
     until("something seen", || size(&seen) > 500_000);
     viewer.kill();
-    running.end().said(1, &["was closed", "nothing was saved"]);
+    running.end().said(1, &["was closed", "no file is saved"]);
 }
 
-/// Between a run and its viewer, lets so many bytes a second through.
+/// A proxy between a run and its viewer with a limited data rate, bytes per second.
 fn throttle(to: u16, bytes_per_second: usize) -> (u16, Arc<AtomicUsize>) {
     let (listener, _) = listener();
     let port = listener.local_addr().expect("bound").port();
@@ -317,7 +311,7 @@ fn throttle(to: u16, bytes_per_second: usize) -> (u16, Arc<AtomicUsize>) {
     (port, passed)
 }
 
-/// Ten times too slow, it is sent every sample all the same; only old pictures give way.
+/// A viewer ten times too slow still receives every sample; only old pictures are dropped.
 #[test]
 #[ignore = "needs the Rerun viewer: SQUEAKSCOPE_VIEWER=rerun cargo test --release --test it faults::viewers -- --ignored"]
 fn a_real_viewer_ten_times_too_slow_gets_every_sample() {
@@ -327,7 +321,7 @@ fn a_real_viewer_ten_times_too_slow_gets_every_sample() {
         let (folder, _) = desk();
         let seen = folder.path().join("seen.rrd");
         let viewer = Viewer::start(free_port(), &seen);
-        // How many bytes a second it would be: a run of 0.3 s that takes as long as it likes.
+        // Data rate of a run of 0.3 s without a limit.
         let began = std::time::Instant::now();
         let (port, passed) = throttle(viewer.port, 1 << 30);
         let connect = url(port);
@@ -345,7 +339,7 @@ fn a_real_viewer_ten_times_too_slow_gets_every_sample() {
         let ended = Running::start(run(folder.path(), "300", &words)).end();
         println!("{rate:.0} bytes/s, then {:?} {more:?}", ended.took);
         ended.said(0, &[]);
-        // That it is waited for may be said, but not that it is given up.
+        // A message about waiting is allowed, but not one about a closed connection.
         assert!(!ended.stderr.contains("closed"), "{}", ended.stderr);
         viewer.close(&seen, 60_000);
         assert_eq!(samples(&seen).values.len(), 60_000);

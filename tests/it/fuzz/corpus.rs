@@ -1,4 +1,4 @@
-//! Undamaged files, small and of as many forms as there are.
+//! Small undamaged files in many variants.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,17 +15,17 @@ use super::MUTANT;
 use crate::damage::{Desk, unpacked};
 use crate::mutants::{Mutant, mutants};
 
-/// The scene beside a file of modes.
+/// The scene next to a file of modes.
 pub const SCENE_OF_MODES: &str = "modes.toml";
 
-/// Samples of each signal.
+/// Number of samples of each signal.
 const SAMPLES: u32 = 200;
 
 fn sample(k: u32) -> f64 {
     (0.3 * f64::from(k)).sin()
 }
 
-/// Integers of 8, 16 and 24 bits, and floats; one channel and two.
+/// Integers of 8, 16 and 24 bits, and floats; one and two channels.
 pub fn wav(_: &Desk) -> Vec<Vec<u8>> {
     let forms = [(1, 8), (2, 16), (1, 24), (2, 32)];
     forms
@@ -45,7 +45,7 @@ fn one_wav(channels: u16, bits_per_sample: u16) -> Vec<u8> {
         },
     };
     let mut out = Cursor::new(Vec::new());
-    let mut writer = WavWriter::new(&mut out, spec).expect("begun");
+    let mut writer = WavWriter::new(&mut out, spec).expect("created");
     for k in 0..SAMPLES * u32::from(channels) {
         match is_float {
             true => writer.write_sample(sample(k) as f32),
@@ -57,7 +57,7 @@ fn one_wav(channels: u16, bits_per_sample: u16) -> Vec<u8> {
     out.into_inner()
 }
 
-/// Commas with a header and a remark, semicolons with decimal commas, and blanks without a header.
+/// Commas with a header and a comment, semicolons with decimal commas, and blanks without a header.
 pub fn csv(_: &Desk) -> Vec<Vec<u8>> {
     let mut texts = [
         "# a tone\nt (s),u (m/s),v\n".to_owned(),
@@ -87,7 +87,7 @@ pub fn npy(desk: &Desk) -> Vec<Vec<u8>> {
     signals.map(|(_, bytes)| bytes).collect()
 }
 
-/// With a rate, and with times; of one axis and two; the second compressed.
+/// With a rate and with times; arrays with one and two axes; the second archive is compressed.
 pub fn npz(_: &Desk) -> Vec<Vec<u8>> {
     let times = (0..SAMPLES).map(|k| f64::from(k) / 1000.0).collect();
     let with_rate = [("rate", Array::number(48e3)), ("u", Array::vector(tone()))];
@@ -107,7 +107,7 @@ pub fn npz(_: &Desk) -> Vec<Vec<u8>> {
     vec![with_rate, packed]
 }
 
-/// Of this program, packed and not, and of another.
+/// Recordings of this program, compressed and uncompressed, and of another program.
 pub fn recordings(desk: &Desk) -> Vec<Vec<u8>> {
     let own = desk.recording();
     let unpacked = unpacked(&own);
@@ -123,23 +123,23 @@ pub fn scenes(_: &Desk) -> Vec<Vec<u8>> {
     texts.map(<[u8]>::to_vec).collect()
 }
 
-/// The modes of the example, and the scene that takes them from the mutant.
+/// The modes of the example, and a scene that reads them from the mutant.
 pub fn modes(desk: &Desk) -> Vec<Vec<u8>> {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_modes");
-    let scene = fs::read_to_string(example.join("hip.toml")).expect("there");
+    let scene = fs::read_to_string(example.join("hip.toml")).expect("exists");
     let scene = scene.replace("hip.npz", &format!("{MUTANT}.npz"));
     desk.write(SCENE_OF_MODES, scene.as_bytes());
-    vec![fs::read(example.join("hip.npz")).expect("there")]
+    vec![fs::read(example.join("hip.npz")).expect("exists")]
 }
 
 pub fn commands(_: &Desk) -> Vec<Vec<u8>> {
     let texts = [
         r#"{"do": "tilt", "deg": 3.5}"#,
         r#"{"do": "pause"}"#,
-        r#"{"do": "pace", "ms_per_s": 20}"#,
+        r#"{"do": "speed", "ms_per_s": 20}"#,
         r#"{"do": "kick", "mm_per_s": 1e-3}"#,
         r#"{"do": "kick", "mm_per_s": null}"#,
-        r#"{"do": "neighbours", "follow": false}"#,
+        r#"{"do": "lyapunov", "enabled": false}"#,
         r#"{"do": "scene", "name": "torus-3deg"}"#,
         r#"{"do": "stop-recording"}"#,
     ];
@@ -164,13 +164,13 @@ fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> 
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
         let options = SimpleFileOptions::default().compression_method(method);
-        zip.start_file(name.clone(), options).expect("begun");
+        zip.start_file(name.clone(), options).expect("created");
         zip.write_all(bytes).expect("written");
     }
     zip.finish().expect("written").into_inner()
 }
 
-/// An archive with one of its files damaged, each in turn, and the right checksums.
+/// Archives with one damaged file, each in turn, and correct checksums.
 pub fn repacked(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
     let entries = entries(original);
     let count = entries.len();
@@ -179,7 +179,9 @@ pub fn repacked(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
         let mut entries = entries.clone();
         let (name, bytes) = &mut entries[index];
         let seed = seed.wrapping_add(turn);
-        let mutant = mutants(bytes, seed).next().expect("there is no end");
+        let mutant = mutants(bytes, seed)
+            .next()
+            .expect("the iterator is infinite");
         let damage = format!("{name}: {}", mutant.damage);
         *bytes = mutant.bytes;
         Mutant {

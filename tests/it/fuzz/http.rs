@@ -1,4 +1,5 @@
-//! What is no request: the server of a live run answers it or closes the connection, and serves the next.
+//! Malformed requests: the server of a live run responds or closes the connection, and serves the next
+//! request.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -8,13 +9,13 @@ use super::targets::Kind;
 use super::{Counts, Search, in_turn, keep};
 use crate::live::{DEADLINE, Live};
 
-/// Mutants in the usual tests.
+/// Number of mutants in the standard tests.
 const USUAL: u64 = 3000;
 
-/// Of the mutants, so many are sent between two requests that must be answered.
+/// Number of mutants between two valid requests that must be served.
 const BETWEEN: u64 = 200;
 
-/// The start of every answer.
+/// Start of every response.
 const ANSWER: &[u8] = b"HTTP/1.";
 
 pub fn search(search: Search) -> Counts {
@@ -22,7 +23,7 @@ pub fn search(search: Search) -> Counts {
     let originals = requests(&live.host);
     let (began, mut counts) = (Instant::now(), Counts::default());
     for mutant in in_turn(&originals, Kind::Text, search.seed) {
-        if search.is_over(began, counts.all(), USUAL) {
+        if search.is_finished(began, counts.all(), USUAL) {
             break;
         }
         match answer(&live.host, &mutant.bytes) {
@@ -56,14 +57,14 @@ fn requests(host: &str) -> Vec<Vec<u8>> {
     let post = format!(
         "POST / HTTP/1.1\r\nHost: {host}\r\nTransfer-Encoding: chunked\r\n\r\n4\r\nkick\r\n0\r\n\r\n"
     );
-    let mut steered = get("/control", upgrade);
-    steered.extend(frame(br#"{"do": "kick", "mm_per_s": 1}"#));
+    let mut with_command = get("/control", upgrade);
+    with_command.extend(frame(br#"{"do": "kick", "mm_per_s": 1}"#));
     vec![
         get("/", &browser),
         get("/favicon.ico", "Accept: */*\r\nContent-Length: 0\r\n"),
         get("/stream", upgrade),
         post.into_bytes(),
-        steered,
+        with_command,
     ]
 }
 
@@ -74,19 +75,19 @@ fn frame(text: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// Whether there is an answer; why not, if the connection stays open without one.
+/// Whether there is a response; an error if the connection stays open without one.
 fn answer(host: &str, request: &[u8]) -> Result<bool, String> {
     let mut stream = TcpStream::connect(host).map_err(|error| error.to_string())?;
     stream.set_read_timeout(Some(DEADLINE)).expect("set");
     stream.set_write_timeout(Some(DEADLINE)).expect("set");
-    // The server may have seen enough before it has seen everything.
+    // The server may respond before it has read everything.
     let sent = stream.write_all(request);
-    let is_whole = request
+    let is_complete = request
         .trim_ascii_start()
         .windows(4)
         .any(|end| end == b"\r\n\r\n");
-    if sent.is_ok() && !is_whole {
-        // It waits for the rest, and there is none.
+    if sent.is_ok() && !is_complete {
+        // The server waits for the rest of an incomplete request.
         let _ = stream.shutdown(Shutdown::Write);
     }
     let mut start = Vec::new();
@@ -94,24 +95,24 @@ fn answer(host: &str, request: &[u8]) -> Result<bool, String> {
         Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {
             Err("no answer, and the connection stays open".to_owned())
         }
-        // Closed, with or without a word.
+        // Closed, with or without a response.
         _ if start.is_empty() => Ok(false),
         _ if start == ANSWER => Ok(true),
         _ => Err(format!("it answers {:?}", String::from_utf8_lossy(&start))),
     }
 }
 
-/// Waits until a good request is answered; connections that were closed may count for a moment.
+/// Waits until a valid request is served; closed connections may count for a moment.
 fn serves(host: &str) {
     let request = format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n");
     let began = Instant::now();
     while status(host, &request).as_deref() != Some("200") {
-        assert!(began.elapsed() < DEADLINE, "a good request is not served");
+        assert!(began.elapsed() < DEADLINE, "a valid request is not served");
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
 }
 
-/// The status with which a request is answered.
+/// Status line of the response to a request.
 fn status(host: &str, request: &str) -> Option<String> {
     let mut stream = TcpStream::connect(host).ok()?;
     stream.set_read_timeout(Some(DEADLINE)).expect("set");

@@ -1,15 +1,15 @@
-//! Every reader of foreign bytes is given damaged ones: it reads them, or refuses them in one line. It never
-//! panics, aborts, hangs, or takes more than [`MEMORY`].
+//! Every reader of untrusted files gets damaged ones: it reads them, or rejects them with a one-line message.
+//! It never panics, aborts, hangs, or needs more memory than [`MEMORY`].
 //!
-//! Readers work in a process of their own, so that its end, however it comes, is seen. Each mutant is in a file
-//! before it is read; the one that broke a promise is kept, and named. The usual tests take a few hundred or
-//! thousand mutants of each kind; a long search, of so many seconds each:
+//! Readers run in a child process, whose crash is detected. Each mutant is written to a file before it is
+//! read; a mutant that causes a failure is kept and named. The standard tests use a few hundred or thousand
+//! mutants of each kind. A long search takes the given number of seconds per target:
 //!
 //! ```sh
 //! SQUEAKSCOPE_FUZZ_SECONDS=600 cargo test --release --test it fuzz::a_long_search -- --ignored --nocapture
 //! ```
 //!
-//! `SQUEAKSCOPE_FUZZ_SEED` gives it other mutants, and `SQUEAKSCOPE_FUZZ_TARGET` takes one target alone.
+//! `SQUEAKSCOPE_FUZZ_SEED` selects other mutants, and `SQUEAKSCOPE_FUZZ_TARGET` a single target.
 
 mod corpus;
 mod http;
@@ -24,28 +24,28 @@ use self::targets::{Kind, TARGETS, Target};
 use crate::damage::Desk;
 use crate::mutants::{Mutant, mutants, text_mutants};
 
-/// Address space of a process that reads, bytes: of these small files most of it is the program itself.
+/// Address space of a reading process, bytes; the program itself takes most of it.
 const MEMORY: u64 = 2_000_000_000;
 
-/// A file that has not been read after this never will be, on a busy machine too.
+/// Timeout for one file, on a busy machine too.
 const HANGING: Duration = Duration::from_secs(300);
 
-/// How the file is called that is read.
+/// Name of the file that is read.
 const MUTANT: &str = "mutant";
-/// How the file is called in which a reading process leaves its counts.
+/// Name of the file with the counts of a reading process.
 const COUNTS: &str = "counts";
 
 const SEED: &str = "SQUEAKSCOPE_FUZZ_SEED";
 const SECONDS: &str = "SQUEAKSCOPE_FUZZ_SECONDS";
 const TARGET: &str = "SQUEAKSCOPE_FUZZ_TARGET";
-/// For the reading process: where its files are.
+/// Environment variable with the folder of a reading process.
 const FOLDER: &str = "SQUEAKSCOPE_FUZZ_FOLDER";
 
-/// How far a search goes, and from where.
+/// Extent and start of a search.
 #[derive(Clone, Copy)]
 struct Search {
     seed: u64,
-    /// For how long; if not given, as many mutants as are usual.
+    /// Duration; `None` for the standard number of mutants.
     seconds: Option<f64>,
 }
 
@@ -62,7 +62,7 @@ impl Search {
         }
     }
 
-    fn is_over(self, began: Instant, tried: u64, usual: u64) -> bool {
+    fn is_finished(self, began: Instant, tried: u64, usual: u64) -> bool {
         match self.seconds {
             Some(seconds) => began.elapsed().as_secs_f64() >= seconds,
             None => tried >= usual,
@@ -70,7 +70,7 @@ impl Search {
     }
 }
 
-/// A setting.
+/// A number from an environment variable.
 fn number<T: std::str::FromStr>(name: &str) -> Option<T> {
     let text = std::env::var(name).ok()?;
     match text.parse() {
@@ -79,7 +79,7 @@ fn number<T: std::str::FromStr>(name: &str) -> Option<T> {
     }
 }
 
-/// What became of the mutants.
+/// Results for the mutants.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Counts {
     read: u64,
@@ -97,7 +97,7 @@ impl Counts {
     }
 }
 
-/// Mutants of all originals in turn, without end.
+/// Infinite sequence of mutants of all originals in turn.
 fn in_turn(originals: &[Vec<u8>], kind: Kind, seed: u64) -> impl Iterator<Item = Mutant> {
     type Source<'a> = Box<dyn Iterator<Item = Mutant> + 'a>;
     let mut sources: Vec<Source<'_>> = Vec::new();
@@ -113,14 +113,18 @@ fn in_turn(originals: &[Vec<u8>], kind: Kind, seed: u64) -> impl Iterator<Item =
         }
     }
     let count = sources.len();
-    (0..).map(move |turn: usize| sources[turn % count].next().expect("there is no end"))
+    (0..).map(move |turn: usize| {
+        sources[turn % count]
+            .next()
+            .expect("the iterator is infinite")
+    })
 }
 
-/// Whether a message is one line, with no control character but those of the file's names and values, which are
-/// shown escaped wherever it is shown.
+/// Whether a message is one line without control characters, except those of names and values of the file,
+/// which are escaped wherever they are displayed.
 fn is_clear(message: &str, file: &[u8], kind: Kind) -> bool {
     let is_text = kind == Kind::Text;
-    // An escape sequence of JSON or TOML stands for any character.
+    // An escape sequence of JSON or TOML may encode any character.
     if is_text && file.contains(&b'\\') {
         return true;
     }
@@ -136,19 +140,19 @@ fn is_clear(message: &str, file: &[u8], kind: Kind) -> bool {
         .collect();
     characters.windows(3).all(|near| {
         let [before, c, after] = [near[0], near[1], near[2]];
-        // What comes from the file has its neighbour in the file, too, or is all there is between quotes or
-        // the commas of a list, or comes with letters that the program's own messages do not have.
+        // A control character from the file has the same neighbour in the file, or is enclosed in quotes or
+        // commas of a list, or occurs with letters that the program's own messages do not contain.
         let is_alone = " `'\"".contains(before) && ",;`'\"".contains(after);
         let is_foreign = is_alone || near.iter().any(|c| !c.is_ascii());
-        // A line of text has no line break.
+        // A line of text contains no line break.
         let may_be_there = !(is_text && c == '\n');
         !c.is_control() || (may_be_there && (is_foreign || has(&[before, c]) || has(&[c, after])))
     })
 }
 
-/// The process that reads; its parent has left the originals, and looks at how it ends.
+/// The reading process. Its parent has written the originals and evaluates its exit status.
 #[test]
-#[ignore = "a process of the fuzzer, without a task of its own: the other tests of this module start it"]
+#[ignore = "the child process of the other tests in this module, which start it"]
 fn reading_process() {
     let Some(folder) = std::env::var_os(FOLDER).map(PathBuf::from) else {
         return;
@@ -167,7 +171,7 @@ fn reading_process() {
     let search = Search::from_environment();
     let (began, mut counts) = (Instant::now(), Counts::default());
     for mutant in in_turn(&originals, target.kind, search.seed) {
-        if search.is_over(began, counts.all(), target.usual) {
+        if search.is_finished(began, counts.all(), target.usual) {
             break;
         }
         fs::write(&path, &mutant.bytes).expect("written");
@@ -184,7 +188,7 @@ fn reading_process() {
     fs::write(folder.join(COUNTS), counts).expect("written");
 }
 
-/// Where an undamaged file is.
+/// Path of an undamaged file.
 fn original(folder: &Path, k: usize) -> PathBuf {
     folder.join(format!("original.{k}"))
 }
@@ -220,7 +224,7 @@ fn search(target: &Target, search: Search) -> Counts {
     }
 }
 
-/// Starts the process that reads.
+/// Starts the reading process.
 fn start(target: &Target, search: Search, folder: &Path) -> Child {
     let program = std::env::current_exe().expect("this program");
     let mut command = if cfg!(target_os = "linux") {
@@ -241,7 +245,7 @@ fn start(target: &Target, search: Search, folder: &Path) -> Child {
         .env(TARGET, target.name)
         .env(SEED, search.seed.to_string())
         .env_remove(SECONDS)
-        // Each thread takes address space.
+        // Each thread needs address space.
         .env("RAYON_NUM_THREADS", "2");
     if let Some(seconds) = search.seconds {
         command.env(SECONDS, seconds.to_string());
@@ -255,7 +259,7 @@ fn start(target: &Target, search: Search, folder: &Path) -> Child {
         .expect("started")
 }
 
-/// How a process ended, or nothing if it reads one file for ever.
+/// Exit status of a process, or `None` if it hangs on a file.
 fn ended(mut child: Child, mutant: &Path) -> Option<ExitStatus> {
     let began = SystemTime::now();
     loop {
@@ -273,7 +277,7 @@ fn ended(mut child: Child, mutant: &Path) -> Option<ExitStatus> {
     }
 }
 
-/// Puts an input where it stays.
+/// Saves an input permanently.
 fn keep(name: &str, extension: &str, bytes: &[u8]) -> PathBuf {
     let file = tempfile::Builder::new()
         .prefix(&format!("squeakscope-fuzz-{name}-"))
@@ -285,9 +289,9 @@ fn keep(name: &str, extension: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Both ends are met, so that both promises are put to the test.
+/// Some mutants are read and some are rejected: both cases are tested.
 #[test]
-fn damaged_files_are_read_or_refused_in_one_line() {
+fn damaged_files_are_read_or_rejected_in_one_line() {
     for target in TARGETS {
         let counts = search(target, Search::USUAL);
         counts.print(target.name);
@@ -297,7 +301,7 @@ fn damaged_files_are_read_or_refused_in_one_line() {
 }
 
 #[test]
-fn damaged_requests_are_answered_or_dropped() {
+fn damaged_requests_get_a_response_or_are_closed() {
     let counts = http::search(Search::USUAL);
     counts.print("HTTP");
     assert!(counts.read > 0 && counts.refused > 0, "{counts:?}");
@@ -322,7 +326,7 @@ fn a_long_search() {
 }
 
 #[test]
-fn a_clear_message_has_only_the_files_control_characters() {
+fn a_clear_message_contains_only_control_characters_of_the_file() {
     let file = b"t,a\x07b\n1,2\n";
     for (message, clear) in [
         ("there is no column `x`", true),

@@ -1,4 +1,4 @@
-//! What is fuzzed: every reader of foreign bytes.
+//! Targets: every reader of untrusted files.
 
 use std::fs;
 use std::path::Path;
@@ -13,28 +13,29 @@ use squeakscope::study::sweep::read_table;
 use super::corpus;
 use crate::damage::Desk;
 
-/// What the bytes of a target are, and so how they are damaged.
+/// Kind of content, which determines the damage.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// Bytes.
+    /// Binary data.
     Binary,
-    /// A text, by tokens and by bytes.
+    /// Text, damaged by tokens and by bytes.
     Text,
-    /// A zip archive, as a whole and file by file: its checksums hide most damage from the reader.
+    /// A zip archive, damaged as a whole and file by file, since its checksums hide most damage from the
+    /// reader.
     Archive,
 }
 
 /// A reader.
 pub struct Target {
     pub name: &'static str,
-    /// How files are called that it reads.
+    /// Extension of its files.
     pub extension: &'static str,
     pub kind: Kind,
-    /// Mutants in the usual tests.
+    /// Number of mutants in the standard tests.
     pub usual: u64,
     /// Undamaged files.
     pub corpus: fn(&Desk) -> Vec<Vec<u8>>,
-    /// Reads a file, or says why not. Panics if what is read breaks a promise.
+    /// Reads a file or returns the error message. Panics if the result violates a guarantee.
     pub read: fn(&Path) -> Result<(), String>,
 }
 
@@ -54,7 +55,7 @@ pub const TARGETS: &[Target] = &[
 
 fn selected(path: &Path, rate: Option<f64>) -> Result<(), String> {
     let selection = Selection {
-        // The first.
+        // The first column.
         column: Some("0".to_owned()),
         rate,
         ..Selection::default()
@@ -104,7 +105,7 @@ fn scene(path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The modes that a scene takes from a file.
+/// The modes that a scene reads from a file.
 fn modes(path: &Path) -> Result<(), String> {
     let scene = path.with_file_name(corpus::SCENE_OF_MODES);
     let scene = Scene::load(scene.to_str().expect("text"));

@@ -1,16 +1,16 @@
-//! The contact: how many nodes, how stiff, how pressed, where.
+//! The contact: number of nodes, stiffness, load, position.
 
 use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
 use squeakscope::fem::FemError;
 use squeakscope::joint::{AssemblyError, BallJoint};
 use squeakscope::pipeline::PipelineError;
 
-use super::{Case, distance, holds, joint, scene, try_watch, watch};
+use super::{Case, assert_stable, distance, joint, run_scene, scene, try_run};
 
-/// The axial mode alone, kicked so hard that ball and socket part: the whole patch lifts, flies, and
-/// comes down.
+/// The axial mode alone with a kick that separates ball and socket: the whole patch separates and closes
+/// again.
 #[test]
-fn all_nodes_lifting_at_once() {
+fn all_nodes_separate_at_once() {
     let changes = [
         ("body.bending_pairs", "0"),
         ("body.torsion", "0"),
@@ -18,37 +18,40 @@ fn all_nodes_lifting_at_once() {
         ("start.kick_mm_per_s", "300"),
         ("time.duration_ms", "2"),
     ];
-    holds(&Case {
+    assert_stable(&Case {
         name: "all nodes lifting at once",
         changes: &changes,
         ..Case::default()
     });
-    let exact = holds(&Case {
-        name: "all nodes lifting at once, stopped at",
+    let exact = assert_stable(&Case {
+        name: "all nodes lifting at once, events located",
         changes: &[&changes[..], &[("time.events", "\"exact\"")]].concat(),
         ..Case::default()
     });
     let joint = joint(&scene(&changes));
-    let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
-    let mut seen = [false; 2];
+    let mut separated = vec![0; joint.contact_nodes().div_ceil(8)];
+    let mut result = [false; 2];
     for frame in &exact.frames {
         for q in &frame.q {
-            joint.open_nodes(&[*q], &mut open);
-            let count: u32 = open.iter().map(|byte| byte.count_ones()).sum();
-            seen[0] |= count == 0;
-            seen[1] |= count as usize == joint.contact_nodes();
+            joint.separated_nodes(&[*q], &mut separated);
+            let count: u32 = separated.iter().map(|byte| byte.count_ones()).sum();
+            result[0] |= count == 0;
+            result[1] |= count as usize == joint.contact_nodes();
         }
     }
-    assert_eq!(seen, [true; 2], "all closed at some time, and all open");
-    // Both ways of following the contact come to the same motion.
-    let finely = [&changes[..], &[("time.tolerance", "1e-9")]].concat();
-    let stopping = [&finely[..], &[("time.events", "\"exact\"")]].concat();
-    let ends = [finely, stopping].map(|changes| watch(&scene(&changes)).last());
-    let off = distance(joint.omega(), &ends[0], &ends[1]);
-    println!("| all nodes lifting at once, both ways | {off:.1e} |");
-    assert!(off < 1e-5, "{off:e}");
-    assert!(exact.summary.tally.crossings >= 2 * joint.contact_nodes() as u64);
-    assert_eq!(exact.summary.tally.overrun, 0);
+    assert_eq!(
+        result, [true; 2],
+        "all nodes must be in contact at some time, and all separated"
+    );
+    // Integration with and without event location gives the same motion.
+    let fine = [&changes[..], &[("time.tolerance", "1e-9")]].concat();
+    let located = [&fine[..], &[("time.events", "\"exact\"")]].concat();
+    let ends = [fine, located].map(|changes| run_scene(&scene(&changes)).final_state());
+    let error = distance(joint.omega(), &ends[0], &ends[1]);
+    println!("| all nodes lifting at once, both ways | {error:.1e} |");
+    assert!(error < 1e-5, "{error:e}");
+    assert!(exact.summary.stats.crossings >= 2 * joint.contact_nodes() as u64);
+    assert_eq!(exact.summary.stats.steps_without_event_location, 0);
 }
 
 /// From one node to ten thousand.
@@ -56,12 +59,12 @@ fn all_nodes_lifting_at_once() {
 fn one_node_alone() {
     for nodes in ["1", "2", "3", "7"] {
         let name = format!("nodes: {nodes}");
-        let seen = holds(&Case {
+        let result = assert_stable(&Case {
             name: &name,
             changes: &[("contact.nodes", nodes), ("start.kick_mm_per_s", "10")],
             ..Case::default()
         });
-        assert!(seen.loudest(0.015) > 1e-3, "{name}");
+        assert!(result.max_speed(0.015) > 1e-3, "{name}");
     }
 }
 
@@ -69,26 +72,26 @@ fn one_node_alone() {
 fn ten_thousand_nodes() {
     let changes = [("time.duration_ms", "2"), ("start.kick_mm_per_s", "30")];
     let many = [&changes[..], &[("contact.nodes", "10000")]].concat();
-    let seen = holds(&Case {
+    let result = assert_stable(&Case {
         name: "nodes: 10,000",
         changes: &many,
         tolerances: ["1e-4", "1e-6", "1e-8"],
         ..Case::default()
     });
-    // The same motion as with a thousand, but for the quadrature.
+    // The same motion as with a thousand nodes, except for the quadrature.
     let thousand = [
         &changes[..],
         &[("contact.nodes", "1000"), ("time.tolerance", "1e-6")],
     ]
     .concat();
-    let thousand = watch(&scene(&thousand));
+    let thousand = run_scene(&scene(&thousand));
     let omega = joint(&scene(&changes)).omega().to_vec();
-    let off = distance(&omega, &seen.last(), &thousand.last());
-    // Measured: 2.5e-4, of which 1.4e-4 are the quadrature.
-    assert!(off < 1e-3, "{off:e}");
+    let error = distance(&omega, &result.final_state(), &thousand.final_state());
+    // Measured: 2.5e-4, of which 1.4e-4 is the quadrature error.
+    assert!(error < 1e-3, "{error:e}");
 }
 
-/// A patch wider than the ball ends at its equator; where that reaches the beam, an error says so.
+/// A patch wider than the ball ends at its equator; if it reaches the beam, the assembly fails.
 #[test]
 fn a_patch_wider_than_the_ball() {
     let changes = [
@@ -106,27 +109,27 @@ fn a_patch_wider_than_the_ball() {
     let lowest = model.normals.iter().map(|n| n[2]).fold(1.0, f64::min);
     assert!(
         lowest.abs() < 1e-12,
-        "the equator is as far as it goes: {lowest}"
+        "the patch must end at the equator: {lowest}"
     );
-    holds(&Case {
+    assert_stable(&Case {
         name: "a patch wider than the ball",
         changes: &changes,
         ..Case::default()
     });
     let tilted = [&changes[..], &[("load.tilt_deg", "60")]].concat();
-    let fault = try_watch(&scene(&tilted)).err().unwrap();
+    let fault = try_run(&scene(&tilted)).err().unwrap();
     let PipelineError::Assembly(AssemblyError::PatchOnBeam { source, .. }) = &fault else {
         panic!("{fault:?}")
     };
     assert!(matches!(source, FemError::OutsideBall { .. }), "{source:?}");
 }
 
-/// Seven decades of the contact's stiffness.
+/// Seven decades of the contact stiffness.
 #[test]
 fn contact_stiffness_from_1e_3_to_1e4() {
     for factor in ["1e-3", "0.1", "10", "1e3", "1e4"] {
         let name = format!("stiffness factor {factor}");
-        holds(&Case {
+        assert_stable(&Case {
             name: &name,
             changes: &[
                 ("contact.stiffness_factor", factor),
@@ -143,7 +146,7 @@ fn contact_stiffness_from_1e_3_to_1e4() {
 fn loads_from_a_millinewton_to_a_meganewton() {
     for load in ["1e-3", "1", "1e3", "1e5", "1e6"] {
         let name = format!("load {load} N");
-        holds(&Case {
+        assert_stable(&Case {
             name: &name,
             changes: &[
                 ("load.load_n", load),
@@ -160,28 +163,29 @@ fn loads_from_a_millinewton_to_a_meganewton() {
 fn tilts_of_0_and_90_and_minus_8_degrees() {
     for tilt in ["0", "90", "-90", "-8"] {
         let name = format!("tilt {tilt} deg");
-        let seen = holds(&Case {
+        let result = assert_stable(&Case {
             name: &name,
             changes: &[("load.tilt_deg", tilt), ("start.kick_mm_per_s", "1")],
             ..Case::default()
         });
-        assert!(seen.loudest(0.0) > 1e-4, "{name}");
+        assert!(result.max_speed(0.0) > 1e-4, "{name}");
     }
-    // Along the axis of rotation nothing slides in the middle: refused with the place.
+    // A load along the axis of rotation leaves no sliding in the middle: rejected with the tilt.
     let along = super::text(&[("load.tilt_deg", "90"), ("load.azimuth_deg", "45")]);
-    let refused = squeakscope::scene::Scene::parse("along", along)
+    let rejected = squeakscope::scene::Scene::parse("along", along)
         .unwrap_err()
         .to_string();
     assert!(
-        refused.contains("at a tilt of 90.000 deg the load lies along"),
-        "{refused}"
+        rejected.contains("at a tilt of 90.000 deg the load is parallel"),
+        "{rejected}"
     );
 }
 
-/// Turned about the beam's axis together, tilt and rotation give the same physics: the two copies of a
-/// bending pair turn into each other, torsion and axial modes do not notice.
+/// Rotating the load azimuth and the rotation axis together about the beam axis leaves the physics
+/// unchanged: the two modes of a bending pair rotate into each other, torsion and axial modes are
+/// unaffected.
 #[test]
-fn azimuths_round_the_clock() {
+fn load_azimuths_of_a_full_turn() {
     for rotation in [[0.7, 0.2, 0.4], [0.0; 3]] {
         let mut scene = scene(&[("start.kick_mm_per_s", "10")]);
         let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
@@ -189,25 +193,25 @@ fn azimuths_round_the_clock() {
         let m = omega.len();
         let labels: Vec<_> = ball
             .body()
-            .expect("the scene's own body")
+            .expect("the scene meshes a body")
             .modes()
             .iter()
             .map(|mode| mode.label())
             .collect();
-        // The copies of a pair are neighbours in frequency.
+        // The modes of a pair are adjacent in frequency.
         let pairs: Vec<usize> = (0..m - 1).filter(|&i| omega[i] == omega[i + 1]).collect();
         assert_eq!(pairs.len(), 4, "{labels:?}");
-        let turned_state = |z: &[f64], angle: f64| {
+        let rotated_state = |z: &[f64], angle: f64| {
             let (sin, cos) = angle.sin_cos();
-            let mut turned = z.to_vec();
+            let mut rotated = z.to_vec();
             for half in [0, m] {
                 for &i in &pairs {
                     let (x, y) = (z[half + i], z[half + i + 1]);
-                    turned[half + i] = cos * x - sin * y;
-                    turned[half + i + 1] = sin * x + cos * y;
+                    rotated[half + i] = cos * x - sin * y;
+                    rotated[half + i + 1] = sin * x + cos * y;
                 }
             }
-            turned
+            rotated
         };
         let start = squeakscope::pipeline::initial_state(&scene, m);
         let mut run = |angle: f64| {
@@ -223,22 +227,22 @@ fn azimuths_round_the_clock() {
             };
             let mut integrator = Integrator::new(method, &joint).unwrap();
             integrator
-                .start(&joint, 0.0, &turned_state(&start, angle))
+                .start(&joint, 0.0, &rotated_state(&start, angle))
                 .unwrap();
-            integrator.land(&joint, 3e-3).unwrap();
-            let state = turned_state(integrator.state(), -angle);
+            integrator.integrate_to(&joint, 3e-3).unwrap();
+            let state = rotated_state(integrator.state(), -angle);
             let probe = joint.probe_value(&integrator.state()[m..]);
             (state, probe)
         };
         let (reference, probe) = run(0.0);
         let mut worst: f64 = 0.0;
         for hour in 1..=12 {
-            let (state, turned_probe) = run(f64::from(hour) * std::f64::consts::TAU / 12.0);
+            let (state, rotated_probe) = run(f64::from(hour) * std::f64::consts::TAU / 12.0);
             worst = worst.max(distance(&omega, &state, &reference));
-            worst = worst.max((turned_probe / probe - 1.0).abs());
+            worst = worst.max((rotated_probe / probe - 1.0).abs());
         }
         println!("| azimuths round the clock, rotation {rotation:?} | {worst:.1e} |");
-        // Measured: 2.8e-6 and 1.7e-6, what 2800 steps of the tolerance add up to.
+        // Measured: 2.8e-6 and 1.7e-6, the accumulated tolerance of 2800 steps.
         assert!(worst < 1e-5, "{rotation:?}: {worst:e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Numbers that are not finite: caught in one place, told in full, and a recording that still opens.
+//! Non-finite values: detected in one place and reported in full; the recording stays readable.
 
 use std::sync::Arc;
 
@@ -7,14 +7,14 @@ use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Ratio, Stribec
 
 use super::{joint, scene};
 
-/// Eq. (5), but no number beyond a slip speed.
+/// Eq. (5), but NaN above a sliding speed.
 #[derive(Debug)]
-struct BreaksAbove {
+struct NanAbove {
     law: Stribeck,
     limit: f64,
 }
 
-impl FrictionLaw for BreaksAbove {
+impl FrictionLaw for NanAbove {
     fn ratio(&self, speed: f64) -> Ratio {
         let ratio = self.law.ratio(speed);
         Ratio {
@@ -32,9 +32,9 @@ impl FrictionLaw for BreaksAbove {
     }
 }
 
-/// A joint whose friction breaks once a node slips 2 mm/s faster than in steady sliding, and where it
-/// starts: the squeak grows until then.
-fn fragile() -> (Joint, Vec<f64>) {
+/// A joint whose friction becomes NaN when a node slides 2 mm/s faster than in steady sliding, with its
+/// initial state. The squeak grows until then.
+fn joint_that_fails() -> (Joint, Vec<f64>) {
     let scene = scene(&[]);
     let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
     let model = ball.model(0.05).unwrap();
@@ -44,7 +44,7 @@ fn fragile() -> (Joint, Vec<f64>) {
         panic!("{:?}", model.friction)
     };
     let limit = fastest + 2e-3;
-    let joint = Joint::with_friction(&model, Arc::new(BreaksAbove { law, limit }), radial);
+    let joint = Joint::with_friction(&model, Arc::new(NanAbove { law, limit }), radial);
     let start = squeakscope::pipeline::initial_state(&scene, joint.modes());
     (joint, start)
 }
@@ -55,23 +55,23 @@ fn methods() -> Vec<Method> {
     vec![
         Method::Lawson54 { accuracy, max_step },
         Method::Lawson853 { accuracy, max_step },
-        Method::Tsit54 { accuracy, max_step },
+        Method::Tsit5 { accuracy, max_step },
         Method::Dop853 { accuracy, max_step },
-        Method::Rodas5p { accuracy, max_step },
+        Method::Rodas5P { accuracy, max_step },
         Method::Auto { accuracy, max_step },
         Method::Rk4 { step: 1e-6 },
     ]
 }
 
 #[test]
-fn a_nan_is_told_with_time_node_mode_and_last_good_state() {
-    let (joint, start) = fragile();
+fn a_nan_is_reported_with_time_node_mode_and_last_finite_state() {
+    let (joint, start) = joint_that_fails();
     let m = joint.modes();
     for method in methods() {
         let mut integrator = Integrator::new(method, &joint).unwrap();
         integrator.start(&joint, 0.0, &start).unwrap();
-        let error = integrator.land(&joint, 50e-3).unwrap_err();
-        let said = error.to_string();
+        let error = integrator.integrate_to(&joint, 50e-3).unwrap_err();
+        let message = error.to_string();
         let DynamicsError::NonFinite {
             time,
             last_good_time,
@@ -88,31 +88,31 @@ fn a_nan_is_told_with_time_node_mode_and_last_good_state() {
         assert_eq!(last_good_state, integrator.state());
         assert_eq!(last_good_time, integrator.time());
         assert!(last_good_state.iter().all(|x| x.is_finite()));
-        // The node named is the one that slips fastest.
+        // The reported node is the one with the highest sliding speed.
         let (q, v) = last_good_state.split_at(m);
         let speed = |k: &usize| joint.node_action(*k, q, v).speed;
         let nodes = 0..joint.contact_nodes();
         let fastest = nodes.max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap();
-        let part = part.unwrap_or_else(|| panic!("{method:?} names no node: {said}"));
+        let part = part.unwrap_or_else(|| panic!("{method:?}: no node reported: {message}"));
         if !matches!(method, Method::Rk4 { .. }) {
             assert_eq!(
                 part,
                 format!("contact node {fastest}"),
-                "{method:?}: {said}"
+                "{method:?}: {message}"
             );
         }
-        for word in [&part, "q", "t = ", "was good up to t = "] {
-            assert!(said.contains(word), "{said}");
+        for word in [&part, "q", "t = ", "last finite state at t = "] {
+            assert!(message.contains(word), "{message}");
         }
     }
 }
 
-/// A start that is no number, and one that overflows.
+/// A non-finite initial state, and one that overflows.
 #[test]
-fn starts_that_are_not_finite() {
+fn non_finite_initial_states() {
     let joint = joint(&scene(&[]));
     let m = joint.modes();
-    for (spice, place) in [
+    for (value, index) in [
         (f64::NAN, 3),
         (f64::INFINITY, m + 2),
         (-f64::INFINITY, 0),
@@ -120,32 +120,32 @@ fn starts_that_are_not_finite() {
     ] {
         for method in methods() {
             let mut start = vec![0.0; 2 * m];
-            start[place] = spice;
+            start[index] = value;
             let mut integrator = Integrator::new(method, &joint).unwrap();
             let error = integrator.start(&joint, 0.0, &start).unwrap_err();
             let DynamicsError::NonFinite { component, .. } = error else {
                 panic!("{method:?}: {error:?}")
             };
-            if spice.abs() != 1e308 {
-                assert_eq!(component, place, "{method:?}: {error}");
+            if value.abs() != 1e308 {
+                assert_eq!(component, index, "{method:?}: {error}");
             }
         }
     }
 }
 
-/// A run that ends in a fault leaves a recording with all that came before, and it opens.
+/// A run that fails leaves a readable recording with all frames before the failure.
 #[cfg(feature = "record")]
 #[test]
-fn the_recording_of_a_run_that_fails_still_opens() {
+fn the_recording_of_a_failed_run_is_readable() {
     use squeakscope::pipeline::message::{Frame, Header};
     use squeakscope::pipeline::{Monitor, PipelineError, Simulation, Source, drive};
     use squeakscope::record::{Output, RerunSink, read_series};
     use squeakscope::scene::AnalysisSpec;
 
-    /// Frames of a simulation, then a fault of the integrator.
+    /// Frames of a simulation, then an error of the integrator.
     struct Failing {
         simulation: Simulation,
-        left: usize,
+        remaining: usize,
     }
 
     impl Source for Failing {
@@ -156,17 +156,17 @@ fn the_recording_of_a_run_that_fails_still_opens() {
             self.simulation.analysis()
         }
         fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
-            if self.left > 0 {
-                self.left -= 1;
+            if self.remaining > 0 {
+                self.remaining -= 1;
                 return self.simulation.next_frame();
             }
-            let (joint, start) = fragile();
+            let (joint, start) = joint_that_fails();
             let mut integrator = Integrator::new(methods()[0], &joint)?;
             integrator.start(&joint, 0.0, &start)?;
-            integrator.land(&joint, 50e-3)?;
+            integrator.integrate_to(&joint, 50e-3)?;
             Ok(None)
         }
-        fn is_over(&self) -> bool {
+        fn is_finished(&self) -> bool {
             false
         }
     }
@@ -181,14 +181,14 @@ fn the_recording_of_a_run_that_fails_still_opens() {
     let mut sink = RerunSink::new(&output, scene.record).unwrap();
     let source = Failing {
         simulation: Simulation::new(&scene).unwrap(),
-        left: 5,
+        remaining: 5,
     };
     let fault = drive(source, "test", &mut sink, Monitor::default()).unwrap_err();
     let PipelineError::Dynamics(DynamicsError::NonFinite { .. }) = &fault else {
         panic!("{fault:?}")
     };
     drop(sink);
-    // It never takes the name of a whole one.
+    // An incomplete recording never gets the final name.
     assert!(!path.exists());
     let part = folder.path().join("run.rrd.part");
     let series = read_series(&part, Some("probe/velocity")).unwrap();

@@ -1,6 +1,6 @@
-//! The table of the guide names each hard case, and each case stands in it.
+//! The table of the guide lists every hard-case test, and only existing ones.
 
-const GUIDE: &str = include_str!("../../../src/guide/hard_cases.md");
+const GUIDE: &str = include_str!("../../../src/guide/explanation/hard_cases.md");
 
 const SOURCES: [&str; 7] = [
     include_str!("../campaign/mod.rs"),
@@ -12,23 +12,23 @@ const SOURCES: [&str; 7] = [
     include_str!("rest.rs"),
 ];
 
-/// The names of all tests of a source.
+/// Names of all tests in a source file.
 fn tests(source: &str) -> impl Iterator<Item = &str> {
     let parts = source.split("#[test]\n").skip(1);
     parts.filter_map(|part| part.split("fn ").nth(1)?.split('(').next())
 }
 
 #[test]
-fn the_table_and_the_tests_are_the_same() {
+fn the_table_lists_exactly_the_tests() {
     let all: Vec<&str> = SOURCES.iter().flat_map(|source| tests(source)).collect();
     assert!(all.len() > 20 && all.contains(&"a_kick_of_zero"), "{all:?}");
     for test in &all {
         assert!(
             GUIDE.contains(&format!("`{test}`")),
-            "{test} has no row in the guide"
+            "the guide has no row for {test}"
         );
     }
-    // Rows name tests in backquotes in the last column.
+    // Rows have the name of a test in backquotes in the last column.
     let rows = GUIDE
         .lines()
         .filter(|line| line.starts_with("| ") && line.contains("` |"));
@@ -38,6 +38,9 @@ fn the_table_and_the_tests_are_the_same() {
             .rsplit('`')
             .next()
             .unwrap_or_default();
-        assert!(all.contains(&name), "the guide's `{name}` is no test");
+        assert!(
+            all.contains(&name),
+            "the guide names `{name}`, which is not a test"
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Long runs: nothing drifts, nothing piles up; and a tilt that goes through everything.
+//! Long runs without drift or accumulation, and a tilt ramp through all regimes.
 
 use std::f64::consts::PI;
 
@@ -6,24 +6,24 @@ use squeakscope::pipeline::message::{Frame, Record};
 use squeakscope::pipeline::{Monitor, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
-use super::{joint, scene, text, watch};
+use super::{joint, run_scene, scene, text};
 
 /// Length of a window in which amplitude and frequency are measured, s.
 const WINDOW: f64 = 0.1;
 
-/// Measures a tone window by window, and keeps nothing else.
+/// Measures a tone window by window without storing samples.
 #[derive(Default)]
 struct Tone {
-    /// Last sample's time and displacement.
-    before: Option<(f64, f64)>,
-    /// Rises through zero in this window: first, last, how many.
+    /// Time and displacement of the previous sample.
+    previous: Option<(f64, f64)>,
+    /// Upward zero crossings in this window: first, last, number.
     first: f64,
     last: f64,
-    rises: u32,
-    /// Sum of squares since the first rise and at the last one, and samples.
+    crossings: u32,
+    /// Sum of squares and number of samples since the first crossing, and the same at the last crossing.
     squares: f64,
     samples: u32,
-    at_last: (f64, u32),
+    at_last_crossing: (f64, u32),
     /// `[amplitude (m), frequency (Hz), memory of this process (bytes)]` of each window.
     windows: Vec<[f64; 3]>,
     worst_audit: f64,
@@ -31,38 +31,38 @@ struct Tone {
 
 impl Tone {
     fn push(&mut self, t: f64, x: f64) {
-        if let Some((t0, x0)) = self.before
+        if let Some((t0, x0)) = self.previous
             && x0 < 0.0
             && x >= 0.0
         {
-            let rise = t0 + (t - t0) * x0 / (x0 - x);
-            if self.rises > 0 && rise - self.first > WINDOW {
+            let crossing = t0 + (t - t0) * x0 / (x0 - x);
+            if self.crossings > 0 && crossing - self.first > WINDOW {
                 self.close();
             }
-            if self.rises == 0 {
-                self.first = rise;
+            if self.crossings == 0 {
+                self.first = crossing;
             }
-            self.rises += 1;
-            self.last = rise;
-            self.at_last = (self.squares, self.samples);
+            self.crossings += 1;
+            self.last = crossing;
+            self.at_last_crossing = (self.squares, self.samples);
         }
-        if self.rises > 0 {
+        if self.crossings > 0 {
             self.squares += x * x;
             self.samples += 1;
         }
-        self.before = Some((t, x));
+        self.previous = Some((t, x));
     }
 
     /// Ends a window of whole periods.
     fn close(&mut self) {
-        let (squares, samples) = self.at_last;
+        let (squares, samples) = self.at_last_crossing;
         let amplitude = (2.0 * squares / f64::from(samples)).sqrt();
-        let frequency = f64::from(self.rises - 1) / (self.last - self.first);
+        let frequency = f64::from(self.crossings - 1) / (self.last - self.first);
         self.windows.push([amplitude, frequency, resident_bytes()]);
-        (self.rises, self.squares, self.samples) = (0, 0.0, 0);
+        (self.crossings, self.squares, self.samples) = (0, 0.0, 0);
     }
 
-    /// Largest over smallest of a column, less one.
+    /// Relative difference between the largest and the smallest value of a column.
     fn spread(&self, column: usize) -> f64 {
         let column = || self.windows.iter().map(|window| window[column]);
         column().fold(0.0, f64::max) / column().fold(f64::INFINITY, f64::min) - 1.0
@@ -91,7 +91,7 @@ impl Sink for Tone {
     }
 }
 
-/// Memory that this process holds, bytes; zero where the system does not tell.
+/// Resident memory of this process, bytes; zero if the system does not report it.
 fn resident_bytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = status
@@ -101,7 +101,7 @@ fn resident_bytes() -> f64 {
     4096.0 * pages.unwrap_or(0.0)
 }
 
-/// The tone of `periodic-2deg`, watched for so many milliseconds.
+/// The tone of `periodic-2deg` over `duration_ms`.
 fn tone(duration_ms: f64) -> Tone {
     let scene = Scene::load("periodic-2deg").unwrap().without_analyses();
     let scene = scene.with_duration(duration_ms).unwrap();
@@ -120,7 +120,7 @@ fn tone(duration_ms: f64) -> Tone {
     tone
 }
 
-/// The limit cycle keeps its amplitude and frequency, window after window.
+/// The limit cycle keeps its amplitude and frequency in all windows.
 #[test]
 fn a_second_of_a_tone_does_not_drift() {
     let tone = tone(1300.0);
@@ -137,22 +137,23 @@ fn a_second_of_a_tone_does_not_drift() {
 /// Ten seconds: 41,000 periods.
 /// `cargo test --release --test it ten_seconds -- --ignored --nocapture`
 #[test]
-#[ignore = "takes half a minute alone; the shorter one above runs always"]
+#[ignore = "takes 30 s; the shorter test above always runs"]
 fn ten_seconds_of_a_tone_do_not_drift() {
     let tone = tone(10_000.0);
     assert!(tone.windows.len() >= 95);
-    // Measured: 2.5e-5, 2.2e-7, and 1.9e-2, ten times that of a second.
+    // Measured: 2.5e-5, 2.2e-7, and 1.9e-2, ten times that of one second.
     assert!(
         tone.spread(0) < 1e-4 && tone.spread(1) < 1e-6,
         "{:?}",
         tone.windows
     );
     assert!(tone.worst_audit < 0.05, "{:e}", tone.worst_audit);
-    // Alone in its process it needs at the end what it needed after the first window.
+    // Alone in its process, its memory at the end equals that after the first window.
     assert!(tone.spread(2) < 0.05, "{:?}", tone.windows);
 }
 
-/// The load swings through all tilts, far faster than any scene: every regime, and the jumps between.
+/// A tilt ramp over all tilts, far faster than in any scene: all regimes and the transitions between
+/// them.
 #[test]
 fn a_tilt_ramp_through_every_regime() {
     for (name, knots) in [
@@ -175,29 +176,30 @@ fn a_tilt_ramp_through_every_regime() {
             ]);
             let text = text.replace("load.tilt_deg = 3\n", "");
             let scene = Scene::parse("ramp", text).unwrap();
-            let seen = watch(&scene);
+            let result = run_scene(&scene);
             assert!(
-                seen.states().all(|x| x.is_finite() && x.abs() < 1.0),
+                result.states().all(|x| x.is_finite() && x.abs() < 1.0),
                 "{name}"
             );
             assert!(
-                seen.loudest(0.0) > 1e-3 && seen.loudest(0.0) < 1.0,
+                result.max_speed(0.0) > 1e-3 && result.max_speed(0.0) < 1.0,
                 "{name}"
             );
-            let tilts: Vec<f64> = seen.frames.iter().map(|frame| frame.tilt).collect();
+            let tilts: Vec<f64> = result.frames.iter().map(|frame| frame.tilt).collect();
             let span = tilts.iter().fold(f64::MIN, |a, b| a.max(*b))
                 - tilts.iter().fold(f64::MAX, |a, b| a.min(*b));
             assert!(
                 span > 0.9 * if name.starts_with('-') { PI } else { PI / 22.5 },
                 "{span}"
             );
-            seen.summary.audit.expect("audited")
+            result.summary.audit.expect("audited")
         });
         println!(
             "| a ramp of the tilt, {name} | {:.1e} | {:.1e} |",
             audits[0], audits[1]
         );
-        // Measured: 1.2e-3 at most; a 40th is expected of the second (see `holds`), a 50th measured.
+        // Measured: at most 1.2e-3; the second is expected to be 40 times smaller (see `assert_stable`),
+        // 50 times measured.
         assert!(
             audits[0] < 3e-3 && audits[1] < 0.1 * audits[0],
             "{name}: {audits:?}"

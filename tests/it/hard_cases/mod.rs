@@ -1,11 +1,11 @@
-//! Hard cases, each a named test and a row of the table in the guide (`guide/hard_cases.md`): what must
-//! stay stable, or end with one clear error.
+//! Hard cases: each is a named test and a row of the table in the guide (`guide/explanation/hard_cases.md`). Each
+//! must stay stable or end with one clear error.
 //!
-//! *Stable* is the same for all of them ([`holds`]): every number finite, the energy never more than what
-//! was there at the start and what friction has brought in, a run that repeats bit for bit, and energy
-//! audit and error of the state that shrink with the tolerance.
+//! *Stable* has the same meaning for all cases ([`assert_stable`]): all values are finite, the energy never
+//! exceeds the initial energy plus the work of friction, the run repeats bitwise, and the energy audit
+//! and the state error decrease with the tolerance.
 //!
-//! The rows of the table are printed by
+//! Print the rows of the table with
 //! `cargo test --release --test it hard_cases -- --nocapture --test-threads 1 | grep '^|'`.
 
 mod contact;
@@ -25,10 +25,10 @@ use squeakscope::pipeline::message::{Frame, Record, Summary};
 use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
-/// What scenes resolve: energies below it count as nothing in the audit, J.
+/// Energy floor of the audit in scenes, J.
 const FLOOR: f64 = 1e-12;
 
-/// The joint of `torus-3deg`, every 5 us a sample, nothing analysed.
+/// The joint of `torus-3deg`, sampled every 5 us, without analyses.
 const BASE: [(&str, &str); 15] = [
     ("load.load_n", "150"),
     ("load.azimuth_deg", "0"),
@@ -47,7 +47,7 @@ const BASE: [(&str, &str); 15] = [
     ("record.energy_rate_khz", "50"),
 ];
 
-/// The base scene's text with some keys added or changed.
+/// The text of the base scene with some keys added or changed.
 fn text(changes: &[(&str, &str)]) -> String {
     let keys: BTreeMap<_, _> = BASE.iter().chain(changes).copied().collect();
     keys.iter().map(|(k, v)| format!("{k} = {v}\n")).collect()
@@ -65,17 +65,17 @@ fn joint(scene: &Scene) -> Joint {
     ball.joint(tilted.tilt.at(0.0)).unwrap()
 }
 
-/// What a run showed.
-struct Seen {
+/// Result of a run.
+struct RunResult {
     summary: Summary,
     frames: Vec<Arc<Frame>>,
 }
 
-/// Keeps the frames.
+/// Stores the frames.
 #[derive(Default)]
-struct Keep(Vec<Arc<Frame>>);
+struct FrameStore(Vec<Arc<Frame>>);
 
-impl Sink for Keep {
+impl Sink for FrameStore {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         if let Record::Samples(frame) = record {
             self.0.push(frame);
@@ -84,20 +84,20 @@ impl Sink for Keep {
     }
 }
 
-fn try_watch(scene: &Scene) -> Result<Seen, PipelineError> {
-    let mut keep = Keep::default();
-    let summary = run(scene, "test", &mut keep, Monitor::default())?;
-    Ok(Seen {
+fn try_run(scene: &Scene) -> Result<RunResult, PipelineError> {
+    let mut store = FrameStore::default();
+    let summary = run(scene, "test", &mut store, Monitor::default())?;
+    Ok(RunResult {
         summary,
-        frames: keep.0,
+        frames: store.0,
     })
 }
 
-fn watch(scene: &Scene) -> Seen {
-    try_watch(scene).unwrap()
+fn run_scene(scene: &Scene) -> RunResult {
+    try_run(scene).unwrap()
 }
 
-impl Seen {
+impl RunResult {
     /// All `q`, then all `dq/dt`, of all samples.
     fn states(&self) -> impl Iterator<Item = f64> {
         let of = |frame: &Arc<Frame>| {
@@ -112,15 +112,15 @@ impl Seen {
     }
 
     /// The state at the last sample.
-    fn last(&self) -> Vec<f64> {
+    fn final_state(&self) -> Vec<f64> {
         let frame = self.frames.last().unwrap();
         let m = frame.modes;
         let of = |all: &[f64]| all[all.len() - m..].to_vec();
         [of(&frame.q), of(&frame.qdot)].concat()
     }
 
-    /// Largest speed of the probe from a time on, m/s.
-    fn loudest(&self, from: f64) -> f64 {
+    /// Largest probe speed after a time, m/s.
+    fn max_speed(&self, from: f64) -> f64 {
         let frames = self.frames.iter().filter(|frame| frame.t0 >= from);
         let speeds = frames.flat_map(|frame| frame.velocity.iter().map(|v| v.abs()));
         speeds.fold(0.0, f64::max)
@@ -132,7 +132,8 @@ impl Seen {
         samples.map(|e| [e.total, e.friction_work, e.residual])
     }
 
-    /// Finite and bounded: the energy is never more than was there and came in, but for the audit.
+    /// Finite and bounded: the energy never exceeds the initial energy plus the work of friction, within
+    /// the audit.
     fn is_sound(&self, name: &str) {
         assert!(self.states().all(f64::is_finite), "{name}: not finite");
         let start = self.energies().next().unwrap()[0];
@@ -141,16 +142,16 @@ impl Seen {
             turnover = turnover.max(total).max(work.abs());
             assert!(
                 total <= start + work + residual.abs() + 1e-12 * turnover && total >= 0.0,
-                "{name}: {total:e} J of {start:e} and {work:e}"
+                "{name}: {total:e} J, initially {start:e} J, work {work:e} J"
             );
         }
-        // What the summary says is what the samples say.
-        let last = self
+        // The summary must agree with the samples.
+        let last_frame = self
             .frames
             .iter()
             .rev()
             .find(|frame| !frame.energy.is_empty());
-        let worst = last
+        let worst = last_frame
             .unwrap()
             .energy
             .iter()
@@ -161,7 +162,7 @@ impl Seen {
     }
 }
 
-/// Distance of two states over the size of the second, in the energy norm of the modes.
+/// Distance between two states in the energy norm of the modes, relative to the second.
 fn distance(omega: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let m = omega.len();
     let norm = |z: &dyn Fn(usize) -> f64| -> f64 {
@@ -171,19 +172,20 @@ fn distance(omega: &[f64], a: &[f64], b: &[f64]) -> f64 {
     norm(&|i| a[i] - b[i]) / norm(&|i| b[i])
 }
 
-/// What is asked of a case.
+/// A case with its requirements.
 struct Case<'a> {
     /// Name for messages and the table.
     name: &'a str,
-    /// Keys other than those of the base.
+    /// Keys that differ from the base.
     changes: &'a [(&'a str, &'a str)],
-    /// Three tolerances, each a hundredth of the one before.
+    /// Three tolerances, each a hundredth of the previous one.
     tolerances: [&'a str; 3],
-    /// Largest audit at the first of them, well below what the tolerance allows: it keeps what was
-    /// measured. The largest under the default is 4.8e-4 (nodes that lift off without friction).
+    /// Largest permitted audit at the first tolerance, far below what the tolerance allows; it preserves
+    /// the measured accuracy. The largest measured with the default is 4.8e-4 (nodes that separate
+    /// without friction).
     audit: f64,
-    /// By how much the motion amplifies the errors made on its way.
-    amplifies: f64,
+    /// Factor by which the motion amplifies errors.
+    amplification: f64,
 }
 
 impl Default for Case<'_> {
@@ -193,52 +195,59 @@ impl Default for Case<'_> {
             changes: &[],
             tolerances: ["1e-5", "1e-7", "1e-9"],
             audit: 1e-3,
-            amplifies: 1.0,
+            amplification: 1.0,
         }
     }
 }
 
-/// Runs a case at its tolerances and asserts all that stability means. Prints its row, and gives the run
-/// with the first tolerance.
-fn holds(case: &Case<'_>) -> Seen {
+/// Runs a case at its tolerances and asserts all requirements. Prints its row and returns the run with
+/// the first tolerance.
+fn assert_stable(case: &Case<'_>) -> RunResult {
     let name = case.name;
     let runs = case.tolerances.map(|tolerance| {
         let changes = [case.changes, &[("time.tolerance", tolerance)]].concat();
-        let seen = watch(&scene(&changes));
-        seen.is_sound(&format!("{name} at {tolerance}"));
-        seen
+        let result = run_scene(&scene(&changes));
+        result.is_sound(&format!("{name} at {tolerance}"));
+        result
     });
-    // Repeatable, to the last bit.
+    // Bitwise repeatable.
     let again = [case.changes, &[("time.tolerance", case.tolerances[0])]].concat();
-    let again = watch(&scene(&again));
-    let bits = |seen: &Seen| seen.states().map(f64::to_bits).collect::<Vec<_>>();
-    assert_eq!(bits(&runs[0]), bits(&again), "{name} does not repeat");
+    let again = run_scene(&scene(&again));
+    let bits = |result: &RunResult| result.states().map(f64::to_bits).collect::<Vec<_>>();
+    assert_eq!(bits(&runs[0]), bits(&again), "{name}: two runs differ");
 
     let omega = joint(&scene(case.changes)).omega().to_vec();
     let audits = runs
         .each_ref()
-        .map(|seen| seen.summary.audit.expect("audited"));
-    let [coarse, fine] = [0, 1].map(|k| distance(&omega, &runs[k].last(), &runs[2].last()));
-    let steps = runs[0].summary.tally.steps;
+        .map(|result| result.summary.audit.expect("audited"));
+    let [coarse, fine] =
+        [0, 1].map(|k| distance(&omega, &runs[k].final_state(), &runs[2].final_state()));
+    let steps = runs[0].summary.stats.steps;
     println!(
         "| {name} | {:.1e} | {:.1e} | {:.1e} | {coarse:.1e} | {fine:.1e} | {steps} |",
         audits[0], audits[1], audits[2]
     );
-    // A step errs by the tolerance at most, and at worst all of them err to the same side.
-    let allowed = [0, 1, 2].map(|k| {
+    // The error of a step is at most the tolerance. In the worst case all errors add up.
+    let permitted = [0, 1, 2].map(|k| {
         let tolerance: f64 = case.tolerances[k].parse().unwrap();
-        tolerance * runs[k].summary.tally.steps as f64
+        tolerance * runs[k].summary.stats.steps as f64
     });
-    for (audit, allowed) in audits.iter().zip(allowed) {
-        assert!(*audit <= allowed, "{name}: {audits:?}, {allowed:e} allowed");
+    for (audit, permitted) in audits.iter().zip(permitted) {
+        assert!(
+            *audit <= permitted,
+            "{name}: {audits:?}, {permitted:e} permitted"
+        );
     }
-    let largest = case.amplifies * allowed[0];
-    assert!(coarse <= largest, "{name}: {coarse:e}, {largest:e} allowed");
+    let largest = case.amplification * permitted[0];
+    assert!(
+        coarse <= largest,
+        "{name}: {coarse:e}, {largest:e} permitted"
+    );
     assert!(audits[0] <= case.audit, "{name}: audits {audits:?}");
-    // Steps become longer with the fifth root of the tolerance: what they add up to falls by 10^3.2 over
-    // four decades, by 10^1.6 = 40 over two. Errors of either sign that add up scatter, and those of a few
-    // kinks more so: a sixteenth is asked for of the one (least measured: 240 times, a kick of 1 m/s), an
-    // eighth of the other (5.7 times, a tilt of -90 degrees).
+    // The step is proportional to the fifth root of the tolerance. The accumulated error therefore falls
+    // by 10^3.2 over four decades and by 10^1.6 = 40 over two. Accumulated errors of both signs scatter,
+    // and those of a few kinks more so. The requirement is a sixteenth of the first (least measured: 240
+    // times, a kick of 1 m/s) and an eighth of the second (5.7 times, a tilt of -90 degrees).
     assert!(audits[2] <= 1e-2 * audits[0], "{name}: audits {audits:?}");
     assert!(fine <= 0.2 * coarse, "{name}: errors {coarse:e} {fine:e}");
     let [first, ..] = runs;

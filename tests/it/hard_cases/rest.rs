@@ -1,4 +1,4 @@
-//! Rest, creep and sticking: slip that is zero, or nearly so.
+//! Steady sliding, creep and sticking: sliding velocities at or near zero.
 
 use std::f64::consts::TAU;
 
@@ -6,11 +6,11 @@ use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System
 use squeakscope::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
 use squeakscope::pipeline::message::NodeState;
 
-use super::{Case, holds, joint, scene, watch};
+use super::{Case, assert_stable, joint, run_scene, scene};
 
-const AT_REST: (&str, &str) = ("rotation.rad_s", "[0, 0, 0]");
+const AT_REST: (&str, &str) = ("rotation.angular_velocity_rad_per_s", "[0, 0, 0]");
 
-/// A ball that does not turn: nothing slides, friction is regularised to mu(0) = 0 and only damps.
+/// A ball that does not rotate: nothing slides, friction is regularised to mu(0) = 0 and only damps.
 #[test]
 fn rotation_exactly_zero() {
     let sliding = joint(&scene(&[]));
@@ -21,7 +21,7 @@ fn rotation_exactly_zero() {
         let action = resting.node_action(node, &rest, &rest);
         assert_eq!(action.speed, 0.0);
         assert_eq!(action.friction, [0.0; 3].map(|x: f64| -x));
-        // All of the creep region counts as sticking: there is no steady sliding to compare with.
+        // The whole creep region counts as sticking: there is no steady sliding as reference.
         assert_eq!(resting.stick_speed(node), 1e-3);
     }
     // No steady friction: the equilibrium is that of the load alone.
@@ -31,23 +31,24 @@ fn rotation_exactly_zero() {
         ("friction.mu_d", "0"),
     ]));
     let (with, without) = (resting.equilibrium(), load_alone.equilibrium());
-    let off = with.force.iter().zip(&without.force);
+    let error = with.force.iter().zip(&without.force);
     assert!(
-        off.into_iter()
+        error
+            .into_iter()
             .all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs().max(1.0))
     );
     assert_ne!(with.force, sliding.equilibrium().force);
     let linear = resting.linear_modes().unwrap();
     assert!(linear.iter().all(|mode| !mode.unstable()), "{linear:?}");
-    // What explains their growth knows of the friction, too, though it has no direction.
+    // The explanation of the growth rates includes friction although it has no direction.
     let tilted = scene(&[AT_REST]).joint().unwrap().clone();
     let ball = BallJoint::new(&tilted.spec).unwrap();
     let explained = ball.model(tilted.tilt.at(0.0)).unwrap().explained_modes();
     for mode in explained.unwrap() {
         let close = linear.iter().any(|linear| {
             let omega = TAU * linear.frequency_hz;
-            let off = (TAU * mode.frequency_hz - omega).hypot(mode.growth - linear.growth);
-            off < 1e-6 * omega.hypot(linear.growth)
+            let error = (TAU * mode.frequency_hz - omega).hypot(mode.growth - linear.growth);
+            error < 1e-6 * omega.hypot(linear.growth)
         });
         let shares: f64 = mode.causes.iter().map(|cause| cause.share).sum();
         assert!(close && mode.growth < 0.0, "{mode:?} of {linear:?}");
@@ -57,7 +58,7 @@ fn rotation_exactly_zero() {
     for method in ["lawson54", "auto", "rodas5p", "dop853"] {
         let name = format!("rotation exactly zero, {method}");
         let method = format!("\"{method}\"");
-        let seen = holds(&Case {
+        let result = assert_stable(&Case {
             name: &name,
             changes: &[
                 AT_REST,
@@ -66,16 +67,20 @@ fn rotation_exactly_zero() {
             ],
             ..Case::default()
         });
-        // Friction takes energy, always; what is left creeps back to rest. The slowest of the linear modes
-        // alone, 166 1/s, would keep 1.3e-3 of it after 20 ms; 1.1e-5 measured, and 1.5e-4 of the speed.
-        let energies: Vec<_> = seen.energies().collect();
+        // Friction always dissipates energy, and the remaining motion creeps to rest. The slowest linear
+        // mode alone, 166 1/s, would keep 1.3e-3 of the energy after 20 ms; 1.1e-5 measured, and 1.5e-4
+        // of the speed.
+        let energies: Vec<_> = result.energies().collect();
         let start = energies[0][0];
         for pair in energies.windows(2) {
             assert!(pair[1][0] <= pair[0][0] + 1e-5 * start, "{name}: {pair:?}");
         }
         assert!(energies.last().unwrap()[0] < 1.3e-3 * start, "{name}");
-        assert!(seen.loudest(0.015) < 1e-3 * seen.loudest(0.0), "{name}");
-        let snapshots = seen.frames.last().unwrap().patch.iter();
+        assert!(
+            result.max_speed(0.015) < 1e-3 * result.max_speed(0.0),
+            "{name}"
+        );
+        let snapshots = result.frames.last().unwrap().patch.iter();
         let states: Vec<_> = snapshots.flat_map(|patch| &patch.states).collect();
         assert!(
             states.iter().all(|state| **state == NodeState::Stick),
@@ -84,14 +89,14 @@ fn rotation_exactly_zero() {
     }
 }
 
-/// The kick of zero: the state stays zero to the last bit, sliding or resting, whatever the method.
+/// A kick of zero: the state stays bitwise zero, sliding or resting, with every method.
 #[test]
 fn a_kick_of_zero() {
     for rotation in ["[0, 0, 0]", "[0.7, 0.7, 0]", "[0, 1e-6, 0.5]"] {
         for method in [
             "lawson54",
             "lawson853",
-            "tsit54",
+            "tsit5",
             "dop853",
             "rodas5p",
             "auto",
@@ -99,26 +104,26 @@ fn a_kick_of_zero() {
         ] {
             for events in ["\"through\"", "\"exact\""] {
                 let method = format!("\"{method}\"");
-                let seen = watch(&scene(&[
-                    ("rotation.rad_s", rotation),
+                let result = run_scene(&scene(&[
+                    ("rotation.angular_velocity_rad_per_s", rotation),
                     ("start.kick_mm_per_s", "0"),
                     ("time.method", &method),
                     ("time.max_step_us", "2"),
                     ("time.events", events),
                     ("time.duration_ms", "2"),
                 ]));
-                assert!(seen.states().all(|x| x == 0.0), "{method} {rotation}");
+                assert!(result.states().all(|x| x == 0.0), "{method} {rotation}");
                 assert!(
-                    seen.energies().flatten().all(|x| x == 0.0),
+                    result.energies().flatten().all(|x| x == 0.0),
                     "{method} {rotation}"
                 );
-                assert_eq!(seen.summary.audit, Some(0.0));
+                assert_eq!(result.summary.audit, Some(0.0));
             }
         }
     }
 }
 
-/// A mass on a belt at 0.2 m/s whose friction is Eq. (5), all in units of one.
+/// A mass on a belt at 0.2 m/s with the friction of Eq. (5) and unit parameters.
 fn belt(creep: f64) -> Joint {
     Joint::new(&Model {
         positions: vec![[0.0, 0.0, 1.0]],
@@ -146,16 +151,16 @@ fn belt(creep: f64) -> Joint {
     })
 }
 
-/// The slip velocity is exactly zero at the start, and changes its sign again and again.
+/// The sliding velocity is exactly zero at the start and changes its sign repeatedly.
 #[test]
 fn slip_velocity_exactly_zero() {
     for creep in [1e2, 1e4, 1e6, 1e8] {
         let joint = belt(creep);
-        // The mass rides on the belt: slip is zero to the last bit.
+        // The mass moves with the belt: the sliding velocity is bitwise zero.
         let action = joint.node_action(0, &[0.3], &[0.2]);
         assert_eq!((action.speed, action.friction), (0.0, [-0.0, -0.0, -0.0]));
-        // All that acts is the spring, less the steady friction; and the slope is that of the law at
-        // rest, mu'(0) = creep mu_s.
+        // Only the spring force minus the steady friction acts. The slope is that of the law at zero
+        // speed, mu'(0) = creep mu_s.
         let steady = joint.equilibrium().force[0];
         let z = [0.0, 0.2];
         let mut force = [0.0];
@@ -166,27 +171,27 @@ fn slip_velocity_exactly_zero() {
         joint.jacobian(&z, &mut record, &mut jacobian);
         assert!((jacobian[3] / -creep - 1.0).abs() < 1e-12, "{jacobian:?}");
 
-        // Errors must be small against the creep speed, not only against the motion.
+        // The errors must be small compared with the creep speed, not only with the motion.
         let accuracy = Accuracy::relative(1e-9);
         let max_step = 0.05;
         let run = |method| {
             let mut integrator = Integrator::new(method, &joint).unwrap();
             integrator.start(&joint, 0.0, &z).unwrap();
-            integrator.land(&joint, 10.0).unwrap();
-            (integrator.state().to_vec(), integrator.tally())
+            integrator.integrate_to(&joint, 10.0).unwrap();
+            (integrator.state().to_vec(), integrator.stats())
         };
-        let (implicit, work) = run(Method::Rodas5p { accuracy, max_step });
+        let (implicit, work) = run(Method::Rodas5P { accuracy, max_step });
         let (auto, both) = run(Method::Auto { accuracy, max_step });
         assert!(implicit.iter().all(|x| x.abs() < 1.0), "{implicit:?}");
-        let off = (auto[0] - implicit[0]).hypot(auto[1] - implicit[1]);
+        let error = (auto[0] - implicit[0]).hypot(auto[1] - implicit[1]);
         println!(
-            "| slip velocity exactly zero, creep {creep:.0e} | {off:.1e} | {} | {} |",
+            "| slip velocity exactly zero, creep {creep:.0e} | {error:.1e} | {} | {} |",
             work.steps, both.steps
         );
-        // What the steps of both are allowed to err by.
+        // The accumulated tolerance of both runs.
         let allowed = accuracy.relative * (work.steps + both.steps) as f64;
-        assert!(off < allowed, "{creep}: {auto:?} {implicit:?}");
-        // Measured: 451 and 821 at most.
+        assert!(error < allowed, "{creep}: {auto:?} {implicit:?}");
+        // Measured: at most 451 and 821.
         assert!(
             work.steps < 1000 && both.steps < 2000,
             "{creep}: {work:?} {both:?}"
@@ -194,43 +199,46 @@ fn slip_velocity_exactly_zero() {
     }
 }
 
-/// A ball that hardly turns: after the kick the patch sticks for all the rest of the time.
+/// A ball that hardly rotates: after the kick the patch sticks for the remaining time.
 #[test]
-fn rotation_of_a_microradian_a_second() {
+fn rotation_of_one_microradian_per_second() {
     for kick in ["0.01", "10"] {
         let name = format!("rotation 1e-6 rad/s, kick {kick} mm/s");
-        let seen = holds(&Case {
+        let result = assert_stable(&Case {
             name: &name,
             changes: &[
-                ("rotation.rad_s", "[7.07e-7, 7.07e-7, 0]"),
+                (
+                    "rotation.angular_velocity_rad_per_s",
+                    "[7.07e-7, 7.07e-7, 0]",
+                ),
                 ("start.kick_mm_per_s", kick),
                 ("time.method", "\"auto\""),
             ],
             ..Case::default()
         });
-        // Friction is nearly full at the creep speed, 1 mm/s: a tenth of that is held by a tenth of it,
-        // and sticks. Measured: 3.9e-5 and 2.8e-8 m/s.
+        // Friction is nearly fully developed at the creep speed, 1 mm/s: a tenth of it balances a tenth
+        // of that speed, and the node sticks. Measured: 3.9e-5 and 2.8e-8 m/s.
         assert!(
-            seen.loudest(0.010) < 1e-4,
+            result.max_speed(0.010) < 1e-4,
             "{name}: {:e}",
-            seen.loudest(0.010)
+            result.max_speed(0.010)
         );
-        assert!(seen.summary.tally.switches > 0, "{name}");
+        assert!(result.summary.stats.switches > 0, "{name}");
     }
 }
 
-/// A slow ball and friction that falls steeply: the joint is dragged along, breaks loose, and sticks again,
-/// for most of each period.
+/// A slow ball and steeply falling friction: the joint sticks, breaks loose, and sticks again, for most
+/// of each period.
 #[test]
 fn sticking_for_most_of_a_period() {
     let changes = [
-        ("rotation.rad_s", "[0.0071, 0.0071, 0]"),
+        ("rotation.angular_velocity_rad_per_s", "[0.0071, 0.0071, 0]"),
         ("friction.creep_slope_s_per_m", "1e6"),
         ("friction.stribeck_slope_s_per_m", "1000"),
         ("time.method", "\"auto\""),
         ("time.duration_ms", "30"),
     ];
-    let seen = holds(&Case {
+    let result = assert_stable(&Case {
         name: "sticking for most of a period",
         changes: &changes,
         ..Case::default()
@@ -238,7 +246,7 @@ fn sticking_for_most_of_a_period() {
     let joint = joint(&scene(&changes));
     let m = joint.modes();
     let sliding = joint.node_action(0, &vec![0.0; m], &vec![0.0; m]).speed;
-    let speeds: Vec<f64> = seen
+    let speeds: Vec<f64> = result
         .frames
         .iter()
         .filter(|frame| frame.t0 > 0.010)
@@ -247,7 +255,7 @@ fn sticking_for_most_of_a_period() {
             states.map(|(q, v)| joint.node_action(0, q, v).speed)
         })
         .collect();
-    // Sticking is creeping, at a small part of the speed of sliding.
+    // Sticking means creeping at a small fraction of the speed of steady sliding.
     let stuck = speeds
         .iter()
         .filter(|speed| **speed < 0.1 * sliding)
@@ -255,12 +263,12 @@ fn sticking_for_most_of_a_period() {
     let share = stuck as f64 / speeds.len() as f64;
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     println!(
-        "| sticking for most of a period | {share:.2} of the time, then at up to {:.0} times the speed of sliding |",
+        "| sticking for most of a period | {share:.2} of the time, then up to {:.0} times the speed of steady sliding |",
         fastest / sliding
     );
     assert!(share > 0.5, "{share}");
     assert!(
         fastest > 10.0 * sliding,
-        "it does break loose: {fastest:e} of {sliding:e}"
+        "the joint must break loose: {fastest:e} m/s, steady sliding {sliding:e} m/s"
     );
 }

@@ -1,4 +1,4 @@
-//! A headless browser, driven through its debugging protocol.
+//! A headless browser, controlled through its debugging protocol.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use tungstenite::Message;
 
 use super::{DEADLINE, Socket};
 
-/// Names that Chromium goes by.
+/// Possible names of the Chromium executable.
 const NAMES: [&str; 4] = [
     "chromium",
     "chromium-browser",
@@ -19,7 +19,7 @@ const NAMES: [&str; 4] = [
     "google-chrome-stable",
 ];
 
-/// Where a browser is: what `SQUEAKSCOPE_CHROMIUM` says, else on the `PATH`.
+/// Path of the browser: `SQUEAKSCOPE_CHROMIUM`, else from the `PATH`.
 pub fn chromium() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os("SQUEAKSCOPE_CHROMIUM") {
         return Some(named.into());
@@ -30,22 +30,22 @@ pub fn chromium() -> Option<PathBuf> {
         .find(|program| program.is_file())
 }
 
-/// How the page is, for whoever wonders why something does not come about.
+/// State of the page, for the message of a timeout.
 const STATE: &str = "({ seen: window.squeakscope?.host.seen(), bytes: window.squeakscope?.host.bytes, \
      panicked: window.squeakscope?.host.handle?.has_panicked(), loading: \
      document.getElementById('loading')?.textContent, panel: window.squeakscope?.state.panel })";
 
-/// A browser, which does not outlive its test.
+/// A browser that is stopped at the end of its test.
 pub struct Browser {
     child: Child,
     socket: Socket,
     calls: u64,
-    /// All that pages have asked for, by address.
+    /// Addresses requested by the pages.
     pub requested: Vec<String>,
     _profile: tempfile::TempDir,
 }
 
-/// A page in it, by its session.
+/// A page, by its session.
 #[derive(Clone, Debug)]
 pub struct Tab(String);
 
@@ -79,8 +79,8 @@ impl Browser {
                 line.strip_prefix("DevTools listening on ws://")
                     .map(str::to_owned)
             })
-            .expect("the browser tells its address");
-        // Whatever it says later must not fill the pipe.
+            .expect("the browser prints its address");
+        // Drains later output, which must not fill the pipe.
         std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
         let (host, path) = address.split_once('/').expect("a path");
         Self {
@@ -98,10 +98,10 @@ impl Browser {
         if let Some(Tab(session)) = tab {
             call["sessionId"] = json!(session);
         }
-        self.socket.tell(&call);
+        self.socket.send(&call);
         let began = Instant::now();
         loop {
-            assert!(began.elapsed() < DEADLINE, "no answer to {method}");
+            assert!(began.elapsed() < DEADLINE, "no response to {method}");
             let Message::Text(text) = self.socket.next() else {
                 continue;
             };
@@ -138,14 +138,14 @@ impl Browser {
             .to_owned());
         self.call(Some(&tab), "Network.enable", &json!({}));
         self.call(Some(&tab), "Page.enable", &json!({}));
-        // As most have it who show something to a class.
+        // A dark colour scheme, as on most presentation machines.
         let dark = json!({ "features": [{ "name": "prefers-color-scheme", "value": "dark" }] });
         self.call(Some(&tab), "Emulation.setEmulatedMedia", &dark);
         self.call(Some(&tab), "Page.navigate", &json!({ "url": url }));
         tab
     }
 
-    /// What a piece of JavaScript gives.
+    /// Value of a JavaScript expression.
     pub fn run(&mut self, tab: &Tab, script: &str) -> Value {
         let params = json!({
             "expression": script,
@@ -158,7 +158,7 @@ impl Browser {
         done["result"]["value"].take()
     }
 
-    /// Waits until a piece of JavaScript gives something that counts as true, and gives that.
+    /// Waits until a JavaScript expression is truthy, and returns its value.
     pub fn until(&mut self, tab: &Tab, script: &str) -> Value {
         let began = Instant::now();
         loop {
@@ -174,13 +174,13 @@ impl Browser {
             }
             if began.elapsed() > DEADLINE {
                 let state = self.run(tab, STATE);
-                panic!("never: {script}, but {value}; {state:#}");
+                panic!("timeout: {script}, but {value}; {state:#}");
             }
             std::thread::sleep(Duration::from_millis(50));
         }
     }
 
-    /// Presses a key, as a hand does.
+    /// Presses a key.
     pub fn press(&mut self, tab: &Tab, key: &str) {
         for kind in ["keyDown", "keyUp"] {
             let params =
@@ -189,7 +189,7 @@ impl Browser {
         }
     }
 
-    /// The pixels that are on the screen, as a PNG.
+    /// Screenshot of the page as PNG.
     pub fn screenshot(&mut self, tab: &Tab) -> Vec<u8> {
         let taken = self.call(
             Some(tab),
@@ -205,7 +205,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It may have gone already.
+        // It may have stopped already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

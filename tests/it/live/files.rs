@@ -1,4 +1,4 @@
-//! Files that a live run was asked for: what is said of them is true.
+//! Files of a live run: messages about them are correct.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -9,8 +9,8 @@ use squeakscope::record::{paths, read_series};
 
 use super::{DEADLINE, Live, Socket};
 
-/// Whether something has been told on the page.
-fn told(panel: &Value, words: &str) -> bool {
+/// Whether a message is on the panel.
+fn has_message(panel: &Value, words: &str) -> bool {
     let events = panel["events"].as_array().expect("events");
     let has = |event: &Value| {
         event["text"]
@@ -23,7 +23,7 @@ fn told(panel: &Value, words: &str) -> bool {
 fn until(what: &str, holds: impl Fn() -> bool) {
     let began = Instant::now();
     while !holds() {
-        assert!(began.elapsed() < DEADLINE, "waited in vain: {what}");
+        assert!(began.elapsed() < DEADLINE, "timeout: {what}");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -32,21 +32,22 @@ fn size(path: &Path) -> u64 {
     path.metadata().map_or(0, |there| there.len())
 }
 
-/// A session of which a file is missing says so, in one line with all of `words`, and names it nowhere else.
+/// Checks that a session reports a missing file in one line with all of `words`, and does not name it
+/// elsewhere.
 #[track_caller]
 fn is_missing(live: Live, file: &str, words: &[&str]) {
     let (code, stdout, stderr) = live.end();
     assert_eq!(code, Some(1), "{stderr}");
     let line = stderr.lines().find(|line| line.contains("was not saved"));
-    let line = line.unwrap_or_else(|| panic!("nothing of a file in: {stderr}"));
+    let line = line.unwrap_or_else(|| panic!("no message about a file in: {stderr}"));
     for word in words.iter().chain([&file]) {
-        assert!(line.contains(word), "no `{word}` in: {line}");
+        assert!(line.contains(word), "`{word}` is missing in: {line}");
     }
     assert!(!stdout.lines().any(|line| line.ends_with(file)), "{stdout}");
     assert!(!stderr.contains("panicked"), "{stderr}");
 }
 
-/// A shell that gives way to the program, whose files must not grow beyond a size, as if the disk were full.
+/// A shell that runs the program with a file size limit, which simulates a full disk.
 #[cfg(target_os = "linux")]
 fn full_at(bytes: u64) -> [String; 4] {
     let script = format!("trap '' XFSZ; exec prlimit --fsize={bytes} \"$@\"");
@@ -55,16 +56,16 @@ fn full_at(bytes: u64) -> [String; 4] {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_leaves_a_part_that_is_named() {
+fn a_full_disk_leaves_a_partial_file_that_is_named() {
     let launcher = full_at(2_000_000);
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(
         &launcher,
         "torus-3deg",
-        &["--pace", "1000", "--save", "run.rrd"],
+        &["--speed", "1000", "--save", "run.rrd"],
     );
     let mut control = live.socket("/control");
-    control.panel(|panel| told(panel, "run.rrd cannot be written"));
+    control.panel(|panel| has_message(panel, "run.rrd: "));
     let part = live.folder().join("run.rrd.part");
     let there = read_series(&part, Some(paths::DISPLACEMENT)).expect("readable");
     assert!(there.values.len() > 1000, "{}", there.values.len());
@@ -74,12 +75,12 @@ fn a_full_disk_leaves_a_part_that_is_named() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_disk_that_is_full_from_the_start_leaves_nothing() {
+fn a_disk_full_from_the_start_leaves_nothing() {
     let launcher = full_at(8);
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(&launcher, "mass-on-belt", &["--save", "run.rrd"]);
     let mut control = live.socket("/control");
-    control.panel(|panel| told(panel, "run.rrd cannot be written"));
+    control.panel(|panel| has_message(panel, "run.rrd: "));
     assert_eq!(live.folder().read_dir().expect("folder").count(), 0);
     is_missing(
         live,
@@ -88,16 +89,16 @@ fn a_disk_that_is_full_from_the_start_leaves_nothing() {
     );
 }
 
-/// What a disk has no room for at the end is a fault, too: a sound is written then.
+/// A WAV file is written at the end. If it does not fit on the disk, the program reports an error.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_sound_that_does_not_fit_is_told() {
+fn a_wav_file_that_does_not_fit_is_reported() {
     let launcher = full_at(5000);
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(
         &launcher,
         "torus-3deg",
-        &["--pace", "200", "--wav", "run.wav"],
+        &["--speed", "200", "--wav", "run.wav"],
     );
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.05));
@@ -106,36 +107,36 @@ fn a_sound_that_does_not_fit_is_told() {
 }
 
 #[test]
-fn a_folder_that_is_removed_takes_the_recording_with_it() {
+fn a_removed_folder_ends_the_recording() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let results = folder.path().join("results");
-    std::fs::create_dir(&results).expect("made");
+    std::fs::create_dir(&results).expect("created");
     let place = results.to_str().expect("text");
-    let live = Live::start("mass-on-belt", &["--pace", "1000", "--folder", place]);
+    let live = Live::start("mass-on-belt", &["--speed", "1000", "--record-dir", place]);
     let mut control = live.socket("/control");
     assert_eq!(control.ask(&json!({ "do": "record" })), None);
     until("a part", || size(&results.join("live-1.rrd.part")) > 10_000);
     std::fs::remove_dir_all(&results).expect("removed");
-    control.panel(|panel| told(panel, "is lost"));
-    // There is nowhere to begin another.
+    control.panel(|panel| has_message(panel, "is lost"));
+    // Another recording cannot start without the folder.
     let refused = control.ask(&json!({ "do": "record" })).expect("refused");
     assert!(refused.contains("cannot write a recording"), "{refused}");
     is_missing(live, "live-1.rrd", &["is lost", "removed or moved"]);
 }
 
 #[test]
-fn what_was_removed_after_it_was_complete_is_told() {
-    let live = Live::start("mass-on-belt", &["--pace", "1000", "--save", "run.rrd"]);
+fn a_removed_complete_file_is_reported() {
+    let live = Live::start("mass-on-belt", &["--speed", "1000", "--save", "run.rrd"]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["recording"].is_string());
     assert_eq!(control.ask(&json!({ "do": "stop-recording" })), None);
     control.panel(|panel| panel["recording"].is_null());
     std::fs::remove_file(live.folder().join("run.rrd")).expect("complete");
-    is_missing(live, "run.rrd", &["was complete", "no longer"]);
+    is_missing(live, "run.rrd", &["was complete", "has been removed"]);
 }
 
 #[test]
-fn what_was_recorded_on_the_way_is_named_at_the_end() {
+fn files_recorded_during_the_session_are_named_at_the_end() {
     let live = Live::start("mass-on-belt", &["--save", "run.rrd"]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["recording"].is_string());
@@ -151,9 +152,9 @@ fn what_was_recorded_on_the_way_is_named_at_the_end() {
     }
 }
 
-/// Whenever it is interrupted, there is what is said to be there.
+/// The reported files exist, whenever the program is interrupted.
 #[test]
-fn interrupted_at_once_it_says_what_is_there() {
+fn an_immediate_interrupt_reports_existing_files() {
     for delay in 0..40 {
         let folder = tempfile::tempdir().expect("temporary folder");
         let child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
@@ -165,19 +166,19 @@ fn interrupted_at_once_it_says_what_is_there() {
             .stderr(Stdio::piped())
             .spawn()
             .expect("started");
-        // Any moment will do: what is checked holds at all of them.
+        // The assertions hold for every moment.
         std::thread::sleep(Duration::from_millis(2 * delay));
         let id = child.id().to_string();
-        // Not SIGINT, which a shell may have had ignored until it is caught.
+        // Not SIGINT, which a shell may ignore before the program installs its handler.
         let sent = Command::new("kill").args(["-TERM", &id]).status();
         assert!(sent.expect("kill").success());
         let ended = child.wait_with_output().expect("ended");
         let [stdout, stderr] = [&ended.stdout, &ended.stderr].map(|s| String::from_utf8_lossy(s));
-        // Before Ctrl-C is caught it ends the program as it does any other.
+        // Before the handler is installed, the signal kills the program as usual.
         let Some(code) = ended.status.code() else {
             continue;
         };
-        let before_work = stderr.contains("before anything was begun");
+        let before_work = stderr.contains("before the computation started");
         let mut missing = 0;
         for name in ["run.rrd", "run.wav"] {
             let there = folder.path().join(name).exists();
@@ -185,11 +186,15 @@ fn interrupted_at_once_it_says_what_is_there() {
                 .lines()
                 .any(|line| line == folder_path(&folder, name));
             assert_eq!(is_printed, there, "{name}: {stdout}{stderr}");
-            let is_told = stderr
+            let is_reported = stderr
                 .lines()
                 .any(|line| line.contains(name) && line.contains("not saved"));
-            assert_eq!(is_told, !there && !before_work, "{name}: {stdout}{stderr}");
-            missing += usize::from(is_told);
+            assert_eq!(
+                is_reported,
+                !there && !before_work,
+                "{name}: {stdout}{stderr}"
+            );
+            missing += usize::from(is_reported);
         }
         assert_eq!(code, if missing > 0 { 1 } else { 130 }, "{stdout}{stderr}");
         let left = folder.path().join("run.rrd.part");
@@ -205,14 +210,14 @@ fn folder_path(folder: &tempfile::TempDir, name: &str) -> String {
     folder.join(name).display().to_string()
 }
 
-/// Two servers that share a folder record into files of their own.
+/// Two servers with the same folder record to different files.
 #[test]
-fn two_servers_with_one_folder_never_write_one_file() {
+fn two_servers_in_one_folder_use_different_files() {
     const EACH: usize = 5;
     let folder = tempfile::tempdir().expect("temporary folder");
     let place = folder.path().to_str().expect("text");
     let servers: Vec<Live> = (0..2)
-        .map(|_| Live::start("torus-3deg", &["--pace", "1000", "--folder", place]))
+        .map(|_| Live::start("torus-3deg", &["--speed", "1000", "--record-dir", place]))
         .collect();
     let record = |control: &mut Socket| {
         let mut files = Vec::new();
@@ -220,7 +225,7 @@ fn two_servers_with_one_folder_never_write_one_file() {
             assert_eq!(control.ask(&json!({ "do": "record" })), None);
             let panel = control.panel(|panel| panel["recording"].is_string());
             files.push(panel["recording"].as_str().expect("a path").to_owned());
-            // Samples of two frames are in it: the panel is the last to be told of a frame.
+            // The panel is updated after the recorder. The file therefore contains samples of two frames.
             for _ in 0..2 {
                 let seen = control.panel(|_| true)["time_s"].as_f64();
                 control.panel(|panel| panel["time_s"].as_f64() > seen);

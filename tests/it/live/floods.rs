@@ -1,4 +1,4 @@
-//! What others ask for neither holds up who ends a run nor locks out who comes to it.
+//! Floods of requests neither delay the end of a run nor lock out new clients.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -11,7 +11,7 @@ use tungstenite::Message;
 use super::{DEADLINE, Live};
 
 #[test]
-fn a_paused_run_under_a_flood_ends_when_interrupted() {
+fn a_paused_run_under_a_flood_stops_on_interrupt() {
     let mut live = Live::start("torus-3deg", &[]);
     let mut control = live.socket("/control");
     assert_eq!(control.ask(&json!({ "do": "pause" })), None);
@@ -21,7 +21,7 @@ fn a_paused_run_under_a_flood_ends_when_interrupted() {
         .map(|_| {
             let mut flood = live.socket("/control");
             let kick = Message::text(kick.to_string());
-            // None of the answers is read.
+            // The responses are not read.
             std::thread::spawn(move || while flood.0.send(kick.clone()).is_ok() {})
         })
         .collect();
@@ -29,7 +29,7 @@ fn a_paused_run_under_a_flood_ends_when_interrupted() {
     while control.ask(&kick).is_none() {
         assert!(
             began.elapsed() < DEADLINE,
-            "the frame takes ever more kicks"
+            "the number of kicks per frame is not limited"
         );
     }
     let flooded = live.socket("/control").panel(|_| true);
@@ -38,13 +38,13 @@ fn a_paused_run_under_a_flood_ends_when_interrupted() {
     assert_eq!(live.interrupt(), Some(130));
     println!("ended {:.0} ms after", 1e3 * asked.elapsed().as_secs_f64());
     for flood in floods {
-        flood.join().expect("it ends with the run");
+        flood.join().expect("the flood ends with the run");
     }
 }
 
-/// Connections that never say what they want are the first to go when the system has no more for anybody.
+/// If no file descriptors are left, connections without a request are closed first.
 #[test]
-fn newcomers_are_served_when_there_are_no_descriptors_left() {
+fn new_clients_are_served_without_free_descriptors() {
     let mut limited = Command::new("sh");
     let program = env!("CARGO_BIN_EXE_squeakscope");
     limited.args(["-c", "ulimit -n 24; exec \"$@\"", "sh", program]);
@@ -60,7 +60,7 @@ fn newcomers_are_served_when_there_are_no_descriptors_left() {
     stream.set_read_timeout(Some(DEADLINE)).expect("set");
     write!(stream, "GET / HTTP/1.1\r\nHost: {}\r\n\r\n", live.host).expect("sent");
     let mut answer = String::new();
-    stream.read_to_string(&mut answer).expect("an answer");
+    stream.read_to_string(&mut answer).expect("a response");
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     live.socket("/control")
         .panel(|panel| panel["time_s"].as_f64() > Some(0.0));

@@ -1,4 +1,4 @@
-//! What a long session leaves behind when its recordings, resets and scenes are over: nothing.
+//! A long session with recordings, resets and scenes leaks no resources.
 #![cfg(target_os = "linux")]
 
 use std::path::{Path, PathBuf};
@@ -6,23 +6,23 @@ use std::process::Command as Process;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use squeakscope::live::{Command, Panel, Plan, Running, Session, Watcher};
+use squeakscope::live::{Command, Panel, Session, SessionOptions, SessionThread, ViewTarget};
 use squeakscope::scene::Scene;
 use squeakscope::sound::Source;
 
 use super::DEADLINE;
 
-/// Tells the child of [`a_long_session_leaves_nothing_behind`] where to record.
+/// Environment variable with the recording folder for the child process of [`a_long_session_leaks_nothing`].
 const CHILD: &str = "SQUEAKSCOPE_TEST_LONG_SESSION";
-/// How often each thing is done.
+/// Number of repetitions of each operation.
 const TIMES: usize = 200;
-/// How often it is done before, so that what is made once is there, such as names of entities.
+/// Number of repetitions before the measurement, for one-time allocations such as entity names.
 const WARM_UP: usize = 20;
-/// What the allocator may hold more of afterwards, kB: a part of one recording. With threads left behind it was
-/// 600 for each recording, reset and scene.
+/// Allowed increase of the allocated memory, kB: a fraction of one recording. A leaked thread per recording,
+/// reset and scene would add 600 kB each.
 const ALLOWED_KB: usize = 16_000;
 
-/// What a process holds.
+/// Resources of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Held {
     threads: usize,
@@ -35,7 +35,7 @@ impl Held {
         let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
         let number = |name: &str| -> usize {
             let line = status.lines().find_map(|line| line.strip_prefix(name));
-            let words = line.expect("told").split_whitespace().next();
+            let words = line.expect("the line exists").split_whitespace().next();
             words.expect("a number").parse().expect("a number")
         };
         Self {
@@ -46,20 +46,20 @@ impl Held {
     }
 }
 
-/// A session in a process of its own, in which nothing else comes and goes.
+/// A session in its own process without other activity.
 struct LongSession(Arc<Session>);
 
 impl LongSession {
     fn until(&self, what: &str, holds: impl Fn(&Panel) -> bool) {
         let began = Instant::now();
         while !holds(&self.0.panel()) {
-            assert!(began.elapsed() < DEADLINE, "waited in vain: {what}");
+            assert!(began.elapsed() < DEADLINE, "timeout: {what}");
             std::thread::sleep(Duration::from_millis(1));
         }
     }
 
     fn ask(&self, command: Command) {
-        self.0.obey(&command).expect("carried out");
+        self.0.apply(&command).expect("applied");
     }
 
     fn record(&self) {
@@ -69,24 +69,24 @@ impl LongSession {
         self.until("its end", |panel| panel.recording.is_none());
     }
 
-    /// Asks for another run, and waits for its first samples.
-    fn begin_anew(&self, command: Command) {
+    /// Starts another run and waits for its first samples.
+    fn restart(&self, command: Command) {
         let run = self.0.panel().run;
         self.ask(command);
         self.until("another run", |panel| panel.run > run && panel.time_s > 0.0);
     }
 
     fn work(&self, times: usize) {
-        // A joint, whose recordings have the most entities, and two systems that are begun in no time.
+        // A joint, whose recordings have the most entities, and two systems that start quickly.
         let scenes = ["torus-3deg", "mass-on-belt", "impact-oscillator"];
         for k in 0..times {
             self.record();
-            self.begin_anew(Command::Reset {});
+            self.restart(Command::Reset {});
             let name = scenes[if k % 10 == 0 { 0 } else { 1 + k % 2 }].to_owned();
-            self.begin_anew(Command::Scene { name });
+            self.restart(Command::Scene { name });
         }
         let name = "mass-on-belt".to_owned();
-        self.begin_anew(Command::Scene { name });
+        self.restart(Command::Scene { name });
     }
 }
 
@@ -96,18 +96,18 @@ fn child_with_a_long_session() {
     let Some(folder) = std::env::var_os(CHILD).map(PathBuf::from) else {
         return;
     };
-    let session = Arc::new(Session::new(Plan {
+    let session = Arc::new(Session::new(SessionOptions {
         scene: Scene::load("mass-on-belt").expect("preset"),
         command: "test".to_owned(),
-        pace: 1.0,
-        neighbours: true,
-        watcher: Watcher::Page,
+        speed: 1.0,
+        lyapunov: true,
+        watcher: ViewTarget::Page,
         folder: folder.clone(),
         save: None,
         wav: None,
         source: Source::default(),
     }));
-    let running = Running::start(&session, Arc::new(|_| ())).expect("started");
+    let running = SessionThread::start(&session, Arc::new(|_| ())).expect("started");
     let long = LongSession(session);
     long.until("samples", |panel| panel.time_s > 0.0);
     long.work(WARM_UP);
@@ -115,7 +115,7 @@ fn child_with_a_long_session() {
     long.work(TIMES);
     let began = Instant::now();
     let mut after = Held::now();
-    // A thread that is joined is counted for an instant more.
+    // A joined thread may still be counted for a moment.
     while (after.threads, after.descriptors) != (before.threads, before.descriptors) {
         assert!(began.elapsed() < DEADLINE, "{before:?}, then {after:?}");
         std::thread::sleep(Duration::from_millis(5));
@@ -127,14 +127,14 @@ fn child_with_a_long_session() {
         "{before:?}, then {after:?}"
     );
     long.0.end();
-    running.end().expect("no fault");
+    running.end().expect("no error");
     let saved = long.0.saved();
     assert_eq!(saved.len(), WARM_UP + TIMES);
     assert!(saved.iter().all(|file| file.outcome.is_ok()));
 }
 
 #[test]
-fn a_long_session_leaves_nothing_behind() {
+fn a_long_session_leaks_nothing() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let child = Process::new(std::env::current_exe().expect("this test"))
         .args([
@@ -143,14 +143,14 @@ fn a_long_session_leaves_nothing_behind() {
             "--nocapture",
         ])
         .env(CHILD, folder.path())
-        // Else each thread keeps memory of its own, more or less of it by chance.
+        // Otherwise each thread has its own arena, and the memory varies randomly.
         .env("MALLOC_ARENA_MAX", "1")
         .output()
         .expect("started");
-    let told = String::from_utf8_lossy(&child.stdout);
-    println!("{told}{}", String::from_utf8_lossy(&child.stderr));
+    let output = String::from_utf8_lossy(&child.stdout);
+    println!("{output}{}", String::from_utf8_lossy(&child.stderr));
     assert!(child.status.success());
-    assert!(told.contains("1 passed"), "no child");
+    assert!(output.contains("1 passed"), "the child process did not run");
     assert!(recordings(folder.path()).count() == WARM_UP + TIMES);
 }
 

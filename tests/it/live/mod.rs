@@ -1,12 +1,11 @@
-//! A run that is steered while it goes on: through the sockets of its page, and through the page itself in a
-//! real browser.
+//! Interactive runs, controlled through the sockets of their page and through the page in a real browser.
 
 mod browser;
 mod files;
 mod floods;
 mod leaks;
 mod page;
-// What a process takes is read from where Linux keeps it.
+// Reads the resources of a process from /proc on Linux.
 #[cfg(target_os = "linux")]
 mod soak;
 mod sockets;
@@ -21,13 +20,13 @@ use serde_json::{Value, json};
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
-/// Long after anything here should have happened, on a busy machine too.
+/// Timeout for everything in these tests, on a busy machine too.
 pub const DEADLINE: Duration = Duration::from_secs(90);
 
-/// A live run with its page, which does not outlive its test.
+/// A live run with its page, stopped at the end of its test.
 pub struct Live {
     child: Child,
-    /// Where the page is, such as `127.0.0.1:40123`.
+    /// Address of the page, such as `127.0.0.1:40123`.
     pub host: String,
     folder: tempfile::TempDir,
 }
@@ -37,7 +36,7 @@ impl Live {
         Self::start_by(&[], scene, more)
     }
 
-    /// Started by another program, which becomes it.
+    /// Starts the run through a launcher that replaces itself by the program.
     fn start_by(launcher: &[&str], scene: &str, more: &[&str]) -> Self {
         let words = launcher.iter().copied();
         let mut words = words.chain([env!("CARGO_BIN_EXE_squeakscope")]);
@@ -46,7 +45,7 @@ impl Live {
         Self::of(program, scene, more)
     }
 
-    /// Started by a command that the arguments are added to.
+    /// Starts the run with a command and additional arguments.
     fn of(mut program: Command, scene: &str, more: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
         let mut child = program
@@ -61,7 +60,7 @@ impl Live {
         let mut line = String::new();
         let stdout = child.stdout.as_mut().expect("piped");
         BufReader::new(stdout).read_line(&mut line).expect("a line");
-        let host = line.trim().strip_prefix("the page: http://");
+        let host = line.trim().strip_prefix("live page: http://");
         let host = host.unwrap_or_else(|| panic!("no address in `{line}`"));
         Self {
             host: host.trim_end_matches('/').to_owned(),
@@ -78,7 +77,7 @@ impl Live {
         Socket::open(&self.host, path)
     }
 
-    /// Ends it as Ctrl-C does; the exit code, and what it said on the standard output and error.
+    /// Stops the run as Ctrl-C does. Returns the exit code, the standard output and the standard error.
     fn end(mut self) -> (Option<i32>, String, String) {
         let code = self.interrupt();
         let text = |stream: Option<&mut dyn Read>| {
@@ -94,7 +93,7 @@ impl Live {
         (code, stdout, stderr)
     }
 
-    /// Ends it as Ctrl-C does; the exit code.
+    /// Stops the run as Ctrl-C does. Returns the exit code.
     fn interrupt(&mut self) -> Option<i32> {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args(["-INT", &id]).status();
@@ -104,7 +103,7 @@ impl Live {
             if let Some(status) = self.child.try_wait().expect("status") {
                 return status.code();
             }
-            assert!(began.elapsed() < DEADLINE, "it hangs");
+            assert!(began.elapsed() < DEADLINE, "the program hangs");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -112,7 +111,7 @@ impl Live {
 
 impl Drop for Live {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // It may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -129,21 +128,21 @@ impl Socket {
         Self(socket)
     }
 
-    fn tell(&mut self, value: &Value) {
+    fn send(&mut self, value: &Value) {
         let text = Message::text(value.to_string());
         self.0.send(text).expect("sent");
     }
 
-    /// What comes next.
+    /// The next message.
     fn next(&mut self) -> Message {
         self.0.read().expect("a message in time")
     }
 
-    /// The next object with this key, and what is under it.
-    fn hear(&mut self, key: &str) -> Value {
+    /// The value of the next message with this key.
+    fn value_of(&mut self, key: &str) -> Value {
         let began = Instant::now();
         loop {
-            assert!(began.elapsed() < DEADLINE, "no `{key}`");
+            assert!(began.elapsed() < DEADLINE, "no message with `{key}`");
             let Message::Text(text) = self.next() else {
                 continue;
             };
@@ -154,11 +153,11 @@ impl Socket {
         }
     }
 
-    /// The next panel of which something holds.
+    /// The next panel that fulfils a condition.
     pub fn panel(&mut self, holds: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
-            let panel = self.hear("panel");
+            let panel = self.value_of("panel");
             if holds(&panel) {
                 return panel;
             }
@@ -166,12 +165,12 @@ impl Socket {
         }
     }
 
-    /// Asks for something, and gives the answer: nothing if it was done, else why not.
+    /// Sends a command. Returns `None` if it was applied, else the reason for its rejection.
     fn ask(&mut self, command: &Value) -> Option<String> {
-        self.tell(command);
+        self.send(command);
         let began = Instant::now();
         loop {
-            assert!(began.elapsed() < DEADLINE, "no answer to {command}");
+            assert!(began.elapsed() < DEADLINE, "no response to {command}");
             let Message::Text(text) = self.next() else {
                 continue;
             };
@@ -180,13 +179,13 @@ impl Socket {
                 return None;
             }
             if let Some(why) = object.get("refused") {
-                return Some(why.as_str().expect("words").to_owned());
+                return Some(why.as_str().expect("text").to_owned());
             }
         }
     }
 }
 
-/// Nothing that is waited for takes longer.
+/// Sets the read timeout.
 fn patient(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>) {
     if let MaybeTlsStream::Plain(stream) = socket.get_mut() {
         stream.set_read_timeout(Some(DEADLINE)).expect("set");

@@ -5,12 +5,10 @@ use serde_json::json;
 use super::browser::{Browser, Tab, chromium};
 use super::{Live, tilt};
 
-/// A browser with the page of a run in it, once its viewer has data; `None` where there is no browser.
+/// A browser with the page of a run after its viewer has received data; `None` without a browser.
 fn opened(live: &Live) -> Option<(Browser, Tab)> {
     let Some(program) = chromium() else {
-        eprintln!(
-            "skipped: there is no Chromium (apt-get install chromium, or SQUEAKSCOPE_CHROMIUM)"
-        );
+        eprintln!("skipped: no Chromium (apt-get install chromium, or set SQUEAKSCOPE_CHROMIUM)");
         return None;
     };
     let mut browser = Browser::start(&program);
@@ -19,11 +17,11 @@ fn opened(live: &Live) -> Option<(Browser, Tab)> {
     Some((browser, tab))
 }
 
-/// What the panel says, as JavaScript.
+/// JavaScript expression for the state of the panel.
 const PANEL: &str = "squeakscope.state.panel";
 
 #[test]
-fn hands_on_the_page_reach_the_run() {
+fn user_input_on_the_page_controls_the_run() {
     let live = Live::start("torus-3deg", &[]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
@@ -37,7 +35,7 @@ fn hands_on_the_page_reach_the_run() {
     );
     control.panel(|panel| panel["tilt_deg"] == 4.5);
     browser.until(&tab, &format!("{PANEL}.tilt_deg === 4.5"));
-    // Keys: the tilt, the pause, the pace.
+    // Keys: tilt, pause, playback speed.
     browser.press(&tab, "ArrowRight");
     control.panel(|panel| {
         panel["tilt_deg"]
@@ -48,21 +46,24 @@ fn hands_on_the_page_reach_the_run() {
     control.panel(|panel| panel["paused"] == true);
     browser.until(
         &tab,
-        "document.getElementById('pause').textContent === 'Go on'",
+        "document.getElementById('pause').textContent === 'Resume'",
     );
     let stopped = browser.run(&tab, &format!("{PANEL}.time_s"));
     std::thread::sleep(std::time::Duration::from_millis(400));
     let still = browser.run(&tab, &format!("{PANEL}.time_s"));
-    let gone = still.as_f64().unwrap() - stopped.as_f64().unwrap();
-    assert!(gone < 2e-3, "{gone} s went by while paused");
+    let elapsed = still.as_f64().unwrap() - stopped.as_f64().unwrap();
+    assert!(
+        elapsed < 2e-3,
+        "{elapsed} s of simulated time elapsed while paused"
+    );
     browser.press(&tab, " ");
     control.panel(|panel| panel["paused"] == false);
     browser.press(&tab, "1");
-    control.panel(|panel| panel["pace"] == 1e-3);
-    // What is refused is told.
+    control.panel(|panel| panel["speed"] == 1e-3);
+    // A rejection is displayed.
     browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 99 })");
     browser.until(&tab, "!document.getElementById('refused').hidden");
-    // Another scene, from the picker.
+    // Another scene, from the list.
     browser.run(
         &tab,
         "{ const s = document.getElementById('scene'); s.value = 'mass-on-belt'; \
@@ -73,7 +74,7 @@ fn hands_on_the_page_reach_the_run() {
         &format!("{PANEL}.run === 2 && {PANEL}.scene === 'mass-on-belt'"),
     );
     browser.until(&tab, "document.getElementById('tilting').hidden");
-    // Light, for a bright room, and still so after the page was loaded anew.
+    // The light theme persists when the page is reloaded.
     let theme = "document.documentElement?.dataset.theme";
     assert_eq!(browser.run(&tab, theme), "dark");
     browser.press(&tab, "l");
@@ -84,18 +85,18 @@ fn hands_on_the_page_reach_the_run() {
 }
 
 #[test]
-fn the_viewer_shows_the_run_and_sound_arrives() {
+fn the_viewer_displays_the_run_and_audio_arrives() {
     let live = Live::start("torus-3deg", &[]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
-    // The bands under the slider, and words on what is seen.
+    // The bands below the slider, and the text on the present motion.
     browser.until(&tab, "document.querySelectorAll('#bands rect').length > 1");
     browser.until(
         &tab,
         "document.getElementById('words').textContent.length > 20",
     );
-    // The viewer takes the run in, and its pixels change with it.
+    // The viewer receives data, and its pixels change.
     browser.until(&tab, "squeakscope.host.seen() > 0.01");
     let before = browser.screenshot(&tab);
     let seen = browser
@@ -110,9 +111,9 @@ fn the_viewer_shows_the_run_and_sound_arrives() {
     browser.until(&tab, "squeakscope.soundSamples() > 4800");
     browser.until(
         &tab,
-        "document.getElementById('heard').textContent.includes('slower')",
+        "document.getElementById('audio').textContent.includes('slowed down')",
     );
-    // Nothing was asked of anybody else.
+    // No other server was contacted.
     let own = [
         format!("http://{}/", live.host),
         format!("ws://{}/", live.host),
@@ -169,15 +170,15 @@ fn changed_pixels(before: &[u8], after: &[u8]) -> f64 {
     f64::from(changed) / f64::from(all)
 }
 
-/// The picture of the page that the README shows.
+/// Takes the picture of the page for the README.
 #[test]
 #[ignore = "makes a picture: assets/screenshots/make"]
 fn screenshot() {
     let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS")
         .expect("SQUEAKSCOPE_SCREENSHOTS names a folder");
-    let live = Live::start("torus-3deg", &["--pace", "20"]);
+    let live = Live::start("torus-3deg", &["--speed", "20"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
-    // Until the torus has closed, and the viewer without a graphics card shows it.
+    // Until the torus has closed and the viewer, which renders without a graphics card, displays it.
     browser.until(&tab, "squeakscope.host.seen() > 0.08");
     let picture = browser.screenshot(&tab);
     std::fs::write(std::path::Path::new(&folder).join("live-page.png"), picture).expect("written");

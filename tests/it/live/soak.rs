@@ -1,4 +1,4 @@
-//! Clients come, go, flood and never read, for a long time: what the run takes of the machine does not grow.
+//! Clients that connect, disconnect, flood and never read: the resources of the run stay bounded.
 
 use std::fmt::Write as _;
 use std::io::{Read, Write as _};
@@ -12,30 +12,30 @@ use tungstenite::Message;
 
 use super::{DEADLINE, Live, Socket, tilt};
 
-/// Rows of the table, about.
+/// Approximate number of rows of the table.
 const ROWS: u32 = 120;
-/// Simulated ms a second: real time.
+/// Playback speed, ms of simulated time per s of wall time: real time.
 const PACE: f64 = 1000.0;
-/// Connections that the server holds, at most, of one address.
+/// Connection limit of the server per address.
 const PER_ADDRESS: usize = 32;
-/// Threads beside those of a quiet run: they read scenes, and make the next run.
+/// Additional threads compared with a quiet run: they load scenes and prepare the next run.
 const MORE_THREADS: usize = 16;
-/// Memory beside that of a quiet run, MB: what viewers that do not read may still be sent.
+/// Additional memory compared with a quiet run, MB: data queued for viewers that do not read.
 const MORE_MEMORY: f64 = 400.0;
 
-/// What the run takes.
+/// Resources of the run.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
-    /// Since the first, s.
+    /// Wall time since the first sample, s.
     wall: f64,
     threads: usize,
     descriptors: usize,
     memory_mb: f64,
-    /// Simulated ms a second since the sample before.
+    /// Playback speed since the previous sample, ms/s.
     speed: f64,
 }
 
-/// What a process takes now, by the system's own count.
+/// Present resources of a process, as counted by the system.
 fn taken(process: u32) -> (usize, usize, f64) {
     let folder = PathBuf::from(format!("/proc/{process}"));
     let entries = |name| {
@@ -53,10 +53,10 @@ fn taken(process: u32) -> (usize, usize, f64) {
     )
 }
 
-/// How long the clients stay, and what they do to the run beside steering it.
+/// Duration of the test, and the commands of the clients.
 struct Plan {
     duration: Duration,
-    /// Whether recordings are made, and the scene is begun anew.
+    /// Whether to record and to restart the scene.
     renewed: bool,
 }
 
@@ -67,36 +67,36 @@ struct Soak<'a> {
 }
 
 impl Soak<'_> {
-    fn goes_on(&self) -> bool {
+    fn is_running(&self) -> bool {
         !self.over.load(Ordering::Relaxed)
     }
 
     fn rest(&self, time: Duration) {
         let until = Instant::now() + time;
-        while self.goes_on() && Instant::now() < until {
+        while self.is_running() && Instant::now() < until {
             std::thread::sleep(Duration::from_millis(20));
         }
     }
 
-    /// A socket, unless the server is full at present.
+    /// A socket, unless the server is full.
     fn socket(&self, path: &str) -> Option<Socket> {
         let (mut socket, _) = tungstenite::connect(format!("ws://{}{path}", self.host)).ok()?;
         super::patient(&mut socket);
         Some(Socket(socket))
     }
 
-    /// Loads the page, watches and listens a little, and goes.
+    /// Loads the page, views and listens for a moment, and disconnects.
     fn visitor(&self) {
-        while self.goes_on() {
+        while self.is_running() {
             if let Ok(mut stream) = TcpStream::connect(self.host) {
                 let asked = write!(stream, "GET / HTTP/1.1\r\nHost: {}\r\n\r\n", self.host);
-                // A server that is full may hang up.
+                // A full server may close the connection.
                 let _ = asked.and_then(|()| stream.read_to_end(&mut Vec::new()));
             }
             let mut open = ["/control", "/stream", "/sound"].map(|path| self.socket(path));
             for _ in 0..10 {
                 for socket in open.iter_mut().flatten() {
-                    // It may have been parted with.
+                    // The server may have closed it.
                     let _ = socket.0.read();
                 }
             }
@@ -104,22 +104,22 @@ impl Soak<'_> {
         }
     }
 
-    /// Kicks and tilts as fast as the server takes them in; one that does not read is parted with.
+    /// Sends kicks and tilts as fast as the server accepts them. A client that does not read is disconnected.
     fn flood(&self, reads: bool) {
         let commands = [
             json!({ "do": "kick", "mm_per_s": 0.01 }),
             tilt(2.9),
             tilt(3.1),
-            json!({ "do": "pace", "ms_per_s": PACE }),
+            json!({ "do": "speed", "ms_per_s": PACE }),
         ]
         .map(|command| Message::text(command.to_string()));
-        while self.goes_on() {
+        while self.is_running() {
             let Some(mut socket) = self.socket("/control") else {
                 self.rest(Duration::from_millis(200));
                 continue;
             };
             for command in commands.iter().cycle().take(3000) {
-                if !self.goes_on() || socket.0.send(command.clone()).is_err() {
+                if !self.is_running() || socket.0.send(command.clone()).is_err() {
                     break;
                 }
                 if reads && socket.0.read().is_err() {
@@ -129,9 +129,9 @@ impl Soak<'_> {
         }
     }
 
-    /// Opens sockets and never reads, and requests that never end.
+    /// Opens sockets without reading, and requests without end.
     fn mute(&self) {
-        while self.goes_on() {
+        while self.is_running() {
             let _sockets = ["/stream", "/sound"].map(|path| self.socket(path));
             let _requests = [(); 8].map(|()| {
                 let mut stream = TcpStream::connect(self.host)?;
@@ -142,9 +142,9 @@ impl Soak<'_> {
         }
     }
 
-    /// Records for a while, and begins the scene anew.
+    /// Records for a while, then restarts the scene.
     fn renewer(&self) {
-        while self.goes_on() {
+        while self.is_running() {
             for command in ["record", "stop-recording", "reset"] {
                 if let Some(mut control) = self.socket("/control") {
                     control.ask(&json!({ "do": command }));
@@ -152,7 +152,7 @@ impl Soak<'_> {
                 self.rest(Duration::from_secs(1));
             }
             for file in std::fs::read_dir(self.folder).expect("a folder").flatten() {
-                // One that is being written is left for the next time.
+                // A file that is being written stays until the next time.
                 if file.path().extension().is_some_and(|end| end == "rrd") {
                     std::fs::remove_file(file.path()).expect("removed");
                 }
@@ -162,7 +162,7 @@ impl Soak<'_> {
     }
 }
 
-/// Simulated time as it goes by, also while scenes are begun anew.
+/// Total simulated time, across restarts of scenes.
 #[derive(Default)]
 struct Clock {
     run: Value,
@@ -181,11 +181,12 @@ impl Clock {
     }
 }
 
-/// Samples a run while clients do their worst; the first sample is of the run without them, the last of after them.
+/// Samples the resources of a run under load; the first sample is taken before the load, the last one after
+/// it.
 fn soak(plan: &Plan) -> Vec<Sample> {
     let live = Live::start(
         "torus-3deg",
-        &["--pace", &PACE.to_string(), "--no-neighbours"],
+        &["--speed", &PACE.to_string(), "--no-lyapunov"],
     );
     let process = live.child.id();
     let mut control = live.socket("/control");
@@ -231,7 +232,7 @@ fn soak(plan: &Plan) -> Vec<Sample> {
         }
         soak.over.store(true, Ordering::Relaxed);
     });
-    // What they took comes back once their connections and the threads that served them have ended.
+    // Resources are released after connections and their threads have ended.
     let quiet = samples[0];
     let left = Instant::now();
     loop {
@@ -245,22 +246,22 @@ fn soak(plan: &Plan) -> Vec<Sample> {
     }
 }
 
-/// What holds however busy the machine is.
+/// Bounds that hold on a busy machine, too.
 fn assert_bounded(samples: &[Sample]) {
     let quiet = samples[0];
     for sample in samples {
         let held = sample.threads <= quiet.threads + MORE_THREADS
             && sample.descriptors <= quiet.descriptors + PER_ADDRESS + 8
             && sample.memory_mb <= quiet.memory_mb + MORE_MEMORY;
-        assert!(held, "{quiet:?} has become {sample:?}");
+        assert!(held, "{quiet:?} has grown to {sample:?}");
     }
     let last = samples[samples.len() - 1];
     let is_back = last.threads <= quiet.threads && last.descriptors <= quiet.descriptors;
-    assert!(is_back, "{quiet:?} stays {last:?} without clients");
+    assert!(is_back, "{last:?} without clients, but {quiet:?} before");
 }
 
 #[test]
-fn what_a_run_takes_is_bounded() {
+fn the_resources_of_a_run_are_bounded() {
     let samples = soak(&Plan {
         duration: Duration::from_secs(6),
         renewed: false,
@@ -268,8 +269,8 @@ fn what_a_run_takes_is_bounded() {
     assert_bounded(&samples);
 }
 
-/// Ten minutes, or as many seconds as `SQUEAKSCOPE_SOAK` says; the table and its figure come into the folder of
-/// `SQUEAKSCOPE_SOAK_FOLDER`, or beside the build.
+/// Ten minutes, or `SQUEAKSCOPE_SOAK` seconds. The table and its figure are written to the folder
+/// `SQUEAKSCOPE_SOAK_FOLDER`, or next to the build.
 #[test]
 #[ignore = "ten minutes: cargo test --release --test it live::soak::ten_minutes -- --ignored --nocapture"]
 fn ten_minutes() {
@@ -313,7 +314,7 @@ fn table(samples: &[Sample]) -> String {
     text + "\n"
 }
 
-/// The columns over the time, each from zero to a little above its largest.
+/// Plots the columns versus time, each from zero to slightly above its maximum.
 fn drawn(samples: &[Sample]) -> String {
     let end = samples
         .iter()
@@ -341,7 +342,7 @@ fn drawn(samples: &[Sample]) -> String {
             .collect();
         write!(
             svg,
-            "<text x=\"20\" y=\"{top}\">{name}, at most {largest:.0}</text>\n\
+            "<text x=\"20\" y=\"{top}\">{name}, maximum {largest:.0}</text>\n\
              <polyline fill=\"none\" stroke=\"#6E747C\" points=\"20,{bottom} 620,{bottom}\"/>\n\
              <polyline fill=\"none\" stroke=\"#0072B2\" stroke-width=\"1.5\" points=\"{points}\"/>\n"
         )

@@ -1,4 +1,4 @@
-//! What the page's server promises to whoever speaks with it.
+//! The protocol of the page's server.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -18,11 +18,11 @@ fn values(piece: &[u8], path: &str) -> Vec<f64> {
     read_series(file.path(), Some(path)).map_or_else(|_| Vec::new(), |series| series.values)
 }
 
-/// Reads the stream until a series has a value that fits.
+/// Reads the stream until a series has a matching value.
 fn until(stream: &mut Socket, path: &str, fits: impl Fn(f64) -> bool) {
     let began = Instant::now();
     loop {
-        assert!(began.elapsed() < DEADLINE, "nothing that fits in `{path}`");
+        assert!(began.elapsed() < DEADLINE, "no matching value in `{path}`");
         if let Message::Binary(piece) = stream.next()
             && values(&piece, path).into_iter().any(&fits)
         {
@@ -36,7 +36,7 @@ fn is(expected: f64) -> impl Fn(f64) -> bool {
 }
 
 #[test]
-fn the_slider_changes_the_tilt_in_the_stream() {
+fn a_tilt_command_changes_the_tilt_in_the_stream() {
     let mut live = Live::start("torus-3deg", &[]);
     let (mut control, mut stream) = (live.socket("/control"), live.socket("/stream"));
     until(&mut stream, paths::TILT, is(3.0));
@@ -53,59 +53,62 @@ fn the_slider_changes_the_tilt_in_the_stream() {
 }
 
 #[test]
-fn pause_stops_simulated_time_and_a_step_is_a_frame() {
+fn a_pause_stops_simulated_time_and_a_step_is_one_frame() {
     let live = Live::start("torus-3deg", &[]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
     assert_eq!(control.ask(&json!({ "do": "pause" })), None);
     let stopped = control.panel(|panel| panel["paused"] == true);
     std::thread::sleep(Duration::from_millis(300));
-    control.tell(&json!({ "do": "pause" }));
+    control.send(&json!({ "do": "pause" }));
     let time = |panel: &serde_json::Value| panel["time_s"].as_f64().unwrap();
-    // What was under way when it stopped has arrived by now.
+    // Messages sent before the pause have arrived by now.
     let mut late = live.socket("/control");
     let resting = late.panel(|_| true);
     assert!(time(&resting) - time(&stopped) < 2e-3);
     assert_eq!(late.ask(&json!({ "do": "step" })), None);
     let stepped = late.panel(|panel| time(panel) > time(&resting));
-    assert!(
-        time(&stepped) - time(&resting) < 1e-3,
-        "a sixtieth of 20 ms"
-    );
+    assert!(time(&stepped) - time(&resting) < 1e-3, "1/60 of 20 ms");
     assert_eq!(stepped["paused"], true);
 }
 
 #[test]
-fn what_is_out_of_range_or_no_command_is_refused() {
+fn invalid_commands_are_rejected() {
     let live = Live::start("torus-3deg", &[]);
     let mut control = live.socket("/control");
     for (command, part) in [
-        (tilt(10.01), "the tilt must be from 0 to 10 degrees"),
+        (tilt(10.01), "the tilt must be between 0 and 10 degrees"),
         (tilt(-0.01), "the tilt must be"),
         (
-            json!({ "do": "pace", "ms_per_s": 1001 }),
-            "the pace must be",
+            json!({ "do": "speed", "ms_per_s": 1001 }),
+            "the playback speed must be",
         ),
-        (json!({ "do": "pace", "ms_per_s": 0 }), "the pace must be"),
+        (
+            json!({ "do": "speed", "ms_per_s": 0 }),
+            "the playback speed must be",
+        ),
         (json!({ "do": "kick", "mm_per_s": 1e9 }), "a kick must be"),
-        (json!({ "do": "scene", "name": "/etc/passwd" }), "no scene"),
-        (json!({ "do": "tilt" }), "not a command"),
-        (json!({ "do": "fly" }), "not a command"),
+        (
+            json!({ "do": "scene", "name": "/etc/passwd" }),
+            "unknown scene",
+        ),
+        (json!({ "do": "tilt" }), "invalid command"),
+        (json!({ "do": "fly" }), "invalid command"),
         (
             json!({ "do": "tilt", "deg": 3, "really": true }),
-            "not a command",
+            "invalid command",
         ),
-        (json!("tilt"), "not a command"),
+        (json!("tilt"), "invalid command"),
     ] {
-        let why = control.ask(&command).expect("refused");
+        let why = control.ask(&command).expect("rejected");
         assert!(why.contains(part), "{command}: {why}");
     }
     let panel = control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
     assert!(is(3.0)(panel["tilt_deg"].as_f64().unwrap()), "{panel:#}");
-    assert_eq!(panel["pace"], 0.02);
+    assert_eq!(panel["speed"], 0.02);
 }
 
-/// The status line of the answer to a request.
+/// The status line of the response to a request.
 fn asked(host: &str, path: &str, headers: &[(&str, &str)]) -> String {
     let mut stream = TcpStream::connect(host).unwrap();
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
@@ -124,7 +127,7 @@ fn asked(host: &str, path: &str, headers: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn requests_for_or_from_elsewhere_are_refused() {
+fn requests_for_other_hosts_or_from_other_pages_are_rejected() {
     let live = Live::start("mass-on-belt", &[]);
     let host = live.host.as_str();
     let own = asked(host, "/", &[("Host", host)]);
@@ -159,7 +162,8 @@ fn requests_for_or_from_elsewhere_are_refused() {
             );
         }
     }
-    // Without an origin it is no page that asks, with its own it is the page.
+    // A request without an origin does not come from a page; one with the own origin comes from the page
+    // itself.
     for origin in [None, Some(format!("http://{host}"))] {
         let mut request = format!("ws://{host}/control")
             .into_client_request()
@@ -174,10 +178,10 @@ fn requests_for_or_from_elsewhere_are_refused() {
     assert!(asked(host, "/../Cargo.toml", &[("Host", host)]).starts_with("HTTP/1.1 404"));
 }
 
-/// Somebody who reads nothing, somebody who hangs up, and a latecomer: the run goes on for all.
+/// A client that does not read, one that disconnects and one that connects late: none affects the run.
 #[test]
-fn many_watch_one_run_and_nobody_holds_it_up() {
-    let live = Live::start("torus-3deg", &["--pace", "200"]);
+fn no_viewer_delays_the_run() {
+    let live = Live::start("torus-3deg", &["--speed", "200"]);
     let mut control = live.socket("/control");
     let silent: Vec<Socket> = (0..8).map(|_| live.socket("/stream")).collect();
     for _ in 0..8 {
@@ -186,7 +190,7 @@ fn many_watch_one_run_and_nobody_holds_it_up() {
     let time = |panel: &serde_json::Value| panel["time_s"].as_f64().unwrap();
     let begun = time(&control.panel(|panel| time(panel) > 0.0));
     control.panel(|panel| time(panel) > begun + 0.3);
-    // One who comes late is given the scene's text and what happens now.
+    // A late viewer receives the text of the scene and the present data.
     let mut late = live.socket("/stream");
     until(&mut late, paths::TILT, is(3.0));
     let mut second = live.socket("/control");
@@ -198,12 +202,12 @@ fn many_watch_one_run_and_nobody_holds_it_up() {
 }
 
 #[test]
-fn sound_arrives_and_is_not_silence() {
-    let live = Live::start("torus-3deg", &["--pace", "100"]);
+fn audio_arrives_and_is_not_silent() {
+    let live = Live::start("torus-3deg", &["--speed", "100"]);
     let mut sound = live.socket("/sound");
-    let (mut samples, mut loud, mut slower) = (0, 0.0_f32, None);
+    let (mut samples, mut loud, mut time_stretch) = (0, 0.0_f32, None);
     let began = Instant::now();
-    // Beyond the first 40 ms the squeak has its strength.
+    // After the first 40 ms the squeak has its full amplitude.
     while samples < 48_000 {
         assert!(began.elapsed() < DEADLINE);
         match sound.next() {
@@ -217,32 +221,32 @@ fn sound_arrives_and_is_not_silence() {
                 samples += piece.len() / 4;
             }
             Message::Text(text) => {
-                let told: serde_json::Value = serde_json::from_str(&text).unwrap();
-                slower = told["heard"]["slower"].as_f64();
-                assert_eq!(told["heard"]["what"], "velocity of the contact's centre");
+                let message: serde_json::Value = serde_json::from_str(&text).unwrap();
+                time_stretch = message["audio"]["time_stretch"].as_f64();
+                assert_eq!(message["audio"]["what"], "velocity of the contact centre");
             }
             _ => {}
         }
     }
     assert!(loud > 0.5, "{loud}");
-    // Ten times, or more on a machine that does not keep up.
-    assert!(slower.expect("told") > 9.0, "{slower:?}");
+    // A factor of ten, or more on a machine that does not keep up.
+    assert!(time_stretch.expect("received") > 9.0, "{time_stretch:?}");
 }
 
 #[test]
-fn the_sound_of_a_live_run_is_kept_when_it_is_ended() {
-    let mut live = Live::start("torus-3deg", &["--pace", "200", "--wav", "squeak.wav"]);
+fn the_wav_file_of_a_live_run_is_written_at_the_end() {
+    let mut live = Live::start("torus-3deg", &["--speed", "200", "--wav", "squeak.wav"]);
     let wav = live.folder().join("squeak.wav");
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.05));
-    assert!(!wav.exists(), "it takes its name at the end");
+    assert!(!wav.exists(), "the file gets its name at the end");
     assert_eq!(live.interrupt(), Some(130));
     let sound = hound::WavReader::open(&wav).expect("a WAV file");
     assert!(sound.duration() > 2400, "{}", sound.duration());
 }
 
 #[test]
-fn a_recording_made_on_the_way_holds_its_events() {
+fn a_recording_contains_its_events() {
     let live = Live::start("torus-3deg", &[]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
@@ -260,29 +264,29 @@ fn a_recording_made_on_the_way_holds_its_events() {
     );
 }
 
-/// What was computed before the run is not passed off as that of another tilt.
+/// The prediction made before the run must not be presented as that of another tilt.
 #[test]
-fn a_lesson_says_that_the_tilt_is_another() {
-    let live = Live::start("mode-shift-3.5deg", &["--pace", "200"]);
+fn a_lesson_states_that_the_tilt_has_changed() {
+    let live = Live::start("mode-shift-3.5deg", &["--speed", "200"]);
     let mut control = live.socket("/control");
     let says = |panel: &serde_json::Value, words: &str| {
         let lesson = panel["lesson"].as_str();
         lesson.is_some_and(|lesson| lesson.contains(words))
     };
     let first = control.panel(|panel| says(panel, "computed"));
-    assert!(!says(&first, "tilted to"), "{first}");
+    assert!(!says(&first, "tilted by"), "{first}");
     assert_eq!(control.ask(&tilt(5.0)), None);
     control.panel(|panel| {
         says(
             panel,
-            "now tilted to **5.0°**; the computed values are for 3.5°",
+            "now tilted by **5.0°**; the computed values are for 3.5°",
         )
     });
 }
 
-/// Who stops to show a file to the class need not go on for it.
+/// A recording is complete without resuming a paused run.
 #[test]
-fn a_recording_ends_while_time_stands_still() {
+fn a_recording_can_be_stopped_while_paused() {
     let live = Live::start("torus-3deg", &[]);
     let mut control = live.socket("/control");
     assert_eq!(control.ask(&json!({ "do": "record" })), None);
@@ -294,7 +298,7 @@ fn a_recording_ends_while_time_stands_still() {
     let file = live.folder().join("live-1.rrd");
     let times = read_series(&file, Some(paths::DISPLACEMENT)).unwrap().times;
     assert!(times.len() > 100, "{}", times.len());
-    // Another may begin, and has what was known before.
+    // Another recording can start, and contains the static data.
     assert_eq!(control.ask(&json!({ "do": "record" })), None);
     control.panel(|panel| panel["recording"].is_string());
     assert_eq!(control.ask(&json!({ "do": "step" })), None);
@@ -304,22 +308,26 @@ fn a_recording_ends_while_time_stands_still() {
 }
 
 #[test]
-fn what_cannot_be_served_is_told_before_any_work() {
+fn configuration_errors_are_reported_before_any_work() {
     let live = Live::start("mass-on-belt", &[]);
     let port = live.host.rsplit_once(':').unwrap().1;
     for (more, code, part) in [
-        (vec!["--serve", "--port", port], 1, "give another --port"),
+        (vec!["--serve", "--port", port], 1, "choose another --port"),
         (
-            vec!["--serve", "--pace", "5000"],
+            vec!["--serve", "--speed", "5000"],
             2,
-            "--pace must be from 0.01 to 1000",
+            "--speed 5000 is out of range; give 0.01 to 1000",
         ),
         (
             vec!["--serve", "--sweep", "absent.arrow"],
             2,
             "absent.arrow",
         ),
-        (vec!["--serve", "--folder", "absent/folder"], 2, "--folder"),
+        (
+            vec!["--serve", "--record-dir", "absent/folder"],
+            2,
+            "--record-dir",
+        ),
         (vec!["--spawn", "--serve"], 2, "cannot be used with"),
         (vec!["--connect", "--port", "1"], 2, "cannot be used with"),
     ] {
@@ -334,7 +342,7 @@ fn what_cannot_be_served_is_told_before_any_work() {
     }
 }
 
-/// From the slider to changed data in the stream, at the default pace.
+/// Latency from the slider to changed data in the stream, at the default playback speed.
 #[test]
 #[ignore = "a measurement: cargo test --release --test it live::sockets::latency -- --ignored --nocapture"]
 fn latency() {
@@ -345,22 +353,22 @@ fn latency() {
         .map(|k| {
             let deg = 2.0 + 0.05 * f64::from(k);
             let asked = Instant::now();
-            control.tell(&tilt(deg));
+            control.send(&tilt(deg));
             until(&mut stream, paths::TILT, is(deg));
             1e3 * asked.elapsed().as_secs_f64()
         })
         .collect();
     took.sort_by(f64::total_cmp);
     println!(
-        "median {:.0} ms, longest {:.0} ms",
+        "median {:.0} ms, maximum {:.0} ms",
         took[took.len() / 2],
         took[took.len() - 1]
     );
 }
 
-/// What a scene's file says reaches the page without anything that changes how the rest is shown.
+/// Texts of a scene file are escaped on the page and cannot change the display of other text.
 #[test]
-fn the_texts_of_a_scene_are_shown() {
+fn the_texts_of_a_scene_are_escaped() {
     const NAME: &str = "a\u{1b}[2J\u{9b}1m\u{202e}b\u{2066}\n<img src=x>c";
     const SHOWN: &str = "a\\u001b[2J\\u009b1m\\u202eb\\u2066\\n<img src=x>c";
     let folder = tempfile::tempdir().unwrap();
@@ -374,7 +382,7 @@ fn the_texts_of_a_scene_are_shown() {
     std::fs::write(&path, texts.concat() + body).unwrap();
     let live = Live::start(path.to_str().unwrap(), &[]);
     let mut control = live.socket("/control");
-    let welcome = control.hear("welcome");
+    let welcome = control.value_of("welcome");
     assert_eq!(welcome["scenes"][0], json!(["evil", SHOWN]));
     let panel = control.panel(|panel| panel["scene"] == "evil");
     assert_eq!(panel["title"], SHOWN);

@@ -34,7 +34,7 @@ fn kantz(search: DivergenceSearch, radius: f64) -> DivergenceSearch {
     }
 }
 
-/// Within a share of the true exponent and within three errors.
+/// Within `share` of the true exponent and within three standard errors.
 fn assert_agrees(samples: &[f64], search: &DivergenceSearch, truth: f64, share: f64) {
     let region = divergence(samples, search).unwrap().region;
     let region = region.expect("a scaling region");
@@ -62,7 +62,7 @@ fn maps_have_their_exponents() {
 
 #[test]
 fn the_lorenz_exponent_is_found_within_a_tenth() {
-    // 0.94, 0.96 and 0.93 of it, each with an error of 0.04 to 0.06.
+    // Ratios to the true exponent: 0.94, 0.96 and 0.93, each with an error of 0.04 to 0.06.
     let x = coordinate(&lorenz(30_000, 0.01, [1.0, 1.0, 1.0]), 0);
     for dimension in [3, 4, 5] {
         let search = DivergenceSearch::for_delay(16, dimension, 75, x.len());
@@ -72,7 +72,7 @@ fn the_lorenz_exponent_is_found_within_a_tenth() {
 
 #[test]
 fn the_roessler_exponent_is_found_within_fifteen_percent() {
-    // 0.90 of it with an error of 0.07; other trajectories give 0.86 to 0.96.
+    // Ratio 0.90 with an error of 0.07; other trajectories give 0.86 to 0.96.
     let x = coordinate(&roessler(50_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]), 0);
     for dimension in [3, 5] {
         let search = DivergenceSearch::for_delay(14, dimension, 60, x.len());
@@ -82,7 +82,7 @@ fn the_roessler_exponent_is_found_within_fifteen_percent() {
 
 #[test]
 fn kantz_finds_the_lorenz_exponent_in_many_samples() {
-    // 1.06 of it; three trajectories give 1.05 to 1.10.
+    // Ratio 1.06; three trajectories give 1.05 to 1.10.
     let x = coordinate(&lorenz(50_000, 0.01, [1.0, 1.0, 1.0]), 0);
     let search = kantz(DivergenceSearch::for_delay(16, 5, 75, x.len()), 0.02);
     assert_agrees(&x, &search, 0.009_056, 0.1);
@@ -95,7 +95,7 @@ fn regular_signals_and_noise_have_no_region() {
     let torus = sines(100.0, 10_000, &[(1.3, 1.0, 0.1), (golden, 0.7, 0.0)]);
     let white = noise(4, 10_000, 1.0);
     let noisy: Vec<f64> = sine.iter().zip(&white).map(|(s, n)| s + 0.02 * n).collect();
-    // Noise through one and two low passes: distances grow slowly.
+    // Noise through one and two low-pass filters: distances grow slowly.
     let low_pass = |input: &[f64]| -> Vec<f64> {
         let mut sum = 0.0;
         let mut next = |x: &f64| {
@@ -127,7 +127,7 @@ fn regular_signals_and_noise_have_no_region() {
     }
 }
 
-/// The curve and counts as they are defined, all states followed.
+/// Curve and counts by the definition, following all states.
 fn by_definition(samples: &[f64], search: &DivergenceSearch) -> (Vec<f64>, Vec<usize>) {
     let span = (search.dimension - 1) * search.lag;
     let limit = samples.len() - span - search.horizon;
@@ -141,17 +141,18 @@ fn by_definition(samples: &[f64], search: &DivergenceSearch) -> (Vec<f64>, Vec<u
     for k in 0..=search.horizon {
         let after = |i: usize| match search.method {
             DivergenceMethod::Rosenstein => {
-                let near = others(i).min_by(|a, b| euclid(i, *a).total_cmp(&euclid(i, *b)));
-                near.map(|j| euclid(i + k, j + k))
+                let neighbours = others(i).min_by(|a, b| euclid(i, *a).total_cmp(&euclid(i, *b)));
+                neighbours.map(|j| euclid(i + k, j + k))
             }
             DivergenceMethod::Kantz { radius } => {
                 let radius = radius * deviation(samples);
-                let near: Vec<usize> = others(i)
+                let neighbours: Vec<usize> = others(i)
                     .filter(|j| differences(i, *j).fold(0.0, f64::max) <= radius)
                     .collect();
                 let newest = |j: usize| (samples[i + k + span] - samples[j + k + span]).abs();
-                let mean = near.iter().map(|j| newest(*j)).sum::<f64>() / near.len() as f64;
-                (near.len() >= FEWEST_NEIGHBOURS).then_some(mean)
+                let mean =
+                    neighbours.iter().map(|j| newest(*j)).sum::<f64>() / neighbours.len() as f64;
+                (neighbours.len() >= MIN_NEIGHBOURS).then_some(mean)
             }
         };
         let logarithms: Vec<f64> = (0..limit).filter_map(after).map(f64::ln).collect();
@@ -164,7 +165,7 @@ fn by_definition(samples: &[f64], search: &DivergenceSearch) -> (Vec<f64>, Vec<u
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
     #[test]
-    fn the_curve_is_that_of_the_definition(
+    fn the_curve_matches_the_definition(
         seed in 0..1000_u64,
         lag in 1..4_usize,
         dimension in 1..4_usize,
@@ -178,7 +179,7 @@ proptest! {
             theiler,
             horizon: 5,
             method: DivergenceMethod::Rosenstein,
-            most_references: 1000,
+            max_references: 1000,
         };
         for search in [search, kantz(search, radius)] {
             let found = divergence(&samples, &search).unwrap();
@@ -192,16 +193,16 @@ proptest! {
 }
 
 #[test]
-fn many_neighbours_are_picked_evenly() {
-    // Uniform phases: the mean over every fourth neighbour is much like that over all. The exact
-    // mean of |x_i - x_j| at step 0 over a band of the sine is known by counting.
+fn many_neighbours_are_sampled_evenly() {
+    // Uniform phases: the mean over every fourth neighbour is close to that over all. The exact mean of
+    // |x_i - x_j| at step 0 over a band of the sine is computed directly.
     let sine = sines(1000.0, 9000, &[(7.318, 1.0, 0.0)]);
     let mut search = kantz(DivergenceSearch::for_delay(35, 2, 137, sine.len()), 0.4);
     search.horizon = 10;
-    search.most_references = 40;
+    search.max_references = 40;
     let found = divergence(&sine, &search).unwrap();
     let limit = sine.len() - 35 - 10;
-    let near = |i: usize| {
+    let neighbours = |i: usize| {
         let radius = 0.4 * deviation(&sine);
         let sine = &sine;
         (0..limit).filter(move |&j| {
@@ -211,11 +212,11 @@ fn many_neighbours_are_picked_evenly() {
         })
     };
     let mean = |i: usize| {
-        assert!(near(i).count() > MOST_NEIGHBOURS);
-        near(i)
+        assert!(neighbours(i).count() > MAX_NEIGHBOURS);
+        neighbours(i)
             .map(|j| (sine[i + 35] - sine[j + 35]).abs())
             .sum::<f64>()
-            / near(i).count() as f64
+            / neighbours(i).count() as f64
     };
     let references = (0..40).map(|r| r * limit / 40);
     let expected = references.map(|i| mean(i).ln()).sum::<f64>() / 40.0;
@@ -238,7 +239,7 @@ fn signals_that_repeat_exactly_have_an_empty_curve() {
             assert_eq!(found.region, None);
         }
     }
-    // No neighbour is so near.
+    // No neighbour lies within this radius.
     let search = kantz(DivergenceSearch::for_delay(1, 10, 1, 500), 0.01);
     assert!(
         divergence(&noise(1, 500, 1.0), &search)
@@ -249,7 +250,7 @@ fn signals_that_repeat_exactly_have_an_empty_curve() {
 }
 
 #[test]
-fn what_cannot_be_followed_is_refused() {
+fn invalid_searches_are_rejected() {
     let search = DivergenceSearch::for_delay(3, 4, 10, 400);
     assert_eq!(search.horizon, 100);
     let short = |have| AnalysisError::TooShort {
@@ -257,26 +258,29 @@ fn what_cannot_be_followed_is_refused() {
         have,
         need: 9 + 100 + 2 * 10 + 1,
     };
-    let refusal = |n: usize, search| divergence(&vec![0.0; n], &search).unwrap_err();
-    assert_eq!(refusal(129, search), short(129));
+    let rejection = |n: usize, search| divergence(&vec![0.0; n], &search).unwrap_err();
+    assert_eq!(rejection(129, search), short(129));
     assert!(divergence(&noise(1, 130, 1.0), &search).is_ok());
     let endless = DivergenceSearch {
         theiler: usize::MAX,
         ..search
     };
     assert!(matches!(
-        refusal(400, endless),
+        rejection(400, endless),
         AnalysisError::TooShort { .. }
     ));
     let none = DivergenceSearch {
-        most_references: 0,
+        max_references: 0,
         ..search
     };
-    assert!(matches!(refusal(400, none), AnalysisError::Zero { .. }));
+    assert!(matches!(
+        rejection(400, none),
+        AnalysisError::ZeroCount { .. }
+    ));
     let no_lag = DivergenceSearch { lag: 0, ..search };
     assert!(matches!(
-        refusal(400, no_lag),
-        AnalysisError::NoDelay { .. }
+        rejection(400, no_lag),
+        AnalysisError::InvalidDelay { .. }
     ));
 }
 

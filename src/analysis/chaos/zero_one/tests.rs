@@ -20,10 +20,10 @@ fn k(samples: &[f64], stride: usize) -> f64 {
         .k
 }
 
-/// `D_c` as it is defined.
+/// `D_c` by the definition.
 fn displacement_by_definition(samples: &[f64], c: f64) -> Vec<f64> {
     let path: Vec<Complex<f64>> = translate(samples, c).collect();
-    let horizon = samples.len() / HORIZON_PART;
+    let horizon = samples.len() / HORIZON_DIVISOR;
     let starts = samples.len() - horizon;
     let at = |n: usize| {
         let squares = (0..starts).map(|j| (path[j + n] - path[j]).norm_sqr());
@@ -33,15 +33,15 @@ fn displacement_by_definition(samples: &[f64], c: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_transform_gives_the_displacement_of_the_definition() {
+fn the_transform_matches_the_definition_of_the_displacement() {
     for (samples, c) in [
         (centred(&logistic(3.97, 1000), 1), 1.1),
         (centred(&logistic(3.55, 777), 1), 2.3),
-        // In step with the signal: the path runs away.
+        // In resonance with the signal: the path is unbounded.
         (centred(&sines(1.0, 1003, &[(0.2, 1.0, 0.3)]), 1), 0.4 * PI),
     ] {
         let mut scratch = Scratch::default();
-        let got = Walker::new(samples.len())
+        let got = DisplacementSolver::new(samples.len())
             .displacement(&samples, c, &mut scratch)
             .to_vec();
         let expected = displacement_by_definition(&samples, c);
@@ -54,8 +54,8 @@ fn the_transform_gives_the_displacement_of_the_definition() {
 }
 
 #[test]
-fn taking_the_mean_off_first_is_the_regularised_displacement() {
-    // Gottwald and Melbourne keep the mean and take V_osc off instead.
+fn subtracting_the_mean_first_equals_the_regularised_displacement() {
+    // Gottwald and Melbourne keep the mean and subtract V_osc.
     let samples = logistic(3.97, 5000);
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     for c in [0.8, 1.3, 2.1] {
@@ -74,7 +74,7 @@ fn taking_the_mean_off_first_is_the_regularised_displacement() {
 }
 
 #[test]
-fn the_logistic_map_is_told_as_in_the_paper() {
+fn the_logistic_map_gives_the_values_of_the_paper() {
     // Regular at 3.55 (period 8), chaotic at 3.97.
     for n in [1000, 2000, 5000] {
         let (regular, chaotic) = (k(&logistic(3.55, n), 1), k(&logistic(3.97, n), 1));
@@ -84,7 +84,7 @@ fn the_logistic_map_is_told_as_in_the_paper() {
 }
 
 #[test]
-fn small_and_large_signals_are_told_alike() {
+fn the_result_does_not_depend_on_scale() {
     let signal = logistic(3.97, 1000);
     for power in [-400, -300, 300, 400] {
         let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(power)).collect();
@@ -93,7 +93,7 @@ fn small_and_large_signals_are_told_alike() {
 }
 
 #[test]
-fn tones_are_regular_and_noise_is_taken_for_chaos() {
+fn tones_give_0_and_noise_gives_1() {
     let golden = 0.0713 * 1.618_034;
     let one = sines(1.0, 5000, &[(0.0713, 1.0, 0.2)]);
     let two = sines(1.0, 5000, &[(0.0713, 1.0, 0.2), (golden, 0.7, 0.0)]);
@@ -103,47 +103,47 @@ fn tones_are_regular_and_noise_is_taken_for_chaos() {
 }
 
 #[test]
-fn a_flow_is_chaotic_once_it_is_not_sampled_too_finely() {
-    // Lorenz: 0.02 with every sample, 0.997 with every 11th. Roessler turns at a steady pace and
-    // is weakly chaotic: 0.86 with every 5th.
+fn a_flow_needs_subsampling_to_show_chaos() {
+    // Lorenz: 0.02 with every sample, 0.997 with every 11th. Roessler rotates at a nearly constant rate
+    // and is weakly chaotic: 0.86 with every 5th.
     let flow = coordinate(&lorenz(20_000, 0.01, [1.0, 1.0, 1.0]), 0);
-    let stride = ZeroOneTest::stride_for(&flow);
+    let stride = ZeroOneTest::recommended_stride(&flow);
     assert!((10..=12).contains(&stride), "{stride}");
     assert!(k(&flow, stride) > 0.99);
     assert!(k(&flow, 16) > 0.99);
     assert!(k(&flow, 1) < 0.1);
     let flow = coordinate(&roessler(20_000, 0.1, [0.2, 0.2, 5.7], [1.0, 1.0, 0.0]), 0);
-    assert!(k(&flow, ZeroOneTest::stride_for(&flow)) > 0.8);
+    assert!(k(&flow, ZeroOneTest::recommended_stride(&flow)) > 0.8);
 }
 
 #[test]
-fn the_stride_follows_the_extent_over_the_mean_step() {
-    // A sine of period T: |sin| has the mean 2 / pi, so pi / (2 sin(pi s / T)) = 10 at s = T / 20.
+fn the_recommended_stride_follows_the_range_over_the_mean_step() {
+    // A sine of period T: |sin| has the mean 2 / pi, hence pi / (2 sin(pi s / T)) = 10 at s = T / 20.
     let sine = sines(1000.0, 20_000, &[(1.0, 1.0, 0.0)]);
-    let stride = ZeroOneTest::stride_for(&sine);
+    let stride = ZeroOneTest::recommended_stride(&sine);
     assert!((49..=52).contains(&stride), "{stride}");
-    // Too slow: as many samples are left as are needed.
+    // Too slow: the stride leaves the minimum number of samples.
     let slow = sines(1000.0, 20_000, &[(0.1, 1.0, 0.0)]);
-    assert_eq!(ZeroOneTest::stride_for(&slow), 200);
-    assert_eq!(ZeroOneTest::stride_for(&noise(1, 5000, 1.0)), 1);
-    assert_eq!(ZeroOneTest::stride_for(&[3.0; 500]), 1);
-    assert_eq!(ZeroOneTest::stride_for(&[]), 1);
+    assert_eq!(ZeroOneTest::recommended_stride(&slow), 200);
+    assert_eq!(ZeroOneTest::recommended_stride(&noise(1, 5000, 1.0)), 1);
+    assert_eq!(ZeroOneTest::recommended_stride(&[3.0; 500]), 1);
+    assert_eq!(ZeroOneTest::recommended_stride(&[]), 1);
 }
 
 #[test]
-fn signals_that_do_not_move_give_exactly_0() {
+fn constant_signals_give_exactly_0() {
     for level in [0.0, 0.1, -7e9] {
         let still = zero_one(&[level; 300], &ZeroOneTest::with_stride(1)).unwrap();
         assert_eq!(still.k, 0.0);
         assert!(still.path.iter().all(|z| *z == [0.0; 2]));
     }
-    // Seen once a period only rounding is left of a sine.
+    // Sampled once per period, a sine leaves only rounding errors.
     let sine = sines(50.0, 20_000, &[(1.0, 1.0, 0.3)]);
     assert_eq!(k(&sine, 50), 0.0);
 }
 
 #[test]
-fn the_result_says_what_was_done() {
+fn the_result_contains_median_path_and_frequencies() {
     let test = ZeroOneTest {
         stride: 3,
         frequencies: 20,
@@ -169,11 +169,11 @@ fn the_result_says_what_was_done() {
 }
 
 #[test]
-fn what_cannot_be_tested_is_refused() {
+fn invalid_tests_are_rejected() {
     let test = ZeroOneTest::with_stride(5);
-    let refusal = |samples: &[f64], test| zero_one(samples, &test).unwrap_err();
+    let rejection = |samples: &[f64], test| zero_one(samples, &test).unwrap_err();
     assert_eq!(
-        refusal(&[0.0; 495], test),
+        rejection(&[0.0; 495], test),
         AnalysisError::TooShort {
             what: "0-1 test",
             have: 495,
@@ -182,16 +182,16 @@ fn what_cannot_be_tested_is_refused() {
     );
     assert!(zero_one(&[0.0; 496], &test).is_ok());
     assert!(matches!(
-        refusal(&[0.0; 500], ZeroOneTest::with_stride(1 << 63)),
+        rejection(&[0.0; 500], ZeroOneTest::with_stride(1 << 63)),
         AnalysisError::TooShort { .. }
     ));
-    let zero = |what| AnalysisError::Zero { what };
+    let zero = |what| AnalysisError::ZeroCount { what };
     assert_eq!(
-        refusal(&[0.0; 500], ZeroOneTest::with_stride(0)),
+        rejection(&[0.0; 500], ZeroOneTest::with_stride(0)),
         zero("0-1 test: the stride")
     );
     assert_eq!(
-        refusal(
+        rejection(
             &[0.0; 500],
             ZeroOneTest {
                 frequencies: 0,

@@ -1,29 +1,29 @@
-//! Rows of yes and no, a bit each.
+//! Bit masks in 64-bit words.
 
 use super::states::WORD;
 
-/// Bit `k`; there are zeros beyond the end.
+/// Bit `k`; zero after the end.
 pub(super) fn bit(mask: &[u64], k: usize) -> bool {
     word(mask, k / WORD) >> (k % WORD) & 1 == 1
 }
 
-/// Word `w`; there are zeros beyond the end.
+/// Word `w`; zero after the end.
 pub(super) fn word(mask: &[u64], w: usize) -> u64 {
     mask.get(w).copied().unwrap_or(0)
 }
 
-/// Word `w` of the mask whose bit `k` is bit `k - 1` of this one.
+/// Word `w` of the mask shifted by one bit: its bit `k` is bit `k - 1` of `mask`.
 pub(super) fn word_before(mask: &[u64], w: usize) -> u64 {
     let carry = w.checked_sub(1).map_or(0, |w| word(mask, w) >> (WORD - 1));
     word(mask, w) << 1 | carry
 }
 
-/// Word `w` of the mask whose bit `k` is bit `k + 1` of this one.
+/// Word `w` of the mask shifted by one bit: its bit `k` is bit `k + 1` of `mask`.
 pub(super) fn word_after(mask: &[u64], w: usize) -> u64 {
     word(mask, w) >> 1 | word(mask, w + 1) << (WORD - 1)
 }
 
-/// The positions of the ones in word `w` of a mask.
+/// Positions of the set bits in word `w` of a mask.
 pub(super) fn ones(w: usize, mut word: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let k = w * WORD + word.trailing_zeros() as usize;
@@ -33,7 +33,7 @@ pub(super) fn ones(w: usize, mut word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The runs of ones, from begin until before end.
+/// Runs of set bits as (start, end), with `end` exclusive.
 pub(super) fn runs(words: impl Iterator<Item = u64>) -> impl Iterator<Item = (usize, usize)> {
     let mut begin = None;
     let mut last = false;

@@ -1,4 +1,4 @@
-//! Counts of a recurrence plot that grows or slides with the samples.
+//! Counts of the recurrence plot of a growing or sliding window.
 
 mod mask;
 mod states;
@@ -15,80 +15,79 @@ use self::states::{Along, States, WORD};
 use super::{LineHistogram, RecurrenceCounts, Threshold};
 use crate::analysis::{AnalysisError, Norm};
 
-/// The counts of the recurrence plot of a growing or sliding window, updated sample by sample.
+/// Counts of the recurrence plot of a growing or sliding window, updated sample by sample.
 ///
-/// A state that enters adds a row and a column to the plot, one that leaves takes a row and a
-/// column with it; only what they change is counted anew. [`RecurrenceWindow::counts`] is at any
-/// moment equal to counting the plot of the states held from nothing: see [`RecurrenceCounts`]
-/// for what is counted. A line that the edge of the window cuts counts with the length that lies
-/// within.
+/// A new state adds a row and a column to the plot, a state that leaves removes them. Only the changes
+/// are counted. [`RecurrenceWindow::counts`] always equals a full count of the plot of the current
+/// states; see [`RecurrenceCounts`] for the definitions. A line cut by the edge of the window counts
+/// with its length inside the window.
 ///
-/// *Time.* With `N` states held, a state that enters costs `N` distances, and one that leaves
-/// another `N` and the search for the ends of the lines and gaps that begin in its row. That search
-/// passes a pair once as part of a column and once as part of a diagonal, however often the window
-/// moves. So a sample costs a time proportional to `N` on average (measured: 2 to 8 `N` distances
-/// in all); a single one may cost up to `N^2`, where a signal has just lost its last state before
-/// a whole window of silence.
+/// *Time.* With `N` states in the window, a new state costs `N` distances. A state that leaves costs `N`
+/// distances and the search for the ends of the lines and gaps that start in its row. That search visits
+/// a pair once as part of a column and once as part of a diagonal, independent of the number of window
+/// shifts. A sample therefore takes a time proportional to `N` on average (measured: 2 to 8 `N`
+/// distances in all). A single sample can take `N^2`: when the last state before a full window of
+/// constant signal leaves.
 ///
-/// *Memory* is proportional to `N` as well: the plot is never stored.
+/// *Memory* is proportional to `N`: the plot is never stored.
 #[derive(Clone, Debug)]
 pub struct RecurrenceWindow {
     states: States,
-    /// The most states held; `None` if they are never forgotten.
+    /// Maximum number of states; `None` for a growing window.
     length: Option<usize>,
     theiler: usize,
-    /// The states held are those from `oldest` until before `end`.
+    /// The window contains the states from `oldest` to `end` (exclusive).
     oldest: usize,
     end: usize,
-    /// Bit `k`: is state `end - 1 - k` near `end - 1`, the last that entered?
+    /// Bit `k`: is state `end - 1 - k` recurrent with `end - 1`, the newest state?
     entered: Vec<u64>,
-    /// Bit `k`: was state `oldest - 1 + k` near `oldest - 1`, the last that left, when it did?
+    /// Bit `k`: was state `oldest - 1 + k` recurrent with `oldest - 1`, the last state that left, at
+    /// that time?
     left: Vec<u64>,
-    /// Workspace of the two.
+    /// Workspace for `entered` and `left`.
     row: Vec<u64>,
-    /// The diagonals `j - i = k`, `k = 0, 1, ...`; their lines have places by the row `i`.
+    /// Diagonals `j - i = k`, `k = 0, 1, ...`. Positions of their lines are rows `i`.
     diagonals: Vec<Diagonal>,
-    /// The columns of the states held; their lines have places by the row, too.
+    /// Columns of the states in the window. Positions of their lines are rows.
     columns: VecDeque<Column>,
     by_offset: Vec<u64>,
-    /// Lines with both ends in the window, of the upper triangle.
+    /// Lines with both ends in the window, upper triangle.
     diagonal: LineHistogram,
     /// Lines with both ends in the window.
     vertical: LineHistogram,
     /// Gaps after such lines.
     gaps: LineHistogram,
-    /// From the beginning of such a line to the next.
-    returns: LineHistogram,
+    /// Recurrence times from the start of such a line to the start of the next.
+    recurrence_times: LineHistogram,
 }
 
-/// The lines of a diagonal that are not in the histogram.
+/// Lines of a diagonal that are not in the histogram.
 #[derive(Clone, Debug, Default)]
 struct Diagonal {
-    /// Where the last line begins; it is open as long as the newest pair is recurrent.
+    /// Start of the last line, which is open while the newest pair is recurrent.
     begin: usize,
-    /// Where the line ends (the pair after) of which the window has lost the beginning.
+    /// End (exclusive) of the line whose start has left the window.
     cut: usize,
 }
 
-/// The lines of a column that are not in the histogram.
+/// Lines of a column that are not in the histogram.
 #[derive(Clone, Debug, Default)]
 struct Column {
-    /// The last line below the Theiler window: its beginning and, unless it is open, its end.
+    /// Start and, unless it is open, end of the last line below the Theiler window.
     last: Option<(usize, usize)>,
-    /// The end of the line of which the window has lost the beginning.
+    /// End of the line whose start has left the window.
     cut: usize,
-    /// The beginning of the line after that one.
+    /// Start of the line after that one.
     next: Option<usize>,
 }
 
 impl RecurrenceWindow {
-    /// A window that holds the last `length` states: pairs within `epsilon` (the signal's unit)
-    /// are recurrent, those with `|i - j| < theiler` are left out.
+    /// Creates a window of the last `length` states. Pairs within `epsilon` (signal's unit) are
+    /// recurrent; those with `|i - j| < theiler` are excluded.
     ///
     /// # Errors
-    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::TooShort`] for
-    /// a length of zero, [`AnalysisError::Threshold`] for an `epsilon` that is negative or not a
-    /// number.
+    /// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::TooShort`] for a
+    /// length of 0; [`AnalysisError::Threshold`] for an `epsilon` that is negative or NaN.
     pub fn sliding(
         length: usize,
         lag: usize,
@@ -107,12 +106,12 @@ impl RecurrenceWindow {
         Self::new(Some(length), lag, dimension, norm, epsilon, theiler)
     }
 
-    /// A window that never forgets: as [`RecurrenceWindow::sliding`], but time and memory grow
-    /// with the samples.
+    /// Creates a window that keeps all states. Like [`RecurrenceWindow::sliding`], but time and memory
+    /// grow with the number of samples.
     ///
     /// # Errors
-    /// [`AnalysisError::NoDelay`] for a lag or dimension of zero, [`AnalysisError::Threshold`] for
-    /// an `epsilon` that is negative or not a number.
+    /// [`AnalysisError::InvalidDelay`] for a lag or dimension of 0; [`AnalysisError::Threshold`] for an
+    /// `epsilon` that is negative or NaN.
     pub fn growing(
         lag: usize,
         dimension: usize,
@@ -132,7 +131,7 @@ impl RecurrenceWindow {
         theiler: usize,
     ) -> Result<Self, AnalysisError> {
         if lag == 0 || dimension == 0 {
-            return Err(AnalysisError::NoDelay { lag, dimension });
+            return Err(AnalysisError::InvalidDelay { lag, dimension });
         }
         Threshold::Distance(epsilon).check()?;
         Ok(Self {
@@ -150,17 +149,17 @@ impl RecurrenceWindow {
             diagonal: LineHistogram::default(),
             vertical: LineHistogram::default(),
             gaps: LineHistogram::default(),
-            returns: LineHistogram::default(),
+            recurrence_times: LineHistogram::default(),
         })
     }
 
-    /// States held.
+    /// Number of states in the window.
     pub fn size(&self) -> usize {
         self.end - self.oldest
     }
 
-    /// Takes the next samples, in pieces of any size. The first `(m - 1) tau` of the stream
-    /// complete no state; each one after that does.
+    /// Appends samples, in blocks of any size. The first `(m - 1) tau` samples of the stream complete no
+    /// state; each later one completes one.
     pub fn push(&mut self, samples: &[f64]) {
         Arch::new().dispatch(Push {
             window: self,
@@ -168,8 +167,8 @@ impl RecurrenceWindow {
         });
     }
 
-    /// The counts of the states held now, exactly those of [`super::quantify`] on the same states.
-    /// Takes a time proportional to the number of states.
+    /// Counts of the current states, equal to those of [`super::quantify`] on the same states. Takes a
+    /// time proportional to the number of states.
     pub fn counts(&self) -> RecurrenceCounts {
         let (oldest, size) = (self.oldest, self.size());
         let mut counts = RecurrenceCounts {
@@ -179,7 +178,7 @@ impl RecurrenceWindow {
             by_offset: self.by_offset[..size].to_vec(),
             vertical: self.vertical.clone(),
             gaps: self.gaps.clone(),
-            returns: self.returns.clone(),
+            recurrence_times: self.recurrence_times.clone(),
             ..RecurrenceCounts::default()
         };
         let mut upper = self.diagonal.clone();
@@ -200,7 +199,7 @@ impl RecurrenceWindow {
                 counts.vertical.add(column.cut - oldest);
                 if let Some(next) = column.next {
                     counts.gaps.add(next - column.cut);
-                    counts.returns.add(next - oldest);
+                    counts.recurrence_times.add(next - oldest);
                 }
             }
             if let (true, Some((begin, _))) = (bit(&self.entered, offset), column.last) {
@@ -212,39 +211,39 @@ impl RecurrenceWindow {
         counts
     }
 
-    /// State `end` enters: a new end for every diagonal and every column, and a new column.
+    /// Adds state `end`: extends every diagonal and every column and adds a column.
     #[inline(always)]
-    fn enter(&mut self) {
+    fn add_newest(&mut self) {
         let newest = self.end;
         self.end += 1;
         let mut row = std::mem::take(&mut self.row);
         self.states
-            .near_earlier(self.oldest, newest, self.theiler, &mut row);
+            .recurrent_earlier(self.oldest, newest, self.theiler, &mut row);
         let size = self.size();
         if self.diagonals.len() < size {
             self.diagonals.push(Diagonal::default());
             self.by_offset.push(0);
         }
-        for (w, &near) in row.iter().enumerate() {
-            ones(w, near).for_each(|offset| self.by_offset[offset] += 1);
-            let held = first_ones(size - w * WORD);
-            let changed = held & (near ^ word(&self.entered, w));
+        for (w, &recurrent) in row.iter().enumerate() {
+            ones(w, recurrent).for_each(|offset| self.by_offset[offset] += 1);
+            let in_window = first_ones(size - w * WORD);
+            let changed = in_window & (recurrent ^ word(&self.entered, w));
             for offset in ones(w, changed) {
-                self.end_of_diagonal(offset, newest - offset, bit(&row, offset));
+                self.update_diagonal(offset, newest - offset, bit(&row, offset));
             }
-            let changed = held & (near ^ word_before(&self.entered, w));
+            let changed = in_window & (recurrent ^ word_before(&self.entered, w));
             for offset in ones(w, changed).filter(|&offset| offset > 0) {
-                self.end_of_column(newest - offset, newest, bit(&row, offset));
+                self.update_column(newest - offset, newest, bit(&row, offset));
             }
         }
         self.add_column(&row);
         self.row = std::mem::replace(&mut self.entered, row);
     }
 
-    /// A line of the diagonal begins (`near`) or ends at row `row`.
-    fn end_of_diagonal(&mut self, offset: usize, row: usize, near: bool) {
+    /// A line of the diagonal starts (`recurrent`) or ends at row `row`.
+    fn update_diagonal(&mut self, offset: usize, row: usize, recurrent: bool) {
         let diagonal = &mut self.diagonals[offset];
-        if near {
+        if recurrent {
             diagonal.begin = row;
         } else if diagonal.begin < self.oldest {
             diagonal.cut = row;
@@ -253,16 +252,16 @@ impl RecurrenceWindow {
         }
     }
 
-    /// A line of a column begins (`near`) or ends at row `row`.
-    fn end_of_column(&mut self, column: usize, row: usize, near: bool) {
+    /// A line of a column starts (`recurrent`) or ends at row `row`.
+    fn update_column(&mut self, column: usize, row: usize, recurrent: bool) {
         let column = &mut self.columns[column - self.oldest];
-        let whole = |begin: usize| begin >= self.oldest;
-        match (&mut column.last, near) {
+        let complete = |begin: usize| begin >= self.oldest;
+        match (&mut column.last, recurrent) {
             (last @ None, _) => *last = Some((row, row)),
             (Some((begin, end)), true) => {
-                if whole(*begin) {
+                if complete(*begin) {
                     self.gaps.add(row - *end);
-                    self.returns.add(row - *begin);
+                    self.recurrence_times.add(row - *begin);
                 } else {
                     column.next = Some(row);
                 }
@@ -270,7 +269,7 @@ impl RecurrenceWindow {
             }
             (Some((begin, end)), false) => {
                 *end = row;
-                if whole(*begin) {
+                if complete(*begin) {
                     self.vertical.add(row - *begin);
                 } else {
                     (column.cut, column.next) = (row, None);
@@ -279,16 +278,16 @@ impl RecurrenceWindow {
         }
     }
 
-    /// The column of the newest state, from its pairs by offset.
+    /// Adds the column of the newest state, from its pairs by offset.
     fn add_column(&mut self, row: &[u64]) {
-        let reach = row.len() * WORD;
-        let place = |k: usize| self.end + k - reach;
+        let width = row.len() * WORD;
+        let position = |k: usize| self.end + k - width;
         let mut last = None;
         for (begin, end) in runs(row.iter().rev().map(|word| word.reverse_bits())) {
-            let (begin, end) = (place(begin), place(end));
+            let (begin, end) = (position(begin), position(end));
             if let Some((before, gap)) = last {
                 self.gaps.add(begin - gap);
-                self.returns.add(begin - before);
+                self.recurrence_times.add(begin - before);
             }
             if end < self.end {
                 self.vertical.add(end - begin);
@@ -296,44 +295,43 @@ impl RecurrenceWindow {
             last = Some((begin, end));
         }
         self.columns.push_back(Column {
-            // What lies above a Theiler window has nothing to do with what will come below.
+            // Lines above a Theiler window do not continue below it.
             last: last.filter(|_| self.theiler == 0),
             ..Column::default()
         });
     }
 
-    /// State `oldest` leaves: every diagonal and every column loses its first pair, and one
-    /// column goes altogether.
+    /// Removes state `oldest`: the first pair of every diagonal and every column, and one column.
     #[inline(always)]
-    fn leave(&mut self) {
+    fn remove_oldest(&mut self) {
         let mut row = std::mem::take(&mut self.row);
         self.states
-            .near_later(self.oldest, self.end - 1, self.theiler, &mut row);
+            .recurrent_later(self.oldest, self.end - 1, self.theiler, &mut row);
         self.remove_column(&row);
-        for (w, &near) in row.iter().enumerate() {
-            ones(w, near).for_each(|offset| self.by_offset[offset] -= 1);
-            for offset in ones(w, near & !word(&self.left, w)) {
+        for (w, &recurrent) in row.iter().enumerate() {
+            ones(w, recurrent).for_each(|offset| self.by_offset[offset] -= 1);
+            for offset in ones(w, recurrent & !word(&self.left, w)) {
                 self.cut_diagonal(offset);
             }
-            for offset in ones(w, near & !word_after(&self.left, w)) {
+            for offset in ones(w, recurrent & !word_after(&self.left, w)) {
                 self.cut_column(offset);
             }
         }
         self.columns.pop_front();
         self.oldest += 1;
-        self.states.forget_before(self.oldest);
+        self.states.drop_before(self.oldest);
         self.row = std::mem::replace(&mut self.left, row);
     }
 
-    /// Takes away the column of the oldest state, given by its pairs by offset.
+    /// Removes the column of the oldest state, given by its pairs by offset.
     fn remove_column(&mut self, row: &[u64]) {
-        // The line that the window has cut already is not in the histograms, nor what follows it.
+        // The line already cut by the window, and the gap after it, are not in the histograms.
         let is_cut = |begin: usize| begin == 0 && bit(&self.left, 1);
         let mut last = None;
         for (begin, end) in runs(row.iter().copied()) {
             if let Some((before, gap)) = last.filter(|&(before, _)| !is_cut(before)) {
                 self.gaps.remove(begin - gap);
-                self.returns.remove(begin - before);
+                self.recurrence_times.remove(begin - before);
             }
             if end < self.size() && !is_cut(begin) {
                 self.vertical.remove(end - begin);
@@ -342,50 +340,51 @@ impl RecurrenceWindow {
         }
     }
 
-    /// The diagonal's line that begins with the state that leaves is no longer whole.
+    /// Removes the diagonal's line that starts at the leaving state from the histogram of complete
+    /// lines.
     #[inline(always)]
     fn cut_diagonal(&mut self, offset: usize) {
-        let (begin, most) = (self.oldest, self.size() - offset);
+        let (begin, max_length) = (self.oldest, self.size() - offset);
         let diagonal = &mut self.diagonals[offset];
         if diagonal.begin == begin && bit(&self.entered, offset) {
-            return; // It is open, and in no histogram.
+            return; // The line is open and in no histogram.
         }
         let length = self
             .states
-            .run(true, begin, begin + offset, most, Along::Diagonal);
+            .run(true, begin, begin + offset, max_length, Along::Diagonal);
         self.diagonal.remove(length);
         diagonal.cut = begin + length;
     }
 
-    /// The column's line that begins with the state that leaves is no longer whole.
+    /// Removes the column's line that starts at the leaving state from the histogram of complete lines.
     #[inline(always)]
     fn cut_column(&mut self, offset: usize) {
         let (begin, state) = (self.oldest, self.oldest + offset);
-        // Above the Theiler window, or through the line of identity to the end.
-        let most = match self.theiler {
+        // Up to the Theiler window, or through the line of identity to the end.
+        let max_length = match self.theiler {
             0 => self.size(),
             theiler => offset + 1 - theiler,
         };
         let open = bit(&self.entered, self.size() - 1 - offset);
         let column = &mut self.columns[offset];
         if offset == 0 || open && column.last.is_some_and(|last| last.0 == begin) {
-            return; // The column goes altogether, or the line is open and in no histogram.
+            return; // The column is removed, or the line is open and in no histogram.
         }
         let states = &self.states;
-        let length = states.run(true, begin, state, most, Along::Column);
+        let length = states.run(true, begin, state, max_length, Along::Column);
         let end = begin + length;
-        let gap = states.run(false, end, state, most - length, Along::Column);
+        let gap = states.run(false, end, state, max_length - length, Along::Column);
         self.vertical.remove(length);
         column.cut = end;
-        column.next = (length + gap < most).then_some(end + gap);
+        column.next = (length + gap < max_length).then_some(end + gap);
         if column.next.is_some() {
             self.gaps.remove(gap);
-            self.returns.remove(length + gap);
+            self.recurrence_times.remove(length + gap);
         }
     }
 }
 
-/// [`RecurrenceWindow::push`], with the vector instructions that the machine has.
+/// [`RecurrenceWindow::push`], compiled for the instruction set of the machine.
 struct Push<'a> {
     window: &'a mut RecurrenceWindow,
     samples: &'a [f64],
@@ -400,15 +399,15 @@ impl WithSimd for Push<'_> {
         for &sample in samples {
             if window.states.push(sample) > window.end {
                 if window.length == Some(window.size()) {
-                    window.leave();
+                    window.remove_oldest();
                 }
-                window.enter();
+                window.add_newest();
             }
         }
     }
 }
 
-/// A word that begins with so many ones.
+/// A word with the first `count` bits set.
 fn first_ones(count: usize) -> u64 {
     if count < WORD {
         !(u64::MAX << count)

@@ -1,14 +1,14 @@
-//! The states a window holds, and which of them are near one another.
+//! States of a window, and tests for their recurrence.
 
 use crate::analysis::Norm;
 
-/// Pairs whose distances are evaluated together.
+/// Number of pairs whose distances are computed together.
 const LANES: usize = 8;
 
-/// Bits in a word of a mask.
+/// Bits per word of a mask.
 pub(super) const WORD: usize = u64::BITS as usize;
 
-/// The way from one pair of states to the next.
+/// Direction from one pair of states to the next.
 #[derive(Clone, Copy)]
 pub(super) enum Along {
     /// `(i, j)`, `(i + 1, j)`, ...
@@ -20,22 +20,22 @@ pub(super) enum Along {
 /// Delay vectors of the newest samples of a stream, numbered from its start.
 #[derive(Clone, Debug)]
 pub(super) struct States {
-    /// Followed by zeros, so that [`LANES`] can be read wherever there is one.
+    /// Padded with zeros: [`LANES`] values can be read from any sample.
     samples: Vec<f64>,
     /// The state whose oldest coordinate is `samples[0]`.
     first: usize,
     lag: usize,
     dimension: usize,
     norm: Norm,
-    /// The largest extent (see [`Norm`]) of a recurrent pair.
+    /// Largest unrooted distance (see [`Norm`]) of a recurrent pair.
     limit: f64,
-    /// Distances asked for so far.
+    /// Number of distances computed so far.
     #[cfg(test)]
     pub evaluations: std::cell::Cell<u64>,
 }
 
 impl States {
-    /// No states yet, near one another at `epsilon` or less.
+    /// No states; pairs within `epsilon` will be recurrent.
     pub fn new(lag: usize, dimension: usize, norm: Norm, epsilon: f64) -> Self {
         Self {
             samples: vec![0.0; LANES],
@@ -43,13 +43,13 @@ impl States {
             lag,
             dimension,
             norm,
-            limit: norm.extent_within(epsilon),
+            limit: norm.unrooted_limit(epsilon),
             #[cfg(test)]
             evaluations: std::cell::Cell::new(0),
         }
     }
 
-    /// Takes a sample, and tells how many states there have been since the start.
+    /// Appends a sample. Returns the number of states since the start of the stream.
     pub fn push(&mut self, sample: f64) -> usize {
         let kept = self.samples.len() - LANES;
         self.samples[kept] = sample;
@@ -57,58 +57,77 @@ impl States {
         (self.first + kept + 1).saturating_sub((self.dimension - 1).saturating_mul(self.lag))
     }
 
-    /// Drops what only states before `oldest` are made of, once that is most of what is kept: a
+    /// Drops samples used only by states before `oldest`, once they are more than half of the buffer. A
     /// sample is moved less than once on average.
-    pub fn forget_before(&mut self, oldest: usize) {
-        let dead = oldest - self.first;
-        if 2 * dead > self.samples.len() {
-            self.samples.drain(..dead);
+    pub fn drop_before(&mut self, oldest: usize) {
+        let unused = oldest - self.first;
+        if 2 * unused > self.samples.len() {
+            self.samples.drain(..unused);
             self.first = oldest;
         }
     }
 
-    /// Bit `k` of `mask`: is `newest - k` near `newest`, for `k` from `least` on until the state
-    /// before `oldest`.
+    /// Bit `k` of `mask`: is `newest - k` recurrent with `newest`, for `k` from `min_offset` up to
+    /// `oldest`.
     #[inline(always)]
-    pub fn near_earlier(&self, oldest: usize, newest: usize, least: usize, mask: &mut Vec<u64>) {
+    pub fn recurrent_earlier(
+        &self,
+        oldest: usize,
+        newest: usize,
+        min_offset: usize,
+        mask: &mut Vec<u64>,
+    ) {
         mask.clear();
-        let held = newest - oldest + 1;
-        for offset in (0..held).step_by(WORD) {
-            let count = WORD.min(held - offset);
-            let rows = self.near(newest + 1 - offset - count, newest, count, Along::Column);
+        let in_window = newest - oldest + 1;
+        for offset in (0..in_window).step_by(WORD) {
+            let count = WORD.min(in_window - offset);
+            let rows = self.recurrent(newest + 1 - offset - count, newest, count, Along::Column);
             mask.push((rows << (WORD - count)).reverse_bits());
         }
-        clear_below(least, mask);
+        clear_below(min_offset, mask);
     }
 
-    /// Bit `k` of `mask`: is `oldest + k` near `oldest`, for `k` from `least` on until the state
-    /// after `newest`.
+    /// Bit `k` of `mask`: is `oldest + k` recurrent with `oldest`, for `k` from `min_offset` up to
+    /// `newest`.
     #[inline(always)]
-    pub fn near_later(&self, oldest: usize, newest: usize, least: usize, mask: &mut Vec<u64>) {
+    pub fn recurrent_later(
+        &self,
+        oldest: usize,
+        newest: usize,
+        min_offset: usize,
+        mask: &mut Vec<u64>,
+    ) {
         mask.clear();
-        let held = newest - oldest + 1;
-        for offset in (0..held).step_by(WORD) {
-            let count = WORD.min(held - offset);
-            mask.push(self.near(oldest + offset, oldest, count, Along::Column));
+        let in_window = newest - oldest + 1;
+        for offset in (0..in_window).step_by(WORD) {
+            let count = WORD.min(in_window - offset);
+            mask.push(self.recurrent(oldest + offset, oldest, count, Along::Column));
         }
-        clear_below(least, mask);
+        clear_below(min_offset, mask);
     }
 
-    /// How many pairs from `(i, j)` on, at most `most`, are near without a break (or not near
-    /// without a break).
+    /// Length of the run of recurrent (or of non-recurrent) pairs that starts at `(i, j)`, at most
+    /// `max_length`.
     #[inline(always)]
-    pub fn run(&self, near: bool, i: usize, j: usize, most: usize, along: Along) -> usize {
+    pub fn run(
+        &self,
+        recurrent: bool,
+        i: usize,
+        j: usize,
+        max_length: usize,
+        along: Along,
+    ) -> usize {
         let mut length = 0;
-        // Long runs are measured in longer and longer strides, none longer than twice the way.
+        // The block size doubles for long runs; a block is at most twice as long as needed.
         let mut stride = LANES;
-        while length < most {
-            let count = stride.min(most - length);
+        while length < max_length {
+            let count = stride.min(max_length - length);
             let j = match along {
                 Along::Column => j,
                 Along::Diagonal => j + length,
             };
-            let word = self.near(i + length, j, count, along);
-            let same = if near { word } else { !word };
+            let word = self.recurrent(i + length, j, count, along);
+            let same = if recurrent { word } else { !word };
             let same = (same.trailing_ones() as usize).min(count);
             length += same;
             if same < count {
@@ -119,9 +138,9 @@ impl States {
         length
     }
 
-    /// Which of `count` pairs (at most 64) from `(i, j)` on are near.
+    /// Bits of the recurrent ones among `count` pairs (at most 64) from `(i, j)`.
     #[inline(always)]
-    fn near(&self, i: usize, j: usize, count: usize, along: Along) -> u64 {
+    fn recurrent(&self, i: usize, j: usize, count: usize, along: Along) -> u64 {
         #[cfg(test)]
         self.evaluations.set(self.evaluations.get() + count as u64);
         match self.norm {
@@ -133,7 +152,7 @@ impl States {
         }
     }
 
-    /// [`States::near`] in a norm that is made of the coordinates' differences one by one.
+    /// [`States::recurrent`] for a norm that accumulates coordinate differences.
     #[inline(always)]
     fn compare(
         &self,
@@ -154,11 +173,11 @@ impl States {
             };
             bits |= self.block::<LANES>(i + start, there, along, add) << start;
         }
-        // The last lanes may be of pairs that were not asked for.
+        // Clear the lanes after the last pair.
         bits & (u64::MAX >> (WORD - count))
     }
 
-    /// Which of `N` pairs from `(i, j)` on are near.
+    /// Bits of the recurrent ones among `N` pairs from `(i, j)`.
     #[inline(always)]
     fn block<const N: usize>(
         &self,
@@ -167,38 +186,38 @@ impl States {
         along: Along,
         add: impl Fn(f64, f64) -> f64,
     ) -> u64 {
-        let mut extents = [0.0; N];
+        let mut sums = [0.0; N];
         for c in 0..self.dimension {
             let from = |state: usize| &self.samples[state - self.first + c * self.lag..];
             let here: &[f64; N] = from(i).first_chunk().expect("padded");
             match along {
                 Along::Column => {
                     let there = from(j)[0];
-                    for (extent, here) in extents.iter_mut().zip(here) {
-                        *extent = add(*extent, here - there);
+                    for (sum, here) in sums.iter_mut().zip(here) {
+                        *sum = add(*sum, here - there);
                     }
                 }
                 Along::Diagonal => {
                     let there: &[f64; N] = from(j).first_chunk().expect("padded");
-                    for (extent, (here, there)) in extents.iter_mut().zip(here.iter().zip(there)) {
-                        *extent = add(*extent, here - there);
+                    for (sum, (here, there)) in sums.iter_mut().zip(here.iter().zip(there)) {
+                        *sum = add(*sum, here - there);
                     }
                 }
             }
         }
         let mut bits = 0;
-        for (lane, &extent) in extents.iter().enumerate() {
-            bits |= u64::from(extent <= self.limit) << lane;
+        for (lane, &sum) in sums.iter().enumerate() {
+            bits |= u64::from(sum <= self.limit) << lane;
         }
         bits
     }
 }
 
-/// Clears the bits below `least`.
-fn clear_below(least: usize, mask: &mut [u64]) {
-    let whole = (least / WORD).min(mask.len());
-    mask[..whole].fill(0);
-    if let Some(word) = mask.get_mut(whole) {
-        *word &= u64::MAX << (least % WORD);
+/// Clears the bits below `min_offset`.
+fn clear_below(min_offset: usize, mask: &mut [u64]) {
+    let full_words = (min_offset / WORD).min(mask.len());
+    mask[..full_words].fill(0);
+    if let Some(word) = mask.get_mut(full_words) {
+        *word &= u64::MAX << (min_offset % WORD);
     }
 }

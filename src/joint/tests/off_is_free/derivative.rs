@@ -1,31 +1,31 @@
-//! The passes behind the derivative, and that over the gaps, written for a single setting each.
+//! Hand-written kernels for the derivative and the contact status, one for each setting.
 
 use pulp::{Simd, WithSimd};
 
-use crate::joint::MOST_MODES;
-use crate::joint::lanes::{LANES, Vector, parts};
+use crate::joint::MAX_MODES;
+use crate::joint::contact_force::PAPER_MODES;
+use crate::joint::node_slopes::KEPT;
 use crate::joint::nodes::{Nodes, Rows};
-use crate::joint::record::KEPT;
-use crate::joint::traction::PAPER_MODES;
+use crate::joint::simd::{LANES, Vector, parts};
 
-/// What a pass reads and writes.
+/// Arguments of a matrix-free product.
 pub(super) struct Sweep<'a> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
-    /// Tangent vectors side by side, `2m x width`, of which the first two count.
+    /// Adjacent tangent vectors, `2m x width`; the first two are used.
     pub vectors: &'a [f64],
     pub width: usize,
     /// `m x 2`.
     pub out: &'a mut [f64],
 }
 
-/// The change of the force with two tangent vectors: without friction, with that along the surface, with
-/// that of all components.
+/// The change of the force with two tangent vectors: without friction, with tangential friction, with friction in
+/// all components.
 pub(super) struct SweptSpring<'a>(pub Sweep<'a>);
 pub(super) struct SweptTangential<'a>(pub Sweep<'a>);
 pub(super) struct SweptWhole<'a>(pub Sweep<'a>);
 
-/// Writes the sums, two a mode.
+/// Writes the sums, two per mode.
 #[inline(always)]
 fn finish<S: Simd>(sums: &[[Vector<S>; 2]; PAPER_MODES], out: &mut [f64]) {
     for (out, sums) in out.chunks_exact_mut(2).zip(sums) {
@@ -187,7 +187,7 @@ impl WithSimd for SweptWhole<'_> {
     }
 }
 
-/// What an assembly reads and writes.
+/// Arguments of an assembly.
 pub(super) struct Matrix<'a> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
@@ -197,11 +197,10 @@ pub(super) struct Matrix<'a> {
     pub matrix: &'a mut [f64],
 }
 
-/// Rows and columns of a tile whose sums stay in registers.
+/// Number of rows and columns of a tile whose sums are held in registers.
 const TILE: usize = 4;
 
-/// A function that adds to a tile of sums the listed products of what its rows need, by number, and its
-/// columns' components.
+/// Defines a function that adds the listed products of row weights (by index) and column components to a tile.
 macro_rules! tile {
     ($name:ident, $w:literal: $($weight:literal * $component:ident)*) => {
         #[inline(always)]
@@ -209,7 +208,7 @@ macro_rules! tile {
             simd: S,
             nodes: &Nodes,
             units: std::ops::Range<usize>,
-            weighed: &[[Vector<S>; $w]],
+            weights: &[[Vector<S>; $w]],
             [i, j]: [usize; 2],
             sums: &mut [[f64; LANES]],
         ) {
@@ -219,16 +218,16 @@ macro_rules! tile {
                     Vector::load(simd, &sums[(i + row) * m + j + column], 0)
                 })
             });
-            for (unit, weighed) in units.zip(weighed.chunks_exact(m)) {
+            for (unit, weights) in units.zip(weights.chunks_exact(m)) {
                 let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
                 let rows: &[Rows; J] = nodes.rows[block * m + j..].first_chunk().unwrap();
-                let weighed: &[[Vector<S>; $w]; I] = weighed[i..].first_chunk().unwrap();
+                let weights: &[[Vector<S>; $w]; I] = weights[i..].first_chunk().unwrap();
                 $(
                     let columns: [Vector<S>; J] =
                         std::array::from_fn(|j| rows[j].$component.part(simd, part));
                     for i in 0..I {
                         for j in 0..J {
-                            tile[i][j] = weighed[i][$weight].mul_add(columns[j], tile[i][j]);
+                            tile[i][j] = weights[i][$weight].mul_add(columns[j], tile[i][j]);
                         }
                     }
                 )*
@@ -247,7 +246,7 @@ tile!(tangential_by_v, 3: 0 * s 1 * t);
 tile!(whole_by_q, 4: 3 * r);
 tile!(whole_by_v, 4: 0 * s 1 * t 2 * r);
 
-/// Calls a tile's function with its size.
+/// Calls the function of a tile with its size.
 macro_rules! sized {
     ($tile:ident, $m:ident, $i:ident, $j:ident, ($($argument:expr),*)) => {
         sized!(@ $tile, (TILE.min($m - $i), TILE.min($m - $j)), ($($argument),*),
@@ -264,14 +263,14 @@ macro_rules! sized {
     };
 }
 
-/// The sum of a sum's lanes.
+/// Sum over the lanes.
 #[inline(always)]
 fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
     Vector::load(simd, lanes, 0).sum()
 }
 
-/// The Jacobian of the force in the same three settings. Without friction there is only the derivative by
-/// `q`, which is symmetric.
+/// The Jacobian of the force in the same three settings. Without friction it contains only the derivative with
+/// respect to `q`, which is symmetric.
 pub(super) struct AssembledSpring<'a>(pub Matrix<'a>);
 pub(super) struct AssembledTangential<'a>(pub Matrix<'a>);
 pub(super) struct AssembledWhole<'a>(pub Matrix<'a>);
@@ -289,18 +288,18 @@ impl WithSimd for AssembledSpring<'_> {
         } = self.0;
         let m = nodes.modes;
         let sums = &mut sums[..m * m];
-        let mut weighed = [[Vector::splat(simd, 0.0); 1]; MOST_MODES];
+        let mut weights = [[Vector::splat(simd, 0.0); 1]; MAX_MODES];
         let count = nodes.blocks.len() * parts::<S>();
-        let room = MOST_MODES / m;
+        let capacity = MAX_MODES / m;
         sums.fill([0.0; LANES]);
-        for first in (0..count).step_by(room) {
-            let units = first..count.min(first + room);
-            let weighed = &mut weighed[..units.len() * m];
-            for (unit, weighed) in units.clone().zip(weighed.chunks_exact_mut(m)) {
+        for first in (0..count).step_by(capacity) {
+            let units = first..count.min(first + capacity);
+            let weights = &mut weights[..units.len() * m];
+            for (unit, weights) in units.clone().zip(weights.chunks_exact_mut(m)) {
                 let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
                 let stiffness = Vector::load(simd, &kept[block * KEPT], part);
-                for (weighed, row) in weighed.iter_mut().zip(&nodes.rows[block * m..][..m]) {
-                    *weighed = [stiffness * row.r.part(simd, part)];
+                for (weights, row) in weights.iter_mut().zip(&nodes.rows[block * m..][..m]) {
+                    *weights = [stiffness * row.r.part(simd, part)];
                 }
             }
             for i in (0..m).step_by(TILE) {
@@ -310,7 +309,7 @@ impl WithSimd for AssembledSpring<'_> {
                         m,
                         i,
                         j,
-                        (simd, nodes, units.clone(), weighed, [i, j], sums)
+                        (simd, nodes, units.clone(), weights, [i, j], sums)
                     );
                 }
             }
@@ -327,11 +326,11 @@ impl WithSimd for AssembledSpring<'_> {
     }
 }
 
-/// An assembly with friction: what its rows need of a mode's rows and of the numbers kept, and its tiles.
+/// Defines an assembly with friction: the weights of its rows, and its tiles.
 macro_rules! assembled {
     (
         $name:ident, $w:literal, $by_q:ident, $by_v:ident,
-        |[$($row:ident),* $(,)?], [$($kept:ident),* $(,)?]| $weigh:expr
+        |[$($row:ident),* $(,)?], [$($kept:ident),* $(,)?]| $compute_weights:expr
     ) => {
         impl WithSimd for $name<'_> {
             type Output = ();
@@ -340,29 +339,29 @@ macro_rules! assembled {
             fn with_simd<S: Simd>(self, simd: S) {
                 let Matrix { nodes, kept, sums, matrix } = self.0;
                 let m = nodes.modes;
-                let mut weighed = [[Vector::splat(simd, 0.0); $w]; MOST_MODES];
+                let mut weights = [[Vector::splat(simd, 0.0); $w]; MAX_MODES];
                 let count = nodes.blocks.len() * parts::<S>();
-                let room = MOST_MODES / m;
+                let capacity = MAX_MODES / m;
                 sums.fill([0.0; LANES]);
                 let (by_q, by_v) = sums.split_at_mut(m * m);
-                for first in (0..count).step_by(room) {
-                    let units = first..count.min(first + room);
-                    let weighed = &mut weighed[..units.len() * m];
-                    for (unit, weighed) in units.clone().zip(weighed.chunks_exact_mut(m)) {
+                for first in (0..count).step_by(capacity) {
+                    let units = first..count.min(first + capacity);
+                    let weights = &mut weights[..units.len() * m];
+                    for (unit, weights) in units.clone().zip(weights.chunks_exact_mut(m)) {
                         let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
                         let mut kept = kept[block * KEPT..][..KEPT].iter();
                         $(let $kept = Vector::load(simd, kept.next().unwrap(), part);)*
-                        for (weighed, row) in weighed.iter_mut().zip(&nodes.rows[block * m..][..m])
+                        for (weights, row) in weights.iter_mut().zip(&nodes.rows[block * m..][..m])
                         {
                             let [$($row),*] = row.part(simd, part);
-                            *weighed = $weigh;
+                            *weights = $compute_weights;
                         }
                     }
                     for i in (0..m).step_by(TILE) {
                         for j in (0..m).step_by(TILE) {
-                            sized!($by_q, m, i, j, (simd, nodes, units.clone(), weighed, [i, j], by_q));
+                            sized!($by_q, m, i, j, (simd, nodes, units.clone(), weights, [i, j], by_q));
                             if j <= i {
-                                sized!($by_v, m, i, j, (simd, nodes, units.clone(), weighed, [i, j], by_v));
+                                sized!($by_v, m, i, j, (simd, nodes, units.clone(), weights, [i, j], by_v));
                             }
                         }
                     }
@@ -417,19 +416,19 @@ assembled!(AssembledWhole, 4, whole_by_q, whole_by_v, |[s, t, r],
     ]
 });
 
-/// Which nodes are open, one bit a node.
-pub(super) struct Open<'a> {
+/// The contact status, one bit per node.
+pub(super) struct Status<'a> {
     pub nodes: &'a Nodes,
     pub q: &'a [f64],
-    pub open: &'a mut [u8],
+    pub status: &'a mut [u8],
 }
 
-impl WithSimd for Open<'_> {
+impl WithSimd for Status<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for ((block, rows), bits) in self.nodes.iter().zip(self.open) {
+        for ((block, rows), bits) in self.nodes.iter().zip(self.status) {
             *bits = 0;
             for part in 0..parts::<S>() {
                 let mut u_r = Vector::splat(simd, 0.0);

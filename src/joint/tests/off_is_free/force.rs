@@ -1,15 +1,14 @@
-//! The pass over the nodes as one would write it for a single setting: what moves there, what force that
-//! makes, what it does to the modes, and no word of anything else.
+//! Hand-written force kernels for a single setting: motion of the nodes, force on them, projection onto the modes.
 
 use pulp::{Simd, WithSimd};
 
-use crate::joint::lanes::{Eight, LANES, Place, Vector, parts};
+use crate::joint::contact_force::{Group, PAPER_MODES, VECTORS_PER_GROUP};
+use crate::joint::node_slopes::KEPT;
 use crate::joint::nodes::{Nodes, View};
-use crate::joint::record::KEPT;
-use crate::joint::traction::{Group, PAPER_MODES, TOGETHER};
+use crate::joint::simd::{Eight, LANES, LanePosition, Vector, parts};
 use crate::joint::{Constant, Stribeck};
 
-/// A loop written for one setting, with `M` numbers of a node's motion and `F` of the force on it.
+/// A kernel for one setting with `M` components of the motion of a node and `F` of the force on it.
 pub(super) trait Setting<const M: usize, const F: usize> {
     fn motion<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; M];
 
@@ -28,7 +27,7 @@ pub(super) trait Setting<const M: usize, const F: usize> {
     );
 }
 
-/// The order in which all of them go through the nodes: that of the hot loop, from its module's doc.
+/// The loop over the nodes, in the order of the hot loop.
 pub(super) struct Pass<'a, T, const M: usize, const F: usize> {
     pub nodes: &'a Nodes,
     pub steady: &'a [f64],
@@ -45,8 +44,8 @@ impl<T: Setting<M, F>, const M: usize, const F: usize> WithSimd for Pass<'_, T, 
         let nodes = self.nodes.view();
         let sums = &mut sums[..nodes.modes];
         let vectors = nodes.blocks.len() * parts::<S>();
-        let together = vectors - vectors % TOGETHER;
-        self.run::<S, TOGETHER>(simd, nodes, 0..together, sums);
+        let together = vectors - vectors % VECTORS_PER_GROUP;
+        self.run::<S, VECTORS_PER_GROUP>(simd, nodes, 0..together, sums);
         if together < vectors {
             self.run::<S, 1>(simd, nodes, together..vectors, sums);
         }
@@ -91,7 +90,7 @@ pub(super) struct State<'a> {
 }
 
 impl State<'_> {
-    /// The radial displacement.
+    /// Radial displacement.
     #[inline(always)]
     fn radial<S: Simd, const K: usize>(self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; 1] {
         let mut u_r = Vector::splat(simd, 0.0);
@@ -102,7 +101,7 @@ impl State<'_> {
         [u_r]
     }
 
-    /// The radial displacement, and the slip velocity along and across steady sliding.
+    /// Radial displacement and tangential slip velocity.
     #[inline(always)]
     fn tangential<S: Simd, const K: usize>(
         self,
@@ -122,7 +121,7 @@ impl State<'_> {
         [u_r, along, across]
     }
 
-    /// The radial displacement, and the slip velocity with its radial part.
+    /// Radial displacement and all components of the slip velocity.
     #[inline(always)]
     fn whole<S: Simd, const K: usize>(self, simd: S, group: &Group<'_, K>) -> [Vector<S, K>; 4] {
         let (q, v) = (&self.q[..group.modes()], &self.v[..group.modes()]);
@@ -192,7 +191,7 @@ fn gap<S: Simd, const K: usize>(simd: S, group: &Group<'_, K>, u_r: Vector<S, K>
     stiffness.mul_add(u_r, group.load(simd, |block| &block.pre_stress))
 }
 
-/// The stiffness `A k` of the nodes that press, N/m.
+/// The stiffness `A k` of closed nodes, N/m.
 #[inline(always)]
 fn pressing<S: Simd, const K: usize>(
     simd: S,
@@ -203,7 +202,7 @@ fn pressing<S: Simd, const K: usize>(
         .where_positive(gap)
 }
 
-/// Keeps numbers of the nodes of a group.
+/// Stores numbers of the nodes of a group.
 #[inline(always)]
 fn keep<S: Simd, const K: usize, const N: usize>(
     record: &mut [[f64; LANES]],
@@ -211,7 +210,7 @@ fn keep<S: Simd, const K: usize, const N: usize>(
     numbers: [Vector<S, K>; N],
 ) {
     for k in 0..K {
-        let place = Place::of::<S>(first + k);
+        let place = LanePosition::of::<S>(first + k);
         let kept = &mut record[place.block * KEPT..][..KEPT];
         for (kept, number) in kept.iter_mut().zip(numbers) {
             number.one(k).store(kept, place.part);
@@ -219,13 +218,13 @@ fn keep<S: Simd, const K: usize, const N: usize>(
     }
 }
 
-/// A speed from its square, a hair above zero.
+/// A speed from its square, with a tiny lower bound.
 #[inline(always)]
 fn root<S: Simd, const K: usize>(square: Vector<S, K>) -> Vector<S, K> {
     square.at_least(1e-280).sqrt()
 }
 
-/// Writes down a setting: its name and what it has, how its nodes move and push, and the force on them.
+/// Defines a setting: name and parameters, motion, projection, and force on the nodes.
 macro_rules! setting {
     (
         $name:ident($($field:ident: $type:ty),*),
@@ -347,7 +346,7 @@ setting!(
         let normal = gap.at_least(0.0) * group.load(simd, |block| &block.area);
         let speed = root(across.mul_add(across, along * along));
         let (ratio, slope) = law.ratio_and_slope_vector(speed);
-        let (drag, inverse) = (normal * ratio, speed.same(1.0) / speed);
+        let (drag, inverse) = (normal * ratio, speed.broadcast(1.0) / speed);
         let stiffness = pressing(simd, group, gap);
         let (h_s, h_t) = (along * inverse, across * inverse);
         keep(record, group.first, [stiffness, ratio * speed, drag, normal * slope, h_s, h_t]);
@@ -363,7 +362,7 @@ setting!(
         let normal = gap.at_least(0.0) * group.load(simd, |block| &block.area);
         let speed = root(across.mul_add(across, along * along));
         let (ratio, slope) = law.ratio_and_slope_vector(speed);
-        let (drag, inverse) = (normal * ratio, speed.same(1.0) / speed);
+        let (drag, inverse) = (normal * ratio, speed.broadcast(1.0) / speed);
         let stiffness = pressing(simd, group, gap);
         let (h_s, h_t) = (along * inverse, across * inverse);
         keep(record, group.first, [stiffness, ratio * speed, drag, normal * slope, h_s, h_t]);
@@ -379,7 +378,7 @@ setting!(
         let normal = gap.at_least(0.0) * group.load(simd, |block| &block.area);
         let speed = root(outward.mul_add(outward, across.mul_add(across, along * along)));
         let (ratio, slope) = law.ratio_and_slope_vector(speed);
-        let (drag, inverse) = (normal * ratio, speed.same(1.0) / speed);
+        let (drag, inverse) = (normal * ratio, speed.broadcast(1.0) / speed);
         let stiffness = pressing(simd, group, gap);
         let (h_s, h_t, h_r) = (along * inverse, across * inverse, outward * inverse);
         let numbers = [stiffness, ratio * speed, drag, normal * slope, h_s, h_t, h_r];
@@ -397,7 +396,7 @@ setting!(
         let stiffness = group.load(simd, |block| &block.stiffness) * area;
         let speed = root(outward.mul_add(outward, across.mul_add(across, along * along)));
         let (ratio, slope) = law.ratio_and_slope_vector(speed);
-        let (drag, inverse) = (normal * ratio, speed.same(1.0) / speed);
+        let (drag, inverse) = (normal * ratio, speed.broadcast(1.0) / speed);
         let (h_s, h_t, h_r) = (along * inverse, across * inverse, outward * inverse);
         let numbers = [stiffness, ratio * speed, drag, normal * slope, h_s, h_t, h_r];
         keep(record, group.first, numbers);

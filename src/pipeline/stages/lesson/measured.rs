@@ -1,46 +1,47 @@
-//! Measures what a lesson reports.
+//! Measurements for a lesson.
 
 use std::sync::Arc;
 
-use super::tilts::Tilts;
+use super::tilt_history::TiltHistory;
 use crate::analysis::LineFit;
 use crate::pipeline::message::{
-    Computed, Exponents, Frame, Growth, Header, JointInfo, Measurements, NodeShares, NodeState,
-    Parting, PatchSnapshot, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone,
+    Exponents, Frame, Growth, Header, JointInfo, Measurements, MechanismPrediction, NodeShares,
+    NodeState, PatchSnapshot, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone,
+    TrajectoryDivergence,
 };
 use crate::scene::{AnalysisSpec, Mechanism};
 
-/// Level over the sliding speed up to which a vibration counts as small: there the linear theory holds.
+/// Ratio of level to sliding speed up to which a vibration is small and the linear theory applies.
 const SMALL: f64 = 0.05;
 
-/// Accumulates what a lesson reports.
-pub struct Measured {
+/// Accumulates the measurements of a lesson.
+pub struct LessonMeasurements {
     pub level: Level,
     nodes: NodeCounts,
     statuses: StatusCounts,
     kinds: Vec<StatusKind>,
-    leaders: Leaders,
-    tilts: Option<Tilts>,
+    leaders: DominantModes,
+    tilts: Option<TiltHistory>,
     dt: f64,
-    /// Next snapshot and energy of the present frame.
+    /// Index of the next snapshot and of the next energy sample of the present frame.
     next: [usize; 2],
-    /// The measurements so far; what is counted over 25 ms stands as it was at the last conclusion.
+    /// Measurements so far; those averaged over 25 ms have the values of the last interval.
     so_far: Measurements,
 }
 
-/// What another stage has found.
-pub enum Found {
-    /// Lines of a spectrum, the strongest first.
+/// A result of another stage.
+pub enum StageResult {
+    /// Lines of a spectrum, strongest first.
     Lines(Vec<SpectralLine>),
-    /// The distance of the perturbed trajectory.
-    Parting(Parting),
-    /// Exponents so far.
+    /// Distance of the perturbed trajectory.
+    TrajectoryDivergence(TrajectoryDivergence),
+    /// Lyapunov exponents so far.
     Exponents(Arc<Exponents>),
 }
 
-impl Measured {
-    /// Nothing yet, of a run announced by `header`.
-    pub fn new(spec: &AnalysisSpec, header: &Header, computed: &Computed) -> Self {
+impl LessonMeasurements {
+    /// No measurements yet, for a run described by `header`.
+    pub fn new(spec: &AnalysisSpec, header: &Header, computed: &MechanismPrediction) -> Self {
         let (lowest, kinds) = match &header.subject {
             Subject::Joint(joint) => (
                 joint.modes.first().map_or(1e3, |m| m.frequency_hz),
@@ -52,54 +53,57 @@ impl Measured {
             ),
             Subject::Signal(_) => (1e3, Vec::new()),
         };
-        let piece = (0.5 * header.sample_rate / lowest).round().max(1.0) as usize;
+        let segment = (0.5 * header.sample_rate / lowest).round().max(1.0) as usize;
         let window = spec
             .spectrum
             .map_or(0.0, |spectrum| spectrum.sliding.window);
         Self {
-            level: Level::new(piece, SMALL * computed.sliding_speed),
+            level: Level::new(segment, SMALL * computed.sliding_speed),
             nodes: NodeCounts::default(),
             statuses: StatusCounts::default(),
             kinds,
-            leaders: Leaders::new(header.joint()),
-            tilts: (computed.mechanism == Mechanism::Hysteresis).then(|| Tilts::new(window)),
+            leaders: DominantModes::new(header.joint()),
+            tilts: (computed.mechanism == Mechanism::Hysteresis).then(|| TiltHistory::new(window)),
             dt: 1.0 / header.sample_rate,
             next: [0; 2],
             so_far: Measurements::default(),
         }
     }
 
-    /// Takes what another stage has found up to a time (s); returns the strongest line at its tilt, where
-    /// the tilt changes.
-    pub fn take(&mut self, time: f64, found: Found) -> Option<TiltedTone> {
+    /// Processes a result of another stage at a time (s). Returns the strongest line at its tilt, if the tilt
+    /// varies.
+    pub fn take(&mut self, time: f64, found: StageResult) -> Option<TiltedTone> {
         match found {
-            Found::Lines(lines) => {
+            StageResult::Lines(lines) => {
                 let strongest = lines.first().map(|line| line.frequency);
                 self.so_far.lines = lines;
-                self.tilts.as_mut()?.hear(time, strongest?)
+                self.tilts.as_mut()?.add_line(time, strongest?)
             }
-            Found::Parting(parting) => {
-                let first = self.so_far.separation.map_or(parting, |[first, _]| first);
-                self.so_far.separation = Some([first, parting]);
+            StageResult::TrajectoryDivergence(divergence) => {
+                let first = self
+                    .so_far
+                    .separation
+                    .map_or(divergence, |[first, _]| first);
+                self.so_far.separation = Some([first, divergence]);
                 None
             }
-            Found::Exponents(exponents) => {
+            StageResult::Exponents(exponents) => {
                 self.so_far.exponents = Some(exponents);
                 None
             }
         }
     }
 
-    /// Begins a frame, whose samples follow.
-    pub fn enter(&mut self, frame: &Frame) {
+    /// Starts a frame, whose samples follow.
+    pub fn begin_frame(&mut self, frame: &Frame) {
         self.next = [0; 2];
         self.so_far.tilt = Some(frame.tilt);
         if let Some(tilts) = &mut self.tilts {
-            tilts.enter(frame.t0, frame.tilt);
+            tilts.set_tilt(frame.t0, frame.tilt);
         }
     }
 
-    /// Takes a sample; returns whether it completes a piece of the level.
+    /// Processes a sample. Returns whether it completes a segment of the level.
     pub fn sample(&mut self, frame: &Frame, k: usize) -> bool {
         let time = frame.time(k);
         let until = time + 0.5 * frame.dt;
@@ -118,11 +122,11 @@ impl Measured {
         self.level.push(time, frame.velocity[k])
     }
 
-    /// Concludes what was counted since the last time.
-    pub fn conclude(&mut self) {
+    /// Evaluates the counts since the last call.
+    pub fn evaluate(&mut self) {
         self.so_far.nodes = self.nodes.take();
         self.so_far.statuses = self.statuses.take(self.dt);
-        self.so_far.leader = self.leaders.conclude();
+        self.so_far.leader = self.leaders.evaluate();
     }
 
     /// The measurements so far.
@@ -132,48 +136,49 @@ impl Measured {
             growth_ended: self.level.ended.is_some(),
             first_level: self.level.first,
             level: self.level.last,
-            leader_at_end: self.leaders.at_end.clone(),
-            tilts: self.tilts.as_ref().map(Tilts::summary),
+            leader_at_end: self.leaders.at_growth_end.clone(),
+            tilts: self.tilts.as_ref().map(TiltHistory::summary),
             ..self.so_far.clone()
         }
     }
 }
 
-/// The level of the velocity, piece by piece, and how it grows as long as it is small.
+/// RMS level of the velocity in segments, and its growth rate while the vibration is small.
 ///
-/// What of a kick does not grow must have died away before growth can be read: it counts from where
-/// the level has risen by [`Level::RISEN`], or from [`Level::WAITED`] pieces on.
+/// The decaying part of a kick must vanish before the growth rate can be measured. The fit therefore starts
+/// when the level has risen by the factor [`Level::START_RATIO`], or after [`Level::START_SEGMENTS`]
+/// segments.
 pub struct Level {
-    /// Samples of a piece: half the lowest natural period, after which the square of a sine repeats.
-    piece: usize,
-    /// Level up to which it is small, m/s.
+    /// Samples per segment: half the lowest natural period, the period of the square of a sine.
+    segment: usize,
+    /// Level up to which the vibration is small, m/s.
     limit: f64,
     squares: f64,
     count: usize,
-    pieces: u64,
-    /// Root mean square over the last piece, m/s.
+    segments: u64,
+    /// RMS velocity of the last segment, m/s.
     pub last: f64,
-    /// That of the first piece that is not silent.
+    /// RMS velocity of the first nonzero segment, m/s.
     first: Option<f64>,
-    /// Time (s) and level (m/s) of the piece from which growth counts.
+    /// Time (s) and level (m/s) at the start of the fit.
     anchor: Option<[f64; 2]>,
     line: LineFit,
-    /// When it had become too large for the linear theory, s.
+    /// Time at which the vibration became too large for the linear theory, s.
     ended: Option<f64>,
 }
 
 impl Level {
-    /// See [`Level`].
-    const RISEN: f64 = 3.0;
-    const WAITED: u64 = 40;
+    /// Factor on the first level, see [`Level`].
+    const START_RATIO: f64 = 3.0;
+    const START_SEGMENTS: u64 = 40;
 
-    fn new(piece: usize, limit: f64) -> Self {
+    fn new(segment: usize, limit: f64) -> Self {
         Self {
-            piece,
+            segment,
             limit,
             squares: 0.0,
             count: 0,
-            pieces: 0,
+            segments: 0,
             last: 0.0,
             first: None,
             anchor: None,
@@ -182,21 +187,21 @@ impl Level {
         }
     }
 
-    /// Takes a velocity (m/s); returns whether it completes a piece.
+    /// Processes a velocity (m/s). Returns whether it completes a segment.
     fn push(&mut self, time: f64, velocity: f64) -> bool {
         self.squares += velocity * velocity;
         self.count += 1;
-        if self.count < self.piece {
+        if self.count < self.segment {
             return false;
         }
         self.last = (self.squares / self.count as f64).sqrt();
         (self.squares, self.count) = (0.0, 0);
-        self.pieces += 1;
+        self.segments += 1;
         if self.last == 0.0 {
             return true;
         }
         let first = *self.first.get_or_insert(self.last);
-        if self.last > Self::RISEN * first || self.pieces >= Self::WAITED {
+        if self.last > Self::START_RATIO * first || self.segments >= Self::START_SEGMENTS {
             self.anchor.get_or_insert([time, self.last]);
         }
         if self.last > self.limit {
@@ -208,7 +213,7 @@ impl Level {
         true
     }
 
-    /// The slope of the straight line through the logarithm of the level over time, as long as it was small.
+    /// Slope of the straight line fitted to the logarithm of the level while the vibration is small.
     fn growth(&self) -> Option<Growth> {
         let fit = self.line.fit()?;
         Some(Growth {
@@ -217,30 +222,30 @@ impl Level {
         })
     }
 
-    /// Where the level would be at a time (s) if it had grown at a rate (1/s) since growth counts;
-    /// `None` before, and once the vibration is no longer small.
+    /// Predicted level at a time (s) for growth at a rate (1/s) since the start of the fit; `None` before it,
+    /// and once the vibration is no longer small.
     pub fn predicted(&self, time: f64, rate: f64) -> Option<f64> {
         let [since, level] = self.anchor.filter(|_| self.ended.is_none())?;
         Some(level * (rate * (time - since)).exp())
     }
 }
 
-/// Counts of contact nodes that stick and that have separated.
+/// Counts of contact nodes that stick or are separated.
 #[derive(Clone, Debug, Default)]
 struct NodeCounts {
-    /// Snapshots counted, and nodes in each.
+    /// Number of snapshots, and of nodes in each.
     snapshots: u64,
     nodes: usize,
-    /// Time of the first and of the last of them, s.
+    /// Times of the first and the last snapshot, s.
     span: [f64; 2],
-    /// Nodes that stick, in all snapshots, and the most in one.
+    /// Number of sticking nodes: sum over the snapshots, and maximum.
     stuck: [usize; 2],
-    /// Nodes that are separated, in all snapshots, and the most in one.
+    /// Number of separated nodes: sum over the snapshots, and maximum.
     separated: [usize; 2],
-    /// Snapshots in which half of the nodes stick, and in which all are separated.
+    /// Number of snapshots in which at least half of the nodes stick, and in which all nodes are separated.
     half_stuck: u64,
     all_separated: u64,
-    /// Changes from closed to separated.
+    /// Number of transitions from closed to separated.
     separations: u64,
     before: Vec<NodeState>,
 }
@@ -269,7 +274,7 @@ impl NodeCounts {
         self.before.clone_from(&snapshot.states);
     }
 
-    /// The shares so far, if there is a snapshot; counting begins anew, from the last snapshot on.
+    /// The shares so far, if there is a snapshot. Restarts the counts at the last snapshot.
     fn take(&mut self) -> Option<NodeShares> {
         let taken = std::mem::take(self);
         self.before.clone_from(&taken.before);
@@ -290,12 +295,12 @@ impl NodeCounts {
     }
 }
 
-/// Counts of what a small system has been doing.
+/// Counts of the states of a small system.
 #[derive(Clone, Debug, Default)]
 struct StatusCounts {
     samples: u64,
     held: u64,
-    /// Changes into and out of being held.
+    /// Number of transitions into and out of the held state.
     changes: u64,
     before: Option<bool>,
 }
@@ -309,7 +314,7 @@ impl StatusCounts {
         self.changes += u64::from(before.is_some_and(|before| before != held));
     }
 
-    /// The shares of samples `dt` (s) apart so far, if there is one; counting begins anew.
+    /// The shares of samples `dt` (s) apart so far, if there are samples. Restarts the counts.
     fn take(&mut self, dt: f64) -> Option<StatusShares> {
         let taken = std::mem::take(self);
         self.before = taken.before;
@@ -320,16 +325,16 @@ impl StatusCounts {
     }
 }
 
-/// Which family of modes of the body has the most energy: as growth ended, and since the last conclusion.
+/// Family of modes with the most energy: at the end of the growth, and since the last evaluation.
 #[derive(Clone, Debug, Default)]
-struct Leaders {
-    /// Name of each mode's family: both modes of a bending pair have one.
+struct DominantModes {
+    /// Family name of each mode; both modes of a bending pair have the same name.
     families: Vec<String>,
     sums: Vec<f64>,
-    at_end: Option<String>,
+    at_growth_end: Option<String>,
 }
 
-impl Leaders {
+impl DominantModes {
     fn new(joint: Option<&JointInfo>) -> Self {
         let modes = joint.map_or(&[][..], |joint| &joint.modes);
         let family = |label: &str| {
@@ -339,20 +344,20 @@ impl Leaders {
         Self {
             families: modes.iter().map(|mode| family(&mode.label)).collect(),
             sums: vec![0.0; modes.len()],
-            at_end: None,
+            at_growth_end: None,
         }
     }
 
     fn push(&mut self, modal: &[f64], ended: bool) {
-        if ended && self.at_end.is_none() {
-            self.at_end = self.leader(modal);
+        if ended && self.at_growth_end.is_none() {
+            self.at_growth_end = self.leader(modal);
         }
         for (sum, energy) in self.sums.iter_mut().zip(modal) {
             *sum += energy;
         }
     }
 
-    /// The family with the most of some energies; `None` where there are none.
+    /// The family with the most energy; `None` if all energies are zero.
     fn leader(&self, modal: &[f64]) -> Option<String> {
         let energy_of = |family: &String| -> f64 {
             let pairs = self.families.iter().zip(modal);
@@ -364,8 +369,8 @@ impl Leaders {
         (energy_of(leader) > 0.0).then(|| leader.clone())
     }
 
-    /// The one with the most energy since the last call.
-    fn conclude(&mut self) -> Option<String> {
+    /// The family with the most energy since the last call.
+    fn evaluate(&mut self) -> Option<String> {
         let leader = self.leader(&self.sums);
         self.sums.fill(0.0);
         leader

@@ -1,45 +1,45 @@
-//! The lesson of a scene that shows a mechanism: what is measured in this run, to set against what was
-//! computed before it.
+//! The lesson of a scene that demonstrates a mechanism: measurements of the run, for comparison with the
+//! linear prediction.
 //!
-//! It observes the records of the other stages, so that its numbers are those on the screen, and measures
-//! the rest itself. What was computed comes from [`Computed`].
+//! The stage observes the records of the other stages: its numbers agree with the displayed ones. It
+//! measures the rest itself. The prediction is in [`MechanismPrediction`].
 
 mod measured;
-mod tilts;
+mod tilt_history;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use measured::{Found, Measured};
+use measured::{LessonMeasurements, StageResult};
 
 use super::clock::samples;
 use super::stage::{Context, Emit, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{
-    Computed, Course, Frame, Header, Lesson, Measurements, Record, TiltedTone,
+    Frame, Header, Lesson, LevelSample, Measurements, MechanismPrediction, Record, TiltedTone,
 };
 use crate::scene::{AnalysisSpec, Mechanism};
 
-/// Time from one lesson to the next, s: one that changes more often cannot be read.
+/// Minimum time between two lessons, s: a text that changes more often is unreadable.
 const EVERY: f64 = 25e-3;
 
-/// Emits [`Record::Lesson`] when a measurement has changed, every 25 ms at most, and [`Record::Course`]
-/// twice a natural period.
+/// Emits [`Record::Lesson`] if a measurement has changed, at most every 25 ms, and [`Record::LevelSample`] twice
+/// per natural period.
 pub struct LessonStage {
-    computed: Arc<Computed>,
-    measured: Measured,
-    /// What the other stages have found and is not yet taken in, by its time, s.
-    found: VecDeque<(f64, Found)>,
-    /// Samples from one lesson to the next.
+    computed: Arc<MechanismPrediction>,
+    measured: LessonMeasurements,
+    /// Results of other stages that are not processed yet, with their times, s.
+    found: VecDeque<(f64, StageResult)>,
+    /// Number of samples between two lessons.
     every: u64,
     seen: u64,
     sent: Option<Measurements>,
-    /// Whether growth is compared with the computed one.
+    /// Whether the growth is compared with the predicted one.
     predicts: bool,
 }
 
 impl LessonStage {
-    /// For the run announced by `header`; `None` if its scene shows no mechanism.
+    /// For the run described by `header`; `None` if its scene has no mechanism.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Option<Self> {
         let computed = header.computed.clone()?;
         let predicts = matches!(
@@ -47,7 +47,7 @@ impl LessonStage {
             Mechanism::NegativeSlope | Mechanism::ModeCoupling | Mechanism::ExchangedFriction
         );
         Some(Self {
-            measured: Measured::new(spec, header, &computed),
+            measured: LessonMeasurements::new(spec, header, &computed),
             computed,
             found: VecDeque::new(),
             every: samples(EVERY, header.sample_rate, 1) as u64,
@@ -57,7 +57,7 @@ impl LessonStage {
         })
     }
 
-    /// Takes in what was found up to a time, s.
+    /// Processes the results of other stages up to a time, s.
     fn take_found(&mut self, until: f64) -> Vec<Record> {
         let mut courses = Vec::new();
         while let Some((time, found)) = self.found.pop_front_if(|(time, _)| *time <= until) {
@@ -67,11 +67,11 @@ impl LessonStage {
         courses
     }
 
-    /// The course at a time, s.
+    /// Level and prediction at a time, s.
     fn course(&self, time: f64, tone: Option<TiltedTone>) -> Record {
         let growth = self.computed.fastest().filter(|_| self.predicts);
         let level = &self.measured.level;
-        Record::Course(Course {
+        Record::LevelSample(LevelSample {
             time,
             level: level.last,
             predicted: growth.and_then(|growth| level.predicted(time, growth)),
@@ -79,7 +79,7 @@ impl LessonStage {
         })
     }
 
-    /// Sends the measurements, if they differ from what was sent.
+    /// Emits the measurements if they have changed.
     fn send(&mut self, time: f64, emit: &mut Emit<'_>) -> Result<(), AnalyseError> {
         let measured = self.measured.measurements();
         if self.sent.as_ref() == Some(&measured) {
@@ -97,11 +97,15 @@ impl LessonStage {
 impl Stage for LessonStage {
     fn observe(&mut self, record: &Record) {
         let found = match record {
-            Record::Spectrum { time, peaks, .. } => (*time, Found::Lines(peaks.clone())),
-            Record::Parting(parting) => (parting.time, Found::Parting(*parting)),
-            Record::Exponents(exponents) => {
-                (exponents.time, Found::Exponents(Arc::clone(exponents)))
-            }
+            Record::Spectrum { time, peaks, .. } => (*time, StageResult::Lines(peaks.clone())),
+            Record::TrajectoryDivergence(divergence) => (
+                divergence.time,
+                StageResult::TrajectoryDivergence(*divergence),
+            ),
+            Record::Exponents(exponents) => (
+                exponents.time,
+                StageResult::Exponents(Arc::clone(exponents)),
+            ),
             _ => return,
         };
         self.found.push_back(found);
@@ -116,9 +120,9 @@ impl Stage for LessonStage {
         if self.sent.is_none() {
             self.send(frame.t0, emit)?;
         }
-        self.measured.enter(frame);
+        self.measured.begin_frame(frame);
         for k in 0..frame.len() {
-            // Half a sample of slack: times are sums of rounded numbers.
+            // Half a sample of tolerance: times are sums of rounded numbers.
             let time = frame.time(k);
             for course in self.take_found(time + 0.5 * frame.dt) {
                 emit(course)?;
@@ -128,7 +132,7 @@ impl Stage for LessonStage {
             }
             self.seen += 1;
             if self.seen.is_multiple_of(self.every) {
-                self.measured.conclude();
+                self.measured.evaluate();
                 self.send(time, emit)?;
             }
         }

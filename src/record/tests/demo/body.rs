@@ -1,11 +1,11 @@
-//! The body that is said to vibrate, and its contact patch.
+//! The synthetic body and its contact patch.
 
 use std::f64::consts::TAU;
 
 use super::{BALL, BEAM, PATCH, RINGS};
 use crate::pipeline::message::{PatchGeometry, SurfaceMesh};
 
-/// A sphere on a cylinder, turned from its profile, with sine-shaped modes.
+/// A surface of revolution, a sphere on a cylinder, with sinusoidal modes.
 pub fn outline() -> SurfaceMesh {
     const AROUND: u32 = 32;
     let meeting = -(BALL * BALL - BEAM * BEAM).sqrt();
@@ -67,7 +67,7 @@ pub fn outline() -> SurfaceMesh {
     outline
 }
 
-/// Nodes in rings round the load's direction, with Hertz pressure.
+/// Nodes in rings around the load direction, with Hertz pressure.
 pub fn geometry(tilt: f64) -> PatchGeometry {
     let (sin, cos) = tilt.sin_cos();
     let turned = |[x, y, z]: [f64; 3]| [cos * x + sin * z, y, cos * z - sin * x];

@@ -1,8 +1,9 @@
-//! A made-up run for the tests of recordings: a tone that grows, then two tones that share no
-//! period, then two tones of wandering phase. No physics; only the shape of the real records.
+//! A synthetic run for the tests of recordings: a growing tone, then two tones with incommensurate
+//! frequencies, then two tones with random phase. Only the structure of the records is realistic, not the
+//! physics.
 
+mod analyses;
 mod body;
-mod laboratory;
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -12,22 +13,22 @@ use crate::{
     analysis::RecurrenceImage,
     dynamics::ErrorEstimate,
     pipeline::message::{
-        AnalysisKind, Appearance, Circumstances, EnergySample, Frame, Header, Health, JointInfo,
-        ModeInfo, NodeState, Observation, PatchGeometry, PatchSnapshot, Record, SectionCoordinate,
-        SignalInfo, SpectralLine, Subject, Summary, TwinSamples, Vibration,
+        AnalysisKind, Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo,
+        NodeState, Observation, OperatingPoint, PatchGeometry, PatchSnapshot, PerturbedSamples,
+        Record, SectionCoordinate, SignalInfo, SpectralLine, Subject, Summary, Vibration,
     },
     scene::RecordSpec,
 };
 
-/// Samples a second, Hz.
+/// Sample rate, Hz.
 pub const SAMPLE_RATE: f64 = 200e3;
-/// Samples a frame.
+/// Samples per frame.
 const FRAME: usize = 256;
-/// Radius of the ball, of the beam, and of the patch, m.
+/// Radii of the ball, the beam and the patch, m.
 const BALL: f64 = 15.875e-3;
 const BEAM: f64 = 10e-3;
 const PATCH: f64 = 1.697e-3;
-/// Contact rings; ring `k` has `6 k` nodes, the centre one: 91 nodes.
+/// Number of contact rings; ring `k` has `6 k` nodes, the centre one: 91 nodes.
 const RINGS: usize = 5;
 /// Load, N.
 const LOAD: f64 = 150.0;
@@ -56,16 +57,16 @@ const ALL: [AnalysisKind; 10] = [
     AnalysisKind::Chaos,
     AnalysisKind::Regime,
     AnalysisKind::Exponents,
-    AnalysisKind::Butterfly,
+    AnalysisKind::PerturbedTrajectory,
 ];
 
-/// What a real scene would record.
+/// The recording settings of a typical scene.
 pub fn spec() -> RecordSpec {
     RecordSpec {
         patch_rate: 20e3,
         body_rate: 2e3,
         energy_rate: 20e3,
-        exaggeration: 5000.0,
+        deformation_scale: 5000.0,
     }
 }
 
@@ -76,7 +77,7 @@ pub fn records(duration: f64) -> Vec<Record> {
     let signal = Signal::new(duration);
     let frames = (duration * SAMPLE_RATE / FRAME as f64).round() as usize;
     let mut records = vec![Record::Header(header)];
-    let mut due = Due::default();
+    let mut due = RedrawTimer::default();
     for index in 0..frames {
         let frame = signal.frame(index, &joint);
         let now = frame.end();
@@ -94,16 +95,16 @@ pub fn records(duration: f64) -> Vec<Record> {
             due.recurrence += 2.5e-3;
             records.push(signal.recurrence(now));
         }
-        if now >= due.laboratory {
-            let last = due.laboratory - 5e-3;
-            due.laboratory += 5e-3;
+        if now >= due.analyses {
+            let last = due.analyses - 5e-3;
+            due.analyses += 5e-3;
             records.push(signal.delay(now));
             records.push(signal.quantification(now));
-            records.push(signal.section(last.max(0.0), due.laboratory - 5e-3));
+            records.push(signal.section(last.max(0.0), due.analyses - 5e-3));
             records.push(signal.chaos(now));
             records.push(signal.verdict(now));
             records.push(signal.exponents(now));
-            records.push(signal.parting(now));
+            records.push(signal.separation(now));
         }
         if now >= due.health {
             due.health += 5e-3;
@@ -116,7 +117,7 @@ pub fn records(duration: f64) -> Vec<Record> {
                 }),
                 steps_per_ms: 120.0,
                 rejections_per_ms: 7.0,
-                calls_per_ms: 840.0,
+                rhs_evals_per_ms: 840.0,
                 events_per_ms: 300.0,
                 audit: Some(1e-6),
                 ..Health::default()
@@ -134,7 +135,7 @@ pub fn records(duration: f64) -> Vec<Record> {
     }
     records.push(Record::Warning {
         time: 0.0,
-        text: "made-up data".to_owned(),
+        text: "synthetic data".to_owned(),
     });
     records.push(Record::Summary(Arc::new(Summary {
         simulated: duration,
@@ -143,7 +144,7 @@ pub fn records(duration: f64) -> Vec<Record> {
     records
 }
 
-/// A vibration that looks so.
+/// A vibration with a given appearance.
 fn vibration(appearance: Appearance) -> Vibration {
     Vibration {
         appearance,
@@ -153,11 +154,11 @@ fn vibration(appearance: Appearance) -> Vibration {
         f2: Some(3830.0),
         beat: Some(280.0),
         second_tone: 0.2,
-        floor_share: 0.01,
+        broadband_share: 0.01,
         peak_speed: 0.02,
         backward_speed: 0.02,
         half_range: 1e-6,
-        now: Circumstances {
+        now: OperatingPoint {
             tilt: 0.05,
             load: None,
             rotation_factor: None,
@@ -176,13 +177,13 @@ pub fn displacement(duration: f64) -> Vec<f64> {
     Signal::new(duration).displacement
 }
 
-/// When the next picture of a kind is due, s.
+/// Time of the next record of each type, s.
 #[derive(Default)]
-struct Due {
+struct RedrawTimer {
     column: f64,
     spectrum: f64,
     recurrence: f64,
-    laboratory: f64,
+    analyses: f64,
     health: f64,
 }
 
@@ -205,7 +206,7 @@ pub fn header(duration: f64) -> Header {
     }
 }
 
-/// A voltage that somebody measured: the made-up motion about 2.5 V, in frames without modes.
+/// A measured voltage: the synthetic motion about 2.5 V, in frames without modes.
 pub fn signal_records(duration: f64) -> Vec<Record> {
     let volts = |u: f64| 2.5 + 1e6 * u;
     let header = Header {
@@ -251,13 +252,13 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
             }
             Some(Record::Section { time, points })
         }
-        Record::Narration { .. } | Record::Exponents(_) | Record::Parting(_) => None,
+        Record::Narration { .. } | Record::Exponents(_) | Record::TrajectoryDivergence(_) => None,
         other => Some(other),
     });
     records.collect()
 }
 
-/// The joint that is said to have made the samples.
+/// The joint of the synthetic samples.
 pub fn joint() -> JointInfo {
     JointInfo {
         body: "Ball and beam".to_owned(),
@@ -270,7 +271,7 @@ pub fn joint() -> JointInfo {
             .collect(),
         min_tilt: 0.0,
         max_tilt: 6f64.to_radians(),
-        reach: None,
+        tilt_range: None,
         azimuth: 0.0,
         outline: outline(),
         rotation: [0.5f64.sqrt(), 0.5f64.sqrt(), 0.0],
@@ -282,7 +283,7 @@ pub fn joint() -> JointInfo {
     }
 }
 
-/// The made-up motion.
+/// The synthetic motion.
 struct Signal {
     duration: f64,
     /// Displacement (m) and velocity (m/s) of the probe at every sample.
@@ -349,7 +350,7 @@ impl Signal {
                 .collect()
         };
         let moments = || range.clone().step_by(10);
-        // A second copy that is a tenth of a period behind.
+        // A perturbed trajectory with a delay of a tenth of a period.
         let beside = |signal: &[f64]| {
             let range = range.clone();
             range.map(|k| signal[k.saturating_sub(5)]).collect()
@@ -380,7 +381,7 @@ impl Signal {
                 .collect(),
             geometry,
             transitions: 120,
-            twin: Some(TwinSamples {
+            perturbed: Some(PerturbedSamples {
                 first: 0,
                 displacement: beside(&self.displacement),
                 velocity: beside(&self.velocity),

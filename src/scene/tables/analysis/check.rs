@@ -1,15 +1,15 @@
-//! Whether the analyses fit together, and with the samples and the modes.
+//! Consistency checks of the analyses with each other, the samples and the modes.
 
 use super::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, ExponentsSpec, NearnessSpec,
-    QuantificationSpec, RecurrenceSpec, SlidingSpec,
+    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, QuantificationSpec,
+    RecurrenceSpec, ThresholdSpec, WindowSpec,
 };
 use crate::analysis::Threshold;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
-use crate::scene::setting::{SectionSurface, Setting, StateCoordinate};
+use crate::scene::setting::{AutoOr, SectionSurface, StateCoordinate};
 
-/// The analyses of samples at `rate` (Hz) of a system with so many modes.
+/// Reads the analyses for samples at `rate` (Hz) of a system with the given number of modes.
 pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<AnalysisSpec, SceneError> {
     let mut analysis = AnalysisSpec::read(document.table("analysis"))?;
     let delay = analysis.delay;
@@ -44,18 +44,18 @@ pub fn read(document: &Document<'_>, rate: f64, modes: usize) -> Result<Analysis
         of("analysis.regime").window(spec.sliding)?;
     }
     if let Some(spec) = &mut analysis.exponents {
-        of("analysis.exponents").exponents(spec, 2 * modes)?;
+        of("analysis.lyapunov").exponents(spec, 2 * modes)?;
     }
     Ok(analysis)
 }
 
-/// The table of an analysis, and what it depends on.
+/// The table of an analysis with the quantities it depends on.
 #[derive(Clone, Copy)]
 struct Checks<'d> {
     table: Table<'d>,
-    /// Samples a second, Hz.
+    /// Sampling rate, Hz.
     rate: f64,
-    /// What chooses the delays and dimensions that are automatic.
+    /// The analysis that determines automatic delays and dimensions.
     delay: Option<&'d DelaySpec>,
 }
 
@@ -64,49 +64,45 @@ impl Checks<'_> {
         let (highest, half) = (max_frequency / 1e3, self.rate / 2e3);
         ensure!(self.table,
             max_frequency <= self.rate / 2.0 => "max_frequency_khz", &["time.sample_rate_khz"];
-            "{highest} kHz is above half the sample rate ({half} kHz), beyond which samples say nothing";
-            "lower it, or raise time.sample_rate_khz");
+            "{highest} kHz exceeds the Nyquist frequency of {half} kHz";
+            "reduce it, or increase time.sample_rate_khz");
         Ok(())
     }
 
     fn delay(&self, spec: &DelaySpec) -> Result<(), SceneError> {
         self.window(spec.sliding)?;
-        self.at_least_a_sample("largest_lag_us", spec.largest_lag)?;
-        // The last dimension is judged by the one after it.
+        self.at_least_a_sample("max_lag_us", spec.largest_lag)?;
+        // The criterion for the last dimension uses one more delay.
         let reach = spec.largest_dimension as f64 * spec.largest_lag;
-        self.room(
-            spec.sliding,
-            reach,
-            &["largest_lag_us", "largest_dimension"],
-        )
+        self.leaves_half_of_window(spec.sliding, reach, &["max_lag_us", "max_dimension"])
     }
 
     fn recurrence(&self, spec: &RecurrenceSpec) -> Result<(), SceneError> {
         self.window(spec.sliding)?;
-        self.nearness(&spec.nearness, spec.size)?;
+        self.recurrence_criterion(&spec.criterion, spec.size)?;
         self.embedding(&spec.embedding)?;
         let samples = spec.sliding.window * self.rate;
         ensure!(self.table, spec.size as f64 <= samples.round() => "size", &["window_ms"];
-            "{} points from a window of {samples:.0} samples", spec.size;
-            "take fewer points or a longer window");
+            "{} points exceed the {samples:.0} samples of the window", spec.size;
+            "reduce the number of points, or increase window_ms");
         Ok(())
     }
 
-    /// Steps are at least as long as a sample.
+    /// Rounds the spacing of the states up to one sample and checks the number of states.
     fn quantification(&self, spec: &mut QuantificationSpec) -> Result<(), SceneError> {
-        /// Fewer states have no lines to speak of; more take longer than the run.
+        /// Fewer states contain no lines; more take longer than the run.
         const STATES: std::ops::RangeInclusive<f64> = 16.0..=20_000.0;
 
         self.window(spec.sliding)?;
         spec.step = spec.step.max(1.0 / self.rate);
         let states = (spec.sliding.window / spec.step).round();
         ensure!(self.table, STATES.contains(&states) => "step_us", &["window_ms"];
-            "{states} states in a window";
-            "take {} to {} of them", STATES.start(), STATES.end());
-        self.room(spec.sliding, spec.theiler, &["theiler_us"])?;
+            "the window contains {states} states";
+            "choose step_us and window_ms for {} to {} states", STATES.start(), STATES.end());
+        self.leaves_half_of_window(spec.sliding, spec.theiler, &["theiler_us"])?;
         self.embedding(&spec.embedding)?;
         let compared = states - 2.0 * (spec.theiler / spec.step).round();
-        self.nearness(&spec.nearness, compared.max(0.0) as usize)
+        self.recurrence_criterion(&spec.criterion, compared.max(0.0) as usize)
     }
 
     fn surface(&self, surface: &SectionSurface, modes: usize) -> Result<(), SceneError> {
@@ -122,19 +118,19 @@ impl Checks<'_> {
         const PLANES: [&str; 2] = ["plane_q", "plane_qdot_ms"];
         for (name, normal) in PLANES.into_iter().zip([normal_q, normal_qdot]) {
             ensure!(self.table, normal.len() <= modes => name, &[];
-                "more numbers than modes, of which there are {modes}";
-                "give at most one for each");
+                "the normal has more components than the system has modes ({modes})";
+                "give at most one component for each mode");
         }
         ensure!(self.table,
             normal_q.iter().chain(normal_qdot).any(|&n| n != 0.0) => PLANES[usize::from(normal_q.is_empty())], &PLANES;
-            "a plane needs a normal, and this one is zero";
-            "let one number differ from zero");
+            "the normal of the plane is zero";
+            "set at least one component to a value other than zero");
         let is_there = |coordinate: &StateCoordinate| match coordinate {
             StateCoordinate::Q(mode) | StateCoordinate::Qdot(mode) => *mode < modes,
         };
-        ensure!(self.table, shown.iter().all(is_there) => "shown", &[];
-            "a mode that is not there; there are {modes}";
-            "modes are counted from 1, by frequency");
+        ensure!(self.table, shown.iter().all(is_there) => "coordinates", &[];
+            "the system has {modes} modes only";
+            "use modes from 1 to {modes}, in order of frequency");
         Ok(())
     }
 
@@ -149,29 +145,29 @@ impl Checks<'_> {
         let dimension = spec.embedding.dimension.map(|m| m as f64).or(dimension);
         let reach = (dimension - 1.0) * lag + spec.theiler + spec.horizon;
         let reaching = ["lag_us", "dimension", "theiler_us", "horizon_ms"];
-        self.room(spec.sliding, reach, &reaching)
+        self.leaves_half_of_window(spec.sliding, reach, &reaching)
     }
 
-    /// All of them are as many as the motion has dimensions.
-    fn exponents(&self, spec: &mut ExponentsSpec, dimension: usize) -> Result<(), SceneError> {
+    /// Limits the number of exponents to the dimension of the phase space.
+    fn exponents(&self, spec: &mut LyapunovSpec, dimension: usize) -> Result<(), SceneError> {
         let count = spec.count;
-        // The default is for joints of many modes.
-        let is_asked_for = self.table.has("count") && count < usize::MAX;
+        // The default count is for joints with many modes.
+        let is_explicit = self.table.has("count") && count < usize::MAX;
         ensure!(self.table,
-            count <= dimension || !is_asked_for => "count", &["body.bending_pairs", "body.torsion", "body.axial"];
-            "{count} exponents of a motion that has {dimension}";
-            "ask for fewer, or for \"all\"");
+            count <= dimension || !is_explicit => "count", &["body.bending_pairs", "body.torsion_modes", "body.axial_modes"];
+            "{count} exponents exceed the dimension {dimension} of the phase space";
+            "reduce count, or set it to \"all\"");
         spec.count = count.min(dimension);
         Ok(())
     }
 
-    /// A window must hold enough samples to be analysed.
-    fn window(&self, sliding: SlidingSpec) -> Result<(), SceneError> {
-        const FEWEST_SAMPLES: f64 = 16.0;
+    /// A window must contain enough samples.
+    fn window(&self, sliding: WindowSpec) -> Result<(), SceneError> {
+        const MIN_SAMPLES: f64 = 16.0;
         ensure!(self.table,
-            (sliding.window * self.rate).round() >= FEWEST_SAMPLES => "window_ms", &["time.sample_rate_khz"];
-            "the window holds fewer than {FEWEST_SAMPLES} samples";
-            "make it at least {} ms", FEWEST_SAMPLES / self.rate * 1e3);
+            (sliding.window * self.rate).round() >= MIN_SAMPLES => "window_ms", &["time.sample_rate_khz"];
+            "the window contains fewer than {MIN_SAMPLES} samples";
+            "increase it to at least {} ms", MIN_SAMPLES / self.rate * 1e3);
         Ok(())
     }
 
@@ -180,19 +176,19 @@ impl Checks<'_> {
         self.chosen("dimension", spec.dimension)
     }
 
-    fn lag(&self, name: &str, lag: Setting<f64>) -> Result<(), SceneError> {
+    fn lag(&self, name: &str, lag: AutoOr<f64>) -> Result<(), SceneError> {
         self.chosen(name, lag)?;
         match lag {
-            Setting::Given(lag) => self.at_least_a_sample(name, lag),
-            Setting::Auto => Ok(()),
+            AutoOr::Given(lag) => self.at_least_a_sample(name, lag),
+            AutoOr::Auto => Ok(()),
         }
     }
 
-    /// There must be something to choose what is automatic.
-    fn chosen<T>(&self, name: &str, setting: Setting<T>) -> Result<(), SceneError> {
-        ensure!(self.table, self.delay.is_some() || matches!(setting, Setting::Given(_)) => name, &[];
-            "\"auto\" takes what [analysis.delay] chooses, and that table is absent";
-            "add it, or give a number");
+    /// An automatic value requires `[analysis.delay]`.
+    fn chosen<T>(&self, name: &str, setting: AutoOr<T>) -> Result<(), SceneError> {
+        ensure!(self.table, self.delay.is_some() || matches!(setting, AutoOr::Given(_)) => name, &[];
+            "\"auto\" requires [analysis.delay], which the scene does not contain";
+            "add that table, or give a number");
         Ok(())
     }
 
@@ -200,25 +196,30 @@ impl Checks<'_> {
         ensure!(self.table,
             delay * self.rate >= 0.999 => name, &["time.sample_rate_khz"];
             "the delay is shorter than one sample ({} us)", 1e6 / self.rate;
-            "make it at least that long");
+            "increase it to at least one sample");
         Ok(())
     }
 
-    /// What reaches over a stretch of the window must leave half of it to be compared.
-    fn room(&self, sliding: SlidingSpec, reach: f64, names: &[&str]) -> Result<(), SceneError> {
-        // A hair above, for numbers that are equal but for rounding.
+    /// A reach within the window must leave at least half of it for comparison.
+    fn leaves_half_of_window(
+        &self,
+        sliding: WindowSpec,
+        reach: f64,
+        names: &[&str],
+    ) -> Result<(), SceneError> {
+        // The tolerance accepts numbers that are equal within rounding.
         ensure!(self.table, reach <= sliding.window / 2.0 * (1.0 + 1e-9) => "window_ms", names;
-            "{} reach over {} ms, more than half of the window", names.join(", "), reach * 1e3;
-            "make it at least {} ms, or them shorter", 2e3 * reach);
+            "{} together span {} ms, which exceeds half of the window", names.join(", "), reach * 1e3;
+            "increase it to at least {} ms, or reduce the other values", 2e3 * reach);
         Ok(())
     }
 
-    /// Each state must have enough `others` with which it is compared.
-    fn nearness(&self, spec: &NearnessSpec, others: usize) -> Result<(), SceneError> {
+    /// Each state must have enough `others` to compare with.
+    fn recurrence_criterion(&self, spec: &ThresholdSpec, others: usize) -> Result<(), SceneError> {
         if let Threshold::Neighbours(count) = spec.threshold {
             ensure!(self.table, count < others => "neighbours", &[];
-                "{count} neighbours among {others} states";
-                "ask for fewer, or take more states");
+                "{count} neighbours require more than {others} states";
+                "reduce the number of neighbours, or increase the number of states");
         }
         Ok(())
     }

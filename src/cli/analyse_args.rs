@@ -1,0 +1,128 @@
+//! Arguments of `squeakscope analyse`.
+
+use std::path::PathBuf;
+
+use clap::{Args as Arguments, value_parser};
+
+use super::figures::FigureArgs;
+use crate::analysis::Threshold;
+use crate::import::MAX_SAMPLES;
+
+/// Arguments of `squeakscope analyse`.
+#[derive(Debug, Default, Arguments)]
+pub struct AnalyseArgs {
+    /// Signal file: WAV, CSV or other text columns, .npy, .npz, or a recording (.rrd).
+    pub file: PathBuf,
+    /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
+    /// one].
+    #[arg(long, value_name = "NAME", help_heading = "Input")]
+    pub column: Option<String>,
+    /// Sampling rate, if the file does not state it.
+    #[arg(
+        long,
+        value_name = "HZ",
+        allow_negative_numbers = true,
+        help_heading = "Input"
+    )]
+    pub rate: Option<f64>,
+    /// Skip samples before this time.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        allow_negative_numbers = true,
+        help_heading = "Input"
+    )]
+    pub from: Option<f64>,
+    /// Skip samples at and after this time.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        allow_negative_numbers = true,
+        help_heading = "Input"
+    )]
+    pub to: Option<f64>,
+    /// Refuse a selection of more samples than this; each sample takes 8 bytes of memory.
+    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples,
+        allow_negative_numbers = true, help_heading = "Input")]
+    pub max_samples: usize,
+    /// Embedding delay [default: the first minimum of the mutual information].
+    #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..),
+        help_heading = "Analysis")]
+    pub lag: Option<u32>,
+    /// Embedding dimension [default: chosen by false nearest neighbours].
+    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..),
+        help_heading = "Analysis")]
+    pub dimension: Option<u32>,
+    /// Recurrence threshold: rate:R (recurrence rate), distance:D (unit of the signal), spread:S (standard
+    /// deviations) or neighbours:N (fixed number of nearest neighbours) [default: rate:0.05].
+    #[arg(long, value_name = "KIND:VALUE", value_parser = threshold, help_heading = "Analysis")]
+    pub threshold: Option<Threshold>,
+    /// Save a recording of the signal with each analysis over time.
+    #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
+    pub save: Option<PathBuf>,
+    /// Also write all results as JSON.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+    /// Draw the figures to this directory.
+    #[arg(long, value_name = "DIR", help_heading = "Figures")]
+    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
+}
+
+/// Parses a number of samples, such as 100000000 or 1e8.
+fn max_samples(text: &str) -> Result<usize, String> {
+    let number = text.parse::<f64>().ok();
+    let whole = number.filter(|n| *n >= 1.0 && *n <= 1e15 && n.fract() == 0.0);
+    whole
+        .map(|n| n as usize)
+        .ok_or_else(|| "give a whole number from 1 to 1e15".to_owned())
+}
+
+/// Parses a recurrence threshold and checks its range.
+fn threshold(text: &str) -> Result<Threshold, String> {
+    let (kind, value) = text.split_once(':').unwrap_or(("rate", text));
+    let number = || {
+        value
+            .parse::<f64>()
+            .ok()
+            .filter(|v| v.is_finite() && *v > 0.0)
+    };
+    let threshold = match kind {
+        "rate" => number().filter(|rate| *rate <= 1.0).map(Threshold::Rate),
+        "distance" => number().map(Threshold::Distance),
+        "spread" => number().map(Threshold::Spread),
+        "neighbours" => {
+            let count = value.parse().ok().filter(|count| *count > 0);
+            count.map(Threshold::Neighbours)
+        }
+        _ => None,
+    };
+    threshold.ok_or_else(|| {
+        "give rate:R (R at most 1), distance:D, spread:S or neighbours:N, each above 0".to_owned()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_parsed_by_kind() {
+        assert_eq!(threshold("0.1"), Ok(Threshold::Rate(0.1)));
+        assert_eq!(threshold("distance:2e-3"), Ok(Threshold::Distance(2e-3)));
+        assert_eq!(threshold("spread:0.2"), Ok(Threshold::Spread(0.2)));
+        assert_eq!(threshold("neighbours:10"), Ok(Threshold::Neighbours(10)));
+        for text in [
+            "",
+            "rate:1.1",
+            "rate:0",
+            "spread:nan",
+            "neighbours:0.5",
+            "near:1",
+            "distance:-1",
+        ] {
+            assert!(threshold(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Error norm and step-size control.
+//!
+//! # Norm
+//!
+//! The modes differ by orders of magnitude in frequency and amplitude, and the vibration grows over many
+//! decades. Errors are therefore measured in the same norm as the vibration:
+//!
+//! * All modes together: `size = sum_i (omega_i |q_i| + |q_i'|)`. This lies between the square root of
+//!   twice the vibration energy and `sqrt(2 m)` times that. It has the unit of a modal velocity and is
+//!   nearly constant in free vibration.
+//! * All first-order components together: `size = sum_j |w_j|`, at its maximum since the start. A
+//!   quadrature such as a work passes through zero without losing accuracy there. Give several such
+//!   components comparable units.
+//!
+//! A step is accepted if each of the two errors is at most `relative * (size + floor)`. At rest without
+//! a force the error is exactly zero, and the step is accepted.
+//!
+//! # PiController
+//!
+//! A proportional-integral (PI) controller (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533–554;
+//! constants of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed., Section
+//! II.4 and their code DOPRI5). If a step has the error ratio `e` and its predecessor had `e'`, the step
+//! is multiplied by `0.9 e^-a e'^b`, limited to 0.2 to 5, with `a = 0.17` and `b = 0.04` for pairs of
+//! order 5(4) ([`Gain`]). A small change of the step is not applied, because an unchanged step lets the
+//! exponential methods reuse their tables.
+
+use super::DynamicsError;
+
+/// Error tolerance per step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Permitted error per step, relative to the present norm of the vibration and of the first-order
+    /// components; 1e-13 to 0.1.
+    pub relative: f64,
+    /// Norm below which the permitted error no longer decreases, in the unit of a modal velocity and of
+    /// the first-order components; positive. Raise it if the force has rounding noise that does not
+    /// vanish with the state: no step size resolves noise.
+    pub floor: f64,
+}
+
+impl Accuracy {
+    /// A relative tolerance at every norm of the state down to 1e-290.
+    pub const fn relative(relative: f64) -> Self {
+        Self {
+            relative,
+            floor: 1e-290,
+        }
+    }
+
+    /// Checks the ranges of both parameters.
+    pub(super) fn check(&self) -> Result<(), DynamicsError> {
+        if !(1e-13..=0.1).contains(&self.relative) {
+            return Err(DynamicsError::Parameter {
+                name: "the relative accuracy",
+                value: self.relative,
+                allowed: "from 1e-13 to 0.1",
+            });
+        }
+        if !(self.floor >= f64::MIN_POSITIVE && self.floor.is_finite()) {
+            return Err(DynamicsError::Parameter {
+                name: "the floor of the accuracy",
+                value: self.floor,
+                allowed: "positive and finite (default 1e-290)",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Properties of a method that step control and event location use.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MethodTraits {
+    /// Exponents of the PI controller.
+    pub gain: Gain,
+    /// Number of subintervals of a step that event location samples five times each. One suffices for
+    /// dense output of order 4, which five values determine; higher orders need more.
+    pub pieces: usize,
+    /// Whether a step may contract a direction by orders of magnitude.
+    pub is_stiff: bool,
+}
+
+/// Exponents of the PI controller.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    /// Exponent of the error ratio of an accepted step.
+    pub error: f64,
+    /// Exponent of the error ratio of the preceding step.
+    pub previous: f64,
+    /// Exponent of the error ratio of a rejected step.
+    pub rejection: f64,
+}
+
+/// Norms of the two parts of a state or of an error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct StateNorm {
+    /// Norm of the modal part, in the unit of a modal velocity.
+    pub vibration: f64,
+    /// Norm of the first-order components.
+    pub first_order: f64,
+}
+
+impl StateNorm {
+    /// The norm of `z = [q | q' | w]`, or of a difference of two states.
+    pub fn of(z: &[f64], omega: &[f64]) -> Self {
+        let (q, rest) = z.split_at(omega.len());
+        let (v, w) = rest.split_at(omega.len());
+        let modes = q.iter().zip(v).zip(omega);
+        Self {
+            vibration: modes.map(|((q, v), omega)| omega * q.abs() + v.abs()).sum(),
+            first_order: w.iter().map(|w| w.abs()).sum(),
+        }
+    }
+
+    /// Maximum of each part.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            vibration: self.vibration.max(other.vibration),
+            first_order: self.first_order.max(other.first_order),
+        }
+    }
+
+    /// Combines this estimate with a coarser one into an estimate of higher order in the step: `e^2 /
+    /// sqrt(e^2 + (f / 10)^2)`, as in DOP853.
+    pub fn sharpened(self, coarse: Self) -> Self {
+        let sharpen = |error: f64, coarse: f64| {
+            let scale = error.hypot(0.1 * coarse);
+            if scale == 0.0 {
+                0.0
+            } else {
+                error * (error / scale)
+            }
+        };
+        Self {
+            vibration: sharpen(self.vibration, coarse.vibration),
+            first_order: sharpen(self.first_order, coarse.first_order),
+        }
+    }
+
+    /// Whether both norms are finite.
+    pub fn is_finite(self) -> bool {
+        self.vibration.is_finite() && self.first_order.is_finite()
+    }
+}
+
+/// Step-size control of a method.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum StepSizeControl {
+    /// Constant step, s.
+    Fixed(f64),
+    /// Step adapted to the error estimate.
+    Adaptive(PiController),
+}
+
+impl StepSizeControl {
+    /// Length of the next step, s.
+    pub fn step(&self) -> f64 {
+        match self {
+            Self::Fixed(step) => *step,
+            Self::Adaptive(controller) => controller.step,
+        }
+    }
+
+    /// Stores the actual length of the step, s, which differs from the requested one by the rounding of
+    /// the end time. The stored value stays bitwise constant from step to step, which keeps the tables
+    /// for that step valid.
+    pub fn set_actual_step(&mut self, h: f64) {
+        if let Self::Adaptive(controller) = self {
+            controller.step = h;
+        }
+    }
+}
+
+/// Proportional-integral controller of the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PiController {
+    accuracy: Accuracy,
+    max_step: f64,
+    /// Length of the next step, s.
+    pub step: f64,
+    /// Error ratio of the last accepted step.
+    previous: f64,
+    /// Whether the current attempt follows a rejected step.
+    rejected: bool,
+}
+
+impl PiController {
+    /// Minimum factor between successive steps.
+    const SHRINK: f64 = 0.2;
+    /// Maximum factor between successive steps.
+    const GROW: f64 = 5.0;
+    /// A factor within this range leaves the step unchanged: new tables would cost more than it saves.
+    const KEEP: std::ops::Range<f64> = 0.95..1.15;
+
+    /// A controller whose first step is the maximum step.
+    pub fn new(accuracy: Accuracy, max_step: f64) -> Self {
+        Self {
+            accuracy,
+            max_step,
+            step: max_step,
+            previous: 1e-4,
+            rejected: false,
+        }
+    }
+
+    /// Initialises the controller at time `t` (s). The first step changes the state by about 1 % of its
+    /// norm; if the norm or the slope is zero it is the maximum step. `rate` is the norm of the slope.
+    pub fn start(&mut self, t: f64, size: StateNorm, rate: StateNorm) {
+        let time = |size: f64, rate: f64| {
+            if size > 0.0 && rate > 0.0 {
+                size / rate
+            } else {
+                f64::INFINITY
+            }
+        };
+        let change =
+            time(size.vibration, rate.vibration).min(time(size.first_order, rate.first_order));
+        *self = Self::new(self.accuracy, self.max_step);
+        self.step = (0.01 * change).min(self.max_step).max(self.min_step(t));
+    }
+
+    /// The minimum step at time `t` (s): resolvable in floating-point time, and not below 1e-10 of the
+    /// maximum step.
+    pub fn min_step(&self, t: f64) -> f64 {
+        (16.0 * f64::EPSILON * t.abs()).max(1e-10 * self.max_step)
+    }
+
+    /// The mean step (s) below which an integration counts as stalled: a million such steps cover at
+    /// most ten maximum steps.
+    pub fn stall_step(&self) -> f64 {
+        1e-5 * self.max_step
+    }
+
+    /// Relative tolerance per step.
+    pub fn tolerance(&self) -> f64 {
+        self.accuracy.relative
+    }
+
+    /// Sets the relative tolerance per step.
+    pub fn set_tolerance(&mut self, relative: f64) -> Result<(), DynamicsError> {
+        let accuracy = Accuracy {
+            relative,
+            ..self.accuracy
+        };
+        accuracy.check()?;
+        self.accuracy = accuracy;
+        Ok(())
+    }
+
+    /// Sets the maximum step (s).
+    pub fn set_max_step(&mut self, max_step: f64) {
+        self.max_step = max_step;
+        self.step = self.step.min(max_step);
+    }
+
+    /// The error relative to the tolerance at the given norm of the state. Values up to 1 are
+    /// acceptable.
+    pub fn ratio(&self, error: StateNorm, size: StateNorm) -> f64 {
+        let part =
+            |error: f64, size: f64| error / (self.accuracy.relative * (size + self.accuracy.floor));
+        part(error.vibration, size.vibration).max(part(error.first_order, size.first_order))
+    }
+
+    /// Updates the step after an accepted step of full length.
+    pub fn accept(&mut self, ratio: f64, gain: Gain) {
+        let mut factor = (0.9 * ratio.powf(-gain.error) * self.previous.powf(gain.previous))
+            .clamp(Self::SHRINK, Self::GROW);
+        if self.rejected {
+            factor = factor.min(1.0);
+        }
+        let step = (self.step * factor).min(self.max_step);
+        if !Self::KEEP.contains(&(step / self.step)) {
+            self.step = step;
+        }
+        self.previous = ratio.max(1e-4);
+        self.rejected = false;
+    }
+
+    /// Reduces the step after a rejected step of length `h` (s). The ratio may be infinite or NaN.
+    pub fn reject(&mut self, h: f64, ratio: f64, gain: Gain) {
+        let factor = 0.9 * ratio.powf(-gain.rejection);
+        self.step = h * if factor > Self::SHRINK {
+            factor
+        } else {
+            Self::SHRINK
+        };
+        self.rejected = true;
+    }
+}
+
+/// The maximum step (s) at which the classical Runge–Kutta method does not amplify `exp(rate t)`, for a
+/// rate `[real, imaginary]` (1/s). For a growing solution the real part counts as zero. Infinite for a
+/// zero rate.
+///
+/// The method multiplies the solution by `R(x) = 1 + x + x^2/2 + x^3/6 + x^4/24` with `x = rate h`. `|R|
+/// <= 1` holds up to `h |rate| = 2.785` on the negative real axis and `2 sqrt(2)` on the imaginary axis.
+pub fn max_rk4_step(rate: [f64; 2]) -> f64 {
+    let [re, im] = [rate[0].min(0.0), rate[1]];
+    let size = re.hypot(im);
+    if size == 0.0 {
+        return f64::INFINITY;
+    }
+    let [re, im] = [re / size, im / size];
+    let growth = |x: f64| {
+        // Horner's scheme of R at x (re + i im).
+        let (mut a, mut b) = (1.0, 0.0);
+        for k in [4.0, 3.0, 2.0, 1.0] {
+            (a, b) = (1.0 + x / k * (re * a - im * b), x / k * (re * b + im * a));
+        }
+        a.hypot(b)
+    };
+    // The stability boundary is crossed once, between 2.5 and 3.5, in all directions of the left half
+    // plane.
+    let (mut low, mut high) = (2.5, 3.5);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if growth(middle) <= 1.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low / size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::max_rk4_step;
+
+    #[test]
+    fn maximum_fixed_step_lies_on_the_stability_boundary() {
+        let close = |got: f64, want: f64| assert!((got / want - 1.0).abs() < 1e-6, "{got} {want}");
+        close(max_rk4_step([0.0, 2.0]), 2.0_f64.sqrt());
+        close(max_rk4_step([-10.0, 0.0]), 0.278_529_356_3);
+        // The real part of a growing rate counts as zero.
+        assert_eq!(max_rk4_step([7.0, 2.0]), max_rk4_step([0.0, 2.0]));
+        assert_eq!(max_rk4_step([0.0, 0.0]), f64::INFINITY);
+        // In all directions between, the boundary lies within the search bracket.
+        for k in 0..=90 {
+            let (im, re) = f64::from(k).to_radians().sin_cos();
+            let h = max_rk4_step([-re, im]);
+            assert!((2.5..3.5).contains(&h), "{k}: {h}");
+        }
+    }
+}

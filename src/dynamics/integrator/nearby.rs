@@ -1,0 +1,176 @@
+//! Tangent vectors and perturbed trajectory of an integration.
+
+use std::f64::consts::TAU;
+
+use super::checks::check_size;
+use super::{Engine, Integrator, PerturbedTrajectory};
+use crate::dynamics::step_controller::{Progress, StepController};
+use crate::dynamics::stepper::Stepper;
+use crate::dynamics::tangents::Tangents;
+use crate::dynamics::{
+    DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, SolverStats, System,
+};
+
+impl Integrator {
+    /// Propagates `width` tangent vectors with the state from the next start on; `seed` sets their
+    /// random initial directions. They give the `width` largest Lyapunov exponents.
+    ///
+    /// # Errors
+    /// [`DynamicsError::MissingCapability`] if the system has no [`System::differentiable`],
+    /// [`DynamicsError::TangentCount`] if `width` is zero or exceeds the dimension.
+    pub fn with_tangents<Y: System + ?Sized>(
+        mut self,
+        sys: &Y,
+        width: usize,
+        seed: u64,
+    ) -> Result<Self, DynamicsError> {
+        sys.differentiable()
+            .ok_or(DynamicsError::MissingCapability {
+                what: "derivative of the force",
+                purpose: "Lyapunov exponents",
+            })?;
+        let dimension = sys.tangent_dim();
+        if !(1..=dimension).contains(&width) {
+            return Err(DynamicsError::TangentCount {
+                asked: width,
+                dimension,
+            });
+        }
+        let slopes = with_stepper!(&mut self.engine, stepper => stepper.enable_tangents(sys));
+        self.tangents = Some(Tangents::new(sys, width, seed, slopes));
+        Ok(self)
+    }
+
+    /// The Lyapunov exponents from the growth of the tangent vectors up to [`Integrator::time`]; `None`
+    /// without tangent vectors or with user-supplied ones ([`Integrator::set_tangent_vectors`]).
+    pub fn exponents(&self) -> Option<LyapunovSpectrum> {
+        let tangents = self.tangents.as_ref()?;
+        let growth = tangents.growth(self.time())?;
+        let modes = self
+            .step_controller
+            .omega
+            .iter()
+            .filter(|&&omega| omega > 0.0);
+        let slowest = modes.copied().fold(f64::INFINITY, f64::min);
+        let min_time_for_zero = MIN_PERIODS_FOR_ZERO * TAU / slowest;
+        Some(growth.spectrum(tangents.dimension(), min_time_for_zero))
+    }
+
+    /// The type of motion that classification needs in addition to the exponents
+    /// ([`LyapunovSpectrum::attractor_of`]). An equilibrium is recognised only if tangent vectors are
+    /// propagated.
+    pub fn motion<Y: System + ?Sized>(&self, sys: &Y) -> Motion {
+        match &self.tangents {
+            Some(tangents) if !tangents.moved() => Motion::Still,
+            _ if sys.is_autonomous() => Motion::Free,
+            _ => Motion::Driven,
+        }
+    }
+
+    /// Discards the accumulated growth of the tangent vectors but keeps the vectors, for use at the end
+    /// of a transient.
+    pub fn reset_growth(&mut self) {
+        let t = self.time();
+        if let Some(tangents) = &mut self.tangents {
+            tangents.forget(t);
+        }
+    }
+
+    /// The tangent vectors at [`Integrator::time`], `tangent_dim x width` numbers in the order of
+    /// [`Differentiable::product`](crate::dynamics::Differentiable::product); `None` without tangent
+    /// vectors.
+    pub fn tangent_vectors(&self) -> Option<&[f64]> {
+        Some(&self.tangents.as_ref()?.block.end)
+    }
+
+    /// Replaces the tangent vectors at [`Integrator::time`] by `vectors`, in the order of
+    /// [`Integrator::tangent_vectors`], and disables orthonormalisation until the next
+    /// [`Integrator::start`]. The vectors then equal the derivative of the flow times the given vectors.
+    /// Call it after [`Integrator::start`] or [`Integrator::integrate_to`]: at a time within a step the vectors
+    /// would be assigned to the end of the step.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] if the number of values differs from `tangent_dim x width` of
+    /// [`Integrator::with_tangents`].
+    pub fn set_tangent_vectors(&mut self, vectors: &[f64]) -> Result<(), DynamicsError> {
+        let needed = self
+            .tangents
+            .as_ref()
+            .map_or(0, |tangents| tangents.block.end.len());
+        check_size("the list of tangent vectors", needed, vectors.len())?;
+        if let Some(tangents) = &mut self.tangents {
+            tangents.replace(vectors);
+        }
+        Ok(())
+    }
+
+    /// Starts a perturbed trajectory at the present time from the state `z` (length [`System::dim`]) and
+    /// replaces an existing one. It takes the same steps as the reference trajectory, whatever their
+    /// error for it, and additional steps end only at its own events. The two trajectories therefore
+    /// separate at the rate of the flow and not by local errors, however close they are. An exception is
+    /// a step that only one of the two ends at an event: the local errors then differ.
+    ///
+    /// [`Integrator::integrate_to`] may revert the last step. A perturbed trajectory that has been sampled
+    /// beyond one of its own events in that step cannot return to a time before the event; this is
+    /// [`DynamicsError::Time`].
+    ///
+    /// # Errors
+    /// Those of [`Integrator::start`].
+    pub fn add_perturbed<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        z: &[f64],
+    ) -> Result<(), DynamicsError> {
+        self.perturbed = Some(PerturbedTrajectory::new(self, sys, z)?);
+        Ok(())
+    }
+
+    /// Start time of the perturbed trajectory, s; `None` before [`Integrator::add_perturbed`] and after
+    /// [`Integrator::integrate_to`] to an earlier time.
+    pub fn perturbed_since(&self) -> Option<f64> {
+        self.perturbed.as_ref().map(PerturbedTrajectory::start_time)
+    }
+
+    /// Writes the perturbed state at time `t` (s) to `out` (length [`System::dim`]), like
+    /// [`Integrator::sample`].
+    ///
+    /// # Errors
+    /// As for [`Integrator::sample`], and [`DynamicsError::MissingCapability`] without a perturbed trajectory.
+    pub fn sample_perturbed<Y: System + ?Sized>(
+        &mut self,
+        sys: &Y,
+        t: f64,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        self.advance_past(sys, t, f64::INFINITY)?;
+        let perturbed = self
+            .perturbed
+            .as_mut()
+            .ok_or(DynamicsError::MissingCapability {
+                what: "perturbed trajectory",
+                purpose: "sampling it",
+            })?;
+        perturbed.sample(sys, t, out)
+    }
+
+    /// A copy without tangent vectors and perturbed trajectory, with its own counters.
+    pub(super) fn without_nearby(&self) -> Self {
+        let mut engine = self.engine.clone();
+        with_stepper!(&mut engine, stepper => stepper.disable_tangents());
+        Self {
+            engine,
+            step_controller: StepController {
+                progress: Progress::default(),
+                stats: SolverStats::default(),
+                largest_ratio: None,
+                ..self.step_controller.clone()
+            },
+            events: self.events.clone(),
+            tangents: None,
+            perturbed: None,
+            // The reference integrator checks the stop flag for both.
+            stop: None,
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Step acceptance: attempt a step, compare its error with the tolerance, accept or shorten it.
+
+use super::error_control::{StateNorm, StepSizeControl};
+use super::stepper::{Step, Stepper};
+use super::{DynamicsError, SolverStats, System};
+
+/// A step may be stretched by this factor to end at a required time. This avoids a very short remaining
+/// step.
+const MAX_STRETCH: f64 = 1.0 + 1e-6;
+
+/// Interval of steps between checks for a stall, a few seconds of computation. If the mean step over the
+/// interval is below [`PiController::stall_step`](super::error_control::PiController::stall_step), the integration ends. The
+/// mean is used because single longer steps, such as implicit ones among explicit ones, do not make a
+/// stalled integration progress.
+const PROGRESS_INTERVAL: u64 = 500_000;
+
+/// Step-size control, work counters and the norm of the present state.
+#[derive(Clone, Debug)]
+pub(super) struct StepController {
+    /// Step-size control.
+    pub control: StepSizeControl,
+    /// Natural circular frequencies of the system, rad/s.
+    pub omega: Vec<f64>,
+    /// Norm of the present state; for its first-order components the maximum since the start.
+    pub size: StateNorm,
+    /// Whether the method takes implicit steps.
+    pub implicit: bool,
+    /// Progress since the last check for a stall.
+    pub progress: Progress,
+    /// Work done.
+    pub stats: SolverStats,
+    /// Largest error ratio of the accepted steps since it was last read; `None` without steps or for
+    /// fixed steps, which have no estimate.
+    pub largest_ratio: Option<f64>,
+}
+
+/// Steps and time since the last check for a stall.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Progress {
+    steps: u64,
+    /// Time covered by these steps, s.
+    covered: f64,
+}
+
+impl StepController {
+    /// Evaluates the right-hand side at the present state, from which the next step starts.
+    pub fn reinitialise<Y, M>(
+        &mut self,
+        stepper: &mut M,
+        sys: &Y,
+        status: Option<&[u8]>,
+    ) -> Result<(), DynamicsError>
+    where
+        Y: System + ?Sized,
+        M: Stepper,
+    {
+        stepper.reinitialise(sys, status, &mut self.stats);
+        let size = StateNorm::of(&stepper.step().end, &self.omega);
+        if !(size.is_finite() && self.rate(stepper).is_finite()) {
+            return Err(non_finite(stepper, sys, stepper.step().end_time));
+        }
+        self.set_norm(size);
+        Ok(())
+    }
+
+    /// Norm of the slope at the present state.
+    pub fn rate<M: Stepper>(&self, stepper: &M) -> StateNorm {
+        StateNorm::of(&stepper.step().end_slope, &self.omega)
+    }
+
+    /// Takes one step from the present state, which ends at `limit` (s) at the latest. The status, if
+    /// any, is frozen.
+    pub fn step<Y, M>(
+        &mut self,
+        stepper: &mut M,
+        sys: &Y,
+        status: Option<&[u8]>,
+        limit: f64,
+    ) -> Result<(), DynamicsError>
+    where
+        Y: System + ?Sized,
+        M: Stepper,
+    {
+        stepper.begin_step(sys, status, &mut self.stats);
+        let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
+        let start_size = self.size;
+        loop {
+            let wanted = self.control.step();
+            let ends_at_limit = limit - start <= wanted * MAX_STRETCH;
+            let end = if ends_at_limit { limit } else { start + wanted };
+            if end <= start {
+                // Only a fixed step can be this short: the controller enforces a minimum step.
+                let allowed = "long enough to change the floating-point time";
+                return Err(DynamicsError::Parameter {
+                    name: "the step",
+                    value: wanted,
+                    allowed,
+                });
+            }
+            if !ends_at_limit {
+                self.control.set_actual_step(end - start);
+            }
+            stepper.attempt(sys, status, end, &mut self.stats);
+
+            let size = StateNorm::of(&stepper.step().end, &self.omega);
+            let error = stepper.error(&self.omega);
+            let finite = size.is_finite() && error.is_finite() && self.rate(stepper).is_finite();
+            let ratio = match &self.control {
+                _ if !finite => f64::INFINITY,
+                StepSizeControl::Fixed(_) => 0.0,
+                StepSizeControl::Adaptive(controller) => {
+                    controller.ratio(error, start_size.max(size))
+                }
+            };
+            if ratio <= 1.0 {
+                if let StepSizeControl::Adaptive(controller) = &mut self.control {
+                    if !ends_at_limit {
+                        controller.accept(ratio, gain);
+                    }
+                    let before = self.largest_ratio.unwrap_or(0.0);
+                    self.largest_ratio = Some(before.max(ratio));
+                }
+                self.stats.steps += 1;
+                self.set_norm(size);
+                return self.check_stall(end, end - start);
+            }
+
+            self.stats.rejections += 1;
+            let shorter = match &mut self.control {
+                StepSizeControl::Fixed(_) => None,
+                StepSizeControl::Adaptive(controller) => {
+                    controller.reject(end - start, ratio, gain);
+                    Some(controller.step).filter(|&step| step >= controller.min_step(start))
+                }
+            };
+            if shorter.is_none() {
+                let failure = if finite {
+                    DynamicsError::StepUnderflow {
+                        time: start,
+                        step: end - start,
+                        error_ratio: ratio,
+                        implicit: self.implicit,
+                    }
+                } else {
+                    non_finite(stepper, sys, start)
+                };
+                stepper.reject_step();
+                return Err(failure);
+            }
+        }
+    }
+
+    /// Checks at intervals whether the integration has stalled. The last step had length `h` (s) and
+    /// ended at time `t` (s).
+    fn check_stall(&mut self, t: f64, h: f64) -> Result<(), DynamicsError> {
+        let StepSizeControl::Adaptive(controller) = &self.control else {
+            return Ok(());
+        };
+        self.progress.steps += 1;
+        self.progress.covered += h;
+        if self.progress.steps < PROGRESS_INTERVAL {
+            return Ok(());
+        }
+        let Progress { steps, covered } = std::mem::take(&mut self.progress);
+        let mean = covered / steps as f64;
+        if mean >= controller.stall_step() {
+            return Ok(());
+        }
+        Err(DynamicsError::Stalled {
+            time: t,
+            step: mean,
+            steps,
+            implicit: self.implicit,
+        })
+    }
+
+    /// Reverts the last step.
+    pub fn reject_step<M: Stepper>(&mut self, stepper: &mut M) {
+        stepper.reject_step();
+        self.update_norm(stepper);
+    }
+
+    /// Updates the norm after the state has changed without a step.
+    pub fn update_norm<M: Stepper>(&mut self, stepper: &M) {
+        self.set_norm(StateNorm::of(&stepper.step().end, &self.omega));
+    }
+
+    /// Stores the norm of an accepted state.
+    fn set_norm(&mut self, size: StateNorm) {
+        self.size = StateNorm {
+            first_order: self.size.first_order.max(size.first_order),
+            ..size
+        };
+    }
+}
+
+/// The error for a step with a non-finite number.
+fn non_finite<Y, M>(stepper: &M, sys: &Y, last_good_time: f64) -> DynamicsError
+where
+    Y: System + ?Sized,
+    M: Stepper,
+{
+    let step = stepper.step();
+    let worst = |values: &[f64]| values.iter().position(|x| !x.is_finite());
+    let component = worst(&step.end)
+        .or_else(|| worst(&step.end_slope))
+        .or_else(|| worst(&step.error))
+        // All finite, but their sum overflows.
+        .or_else(|| step.end.iter().position(|x| x.abs() > 1e-4 * f64::MAX))
+        .unwrap_or(0);
+    let is_start_finite = worst(&step.start).is_none();
+    DynamicsError::NonFinite {
+        time: step.end_time,
+        last_good_time,
+        component,
+        modes: sys.modes(),
+        part: is_start_finite
+            .then(|| non_finite_part(step, sys))
+            .flatten(),
+        last_good_state: if is_start_finite {
+            step.start.clone()
+        } else {
+            Vec::new()
+        },
+    }
+}
+
+/// Finds the part of the system that causes a non-finite step from a finite state. The stages of that
+/// step are already non-finite, so the search samples states along the slope of the finite state.
+fn non_finite_part<Y: System + ?Sized>(step: &Step, sys: &Y) -> Option<String> {
+    let (t, h) = (step.start_time, step.length());
+    let mut slope = vec![0.0; sys.dim()];
+    sys.rhs(t, &step.start, &mut slope);
+    // If the force at the finite state itself is not finite, the slope is unusable.
+    let here = sys.non_finite_part(t, &step.start);
+    here.or_else(|| {
+        // A fixed step may fail before or beyond its end, so several fractions are tried.
+        [0.5, 1.0, 2.0].into_iter().find_map(|share| {
+            let ahead = step.start.iter().zip(&slope);
+            let ahead: Vec<f64> = ahead.map(|(z, slope)| z + share * h * slope).collect();
+            let is_finite = ahead.iter().all(|z| z.is_finite());
+            is_finite.then(|| sys.non_finite_part(t + share * h, &ahead))?
+        })
+    })
+}

@@ -1,0 +1,100 @@
+//! Friction laws as compile-time parameters of the hot loop, with and without the radial slip velocity.
+
+use pulp::Simd;
+
+use super::friction::FrictionLaw;
+use super::simd::Vector;
+
+/// Friction law of the hot loop.
+pub(crate) trait FrictionKernel {
+    /// Whether the law has friction.
+    const HAS_FRICTION: bool;
+    /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
+    /// components of the node frame, otherwise on the two tangential components.
+    const RADIAL: bool;
+    /// `mu(V)/V` at positive speeds.
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
+    /// `mu(V)/V`, and `V` times its slope: `dmu/dV - mu/V`.
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>);
+}
+
+/// No friction.
+pub(crate) struct Frictionless;
+
+impl FrictionKernel for Frictionless {
+    const HAS_FRICTION: bool = false;
+    const RADIAL: bool = false;
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        speed.broadcast(0.0)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        (speed.broadcast(0.0), speed.broadcast(0.0))
+    }
+}
+
+/// Eq. (5).
+pub(crate) struct StribeckKernel<const RADIAL: bool>(pub super::Stribeck);
+
+impl<const RADIAL: bool> FrictionKernel for StribeckKernel<RADIAL> {
+    const HAS_FRICTION: bool = true;
+    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        self.0.ratio_vector(speed)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        self.0.ratio_and_slope_vector(speed)
+    }
+}
+
+/// Coulomb friction with constant coefficient, regularised at zero slip.
+pub(crate) struct ConstantKernel<const RADIAL: bool>(pub super::Constant);
+
+impl<const RADIAL: bool> FrictionKernel for ConstantKernel<RADIAL> {
+    const HAS_FRICTION: bool = true;
+    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        self.0.ratio_vector(speed)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        self.0.ratio_and_slope_vector(speed)
+    }
+}
+
+/// A custom law, called once per vector.
+pub(crate) struct Custom<'a, const RADIAL: bool>(pub &'a dyn FrictionLaw);
+
+impl<const RADIAL: bool> FrictionKernel for Custom<'_, RADIAL> {
+    const HAS_FRICTION: bool = true;
+    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        speed.map_slice(|speeds| self.0.ratios(speeds))
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        let (ratio, slope) =
+            speed.map_slices(|speeds, slopes| self.0.ratios_and_slopes(speeds, slopes));
+        (ratio, speed * slope)
+    }
+}

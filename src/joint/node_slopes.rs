@@ -1,0 +1,102 @@
+//! Derivatives of the contact force at each node, recorded by the hot loop.
+//!
+//! In the sliding frame the force of a node is `F = -N g(V) V_vec - N e_r`, with `g = mu(V)/V`. Its change
+//! with radial displacement `du_r` and slip velocity `dV_vec` is
+//!
+//! ```text
+//! dF = -A k du_r (mu h + e_r) - N g dV_vec - N (dmu/dV - mu/V) h (h . dV_vec)
+//! ```
+//!
+//! where `h` is the direction of the slip velocity. In this form all terms are bounded for vanishing slip.
+
+use pulp::Simd;
+
+use super::simd::{LANES, LanePosition, Vector};
+
+/// Recorded numbers for a block of nodes, eight of each.
+pub(crate) const KEPT: usize = 7;
+
+/// Derivatives at the nodes of adjacent vectors.
+#[derive(Clone, Copy)]
+pub(crate) struct NodeSlopes<S: Simd, const K: usize = 1> {
+    /// `A k` of a closed node, zero for a separated one, N/m.
+    pub stiffness: Vector<S, K>,
+    /// `mu`.
+    pub coefficient: Vector<S, K>,
+    /// `N g`, N s/m.
+    pub drag: Vector<S, K>,
+    /// `N (dmu/dV - mu/V)`, N s/m.
+    pub bend: Vector<S, K>,
+    /// Components of `h` in the sliding frame.
+    pub direction: [Vector<S, K>; 3],
+}
+
+impl<S: Simd> NodeSlopes<S> {
+    /// Loads the stiffness only.
+    #[inline(always)]
+    pub fn load_stiffness(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Vector<S> {
+        Vector::load(simd, &kept[block * KEPT], part)
+    }
+
+    /// Loads the derivatives of a block.
+    #[inline(always)]
+    pub fn load(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Self {
+        let kept = &kept[block * KEPT..][..KEPT];
+        let number = |k: usize| Vector::load(simd, &kept[k], part);
+        Self {
+            stiffness: number(0),
+            coefficient: number(1),
+            drag: number(2),
+            bend: number(3),
+            direction: [number(4), number(5), number(6)],
+        }
+    }
+}
+
+impl<S: Simd, const K: usize> NodeSlopes<S, K> {
+    /// Derivatives of nodes without friction.
+    #[inline(always)]
+    pub fn frictionless(simd: S, stiffness: Vector<S, K>) -> Self {
+        let zero = Vector::splat(simd, 0.0);
+        Self {
+            stiffness,
+            coefficient: zero,
+            drag: zero,
+            bend: zero,
+            direction: [zero; 3],
+        }
+    }
+
+    /// Stores the stiffness, the only derivative of nodes without friction.
+    #[inline(always)]
+    pub fn keep_stiffness(stiffness: Vector<S, K>, kept: &mut [[f64; LANES]], first: usize) {
+        for k in 0..K {
+            let place = LanePosition::of::<S>(first + k);
+            let kept = &mut kept[place.block * KEPT];
+            stiffness.one(k).store(kept, place.part);
+        }
+    }
+
+    /// Stores the first `count` of the [`KEPT`] derivatives at the nodes of the vectors from `first` on;
+    /// the last one, the outward component of `h`, is not required by all friction laws.
+    #[inline(always)]
+    pub fn keep(self, count: usize, kept: &mut [[f64; LANES]], first: usize) {
+        let [along, across, outward] = self.direction;
+        let numbers = [
+            self.stiffness,
+            self.coefficient,
+            self.drag,
+            self.bend,
+            along,
+            across,
+            outward,
+        ];
+        for k in 0..K {
+            let place = LanePosition::of::<S>(first + k);
+            let kept = &mut kept[place.block * KEPT..][..KEPT];
+            for (kept, number) in kept.iter_mut().zip(&numbers[..count]) {
+                number.one(k).store(kept, place.part);
+            }
+        }
+    }
+}

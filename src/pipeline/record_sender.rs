@@ -1,0 +1,134 @@
+//! Sender of the channel to the recorder.
+
+use crossbeam_channel::{Sender, TrySendError};
+
+use super::error::RecorderStopped;
+use super::latest::LatestPerKind;
+use super::message::Record;
+use super::sink::{Delivery, Sink, SinkError};
+
+/// Sends records to the recorder. If the sink permits it, a picture that cannot be sent at once may be
+/// replaced by the next one of its kind. Samples, texts and numbers always wait.
+#[derive(Debug)]
+pub(super) struct RecordSender {
+    sender: Sender<Record>,
+    delivery: Delivery,
+    /// Pictures that could not be sent yet.
+    buffered: LatestPerKind,
+    drops: u64,
+}
+
+impl RecordSender {
+    pub fn new(sender: Sender<Record>, delivery: Delivery) -> Self {
+        Self {
+            sender,
+            delivery,
+            buffered: LatestPerKind::default(),
+            drops: 0,
+        }
+    }
+
+    /// Number of pictures replaced so far.
+    pub fn drops(&self) -> u64 {
+        self.drops
+    }
+
+    /// Number of records that wait for the recorder.
+    pub fn waiting(&self) -> usize {
+        self.sender.len() + self.buffered.len()
+    }
+
+    /// Sends all buffered pictures and waits until they are accepted.
+    pub fn flush(&mut self) -> Result<(), RecorderStopped> {
+        for record in self.buffered.take_all() {
+            self.sender.send(record).map_err(|_| RecorderStopped)?;
+        }
+        Ok(())
+    }
+
+    fn send_or_buffer(&mut self, record: Record) -> Result<(), RecorderStopped> {
+        match self.sender.try_send(record) {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Disconnected(_)) => Err(RecorderStopped),
+            Err(TrySendError::Full(record)) => {
+                self.drops += u64::from(self.buffered.put(record));
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Sink for RecordSender {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        if self.delivery == Delivery::LatestPictures {
+            for buffered in self.buffered.take_all() {
+                self.send_or_buffer(buffered)?;
+            }
+            if record.is_picture() {
+                return Ok(self.send_or_buffer(record)?);
+            }
+        }
+        Ok(self.sender.send(record).map_err(|_| RecorderStopped)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(time: f64) -> Record {
+        Record::Embedding {
+            time,
+            points: vec![],
+        }
+    }
+
+    fn text(time: f64) -> Record {
+        let text = String::new();
+        Record::Warning { time, text }
+    }
+
+    /// While the recorder is blocked, the newest picture of a kind is kept and no text is lost.
+    #[test]
+    fn the_newest_picture_replaces_older_ones() {
+        let (sender, receiver) = crossbeam_channel::bounded(1);
+        let mut record_sender = RecordSender::new(sender, Delivery::LatestPictures);
+        record_sender.accept(text(0.0)).unwrap();
+        for k in 1..=5 {
+            record_sender.accept(picture(f64::from(k))).unwrap();
+        }
+        assert_eq!((record_sender.drops(), record_sender.waiting()), (4, 2));
+        let reader = std::thread::spawn(move || receiver.iter().collect::<Vec<_>>());
+        record_sender.flush().unwrap();
+        record_sender.accept(text(6.0)).unwrap();
+        drop(record_sender);
+        let got = reader.join().unwrap();
+        assert!(matches!(got[0], Record::Warning { time: 0.0, .. }));
+        assert!(matches!(got[1], Record::Embedding { time: 5.0, .. }));
+        assert!(matches!(got[2], Record::Warning { time: 6.0, .. }));
+        assert_eq!(got.len(), 3);
+    }
+
+    #[test]
+    fn every_picture_waits_when_saving() {
+        let (sender, receiver) = crossbeam_channel::bounded(1);
+        let mut record_sender = RecordSender::new(sender, Delivery::Everything);
+        let reader = std::thread::spawn(move || receiver.iter().count());
+        for k in 0..50 {
+            record_sender.accept(picture(f64::from(k))).unwrap();
+        }
+        assert_eq!(record_sender.drops(), 0);
+        drop(record_sender);
+        assert_eq!(reader.join().unwrap(), 50);
+    }
+
+    #[test]
+    fn a_stopped_recorder_is_an_error() {
+        let (sender, receiver) = crossbeam_channel::bounded(1);
+        drop(receiver);
+        let mut record_sender = RecordSender::new(sender, Delivery::LatestPictures);
+        assert!(
+            record_sender.accept(text(0.0)).is_err() && record_sender.accept(picture(0.0)).is_err()
+        );
+    }
+}

@@ -1,0 +1,250 @@
+//! The strongest spectral line over a tilt that rises and falls.
+
+use crate::pipeline::message::{TiltDirection, TiltLoop, TiltedTone, ToneChange};
+
+/// Two lines are the same if their frequencies differ by at most this fraction.
+const SAME: f64 = 0.1;
+
+/// Tracks the strongest line while the tilt rises and falls.
+#[derive(Clone, Debug)]
+pub struct TiltHistory {
+    /// Length of the windows of the spectrum, s.
+    window: f64,
+    /// Start time (s) of each tilt, and the tilt, rad.
+    course: Vec<[f64; 2]>,
+    /// The lasting line, Hz.
+    tone: Option<f64>,
+    /// Another line that was observed once.
+    pending: Option<TiltedTone>,
+    /// Changes from one lasting line to another.
+    changes: Vec<ToneChange>,
+    /// All lines since the tilt started to change.
+    observed: Vec<TiltedTone>,
+}
+
+impl TiltHistory {
+    /// For spectra with the given window length, s.
+    pub fn new(window: f64) -> Self {
+        Self {
+            window,
+            course: Vec::new(),
+            tone: None,
+            pending: None,
+            changes: Vec::new(),
+            observed: Vec::new(),
+        }
+    }
+
+    /// Sets the tilt (rad) from a time (s) on.
+    pub fn set_tilt(&mut self, time: f64, tilt: f64) {
+        if self.course.last().is_none_or(|last| last[1] != tilt) {
+            self.course.push([time, tilt]);
+        }
+    }
+
+    /// Processes the strongest line (Hz) of the window that ends at a time (s). Returns it with its tilt
+    /// after the tilt has started to change.
+    pub fn add_line(&mut self, time: f64, frequency: f64) -> Option<TiltedTone> {
+        let middle = time - 0.5 * self.window;
+        let so_far = self.course.partition_point(|[since, _]| *since <= middle);
+        if so_far < 2 {
+            self.tone = Some(frequency);
+            return None;
+        }
+        let so_far = &self.course[..so_far];
+        let [before, tilt] = [2, 1].map(|back| so_far[so_far.len() - back][1]);
+        let way = if tilt < before {
+            TiltDirection::Down
+        } else {
+            TiltDirection::Up
+        };
+        let observed = TiltedTone {
+            tilt,
+            way,
+            frequency,
+        };
+        self.observed.push(observed);
+        self.follow(observed);
+        Some(observed)
+    }
+
+    /// Registers a change if the new line is observed twice in a row.
+    fn follow(&mut self, observed: TiltedTone) {
+        let Some(tone) = self.tone else {
+            self.tone = Some(observed.frequency);
+            return;
+        };
+        if same(observed.frequency, tone) {
+            // A slow drift of the frequency with the tilt is not a change.
+            self.tone = Some(observed.frequency);
+            self.pending = None;
+            return;
+        }
+        match self
+            .pending
+            .filter(|p| same(p.frequency, observed.frequency))
+        {
+            Some(first) => {
+                self.changes.push(ToneChange {
+                    from: tone,
+                    to: first,
+                });
+                self.tone = Some(observed.frequency);
+                self.pending = None;
+            }
+            None => self.pending = Some(observed),
+        }
+    }
+
+    /// The changes in one direction.
+    fn changes_in(&self, way: TiltDirection) -> impl Iterator<Item = &ToneChange> {
+        self.changes
+            .iter()
+            .filter(move |change| change.to.way == way)
+    }
+
+    /// The smallest and the largest tilt (rad) at which the lines differ between rise and fall.
+    fn differing_tilts(&self) -> Option<[f64; 2]> {
+        let up: Vec<_> = self
+            .observed
+            .iter()
+            .filter(|h| h.way == TiltDirection::Up)
+            .collect();
+        let down = self
+            .observed
+            .iter()
+            .filter(|h| h.way == TiltDirection::Down);
+        let differing = down.filter(|down| {
+            let nearest = up.iter().min_by(|a, b| {
+                (a.tilt - down.tilt)
+                    .abs()
+                    .total_cmp(&(b.tilt - down.tilt).abs())
+            });
+            nearest.is_some_and(|up| !same(up.frequency, down.frequency))
+        });
+        differing
+            .map(|observed| observed.tilt)
+            .fold(None, |span, tilt| {
+                let [low, high] = span.unwrap_or([tilt; 2]);
+                Some([low.min(tilt), high.max(tilt)])
+            })
+    }
+
+    /// Summary for a lesson.
+    pub fn summary(&self) -> TiltLoop {
+        let [up, back] = self.last_loop();
+        let changes = |way| self.changes_in(way).copied().collect();
+        TiltLoop {
+            tilt: self.observed.last().map(|observed| observed.tilt),
+            has_decreased: self.has_decreased(),
+            up: changes(TiltDirection::Up),
+            down: changes(TiltDirection::Down),
+            differing: self.differing_tilts(),
+            last_up: up.map(|up| up.to.tilt),
+            back: back.map(|back| back.to.tilt),
+        }
+    }
+
+    /// Whether the tilt has decreased at least once.
+    fn has_decreased(&self) -> bool {
+        self.observed
+            .iter()
+            .any(|observed| observed.way == TiltDirection::Down)
+    }
+
+    /// The last change during the rise, and the change back at a smaller tilt during the following fall.
+    fn last_loop(&self) -> [Option<&ToneChange>; 2] {
+        let is_up = |change: &ToneChange| change.to.way == TiltDirection::Up;
+        let Some(last) = self.changes.iter().rposition(is_up) else {
+            return [None; 2];
+        };
+        let up = &self.changes[last];
+        let back = self.changes[last + 1..].first();
+        [Some(up), back.filter(|down| down.to.tilt < up.to.tilt)]
+    }
+}
+
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME * a.max(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tilt that rises to 10 and falls back in steps of 1, with a line that depends on direction and tilt.
+    fn observed(tone: impl Fn(TiltDirection, f64) -> f64) -> TiltHistory {
+        let mut tilts = TiltHistory::new(0.0);
+        for k in 0..=20 {
+            let tilt = f64::from(10 - (k - 10i32).abs());
+            let way = if k <= 10 {
+                TiltDirection::Up
+            } else {
+                TiltDirection::Down
+            };
+            tilts.set_tilt(f64::from(k), tilt);
+            tilts.add_line(f64::from(k), tone(way, tilt));
+        }
+        tilts
+    }
+
+    #[test]
+    fn a_hysteresis_loop_has_two_switching_tilts() {
+        let tilts = observed(|way, tilt| match way {
+            TiltDirection::Up if tilt < 8.0 => 4e3,
+            TiltDirection::Down if tilt < 4.0 => 4e3,
+            _ => 2e3,
+        });
+        let up: Vec<_> = tilts
+            .changes_in(TiltDirection::Up)
+            .map(|change| change.to.tilt)
+            .collect();
+        let down: Vec<_> = tilts
+            .changes_in(TiltDirection::Down)
+            .map(|change| change.to.tilt)
+            .collect();
+        assert_eq!((up, down), (vec![8.0], vec![3.0]));
+        assert_eq!(tilts.differing_tilts(), Some([4.0, 7.0]));
+        assert!(tilts.has_decreased());
+        let tilts_of = |changes: [Option<&ToneChange>; 2]| changes.map(|c| c.map(|c| c.to.tilt));
+        assert_eq!(tilts_of(tilts.last_loop()), [Some(8.0), Some(3.0)]);
+    }
+
+    /// Manual changes of the tilt: up, down and up again.
+    #[test]
+    fn each_line_has_the_direction_of_its_own_change() {
+        let mut tilts = TiltHistory::new(0.0);
+        let turns = [0, 1, 2, 3, 4, 3, 2, 3, 4, 5, 6];
+        for (k, tilt) in turns.into_iter().enumerate() {
+            tilts.set_tilt(k as f64, f64::from(tilt));
+            tilts.add_line(k as f64, if tilt < 5 { 4e3 } else { 2e3 });
+        }
+        let ways: Vec<_> = tilts.observed.iter().map(|observed| observed.way).collect();
+        assert_eq!(
+            ways[3..7],
+            [
+                TiltDirection::Up,
+                TiltDirection::Down,
+                TiltDirection::Down,
+                TiltDirection::Up
+            ]
+        );
+        assert_eq!(tilts.changes_in(TiltDirection::Up).count(), 1);
+        assert_eq!(tilts.changes_in(TiltDirection::Down).count(), 0);
+        assert!(tilts.has_decreased(), "earlier in the run");
+        assert!(matches!(tilts.last_loop(), [Some(_), None]));
+    }
+
+    #[test]
+    fn identical_lines_in_both_directions_are_no_loop() {
+        let tilts = observed(|_, tilt| if tilt < 8.0 { 4e3 } else { 2e3 });
+        assert_eq!(tilts.differing_tilts(), None);
+        assert_eq!(tilts.changes.len(), 2);
+        // A line observed once is not a change, nor is a drifting one.
+        let tilts = observed(|way, tilt| match (way, tilt) {
+            (TiltDirection::Up, 5.0) => 9e3,
+            _ => 4e3 + 100.0 * tilt,
+        });
+        assert_eq!(tilts.changes, []);
+    }
+}

@@ -1,0 +1,57 @@
+//! The named lines of a spectrum.
+
+use crate::analysis::{
+    FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, SpectralLine, Spectrum, Window,
+    identify_lines, range,
+};
+
+/// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.
+pub const LINE_WINDOW: Window = Window::BlackmanHarris;
+
+/// Lines of a spectrum with their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedLines {
+    /// Lines, strongest first.
+    pub lines: Vec<Line>,
+    /// Their names and the base frequencies.
+    pub naming: LineIdentification,
+    /// Broadband share of the power, see [`Spectrum::broadband_share`].
+    pub floor: f64,
+}
+
+impl NamedLines {
+    /// Extracts and names the lines of a spectrum.
+    pub fn of(spectrum: &Spectrum) -> Self {
+        let lines = spectrum.lines(&LineCriterion::default());
+        Self {
+            naming: identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin),
+            floor: spectrum.broadband_share(),
+            lines,
+        }
+    }
+
+    /// Amplitude ratio of the strongest line that involves the second base frequency to the strongest line; 0
+    /// if there is none.
+    pub fn second_tone(&self) -> f64 {
+        let named = self.lines.iter().zip(&self.naming.names);
+        let mut second = named.filter(|(_, name)| name.is_some_and(|name| name.m != 0));
+        let line = second.next().map(|(line, _)| line);
+        line.map_or(0.0, |line| line.amplitude / self.lines[0].amplitude)
+    }
+
+    /// The lines with their names, for a record.
+    pub fn peaks(&self) -> Vec<SpectralLine> {
+        self.naming.label(&self.lines)
+    }
+}
+
+/// The largest magnitude of a slice.
+pub fn peak_magnitude(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| x.abs().max(m))
+}
+
+/// Half the peak-to-peak value of a slice; 0 if it is empty.
+pub fn half_range(x: &[f64]) -> f64 {
+    let [low, high] = range(x.iter().copied());
+    if high > low { 0.5 * (high - low) } else { 0.0 }
+}

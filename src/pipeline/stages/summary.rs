@@ -1,0 +1,61 @@
+//! Results of a run from its last window.
+
+use super::clock::samples;
+use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
+use super::stage::{Context, Emit, Stage};
+use crate::analysis::{History, SpectrumAnalyser};
+use crate::dynamics::SolverStats;
+use crate::pipeline::error::AnalyseError;
+use crate::pipeline::message::{Frame, Summary};
+use crate::scene::SpectrumSpec;
+
+/// Length of the last window if the scene requests no spectrum, s.
+const DEFAULT_WINDOW: f64 = 20e-3;
+
+/// Keeps the last window and the counters. Present in every run, since each run has a summary.
+pub struct SummaryStage {
+    /// Velocity and displacement.
+    last: History<2>,
+    rate: f64,
+    stats: SolverStats,
+    transitions: u64,
+}
+
+impl SummaryStage {
+    /// Uses the window of the spectrum, if there is one, for samples at `rate` (Hz).
+    pub fn new(spectrum: Option<&SpectrumSpec>, rate: f64) -> Self {
+        let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
+        Self {
+            last: History::new(samples(window, rate, SpectrumAnalyser::MIN_SAMPLES)),
+            rate,
+            stats: SolverStats::default(),
+            transitions: 0,
+        }
+    }
+}
+
+impl Stage for SummaryStage {
+    fn push(
+        &mut self,
+        frame: &Frame,
+        _context: &mut Context,
+        _emit: &mut Emit<'_>,
+    ) -> Result<(), AnalyseError> {
+        self.last.push([&frame.velocity, &frame.displacement]);
+        self.stats = frame.stats;
+        self.transitions += frame.transitions;
+        Ok(())
+    }
+
+    /// Adds spectral lines, amplitude, peak velocity, solver statistics and transitions. A run too short for
+    /// a spectrum has no lines.
+    fn summarise(&self, summary: &mut Summary) {
+        let [velocity, displacement] = self.last.view().channels;
+        let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
+        summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| NamedLines::of(&s).peaks());
+        summary.amplitude = half_range(displacement);
+        summary.peak_velocity = peak_magnitude(velocity);
+        summary.stats = self.stats;
+        summary.transitions = self.transitions;
+    }
+}

@@ -1,0 +1,249 @@
+//! The reference trajectory and a perturbed trajectory that starts close to it, and their distance.
+
+use std::collections::VecDeque;
+
+use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
+
+use super::{
+    error::RecordError,
+    paths,
+    plot::{Axes, Bounds},
+    portrait::Field,
+    redraw::RedrawTimer,
+    samples::{Rows, name_series},
+    stream::{self, RecordingStream},
+    style::{self, FullScale, Quantity, short},
+    text,
+};
+use crate::pipeline::message::{DivergenceFit, Frame, Header, TrajectoryDivergence};
+
+/// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
+const TRAIL: f64 = 4e-3;
+/// Smallest full scales: displacement in m and velocity in m/s.
+const SMALLEST: [f64; 2] = [1e-12, 1e-8];
+/// Colours of the reference and the perturbed trajectory.
+const COLORS: [Color; 2] = [style::SIGNAL, style::ACCENT];
+/// Trail and current point of both trajectories.
+const TRAJECTORIES: [[&str; 2]; 2] = [
+    [paths::REFERENCE_TRAIL, paths::REFERENCE_NOW],
+    [paths::PERTURBED_TRAIL, paths::PERTURBED_NOW],
+];
+
+/// Draws both trajectories and their distance.
+#[derive(Debug)]
+pub struct PerturbedTrajectory {
+    displacement: Rows,
+    distance: Rows,
+    /// Displacement (m) and velocity (m/s) of both trajectories at the last samples, oldest first.
+    trail: VecDeque<[[f64; 2]; 2]>,
+    scales: [FullScale; 2],
+    axes: Axes,
+    redraw: RedrawTimer,
+    last: Option<TrajectoryDivergence>,
+}
+
+impl PerturbedTrajectory {
+    /// Names the series and starts empty.
+    pub fn new(rec: &RecordingStream) -> Result<Self, RecordError> {
+        let one = |path, name: &str, color| name_series(rec, path, [name.to_owned()], [color]);
+        one(
+            paths::PERTURBED_DISPLACEMENT,
+            "perturbed trajectory, µm",
+            COLORS[1],
+        )?;
+        one(paths::DIVERGENCE_DISTANCE, "distance", style::SIGNAL)?;
+        Ok(Self {
+            displacement: Rows::new(paths::PERTURBED_DISPLACEMENT, 1),
+            distance: Rows::new(paths::DIVERGENCE_DISTANCE, 1),
+            trail: VecDeque::new(),
+            scales: SMALLEST.map(FullScale::new),
+            axes: Axes::default(),
+            redraw: RedrawTimer::default(),
+            last: None,
+        })
+    }
+
+    /// Bounds of the view of the phase portraits.
+    pub fn bounds() -> Bounds {
+        Field::new([1.0, 1.0]).plot.bounds()
+    }
+
+    /// Adds a frame; the trails are redrawn once per frame.
+    pub fn push(&mut self, rec: &RecordingStream, frame: &Frame) -> Result<(), RecordError> {
+        let Some(perturbed) = frame
+            .perturbed
+            .as_ref()
+            .filter(|perturbed| !perturbed.distance.is_empty())
+        else {
+            return Ok(());
+        };
+        let every = frame.shown.map_or(1, |shown| shown.every);
+        let second = perturbed.displacement.iter().zip(&perturbed.velocity);
+        for (k, (&u, &v)) in (perturbed.first..).zip(second) {
+            if k % every == 0 {
+                self.displacement.push(frame.time(k), [1e6 * u]);
+            }
+            let first = [frame.displacement[k], frame.velocity[k]];
+            self.trail.push_back([first, [u, v]]);
+        }
+        self.displacement.send_full(rec)?;
+        let keep = (TRAIL / frame.dt).round() as usize;
+        self.trail.drain(..self.trail.len().saturating_sub(keep));
+        self.redraw.set_rate(frame);
+        if !self.redraw.is_due(frame.end()) {
+            return Ok(());
+        }
+        for (c, scale) in self.scales.iter_mut().enumerate() {
+            let values = self.trail.iter().flatten().map(|point| point[c].abs());
+            scale.update(values.fold(0.0, f64::max), SMALLEST[c]);
+        }
+        self.draw_portraits(rec, frame.end() - frame.dt)
+    }
+
+    fn draw_portraits(&mut self, rec: &RecordingStream, time: f64) -> Result<(), RecordError> {
+        let Field {
+            plot,
+            units: [length, speed],
+        } = Field::new(self.scales.map(FullScale::get));
+        self.axes
+            .draw(rec, paths::DIVERGENCE_PORTRAIT, time, &plot)?;
+        for (copy, [path, now]) in TRAJECTORIES.into_iter().enumerate() {
+            let points = self.trail.iter().map(|point| {
+                let [u, v] = point[copy];
+                plot.at(length.per_si * u, speed.per_si * v)
+            });
+            let points: Vec<[f32; 2]> = points.collect();
+            let last = points.last().copied();
+            let trail = LineStrips2D::new([points])
+                .with_colors([style::faded(COLORS[copy], 0.8)])
+                .with_radii([Radius::new_ui_points(0.7)]);
+            stream::log_at(rec, path, time, &trail)?;
+            let point = Points2D::new(last)
+                .with_colors([COLORS[copy]])
+                .with_radii([Radius::new_ui_points(5.0)])
+                .with_draw_order(1.0);
+            stream::log_at(rec, now, time, &point)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a distance of the trajectories.
+    pub fn push_distance(
+        &mut self,
+        rec: &RecordingStream,
+        header: &Header,
+        separation: &TrajectoryDivergence,
+    ) -> Result<(), RecordError> {
+        // A gap where the distance is zero.
+        let level = separation.distance.log10();
+        let level = if level.is_finite() { level } else { f64::NAN };
+        self.distance.push(separation.time, [level]);
+        self.distance.send(rec)?;
+        let before = self.last.replace(*separation);
+        if before.is_none_or(|before| before.saturated.is_none()) && separation.saturated.is_some()
+        {
+            self.draw_fit(rec)?;
+        }
+        let words = text::document(document(header, separation));
+        stream::log_at(rec, paths::DIVERGENCE_TEXT, separation.time, &words)
+    }
+
+    /// Draws the fitted line of the logarithmic distance once it is final.
+    fn draw_fit(&self, rec: &RecordingStream) -> Result<(), RecordError> {
+        let Some((separation, line)) = self.last.and_then(|last| Some((last, last.line?))) else {
+            return Ok(());
+        };
+        let name = format!("slope λ = {} per s", rate(line));
+        name_series(rec, paths::DIVERGENCE_FIT, [name], [style::ACCENT])?;
+        let width = SeriesLines::update_fields().with_widths([2.4]);
+        rec.log_static(paths::DIVERGENCE_FIT, &width)?;
+        let mut rows = Rows::new(paths::DIVERGENCE_FIT, 1);
+        for time in [line.since, separation.saturated.unwrap_or(separation.time)] {
+            let level = line.intercept + line.rate * (time - separation.start);
+            rows.push(time, [level / std::f64::consts::LN_10]);
+        }
+        rows.send(rec)
+    }
+
+    /// Sends pending rows.
+    pub fn finish(&mut self, rec: &RecordingStream) -> Result<(), RecordError> {
+        self.displacement.send(rec)?;
+        match self.last {
+            Some(last) if last.saturated.is_none() => self.draw_fit(rec),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The rate of the fitted line with its error.
+fn rate(line: DivergenceFit) -> String {
+    format!("{} ± {}", short(line.rate), short(line.half_width))
+}
+
+/// The divergence of the trajectories as text.
+fn document(header: &Header, separation: &TrajectoryDivergence) -> String {
+    let age = Quantity::Time.format(separation.time - separation.start);
+    let heading = match separation.saturated {
+        Some(_) => "The trajectories have separated",
+        None if separation.line.is_some_and(|line| line.grows()) => {
+            "The trajectories are separating"
+        }
+        None => "The trajectories are close",
+    };
+    let line = match separation.line {
+        Some(line) => format!(
+            "Slope of ln(distance): **λ = {} per s**, an estimate of the largest Lyapunov exponent.",
+            rate(line)
+        ),
+        None => "No slope yet: too few distances, or all below the integration error.".to_owned(),
+    };
+    let saturated = match separation.saturated {
+        Some(time) => format!(
+            "The distance reached a tenth of the motion after **{}**; then it saturated.",
+            Quantity::Time.format(time - separation.start)
+        ),
+        None => "The distance is still small compared with the motion.".to_owned(),
+    };
+    format!(
+        "## {heading}\n\nBlue: reference trajectory; orange: perturbed trajectory, started from a slightly \
+         perturbed state at {start}. After {age} their distance is **{distance:.1e}** of the motion.\n\n\
+         {line}\n\n{saturated}",
+        start = style::format_time(header, separation.start),
+        distance = separation.distance,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::tests::demo;
+
+    #[test]
+    fn the_divergence_is_described() {
+        let mut separation = TrajectoryDivergence {
+            time: 0.15,
+            start: 0.05,
+            distance: 2.5e-4,
+            line: None,
+            saturated: None,
+        };
+        let header = demo::header(0.3);
+        let text = document(&header, &separation);
+        assert!(text.starts_with("## The trajectories are close"), "{text}");
+        assert!(text.contains("slightly perturbed state at 50 ms. After 100 ms"));
+        assert!(text.contains("**2.5e-4** of the motion"), "{text}");
+        separation.line = Some(DivergenceFit {
+            rate: 71.2,
+            half_width: 4.0,
+            since: 0.06,
+            intercept: -20.0,
+        });
+        assert!(document(&header, &separation).contains("λ = 71.2 ± 4 per s"));
+        separation.saturated = Some(0.14);
+        let text = document(&header, &separation);
+        assert!(
+            text.starts_with("## The trajectories have separated")
+                && text.contains("after **90 ms**")
+        );
+    }
+}

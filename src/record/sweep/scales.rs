@@ -1,0 +1,107 @@
+//! Common scales of the plots of a sweep, which make them comparable: those of all points, and those of the
+//! points at one parameter value.
+
+use super::{SweepStudy, description, timeline::TimelineTicks};
+use crate::{
+    analysis::range,
+    plot::{
+        exponent_axis_values,
+        response::{SMALLEST, SectionAxes, SpectrumAxes, common_range, largest},
+    },
+    study::response::SettledResponse,
+};
+
+/// Decades of the amplitude axis of a spectrum.
+const DECADES: i32 = 7;
+/// Lines weaker than this fraction of the strongest do not extend the frequency axis.
+const WEAK: f64 = 3e-3;
+/// The frequency axis ends at a multiple of this, Hz.
+const FREQUENCY_STEP: f64 = 2.5e3;
+/// Smallest full scale of a phase portrait relative to the largest motion of the sweep, so that a silent
+/// motion appears as a point.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Scales shared by all points.
+#[derive(Clone, Debug)]
+pub struct SharedScales {
+    /// The timeline.
+    pub timeline: TimelineTicks,
+    /// Axes of the spectra.
+    pub spectrum: SpectrumAxes,
+    /// Largest number of exponents.
+    pub exponents: usize,
+    /// Range of the exponent axis, 1/s.
+    pub exponent_range: [f64; 2],
+    /// Largest displacement (m) and speed (m/s).
+    largest: [f64; 2],
+    /// Symbol of the displacement.
+    letter: &'static str,
+}
+
+/// Scales common to the points at one parameter value.
+#[derive(Clone, Debug)]
+pub struct PointScales {
+    /// Range of displacement (m) and speed (m/s) of the phase portraits.
+    pub reach: [f64; 2],
+    /// Axes of the Poincaré sections.
+    pub section: SectionAxes,
+}
+
+impl SharedScales {
+    /// The scales of a sweep.
+    pub fn new(sweep: &SweepStudy<'_>) -> Self {
+        let found = sweep
+            .points
+            .iter()
+            .filter_map(|point| point.outcome.as_ref().ok());
+        let found: Vec<&SettledResponse> = found.collect();
+        let sizes = found.iter().map(|response| largest(response));
+        let largest = sizes.fold(SMALLEST, |[a, b], [c, d]| [a.max(c), b.max(d)]);
+        let spectra = || {
+            found
+                .iter()
+                .filter_map(|response| response.exponents.as_ref())
+        };
+        let exponents = spectra().flat_map(|spectrum| spectrum.exponents.iter().copied());
+        let [low, high] = range(exponent_axis_values(exponents).chain([-1.0, 1.0]));
+        let margin = 0.08 * (high - low);
+        Self {
+            timeline: TimelineTicks::new(
+                &description::parameter(sweep),
+                description::unit(sweep),
+                sweep.values(),
+            ),
+            spectrum: spectrum(&found, largest[0]),
+            exponents: spectra().map(|s| s.exponents.len()).max().unwrap_or(0),
+            exponent_range: [low - margin, high + margin],
+            largest,
+            letter: sweep.letter(),
+        }
+    }
+
+    /// The scales of the points at one parameter value.
+    pub fn point_scales(&self, found: &[&SettledResponse]) -> PointScales {
+        PointScales {
+            reach: common_range(found, self.largest.map(|size| LEAST_SHARE * size)),
+            section: SectionAxes::new(found, self.letter, self.largest[0]),
+        }
+    }
+}
+
+fn spectrum(found: &[&SettledResponse], largest: f64) -> SpectrumAxes {
+    let lines = || found.iter().flat_map(|response| &response.lines);
+    let strongest = lines().map(|line| line.amplitude).fold(0.0, f64::max);
+    let strong = lines().filter(|line| line.amplitude >= WEAK * strongest);
+    let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
+    let motions = found
+        .iter()
+        .filter_map(|response| response.portrait.as_ref());
+    let ends = motions.map(|motion| motion.bin * motion.spectrum.len() as f64);
+    let highest = (1.1 * highest / FREQUENCY_STEP).ceil().max(2.0) * FREQUENCY_STEP;
+    // The last bin can lie slightly above a round number.
+    let end = (ends.fold(0.0, f64::max) / 1e3).round() * 1e3;
+    let highest = if end > 0.0 { highest.min(end) } else { highest };
+    // Without lines, the displacement determines the scale.
+    let top = if strongest > 0.0 { strongest } else { largest };
+    SpectrumAxes::new(top, DECADES, highest)
+}

@@ -1,0 +1,130 @@
+//! Load, tilt and rotation factor as given in a scene: a constant, or a function of time in one of its forms.
+
+use super::load::{Form, ScheduleKeys, out_of_order};
+use super::{Frames, csv};
+use crate::scene::document::{Document, FromTable, Table};
+use crate::scene::error::{SceneError, ensure};
+use crate::scene::schedule::{Schedule, Sine};
+use crate::scene::schema::Key;
+use crate::scene::schema::kind::{Kind, Number};
+
+/// Minimum number of frames in a period of a sine. The joint is constant within a frame; in a twentieth of a
+/// period a sine changes by at most a third of its amplitude.
+const MIN_FRAMES_PER_PERIOD: f64 = 20.0;
+
+/// A quantity as read from the scene.
+pub struct Quantity {
+    pub schedule: Schedule,
+    /// Whether the scene gives a function of time, even if its value is constant.
+    pub is_function: bool,
+    /// Knots of a CSV file in its units, if the scene names one.
+    pub from_file: Option<FileKnots>,
+}
+
+/// Knots of a CSV file, in its units.
+pub struct FileKnots {
+    pub keys: &'static ScheduleKeys,
+    /// Time in ms, and value.
+    pub knots: Vec<[f64; 2]>,
+}
+
+impl Quantity {
+    /// Reads a quantity; `None` if the scene does not contain it.
+    ///
+    /// # Errors
+    /// If it is given more than once, or its values are invalid.
+    pub fn find(
+        document: &Document<'_>,
+        keys: &'static ScheduleKeys,
+    ) -> Result<Option<Self>, SceneError> {
+        let mut given = keys.forms().filter(|(_, path)| document.has(path));
+        let Some((form, path)) = given.next() else {
+            return Ok(None);
+        };
+        if let Some((_, again)) = given.next() {
+            let problem = format!("the scene gives the {} more than once", keys.word);
+            let remedy = format!("keep one of {path} and {again}");
+            return Err(document.inconsistent(again, &[path], problem, remedy));
+        }
+        let table = document.table(keys.table);
+        let mut knots_from_file = None;
+        let schedule = match form {
+            Form::Constant => {
+                let constant = keys
+                    .constant
+                    .as_ref()
+                    .expect("its path is one of the forms");
+                Some(Schedule::constant(table.get(constant)?))
+            }
+            Form::Knots => {
+                Schedule::piecewise_linear(points(table.list(&keys.knots)?, &keys.knot)?)
+            }
+            Form::Steps => Schedule::steps(points(table.list(&keys.steps)?, &keys.step)?),
+            Form::Sine => Some(sine(document.table(path), keys)?),
+            Form::Csv => {
+                let knots = csv::knots(document, keys)?;
+                let [time, value] = keys.knot.each_ref().map(|key| key.kind.unit);
+                let si = |&[t, x]: &[f64; 2]| (time.to_si(t), value.to_si(x));
+                let schedule = Schedule::piecewise_linear(knots.iter().map(si).collect());
+                knots_from_file = Some(FileKnots { keys, knots });
+                schedule
+            }
+        };
+        let place = || document.place_of([path]);
+        Ok(Some(Self {
+            schedule: schedule.ok_or_else(|| out_of_order(path, place()))?,
+            is_function: form != Form::Constant,
+            from_file: knots_from_file,
+        }))
+    }
+}
+
+/// Reads knots or steps.
+fn points(
+    tables: Vec<Table<'_>>,
+    [time, value]: &[Key<Number>; 2],
+) -> Result<Vec<(f64, f64)>, SceneError> {
+    let mut points: Vec<(f64, f64)> = Vec::with_capacity(tables.len());
+    for table in tables {
+        let point = (table.get(time)?, table.get(value)?);
+        if points.last().is_some_and(|before| point.0 <= before.0) {
+            return Err(out_of_order(&table.path_of(time.name), table.place()));
+        }
+        points.push(point);
+    }
+    Ok(points)
+}
+
+/// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
+fn sine(table: Table<'_>, keys: &ScheduleKeys) -> Result<Schedule, SceneError> {
+    let (word, value) = (keys.word, keys.knot[1].kind);
+    let [mean, amplitude, frequency, phase] = &keys.sine;
+    let sine = Sine {
+        mean: table.get(mean)?,
+        amplitude: table.get(amplitude)?,
+        frequency: table.get(frequency)?,
+        phase: table.get(phase)?,
+    };
+    // Rounded in the unit of the file, which removes conversion errors.
+    let stated = |si: f64| (1e9 * value.unit.of_si(si)).round() / 1e9;
+    for end in [sine.mean - sine.amplitude, sine.mean + sine.amplitude].map(stated) {
+        ensure!(table, value.range.contains(end) => amplitude.name, &[mean.name];
+            "the {word} reaches {end}";
+            "reduce it; the {word} must be {}", value.expected());
+    }
+    let frame = Frames::read(table.document.table("time"))?.length();
+    let fastest = 1.0 / (MIN_FRAMES_PER_PERIOD * frame);
+    // A frequency at the limit is accepted in spite of rounding.
+    ensure!(table,
+        sine.frequency <= fastest * (1.0 + 1e-9) => frequency.name, &["time.sample_rate_khz", "time.frame_samples"];
+        "the {word} is updated once per frame, every {} ms, which is too coarse for {} Hz", 1e3 * frame, sine.frequency;
+        "reduce it to at most {fastest:.3} Hz, or reduce time.frame_samples");
+    Schedule::sine(sine).ok_or_else(|| {
+        table.inconsistent(
+            mean.name,
+            &[],
+            "a parameter of the sine is not finite",
+            "correct it",
+        )
+    })
+}

@@ -1,0 +1,190 @@
+//! Quantity and point of the audio signal.
+
+use serde::{Deserialize, Serialize};
+
+use crate::pipeline::message::{Frame, Header, SurfaceMesh, vertex_normals};
+
+/// Quantity of the audio signal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Quantity {
+    /// Velocity.
+    ///
+    /// A laser vibrometer at_point at the point measures it.
+    #[default]
+    Velocity,
+    /// Acceleration, which is proportional to the far-field sound pressure.
+    ///
+    /// The pressure far from a source much smaller than the wavelength is proportional to the acceleration of
+    /// its surface: a proxy of the radiated sound, without room acoustics and directivity.
+    Pressure,
+}
+
+/// Place of the audio signal: a point of the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Place {
+    /// The probe of the scene: for a joint, the contact centre in the sliding direction.
+    #[default]
+    Probe,
+    /// The vertex of the body's outline closest to this point (m from the ball's centre), along the outward
+    /// normal.
+    Surface([f64; 3]),
+}
+
+/// Selection of the audio signal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Source {
+    /// Quantity.
+    pub quantity: Quantity,
+    /// Point.
+    pub place: Place,
+}
+
+/// The scene has no surface for a surface point.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the scene `{scene}` has no surface: its body is drawn only if `body_rate_khz` in its `[record]` table is \
+     above 0 and its mode shapes are known on the surface; omit the point to listen to the probe"
+)]
+pub struct NoSurface {
+    /// Name of the scene.
+    pub scene: String,
+}
+
+/// Computes the audio signal from the samples of a run.
+#[derive(Clone, Debug)]
+pub struct SurfaceProbe {
+    quantity: Quantity,
+    point: ProbePoint,
+    last: Option<f64>,
+}
+
+/// The evaluated point.
+#[derive(Clone, Debug, PartialEq)]
+enum ProbePoint {
+    Probe {
+        /// Description.
+        name: &'static str,
+    },
+    Surface {
+        /// Position, m.
+        at: [f64; 3],
+        /// Share of each modal velocity in the surface velocity, 1/sqrt(kg).
+        row: Vec<f64>,
+    },
+}
+
+impl SurfaceProbe {
+    /// Sets up the signal for a run.
+    ///
+    /// # Errors
+    /// [`NoSurface`].
+    pub fn new(source: Source, header: &Header) -> Result<Self, NoSurface> {
+        let outline = header.joint().map(|joint| &joint.outline);
+        let point = match source.place {
+            Place::Probe => probe(header),
+            Place::Surface(point) => outline
+                .and_then(|outline| nearest(outline, point))
+                .ok_or_else(|| NoSurface {
+                    scene: header.scene.clone(),
+                })?,
+        };
+        Ok(Self::at_point(source.quantity, point))
+    }
+
+    fn at_point(quantity: Quantity, point: ProbePoint) -> Self {
+        Self {
+            quantity,
+            point,
+            last: None,
+        }
+    }
+
+    /// As [`SurfaceProbe::new`], but with the probe of the scene if the run has no surface.
+    pub fn with_fallback(source: Source, header: &Header) -> Self {
+        Self::new(source, header).unwrap_or_else(|_| Self::at_point(source.quantity, probe(header)))
+    }
+
+    /// Description of the signal.
+    pub fn description(&self) -> String {
+        let place = match &self.point {
+            ProbePoint::Probe { name } => (*name).to_owned(),
+            ProbePoint::Surface { at, .. } => {
+                // Adding 0 removes the sign of a rounded negative zero.
+                let mm = at.map(|x| (1e4 * x).round() / 10.0 + 0.0);
+                format!(
+                    "the surface at ({}, {}, {}) mm along the outward normal",
+                    mm[0], mm[1], mm[2]
+                )
+            }
+        };
+        match self.quantity {
+            Quantity::Velocity => format!("velocity of {place}"),
+            Quantity::Pressure => {
+                format!("acceleration of {place}, proportional to the far-field sound pressure")
+            }
+        }
+    }
+
+    /// Formats a value of the signal with its unit.
+    pub fn format_value(&self, heard: f32) -> String {
+        let (amount, unit) = match self.quantity {
+            Quantity::Velocity => (1e3 * heard, "mm/s"),
+            Quantity::Pressure => (heard, "m/s^2"),
+        };
+        match amount {
+            0.1..1e4 => format!("{amount:.1} {unit}"),
+            _ => format!("{amount:.1e} {unit}"),
+        }
+    }
+
+    /// The signal of a frame, one value per sample, m/s or m/s^2.
+    pub fn samples<'a>(&'a mut self, frame: &'a Frame) -> impl Iterator<Item = f64> + 'a {
+        let Self {
+            quantity,
+            point,
+            last,
+        } = self;
+        (0..frame.len()).map(move |k| {
+            let velocity = match point {
+                ProbePoint::Probe { .. } => frame.velocity[k],
+                ProbePoint::Surface { row, .. } => {
+                    let modes = frame.qdot[k * frame.modes..].iter();
+                    row.iter().zip(modes).map(|(r, v)| r * v).sum()
+                }
+            };
+            match quantity {
+                Quantity::Velocity => velocity,
+                Quantity::Pressure => {
+                    let before = last.replace(velocity).unwrap_or(velocity);
+                    (velocity - before) / frame.dt
+                }
+            }
+        })
+    }
+}
+
+fn probe(header: &Header) -> ProbePoint {
+    let name = match header.joint() {
+        Some(_) => "the contact centre",
+        None => "the mass",
+    };
+    ProbePoint::Probe { name }
+}
+
+/// The vertex of a surface closest to a point, along its outward normal; `None` without a surface.
+fn nearest(outline: &SurfaceMesh, point: [f64; 3]) -> Option<ProbePoint> {
+    let away = |at: &[f64; 3]| (0..3).map(|i| (at[i] - point[i]).powi(2)).sum::<f64>();
+    let vertices = outline.vertices.iter().enumerate();
+    let (k, &at) = vertices.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;
+    let normal = vertex_normals(&outline.vertices, &outline.triangles)[k];
+    let modes = outline.shapes.len() / outline.vertices.len();
+    let shapes = &outline.shapes[k * modes..][..modes];
+    let row = shapes.iter().map(|shape| dot(normal, *shape)).collect();
+    Some(ProbePoint::Surface { at, row })
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,219 @@
+//! Detection of the end of a transient from the modal energies.
+//!
+//! The energy of each mode is averaged over blocks of a few periods. The mean of its logarithm is compared
+//! between the third and the last quarter of all blocks so far. This is the idea of J. Geweke's diagnostic
+//! for Markov chains, Bayesian Statistics 4 (1992) 169–193; the logarithm is used because vibrations grow
+//! and decay exponentially. The transient has ended when no mode's mean has changed by more than 5 % or
+//! three standard errors. Every mode counts, however weak, because a change of regime first appears in the
+//! mode that grows. Modes below 1e-12 of the total energy are ignored.
+//!
+//! Some transients look settled for a long time, for example transient chaos that ends in a tone. Therefore
+//! the measurement window is tested as well: the motion has changed if a mode with a significant share of
+//! the energy differs between the two halves of the window.
+//!
+//! A motion that decays to rest is settled when its amplitude falls below the silence threshold.
+
+use std::ops::Range;
+
+/// Share of the total energy below which a mode is ignored.
+const NEGLIGIBLE_SHARE: f64 = 1e-12;
+
+/// Change of the logarithm of a mode's energy that still counts as stationary.
+const MAX_DRIFT: f64 = 0.05;
+
+/// Number of standard errors within which two means count as equal.
+const MAX_ERRORS: f64 = 3.0;
+
+/// A change of motion: minimum change of the logarithm of a mode's energy, minimum number of standard
+/// errors, and minimum share of the total energy of the mode.
+const MIN_CHANGE: f64 = 0.2;
+const MIN_ERRORS: f64 = 5.0;
+const MIN_SHARE: f64 = 0.01;
+
+/// Minimum number of blocks for a decision.
+const MIN_BLOCKS: usize = 16;
+
+/// Block averages of the modal energies.
+#[derive(Clone, Debug)]
+pub(super) struct TransientDetector {
+    modes: usize,
+    /// Logarithms of the mean modal energies, then of the total energy, `blocks x (modes + 1)`.
+    blocks: Vec<f64>,
+    /// Sums of the current block, and its samples so far.
+    sums: Vec<f64>,
+    count: usize,
+    /// Samples per block.
+    length: usize,
+}
+
+impl TransientDetector {
+    /// Creates a detector for `modes` modes and blocks of `length` samples.
+    pub fn new(modes: usize, length: usize) -> Self {
+        Self {
+            modes,
+            blocks: Vec::new(),
+            sums: vec![0.0; modes],
+            count: 0,
+            length: length.max(1),
+        }
+    }
+
+    /// Adds a state `[q | dq/dt | ...]`; `omega` are the angular frequencies of the modes, rad/s. Returns
+    /// whether the state completed a block.
+    pub fn push(&mut self, z: &[f64], omega: &[f64]) -> bool {
+        let (q, rest) = z.split_at(self.modes);
+        let modes = q.iter().zip(rest).zip(omega);
+        for (sum, ((q, v), omega)) in self.sums.iter_mut().zip(modes) {
+            *sum += v * v + (omega * q).powi(2);
+        }
+        self.count += 1;
+        if self.count < self.length {
+            return false;
+        }
+        let all: f64 = self.sums.iter().sum();
+        let least = (NEGLIGIBLE_SHARE * all).max(f64::MIN_POSITIVE);
+        self.blocks
+            .extend(self.sums.iter().map(|sum| sum.max(least).ln()));
+        self.blocks.push(all.max(f64::MIN_POSITIVE).ln());
+        self.sums.fill(0.0);
+        self.count = 0;
+        true
+    }
+
+    /// Whether the transient has ended according to the blocks so far.
+    pub fn has_ended(&self) -> bool {
+        let width = self.modes + 1;
+        let count = self.blocks.len() / width;
+        if count < MIN_BLOCKS {
+            return false;
+        }
+        let (third, last) = (count / 2..3 * count / 4, 3 * count / 4..count);
+        (0..width).all(|k| {
+            let (before, after) = (self.mean(k, third.clone()), self.mean(k, last.clone()));
+            let error = before[1].hypot(after[1]);
+            (after[0] - before[0]).abs() <= (MAX_ERRORS * error).max(MAX_DRIFT)
+        })
+    }
+
+    /// Whether the motion changed between the first and the second half of the blocks.
+    pub fn has_changed(&self) -> bool {
+        let width = self.modes + 1;
+        let count = self.blocks.len() / width;
+        if count < MIN_BLOCKS {
+            return false;
+        }
+        let halves = |k| [0..count / 2, count / 2..count].map(|half| self.mean(k, half));
+        let whole = halves(self.modes);
+        (0..width).any(|k| {
+            let [before, after] = halves(k);
+            let part = |mean: [f64; 2], of: [f64; 2]| mean[0] - of[0] > MIN_SHARE.ln();
+            let takes_part = part(before, whole[0]) || part(after, whole[1]);
+            let change = (after[0] - before[0]).abs();
+            takes_part && change > (MIN_ERRORS * before[1].hypot(after[1])).max(MIN_CHANGE)
+        })
+    }
+
+    /// Mean over `blocks` of the logarithm of a mode's energy, and its standard error. Index `modes` is the
+    /// total energy.
+    fn mean(&self, mode: usize, blocks: Range<usize>) -> [f64; 2] {
+        let width = self.modes + 1;
+        let values: Vec<f64> = blocks
+            .map(|block| self.blocks[block * width + mode])
+            .collect();
+        mean_with_error(&values)
+    }
+
+    /// Number of complete blocks.
+    pub fn blocks(&self) -> usize {
+        self.blocks.len() / (self.modes + 1)
+    }
+}
+
+/// Mean and its standard error for independent values. A linear trend does not count as scatter.
+fn mean_with_error(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let middle = 0.5 * (n - 1.0);
+    let places = || (0..values.len()).map(|k| k as f64 - middle);
+    let squares: f64 = places().map(|x| x * x).sum();
+    let slope = places().zip(values).map(|(x, y)| x * y).sum::<f64>() / squares;
+    let about = places()
+        .zip(values)
+        .map(|(x, y)| (y - mean - slope * x).powi(2));
+    let variance = about.sum::<f64>() / (n - 2.0).max(1.0);
+    [mean, (variance / n).sqrt()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::test_signals::noise;
+
+    const OMEGA: [f64; 2] = [1.0, 3.0];
+
+    /// Number of blocks until the detector reports the end of the transient of two oscillators with these
+    /// amplitudes per block; `None` if it does not within 400 blocks.
+    fn blocks_until_end(amplitudes: impl Fn(usize) -> [f64; 2]) -> Option<usize> {
+        let mut detector = TransientDetector::new(2, 1);
+        (0..400).find(|&block| {
+            let [a, b] = amplitudes(block);
+            detector.push(&[a, b, 0.0, 0.0], &OMEGA) && detector.has_ended()
+        })
+    }
+
+    #[test]
+    fn a_stationary_motion_is_settled_at_the_first_possible_block() {
+        assert_eq!(blocks_until_end(|_| [1.0, 0.3]), Some(MIN_BLOCKS - 1));
+        let noise = noise(5, 400, 0.05);
+        let fluctuating = blocks_until_end(|k| [1.0 + noise[k], 0.3]);
+        assert!(fluctuating.unwrap() < 40, "{fluctuating:?}");
+    }
+
+    #[test]
+    fn a_growing_motion_is_not_settled() {
+        // Grows by e in 10 blocks until it is 1 after 100 blocks.
+        let end = blocks_until_end(|k| [((k as f64 - 100.0) / 10.0).exp().min(1.0), 1e-9]).unwrap();
+        assert!((150..260).contains(&end), "{end}");
+    }
+
+    #[test]
+    fn a_weak_growing_mode_is_detected() {
+        let end = blocks_until_end(|k| {
+            let weak = (1e-5 * (k as f64 / 10.0).exp()).min(0.8);
+            [1.0 - weak, weak]
+        });
+        // It dominates from about block 115.
+        assert!(end.is_none_or(|end| end > 160), "{end:?}");
+    }
+
+    #[test]
+    fn a_change_of_motion_is_detected() {
+        let changed = |amplitudes: &dyn Fn(usize) -> [f64; 2]| {
+            let mut detector = TransientDetector::new(2, 1);
+            for block in 0..200 {
+                let [a, b] = amplitudes(block);
+                detector.push(&[a, b, 0.0, 0.0], &OMEGA);
+            }
+            detector.has_changed()
+        };
+        let noise = noise(5, 200, 0.3);
+        let fluctuating = |k: usize| [1.0 + noise[k], 0.3];
+        assert!(!changed(&fluctuating));
+        assert!(changed(&|k| if k < 60 {
+            fluctuating(k)
+        } else {
+            [0.01, 0.3]
+        }));
+        // A mode with a negligible share of the energy may still decay.
+        assert!(!changed(&|k| [
+            1.0 + noise[k],
+            1e-3 * (-0.1 * k as f64).exp()
+        ]));
+    }
+
+    #[test]
+    fn an_exponential_decay_is_not_stationary() {
+        assert_eq!(blocks_until_end(|k| [(-0.02 * k as f64).exp(), 0.0]), None);
+        assert_eq!(blocks_until_end(|_| [0.0, 0.0]), Some(MIN_BLOCKS - 1));
+    }
+}
