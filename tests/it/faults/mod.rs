@@ -99,8 +99,14 @@ impl Running {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .process_group(0);
+        let child = command.spawn().expect("started");
+        let pid = child.id().to_string();
+        // A signal sent before `env` has reset its action would be lost.
+        while ignores_interrupt("self") && ignores_interrupt(&pid) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         Self {
-            child: command.spawn().expect("started"),
+            child,
             began: Instant::now(),
         }
     }
@@ -136,6 +142,14 @@ impl Running {
             took,
         }
     }
+}
+
+/// Whether a process ignores SIGINT; `false` where the system does not tell.
+fn ignores_interrupt(pid: &str) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask & 2 != 0)
 }
 
 fn kill(signal: &str, whom: &str) {
