@@ -223,7 +223,9 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifie
         .map(ToString::to_string)
         .any(|message| message.contains(&path));
     if has_data && !is_named {
-        notify(&format!("the recording up to the failure can be opened: {path}"));
+        notify(&format!(
+            "the recording up to the failure can be opened: {path}"
+        ));
     }
 }
 
@@ -268,7 +270,10 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         summary.amplitude * 1e6,
         summary.peak_velocity * 1e3
     );
-    text += &lines(&summary.peaks);
+    text += &match summary.at_rest {
+        true => "  at rest: no lines\n".to_owned(),
+        false => lines(&summary.peaks),
+    };
     text += &integration(is_joint, result);
     if let Some(exponents) = &result.exponents {
         text += &exponents.text();

@@ -13,8 +13,8 @@ pub use computed::{
     Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
 };
 pub use frame::{
-    DisplayRates, EnergySample, Exponents, Frame, NodeState, PatchGeometry, PatchSnapshot,
-    PerturbedSamples,
+    ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
+    PatchSnapshot, PerturbedSamples,
 };
 pub use header::{
     AnalysisKind, Header, JointInfo, ModeInfo, SectionCoordinate, SignalInfo, SmallInfo,

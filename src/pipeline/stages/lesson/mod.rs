@@ -102,6 +102,7 @@ impl Stage for LessonStage {
                 divergence.time,
                 StageResult::TrajectoryDivergence(*divergence),
             ),
+            Record::Regime { time, verdict, .. } => (*time, StageResult::Regime(verdict.regime)),
             Record::Exponents(exponents) => (
                 exponents.time,
                 StageResult::Exponents(Arc::clone(exponents)),
