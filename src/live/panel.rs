@@ -156,7 +156,11 @@ impl StatusStore {
 
     /// What is observed now, in one line.
     fn now(&self, panel: &Panel) -> String {
-        let motion = panel.regime.as_deref().unwrap_or("not yet classified");
+        // A scene may have commentary without a classification.
+        let heading = panel.narration.lines().next();
+        let observed = heading.and_then(|line| line.strip_prefix("## "));
+        let motion = panel.regime.as_deref().or(observed);
+        let motion = motion.unwrap_or("not yet classified");
         let tilted = panel.tilt_deg.zip(lock(&self.recent).scheduled_deg);
         // A tolerance for degrees that were converted.
         let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
@@ -278,7 +282,7 @@ mod tests {
 
     use super::*;
     use crate::pipeline::message::DisplayRates;
-    use crate::pipeline::{Analyser, Source as _, controllable_source};
+    use crate::pipeline::{Analyser, controllable_source};
     use crate::scene::Scene;
 
     #[test]

@@ -17,12 +17,11 @@ use std::f64::consts::{LN_2, LN_10};
 use minijinja::value::{Serde, Value};
 use minijinja::{Error, context};
 
-use crate::analysis::Regime;
 use crate::dynamics::{Motion, Sign};
 use crate::number::with_error;
 use crate::pipeline::message::{
     Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, Observation,
-    Subject,
+    Regime, Subject,
 };
 use crate::scene::Mechanism;
 use template::{fill, lesson_name};

@@ -7,7 +7,7 @@ mod lesson;
 mod observation;
 mod record;
 
-pub use crate::analysis::{SectionPoint, SpectralLine};
+pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
     Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
