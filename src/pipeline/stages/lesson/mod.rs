@@ -28,7 +28,7 @@ const EVERY: f64 = 25e-3;
 pub struct LessonStage {
     computed: Arc<MechanismPrediction>,
     measured: LessonMeasurements,
-    /// Results of other stages that are not processed yet, with their times, s.
+    /// Results of other stages that are not processed yet, with their times, s, in time order.
     found: VecDeque<(f64, StageResult)>,
     /// Number of samples between two lessons.
     every: u64,
@@ -109,7 +109,9 @@ impl Stage for LessonStage {
             ),
             _ => return,
         };
-        self.found.push_back(found);
+        // The stages of one frame report one after the other, each in time order.
+        let place = self.found.partition_point(|(time, _)| *time <= found.0);
+        self.found.insert(place, found);
     }
 
     fn push(
