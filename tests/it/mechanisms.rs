@@ -5,7 +5,7 @@ mod run;
 use squeakscope::pipeline::message::{NodeState, Record, TiltDirection, TrajectoryDivergence};
 use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
 
-use run::{Run, changed};
+use run::Run;
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {
     let error = (found / expected - 1.0).abs();

@@ -168,7 +168,7 @@ impl Run {
     }
 }
 
-pub fn changed(name: &str, from: &str, to: &str) -> Scene {
+fn changed(name: &str, from: &str, to: &str) -> Scene {
     let text = Scene::load(name).expect("preset").text;
     assert!(text.contains(from), "{name} has no `{from}`");
     Scene::parse(&format!("{name}.toml"), text.replacen(from, to, 1)).expect("valid")
