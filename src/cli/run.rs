@@ -270,7 +270,10 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         summary.amplitude * 1e6,
         summary.peak_velocity * 1e3
     );
-    text += &lines(&summary.peaks);
+    text += &match summary.at_rest {
+        true => "  at rest: no lines\n".to_owned(),
+        false => lines(&summary.peaks),
+    };
     text += &integration(is_joint, result);
     if let Some(exponents) = &result.exponents {
         text += &exponents.text();

@@ -233,7 +233,8 @@ fn draw(
     let [head, numbers, explanation, keys] = rows.areas(frame.area());
     let title = Line::from(vec![
         Span::from(format!(" {} ", panel.scene)).bold(),
-        Span::from(panel.title.clone()),
+        Span::from(format!("Now: {}. ", panel.now)).bold(),
+        Span::from(format!("The scene as written: {}", panel.title)).dark_gray(),
     ]);
     let head_title = match page {
         Some(page) => format!(" squeakscope live: {page} "),
@@ -295,7 +296,7 @@ fn draw_numbers(frame: &mut Frame<'_>, area: Rect, panel: &Panel) {
         let mut spans = vec![name("nodes")];
         for (count, (color, what)) in counts.iter().zip(NODES) {
             spans.push(Span::styled(
-                format!("{count} {what}  "),
+                format!("{count:.0} {what}  "),
                 Style::new().fg(color),
             ));
         }
@@ -382,10 +383,11 @@ mod tests {
         Panel {
             scene: "torus-3deg".to_owned(),
             title: "A torus".to_owned(),
+            now: "chaotic".to_owned(),
             speed: 0.02,
             tilt_deg: Some(3.0),
             tilt_range_deg: Some([0.0, 10.0]),
-            nodes: Some([1, 97, 2]),
+            nodes: Some([1.0, 97.0, 2.0]),
             narration: "## Looks like **two** tones\n\nand so on".to_owned(),
             lines: vec![crate::analysis::SpectralLine {
                 frequency: 4112.8,
@@ -483,6 +485,7 @@ mod tests {
                 "20.000 ms/s",
                 "97 slipping",
                 "4112.8 Hz",
+                "Now: chaotic. The scene as written: A torus",
                 "Looks like two tones",
                 "the tilt must be less",
                 "http://127.0.0.1:9180/",

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 
 use crate::escape;
-use crate::pipeline::message::{Frame, Header, NodeState, Record, SpectralLine, Subject};
+use crate::pipeline::message::{ContactSample, Frame, Header, Record, SpectralLine, Subject};
 use crate::pipeline::{RunStatus, Sink, SinkError};
 
 /// Number of events on the panel.
@@ -21,10 +21,12 @@ pub struct Panel {
     pub run: u64,
     /// Name of the scene.
     pub scene: String,
-    /// Title of the scene.
+    /// Title of the scene: what it shows as written, before any command.
     pub title: String,
-    /// Description of the scene, Markdown.
+    /// Description of the scene as written, Markdown.
     pub about: String,
+    /// What is observed now: type of motion and tilt, in one line.
+    pub now: String,
     /// Simulated time analysed so far, s.
     pub time_s: f64,
     /// Requested playback speed, simulated seconds per second of wall time.
@@ -44,22 +46,73 @@ pub struct Panel {
     pub narration: String,
     /// Measurements for the scene's mechanism, Markdown with a heading; empty without a mechanism.
     pub lesson: String,
-    /// Type of motion by the last classification.
+    /// Type of motion by the last classification, or `at rest`.
     pub regime: Option<String>,
     /// Confidence of the classification, 0 to 1.
     pub confidence: Option<f64>,
     /// Strongest spectral lines of the velocity (m/s), in descending order.
     pub lines: Vec<SpectralLine>,
-    /// Peak speed of the probe in the last frame, mm/s.
+    /// Peak velocity of the probe over the last 5 ms of simulated time, mm/s.
     pub peak_velocity_mm_per_s: f64,
-    /// Number of contact nodes that stick, slip or are separated; `None` for a scene without contact nodes.
-    pub nodes: Option<[usize; 3]>,
+    /// Mean number of contact nodes that stick, slip or are separated over the last 5 ms of simulated time;
+    /// `None` for a scene without contact nodes.
+    pub nodes: Option<[f64; 3]>,
     /// Commands and messages, newest last.
     pub events: Vec<Event>,
     /// File of the present recording.
     pub recording: Option<String>,
     /// Number of viewers that are watching: those connected to the page.
     pub watching: usize,
+}
+
+/// Samples of the last 5 ms of simulated time, from which the numbers of the panel are computed: they do not
+/// depend on the lengths of the frames, hence not on the playback speed.
+#[derive(Debug, Default)]
+struct RecentSamples {
+    /// Peak velocity below which the vibration is at rest, m/s.
+    rest_speed: f64,
+    /// Scheduled tilts of the scene, degrees.
+    scheduled_deg: Option<[f64; 2]>,
+    /// Magnitude of the probe's velocity, m/s.
+    speeds: VecDeque<f64>,
+    contacts: VecDeque<ContactSample>,
+}
+
+impl RecentSamples {
+    /// Span of time, s: some periods of a low squeak.
+    const SPAN: f64 = 5e-3;
+
+    fn push(&mut self, frame: &Frame) {
+        self.speeds.extend(frame.velocity.iter().map(|v| v.abs()));
+        let length = (Self::SPAN / frame.dt).round() as usize;
+        self.speeds
+            .drain(..self.speeds.len().saturating_sub(length));
+        self.contacts.extend(&frame.contacts);
+        // Half a sample of tolerance: times are rounded.
+        let start = frame.end() - Self::SPAN - 0.5 * frame.dt;
+        self.contacts.retain(|counts| counts.time >= start);
+    }
+
+    /// Peak velocity of the probe, m/s.
+    fn peak_velocity(&self) -> f64 {
+        self.speeds.iter().copied().fold(0.0, f64::max)
+    }
+
+    fn is_at_rest(&self) -> bool {
+        self.peak_velocity() < self.rest_speed
+    }
+
+    /// Mean number of nodes that stick, slip or are separated.
+    fn nodes(&self) -> Option<[f64; 3]> {
+        let mean = |count: fn(&ContactSample) -> usize| {
+            self.contacts.iter().map(count).sum::<usize>() as f64 / self.contacts.len() as f64
+        };
+        (!self.contacts.is_empty()).then(|| {
+            let [all, stuck, separated] =
+                [mean(|c| c.nodes), mean(|c| c.stuck), mean(|c| c.separated)];
+            [stuck, all - stuck - separated, separated]
+        })
+    }
 }
 
 /// A command that was applied, or a message to the user.
@@ -77,6 +130,7 @@ pub struct Event {
 #[derive(Debug, Default)]
 pub struct StatusStore {
     panel: Mutex<Panel>,
+    recent: Mutex<RecentSamples>,
     /// Newest last.
     events: Mutex<VecDeque<Event>>,
 }
@@ -90,9 +144,36 @@ impl StatusStore {
             panel.measured_speed = status.measured_speed;
             panel.paused = status.paused;
         }
+        if lock(&self.recent).is_at_rest() && panel.time_s > 0.0 {
+            (panel.regime, panel.confidence) = (Some("at rest".to_owned()), None);
+            panel.lines.clear();
+        }
+        panel.now = self.now(&panel);
         panel.watching = watching;
         panel.events = lock(&self.events).iter().cloned().collect();
         panel
+    }
+
+    /// What is observed now, in one line.
+    fn now(&self, panel: &Panel) -> String {
+        // A scene may have commentary without a classification.
+        let heading = panel.narration.lines().next();
+        let observed = heading.and_then(|line| line.strip_prefix("## "));
+        let motion = panel.regime.as_deref().or(observed);
+        let motion = motion.unwrap_or("not yet classified");
+        let tilted = panel.tilt_deg.zip(lock(&self.recent).scheduled_deg);
+        // A tolerance for degrees that were converted.
+        let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
+        match tilted.filter(off) {
+            Some((tilt, [low, high])) => {
+                let scheduled = match low == high {
+                    true => format!("{low:.2}°"),
+                    false => format!("{low:.2}° to {high:.2}°"),
+                };
+                format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
+            }
+            None => motion.to_owned(),
+        }
     }
 
     /// Starts another run with the given range of tilts.
@@ -105,6 +186,7 @@ impl StatusStore {
             lyapunov,
             ..Panel::default()
         };
+        *lock(&self.recent) = RecentSamples::default();
     }
 
     /// Adds a message at a simulated time (s).
@@ -135,8 +217,11 @@ impl StatusStore {
         panel.scene.clone_from(&header.scene);
         panel.title = escape::line(&header.title).into_owned();
         panel.about = escape::lines(&header.about).into_owned();
-        if let Subject::Joint(_) = header.subject {
+        let mut recent = lock(&self.recent);
+        recent.rest_speed = header.rest_speed;
+        if let Subject::Joint(joint) = &header.subject {
             panel.tilt_deg = Some(0.0);
+            recent.scheduled_deg = Some([joint.min_tilt, joint.max_tilt].map(f64::to_degrees));
         }
     }
 
@@ -145,12 +230,10 @@ impl StatusStore {
         panel.time_s = frame.end();
         let tilt = frame.tilt.to_degrees();
         panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
-        let speed = frame.velocity.iter().fold(0.0, |m: f64, v| v.abs().max(m));
-        panel.peak_velocity_mm_per_s = 1e3 * speed;
-        if let Some(patch) = frame.patch.last() {
-            let states = [NodeState::Stick, NodeState::Slip, NodeState::Separated];
-            panel.nodes = Some(states.map(|state| patch.count(state)));
-        }
+        let mut recent = lock(&self.recent);
+        recent.push(frame);
+        panel.peak_velocity_mm_per_s = 1e3 * recent.peak_velocity();
+        panel.nodes = recent.nodes();
     }
 }
 
@@ -198,6 +281,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::pipeline::message::DisplayRates;
+    use crate::pipeline::{Analyser, controllable_source};
+    use crate::scene::Scene;
 
     #[test]
     fn the_last_events_are_kept_and_numbered() {
@@ -214,6 +300,66 @@ mod tests {
         assert_eq!(panel.watching, 2);
     }
 
+    /// The panel after a run of a scene, in frames of the given playback speed (simulated seconds per second).
+    fn panel_at(scene: &str, speed: f64, duration_ms: f64) -> Panel {
+        let scene = Scene::load(scene).unwrap();
+        let scene = scene.with_duration(duration_ms).unwrap();
+        let mut source = controllable_source(&scene).unwrap();
+        let header = source.header("");
+        let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
+        source.set_frame_length(samples, shown);
+        let store = Arc::new(StatusStore::default());
+        let mut sink = StatusSink(Arc::clone(&store));
+        let mut analyser = Analyser::new(source.analysis(), &header);
+        sink.accept(Record::Header(Arc::new(header))).unwrap();
+        while let Some(frame) = source.next_frame().unwrap() {
+            analyser.push(&Arc::new(frame), &mut sink).unwrap();
+        }
+        store.read(None, 0)
+    }
+
+    #[test]
+    fn the_numbers_do_not_depend_on_the_playback_speed() {
+        let slow = panel_at("stick-slip", 1e-3, 52.0);
+        let [stick, slip, separated] = slow.nodes.expect("nodes");
+        assert!(stick > 1.0 && slip > 1.0, "{stick} {slip} {separated}");
+        assert!(slow.regime.is_some() && !slow.lines.is_empty() && !slow.narration.is_empty());
+        for speed in [0.02, 0.25, 1.0] {
+            let mut panel = panel_at("stick-slip", speed, 52.0);
+            // The end of a frame is a sum of rounded numbers.
+            assert!((panel.time_s - slow.time_s).abs() < 1e-12);
+            panel.time_s = slow.time_s;
+            assert_eq!(panel, slow, "at {speed} s/s");
+        }
+    }
+
+    #[test]
+    fn the_present_motion_is_told_from_the_scene() {
+        let store = Arc::new(StatusStore::default());
+        let mut sink = StatusSink(Arc::clone(&store));
+        let mut header = crate::pipeline::synthetic_header();
+        header.title = "Torus".to_owned();
+        header.rest_speed = 1e-6;
+        sink.accept(Record::Header(Arc::new(header))).unwrap();
+        let frame = |tilt: f64, velocity| Frame {
+            dt: 1e-5,
+            tilt,
+            velocity: vec![velocity; 1000],
+            displacement: vec![0.0; 1000],
+            ..Frame::default()
+        };
+        store.update_from_frame(&frame(0.0, 1e-3));
+        assert_eq!(store.read(None, 0).now, "not yet classified");
+        store.panel().regime = Some("chaotic".to_owned());
+        store.update_from_frame(&frame(5f64.to_radians(), 1e-3));
+        let panel = store.read(None, 0);
+        let words = "chaotic, at a tilt of 5.00° instead of the scene's 0.00°";
+        assert_eq!((panel.title.as_str(), panel.now.as_str()), ("Torus", words));
+        store.update_from_frame(&frame(0.0, 1e-7));
+        let panel = store.read(None, 0);
+        assert_eq!((panel.now.as_str(), panel.confidence), ("at rest", None));
+    }
+
     #[test]
     fn a_new_run_resets_the_numbers_but_keeps_the_events() {
         let store = StatusStore::default();
@@ -221,7 +367,9 @@ mod tests {
         store.log(0.0, "message");
         store.set_recording(Some("a.rrd".to_owned()));
         let frame = Frame {
+            dt: 1e-5,
             velocity: vec![1e-3, -2e-3],
+            displacement: vec![0.0; 2],
             ..Frame::default()
         };
         store.update_from_frame(&frame);

@@ -7,23 +7,12 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::PipelineError;
-use super::message::{DisplayRates, Frame, Header};
+use super::message::{DisplayRates, Frame, Header, Kick};
 use super::pending::{PendingCommands, RunCommand, TooManyKicks};
 use super::source::{ControllableSource, Source};
 use crate::dynamics::DynamicsError;
 use crate::scene::AnalysisSpec;
 
-/// Frames per second of wall time. A command takes effect at the start of the next frame.
-const FRAMES: f64 = 60.0;
-/// Snapshots of body and contact patch per second of wall time.
-const SNAPSHOTS: f64 = 20.0;
-/// Approximate number of rows of time series per second of wall time that a viewer can display.
-const ROWS: f64 = 20e3;
-/// Maximum number of windows per second of wall time that an analysis evaluates: slightly more than are
-/// displayed.
-const WINDOWS: f64 = 8.0;
-/// Maximum number of samples per frame.
-const MAX_FRAME_SAMPLES: f64 = 8192.0;
 /// Maximum lag behind the playback speed. A run that lags more does not try to catch up.
 const MAX_LAG: Duration = Duration::from_millis(150);
 /// Wall time over which the playback speed is measured.
@@ -101,6 +90,8 @@ pub struct InteractiveSource {
     ended: bool,
     /// Descriptions of the commands applied since the last frame.
     done: Vec<String>,
+    /// Kicks applied since the last frame.
+    kicks: Vec<Kick>,
 }
 
 impl InteractiveSource {
@@ -133,6 +124,7 @@ impl InteractiveSource {
             step: false,
             ended: false,
             done: Vec::new(),
+            kicks: Vec::new(),
         };
         run.set_speed(speed);
         let handle = RunHandle {
@@ -146,14 +138,8 @@ impl InteractiveSource {
     fn set_speed(&mut self, speed: f64) {
         self.restart_clock();
         lock(&self.status).speed = speed;
-        let samples = (speed * self.rate / FRAMES).round();
-        let shown = DisplayRates {
-            pictures: (SNAPSHOTS / speed).min(self.rate),
-            every: (speed * self.rate / ROWS).round().max(1.0) as usize,
-            apart: (speed * self.rate / WINDOWS).round() as u64,
-        };
-        self.source
-            .set_frame_length(samples.clamp(1.0, MAX_FRAME_SAMPLES) as usize, shown);
+        let (samples, shown) = DisplayRates::at_speed(speed, self.rate);
+        self.source.set_frame_length(samples, shown);
     }
 
     fn set_paused(&mut self, paused: bool) {
@@ -217,6 +203,8 @@ impl InteractiveSource {
         }
         for (size, seed) in kicks {
             self.source.kick(size, seed)?;
+            let time = self.source.time();
+            self.kicks.push(Kick { time, size, seed });
             self.done.push(format!(
                 "kick of {} mm/s, seed {seed}",
                 format_short(1e3 * size)
@@ -292,6 +280,7 @@ impl Source for InteractiveSource {
             return Ok(None);
         };
         frame.events = std::mem::take(&mut self.done);
+        frame.kicks = std::mem::take(&mut self.kicks);
         if std::mem::take(&mut self.step) {
             // The playback clock does not wait for the time that the step has covered.
             self.anchor = (Instant::now(), self.source.time());
@@ -419,6 +408,12 @@ mod tests {
             if k == 10 {
                 assert!(first > 1e-3 && first < 1e-2, "{first}");
                 assert_eq!(frame.events, ["kick of 1 mm/s, seed 7"]);
+                let kick = Kick {
+                    time: frame.t0,
+                    size: 1e-3,
+                    seed: 7,
+                };
+                assert_eq!(frame.kicks, [kick]);
             } else if k < 10 {
                 assert!(first < 3e-4, "{first}");
             }

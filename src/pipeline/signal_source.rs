@@ -70,6 +70,7 @@ impl Source for SignalSource<'_> {
             endless: false,
             analyses: kinds(&self.analysis),
             section: section_coordinates(&self.analysis),
+            rest_speed: 0.0,
             subject: Subject::Signal(self.info.clone()),
             computed: None,
         }

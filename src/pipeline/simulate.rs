@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use super::computed;
 use super::message::{
-    DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction, ModeInfo, NodeState,
-    PatchGeometry, PatchSnapshot, Subject,
+    ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction,
+    ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
 };
 use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
@@ -15,13 +15,10 @@ use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, LoadedJoint, Loading, RecordSpec, Scene, Schedule};
+use crate::scene::{AnalysisSpec, LoadedJoint, Loading, Scene, Schedule};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
 const OUTLINE: (usize, usize) = (44, 24);
-
-/// Maximum number of energy samples per snapshot of the patch.
-const ENERGIES: f64 = 20.0;
 
 /// A running simulation of a joint.
 #[derive(Debug)]
@@ -45,9 +42,16 @@ pub struct Simulation {
     frames: u64,
     /// Contact nodes that are separated at the previous sample and at the present one, one bit per node.
     separated: [Vec<u8>; 2],
+    /// States of the contact nodes at the last instant at which they were counted; empty before the first one.
+    counted: Vec<NodeState>,
+    /// Samples between two updates of a loading that changes gradually: a frame of the scene. A frame of a
+    /// live run may be shorter or longer.
+    loading_every: u64,
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
+    /// See [`Frame::unlocated_since`].
+    unlocated_since: Option<f64>,
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
     sensitivity: SensitivityTracker,
     busy_seconds: f64,
@@ -55,8 +59,6 @@ pub struct Simulation {
     tilt_range: Option<[f64; 2]>,
     /// Display rates of a live run.
     shown: Option<DisplayRates>,
-    /// Recording rates of the scene.
-    planned: RecordSpec,
 }
 
 /// Reference values of the energy audit, J.
@@ -152,13 +154,15 @@ impl Simulation {
             next_sample: 0,
             frames: 0,
             separated,
+            counted: Vec::new(),
+            loading_every: scene.frame_samples as u64,
             z,
             audit,
+            unlocated_since: None,
             sensitivity: SensitivityTracker::new(scene),
             busy_seconds: 0.0,
             tilt_range: None,
             shown: None,
-            planned: scene.record,
         })
     }
 
@@ -266,18 +270,58 @@ impl Simulation {
         Ok(())
     }
 
-    /// Number of samples of the next frame. A frame ends at the next jump of the loading: all its samples
-    /// belong to one joint.
+    /// Number of samples of the next frame. A frame ends where the loading changes: all its samples belong to
+    /// one joint, and the motion does not depend on the length of the frames.
     fn frame_length(&self) -> u64 {
         let left = match self.tilt_range {
             Some(_) => u64::MAX,
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
-        let whole = left.min(self.scene.frame_samples as u64);
+        let mut whole = left.min(self.scene.frame_samples as u64);
+        if self.tilted.varies() {
+            whole = whole.min(self.loading_every - self.next_sample % self.loading_every);
+        }
         let next_jump = self.jumps.last();
         next_jump.map_or(whole, |&jump| {
             whole.min(first_sample_from(jump, self.scene.sample_rate) - self.next_sample)
         })
+    }
+
+    /// A frame that starts at a time (s), with space for `count` samples.
+    fn empty_frame(&self, t0: f64, count: usize) -> Frame {
+        let modes = self.joint.modes();
+        Frame {
+            index: self.frames,
+            t0,
+            dt: 1.0 / self.scene.sample_rate,
+            modes,
+            q: Vec::with_capacity(count * modes),
+            qdot: Vec::with_capacity(count * modes),
+            tilt: self.loading.tilt,
+            load: self.loading.load,
+            rotation_factor: self.loading.rotation_factor,
+            geometry: Arc::clone(&self.geometry),
+            shown: self.shown,
+            ..Frame::default()
+        }
+    }
+
+    /// Counts the contact nodes at the present sample, and takes a snapshot of them, if these are due.
+    fn follow_contacts(&mut self, time: f64, [counts, pictures]: [bool; 2], frame: &mut Frame) {
+        if !counts && !pictures {
+            return;
+        }
+        let modes = self.joint.modes();
+        let (q, v) = self.z[..2 * modes].split_at(modes);
+        let snapshot = patch_snapshot(&self.joint, time, q, v);
+        if counts {
+            let sample = ContactSample::of(&snapshot, &self.counted);
+            frame.contacts.push(sample);
+            self.counted.clone_from(&snapshot.states);
+        }
+        if pictures {
+            frame.patch.push(snapshot);
+        }
     }
 
     fn energy_sample(&self, time: f64) -> EnergySample {
@@ -324,28 +368,25 @@ impl Source for Simulation {
         }
         let count = self.frame_length();
         let modes = self.joint.modes();
-        let mut frame = Frame {
-            index: self.frames,
-            t0,
-            dt: 1.0 / rate,
-            modes,
-            q: Vec::with_capacity(count as usize * modes),
-            qdot: Vec::with_capacity(count as usize * modes),
-            tilt: self.loading.tilt,
-            load: self.loading.load,
-            rotation_factor: self.loading.rotation_factor,
-            geometry: Arc::clone(&self.geometry),
-            shown: self.shown,
-            ..Frame::default()
-        };
+        let mut frame = self.empty_frame(t0, count as usize);
         let record = &self.scene.record;
-        let patch_every = stride(rate, record.patch_rate);
+        let count_every = stride(rate, record.patch_rate);
         let energy_every = stride(rate, record.energy_rate);
+        let picture_every = match self.shown {
+            // Data that the scene does not record stay off.
+            Some(shown) if record.patch_rate > 0.0 => stride(rate, shown.pictures),
+            _ => count_every,
+        };
+        let is_due = |every: Option<u64>, index: u64| every.is_some_and(|every| index % every == 0);
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
             match self.integrator.sample(&self.joint, time, &mut self.z) {
                 Err(DynamicsError::Stopped { .. }) => break,
                 other => other?,
+            }
+            if self.unlocated_since.is_none() {
+                let located = self.integrator.stats().steps_without_event_location == 0;
+                self.unlocated_since = (!located).then_some(time);
             }
             let (q, v) = self.z[..2 * modes].split_at(modes);
             frame.q.extend_from_slice(q);
@@ -353,10 +394,9 @@ impl Source for Simulation {
             frame.displacement.push(self.joint.probe_value(q));
             frame.velocity.push(self.joint.probe_value(v));
             frame.transitions += transitions(&self.joint, q, &mut self.separated);
-            if patch_every.is_some_and(|every| index % every == 0) {
-                frame.patch.push(patch_snapshot(&self.joint, time, q, v));
-            }
-            if energy_every.is_some_and(|every| index % every == 0) {
+            let due = [count_every, picture_every].map(|every| is_due(every, index));
+            self.follow_contacts(time, due, &mut frame);
+            if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
             }
             let reached = Reached {
@@ -384,6 +424,7 @@ impl Source for Simulation {
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.stats = self.integrator.stats();
+        frame.unlocated_since = self.unlocated_since;
         frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))
@@ -424,12 +465,6 @@ impl ControllableSource for Simulation {
     fn set_frame_length(&mut self, samples: usize, shown: DisplayRates) {
         self.shown = Some(shown);
         self.scene.frame_samples = samples;
-        let record = &mut self.scene.record;
-        // Data that the scene does not record stay off.
-        if self.planned.patch_rate > 0.0 {
-            record.patch_rate = shown.pictures;
-        }
-        record.energy_rate = self.planned.energy_rate.min(ENERGIES * shown.pictures);
     }
 
     fn time(&self) -> f64 {

@@ -7,7 +7,7 @@ use super::PipelineError;
 use super::message::{
     AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
 };
-use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate};
+use crate::scene::{AnalysisSpec, Scene, SectionSurface, SmallSystem, StateCoordinate, SystemSpec};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
 /// recorded signal.
@@ -103,9 +103,25 @@ pub(super) fn header(
         endless: false,
         analyses: kinds(&scene.analysis),
         section: section_coordinates(&scene.analysis),
+        rest_speed: rest_speed(scene, &subject),
         subject,
         computed,
     }
+}
+
+/// Ratio of peak velocity to sliding speed below which a vibration is at rest if the scene gives no limit.
+const REST: f64 = 1e-6;
+
+/// Peak velocity below which a vibration is at rest, m/s.
+fn rest_speed(scene: &Scene, subject: &Subject) -> f64 {
+    let given = scene.analysis.spectrum.and_then(|spectrum| spectrum.rest);
+    let sliding_speed = || match (subject, &scene.subject) {
+        (Subject::Joint(joint), _) => joint.largest_sliding_speed(),
+        (_, SystemSpec::Small(SmallSystem::MassOnBelt(system))) => system.belt,
+        (_, SystemSpec::Small(SmallSystem::TwoModesOnBelt(system))) => system.belt,
+        _ => 0.0,
+    };
+    given.unwrap_or_else(|| REST * sliding_speed())
 }
 
 /// The analyses that are switched on, for a header.

@@ -70,6 +70,8 @@ pub struct Samples {
     q: Rows,
     qdot: Rows,
     modal_energy: Rows,
+    /// Time of the last displayed energy sample, s.
+    last_energy: f64,
     energy: Rows,
     tilt: Rows,
     /// Load, if it varies.
@@ -134,6 +136,7 @@ impl Samples {
             q: Rows::new(paths::MODES_Q, modes),
             qdot: Rows::new(paths::MODES_QDOT, modes),
             modal_energy: Rows::new(paths::MODES_ENERGY, modes),
+            last_energy: f64::NEG_INFINITY,
             energy: Rows::new(paths::ENERGY, 3),
             tilt: Rows::new(paths::TILT, 1),
             load,
@@ -153,7 +156,14 @@ impl Samples {
             self.q.push(time, q.iter().map(|x| 1e6 * x));
             self.qdot.push(time, qdot.iter().map(|x| 1e3 * x));
         }
+        let interval = frame.shown.map_or(0.0, |shown| 1.0 / shown.energies());
         for sample in &frame.energy {
+            // Half a sample of tolerance: times are rounded.
+            let late = sample.time + 0.5 * frame.dt - self.last_energy;
+            if late < interval {
+                continue;
+            }
+            self.last_energy = sample.time;
             self.modal_energy
                 .push(sample.time, sample.modal.iter().map(|e| 1e6 * e));
             let sums = [sample.total, sample.friction_work, sample.residual];

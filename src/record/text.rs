@@ -166,8 +166,8 @@ fn signal_about(header: &Header, signal: &SignalInfo) -> String {
     format!("## Signal\n\n| property | value |\n|---|---|\n{rows}\n")
 }
 
-/// Logs the narration: the title of the scene, an observation as Markdown with its own heading, and the
-/// description of the scene.
+/// Logs the narration: an observation as Markdown with its own heading, and below it the title and the
+/// description of the scene, which describe the scene as written and not the present motion.
 pub fn narrate(
     rec: &RecordingStream,
     header: &Header,
@@ -196,9 +196,13 @@ pub fn narrate(
         ),
     };
     let text = format!(
-        "**{title}**\n\n{words}\n\n*Observed at {now}.*\n\n---\n\n{about}\n\n\
+        "{words}\n\n*Observed at {now}.*\n\n---\n\n**{written}{title}**\n\n{about}\n\n\
          *{facts} The views are described in the tab “About”.*\n\n`squeakscope {version}`",
         title = escape::markdown(&header.title),
+        written = match header.subject {
+            Subject::Joint(_) | Subject::Small(_) => "The scene as written: ",
+            Subject::Signal(_) => "",
+        },
         now = style::format_time(header, time),
         about = header.about,
         version = VERSION,
@@ -238,7 +242,9 @@ pub fn summarise(
     } else {
         "Finished"
     };
-    let lines = if lines.is_empty() {
+    let lines = if summary.at_rest {
+        "at rest".to_owned()
+    } else if lines.is_empty() {
         "no spectral line".to_owned()
     } else {
         format!("spectral lines {}", lines.join(", "))

@@ -104,6 +104,13 @@ impl LoadedJoint {
         }
     }
 
+    /// Whether tilt, load or rotation change with time.
+    pub fn varies(&self) -> bool {
+        let factor = self.rotation.as_ref().map(|r| &r.factor);
+        let courses = [Some(&self.tilt), self.load.as_ref(), factor];
+        courses.into_iter().flatten().any(Schedule::varies)
+    }
+
     /// Times of all discontinuities of tilt, load and rotation, s, ascending, without duplicates.
     pub fn jumps(&self) -> Vec<f64> {
         let factor = self.rotation.as_ref().map(|r| &r.factor);

@@ -19,7 +19,11 @@ use minijinja::{Error, context};
 
 use crate::dynamics::{Motion, Sign};
 use crate::number::with_error;
-use crate::pipeline::message::{Exponents, FrictionReading, Header, Lesson, Observation, Subject};
+use crate::pipeline::message::{
+    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, Observation,
+    Regime, Subject,
+};
+use crate::scene::Mechanism;
 use template::{fill, lesson_name};
 
 /// Velocity level over the sliding speed below which the vibration counts as inaudible.
@@ -154,10 +158,31 @@ fn lesson_values(lesson: &Lesson) -> Value {
         near => near.map(|mode| mode.label.as_str()),
         kick => computed.start.kick,
         seed => computed.start.seed,
-        silent => measured.level < SILENT * computed.sliding_speed,
+        silent => silence(computed, measured),
+        motion => measured.regime.map(|regime| regime.to_string()),
+        contrary => contrary(computed.mechanism, measured.regime).map(|regime| regime.to_string()),
         exponents => exponents.map(each_with_error),
         attractor => exponents.map(|exponents| exponents.attractor().name()),
     }
+}
+
+/// The level in words, if it is too small to be heard.
+fn silence(computed: &MechanismPrediction, measured: &Measurements) -> Option<&'static str> {
+    match measured.at_rest {
+        true => Some("at rest"),
+        false => (measured.level < SILENT * computed.sliding_speed).then_some("silent"),
+    }
+}
+
+/// The present type of motion, if it is clear and differs from the one that the lesson explains.
+fn contrary(mechanism: Mechanism, regime: Option<Regime>) -> Option<Regime> {
+    let explained = match mechanism {
+        Mechanism::Torus => Regime::QuasiPeriodic,
+        Mechanism::Chaos => Regime::Chaotic,
+        _ => return None,
+    };
+    let unclear = [Regime::Transient, Regime::Noise, Regime::Undetermined];
+    regime.filter(|regime| *regime != explained && !unclear.contains(regime))
 }
 
 /// Trims each line and collapses consecutive empty lines.

@@ -6,12 +6,12 @@ use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
-    AnalysisKind, Appearance, Coupling, DivergenceFit, Growth, Measurements, MechanismPrediction,
-    NodeShares, OperatingPoint, SpectralLine, StatusShares, TiltDirection, TiltLoop, TiltedTone,
-    ToneChange, TrajectoryDivergence, Vibration,
+    AnalysisKind, Appearance, Coupling, DivergenceFit, Growth, Kick, Measurements,
+    MechanismPrediction, NodeShares, OperatingPoint, SpectralLine, StatusShares, TiltDirection,
+    TiltLoop, TiltedTone, ToneChange, TrajectoryDivergence, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
-use crate::scene::{Mechanism, Start};
+use crate::scene::Start;
 
 fn lines() -> Vec<SpectralLine> {
     let line = |frequency: f64, label: &str| SpectralLine {
@@ -53,7 +53,7 @@ fn narrated(vibration: Vibration) -> String {
     fill_narration(&Observation::Vibration(Box::new(vibration))).unwrap()
 }
 
-const APPEARANCES: [Appearance; 8] = [
+const APPEARANCES: [Appearance; 9] = [
     Appearance::Silent,
     Appearance::Growing,
     Appearance::Fading,
@@ -62,6 +62,7 @@ const APPEARANCES: [Appearance; 8] = [
     Appearance::TwoTones,
     Appearance::Broad,
     Appearance::Unsettled,
+    Appearance::AtRest,
 ];
 
 #[test]
@@ -219,6 +220,10 @@ fn measured() -> Measurements {
         growth_ended: true,
         first_level: Some(1e-6),
         level: 0.01,
+        at_rest: false,
+        regime: Some(Regime::QuasiPeriodic),
+        kicks: 0,
+        last_kick: None,
         lines: lines(),
         nodes: Some(NodeShares {
             stuck: 0.25,
@@ -309,6 +314,76 @@ fn a_changed_tilt_is_reported_in_lessons_with_computed_values() {
     let words = "The load is now tilted by **5.7°**; the computed values are for 2.9°.";
     assert!(lesson_text(Mechanism::Prediction, moved.clone()).contains(words));
     assert!(!lesson_text(Mechanism::Torus, moved).contains("tilted by **"));
+}
+
+#[test]
+fn a_lesson_states_a_motion_that_contradicts_it() {
+    let mut now = measured();
+    assert!(!lesson_text(Mechanism::Torus, now.clone()).contains("**The motion is now"));
+    for (mechanism, regime) in [
+        (Mechanism::Torus, Regime::Chaotic),
+        (Mechanism::Chaos, Regime::Periodic),
+    ] {
+        (now.regime, now.tilt) = (Some(regime), Some(0.1));
+        let text = lesson_text(mechanism, now.clone());
+        let words = format!(
+            "\n\n**The motion is now classified as {regime}**: the load is tilted by 5.7°, and the scene \
+             starts at 2.9°. This lesson"
+        );
+        assert!(text.contains(&words), "{text}");
+        assert!(!text.contains("  ") && !text.contains("beat **"), "{text}");
+        // An unclear type contradicts nothing.
+        now.regime = Some(Regime::Undetermined);
+        let text = lesson_text(mechanism, now.clone());
+        assert!(!text.contains("**The motion is now"), "{text}");
+    }
+}
+
+#[test]
+fn a_later_kick_is_not_the_one_at_the_start() {
+    let text = |kicks, last_kick| {
+        let measured = Measurements {
+            kicks,
+            last_kick,
+            ..measured()
+        };
+        lesson_text(Mechanism::WhichModeWins, measured)
+    };
+    let first = text(0, None);
+    assert!(
+        first.contains("dominates after the kick at the start. Another `seed`"),
+        "{first}"
+    );
+    assert!(!first.contains("| last kick |"), "{first}");
+    let kick = Kick {
+        time: 0.05,
+        size: 1e-3,
+        seed: 9,
+    };
+    let later = text(2, Some(kick));
+    let row = "| last kick | **1.00 mm/s √kg, seed 9, at 50.0 ms** |";
+    assert!(later.contains(row), "{later}");
+    assert!(
+        later.contains("dominates after the last of 3 kicks. Each kick can"),
+        "{later}"
+    );
+}
+
+#[test]
+fn a_motion_at_rest_is_called_so() {
+    let rest = Measurements {
+        at_rest: true,
+        level: 1e-13,
+        lines: Vec::new(),
+        ..measured()
+    };
+    for mechanism in [Mechanism::ExchangedFriction, Mechanism::Prediction] {
+        let text = lesson_text(mechanism, rest.clone());
+        assert!(
+            text.contains("| strongest line | **none, at rest** |"),
+            "{text}"
+        );
+    }
 }
 
 #[test]

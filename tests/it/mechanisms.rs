@@ -1,139 +1,11 @@
 //! The mechanisms: claims of their scenes and lessons, checked on the records of a run.
 
-use std::sync::Arc;
+mod run;
 
-use squeakscope::pipeline::message::{
-    Header, LevelSample, MechanismPrediction, NodeState, PatchSnapshot, Record, SpectralLine,
-    TiltDirection, TrajectoryDivergence,
-};
-use squeakscope::pipeline::{Monitor, run};
+use squeakscope::pipeline::message::{NodeState, Record, TiltDirection, TrajectoryDivergence};
 use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
-use squeakscope::text::LessonText;
 
-/// The records of a run.
-struct Run {
-    header: Arc<Header>,
-    records: Vec<Record>,
-    /// The lessons as text with their times, s.
-    lessons: Vec<(f64, String)>,
-}
-
-impl Run {
-    fn of(scene: &Scene) -> Self {
-        let mut records: Vec<Record> = Vec::new();
-        run(scene, "", &mut records, Monitor::default()).expect("runs");
-        let Some(Record::Header(header)) = records.first() else {
-            panic!("the first record is the header");
-        };
-        let mut text = LessonText::default();
-        let lessons = records.iter().filter_map(|record| match record {
-            Record::Lesson(lesson) => Some((lesson.time, text.next(lesson)?.to_owned())),
-            _ => None,
-        });
-        Self {
-            header: Arc::clone(header),
-            lessons: lessons.collect(),
-            records,
-        }
-    }
-
-    fn named(name: &str) -> Self {
-        Self::of(&Scene::load(name).expect("preset"))
-    }
-
-    /// A preset with one line replaced.
-    fn with(name: &str, from: &str, to: &str) -> Self {
-        Self::of(&changed(name, from, to))
-    }
-
-    fn computed(&self) -> &MechanismPrediction {
-        self.header.computed.as_deref().expect("a mechanism")
-    }
-
-    fn lessons(&self) -> Vec<(f64, &str)> {
-        let lessons = self.lessons.iter();
-        lessons.map(|(time, text)| (*time, text.as_str())).collect()
-    }
-
-    fn last_lesson(&self) -> &str {
-        &self.lessons.last().expect("a lesson").1
-    }
-
-    /// The value in the row `name` of the tables of the last lesson.
-    fn value(&self, name: &str) -> &str {
-        let lesson = self.last_lesson();
-        let row = lesson
-            .lines()
-            .find(|line| line.starts_with(&format!("| {name} |")));
-        let row = row.unwrap_or_else(|| panic!("no row `{name}` in\n{lesson}"));
-        row.split('|')
-            .nth(2)
-            .expect("two columns")
-            .trim()
-            .trim_matches('*')
-    }
-
-    /// The first number in the row `name`.
-    fn number(&self, name: &str) -> f64 {
-        let value = self.value(name);
-        let word = value.split([' ', '°']).next().expect("a word");
-        word.parse()
-            .unwrap_or_else(|_| panic!("`{name}` is `{value}`"))
-    }
-
-    /// Samples of the velocity, m/s.
-    fn velocity(&self) -> Vec<f64> {
-        let frames = self.records.iter().filter_map(|record| match record {
-            Record::Samples(frame) => Some(&frame.velocity),
-            _ => None,
-        });
-        frames.flatten().copied().collect()
-    }
-
-    fn courses(&self) -> Vec<LevelSample> {
-        let courses = self.records.iter().filter_map(|record| match record {
-            Record::LevelSample(course) => Some(*course),
-            _ => None,
-        });
-        courses.collect()
-    }
-
-    fn snapshots(&self) -> Vec<PatchSnapshot> {
-        let frames = self.records.iter().filter_map(|record| match record {
-            Record::Samples(frame) => Some(frame.patch.clone()),
-            _ => None,
-        });
-        frames.flatten().collect()
-    }
-
-    fn peaks(&self) -> &[SpectralLine] {
-        let peaks = self.records.iter().rev().find_map(|record| match record {
-            Record::Spectrum { peaks, .. } => Some(peaks),
-            _ => None,
-        });
-        peaks.expect("a spectrum")
-    }
-
-    /// Frequency of the strongest line at the end, Hz.
-    fn dominant_hz(&self) -> f64 {
-        self.peaks()[0].frequency
-    }
-
-    /// Growth rate (1/s) of the root mean square between the two halves of an interval (s).
-    fn growth(&self, [from, to]: [f64; 2]) -> f64 {
-        let rate = self.header.sample_rate;
-        let part = &self.velocity()[(from * rate) as usize..(to * rate) as usize];
-        let (first, second) = part.split_at(part.len() / 2);
-        let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
-        (power(second) / power(first)).ln() / (to - from)
-    }
-}
-
-fn changed(name: &str, from: &str, to: &str) -> Scene {
-    let text = Scene::load(name).expect("preset").text;
-    assert!(text.contains(from), "{name} has no `{from}`");
-    Scene::parse(&format!("{name}.toml"), text.replacen(from, to, 1)).expect("valid")
-}
+use run::Run;
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {
     let error = (found / expected - 1.0).abs();
@@ -206,6 +78,44 @@ fn lessons_are_independent_of_the_frame_length() {
         assert_eq!(text, text_2);
     }
     assert_eq!(default.courses().len(), other.courses().len());
+}
+
+/// The texts are equal; their times differ by rounding at most.
+fn assert_same_texts(found: &[(f64, String)], expected: &[(f64, String)], context: &str) {
+    assert_eq!(found.len(), expected.len(), "{context}");
+    for ((time, text), (time_2, text_2)) in found.iter().zip(expected) {
+        assert!((time - time_2).abs() < 1e-12, "{context}");
+        assert_eq!(text, text_2, "{context}");
+    }
+}
+
+/// Pictures are thinned by the playback speed; the numbers are not. The ramp also tilts the joint at the same
+/// instants at every speed.
+#[test]
+fn numbers_are_independent_of_the_playback_speed() {
+    for (name, duration_ms) in [
+        ("stick-slip", 55.0),
+        ("which-mode-wins", 30.0),
+        ("tilt-ramp", 30.0),
+    ] {
+        let scene = Scene::load(name).expect("preset");
+        let scene = scene.with_duration(duration_ms).expect("valid");
+        let planned = Run::of(&scene);
+        assert!(!planned.narrations().is_empty(), "{name}");
+        assert_eq!(
+            planned.lessons.len() > 1,
+            scene.mechanism.is_some(),
+            "{name}"
+        );
+        for ms_per_s in [1.0, 20.0, 250.0, 1000.0] {
+            let live = Run::at_speed(&scene, 1e-3 * ms_per_s);
+            let context = format!("{name} at {ms_per_s} ms/s");
+            assert_eq!(live.velocity(), planned.velocity(), "{context}");
+            assert_same_texts(&live.lessons, &planned.lessons, &context);
+            assert_same_texts(&live.narrations(), &planned.narrations(), &context);
+            assert_same_texts(&live.regimes(), &planned.regimes(), &context);
+        }
+    }
 }
 
 #[test]
@@ -365,7 +275,7 @@ fn printed_parameters_are_stable_and_exchanged_ones_squeal() {
     };
     assert!(peak(&printed) < 1e-3 * speed);
     assert!(printed.last_lesson().contains("**not grow**"));
-    assert_eq!(printed.value("strongest line"), "none");
+    assert_eq!(printed.value("strongest line"), "none, at rest");
 
     assert!(peak(&exchanged) > 0.5 * speed);
     assert!(exchanged.last_lesson().contains("grown into a **squeak**"));
@@ -391,7 +301,7 @@ fn the_kick_determines_the_dominant_mode() {
     assert_close(other.dominant_hz(), 4113.0, 0.01);
     assert!(run.last_lesson().contains("**4th bending** dominates"));
     assert!(other.last_lesson().contains("**2nd bending** dominates"));
-    assert!(run.value("initial kick").contains("seed 6"));
+    assert!(run.value("kick at the start").contains("seed 6"));
     assert_eq!(
         run.value("mode with the most energy, last 25 ms"),
         "4th bending"

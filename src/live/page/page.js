@@ -162,7 +162,8 @@ function panel(status) {
   const now = status.time_s;
   $("time").textContent = now < 1 ? `${(1e3 * now).toFixed(1)} ms` : `${now.toFixed(4)} s`;
   if ($("scene").value !== status.scene) $("scene").value = status.scene;
-  $("title").textContent = status.title;
+  $("now").textContent = `Now: ${status.now}`;
+  $("title").textContent = `The scene as written: ${status.title}`;
   showTilt(status, before);
   showSpeed(status);
   const sure = status.confidence === null ? "" : ` (confidence ${Math.round(100 * status.confidence)} %)`;
@@ -240,8 +241,8 @@ function showNodes(nodes) {
       return bar;
     }),
   );
-  const [stick, slip, separated] = nodes;
-  $("nodes-words").textContent = `contact nodes: ${stick} stick, ${slip} slip, ${separated} separated`;
+  const [stick, slip, separated] = nodes.map((count) => count.toFixed(0));
+  $("nodes-words").textContent = `contact nodes, mean over 5 ms: ${stick} stick, ${slip} slip, ${separated} separated`;
 }
 
 function showEvents(events) {

@@ -56,6 +56,53 @@ impl PatchSnapshot {
     }
 }
 
+/// Counts of contact nodes at one instant.
+///
+/// The instants are multiples of a fixed interval of simulated time, that of the scene's patch rate, at every
+/// playback speed: a share over `N` of them is off by at most `k / N` if the state changes `k` times.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactSample {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of sticking nodes.
+    pub stuck: usize,
+    /// Number of separated nodes.
+    pub separated: usize,
+    /// Number of nodes that are separated now and were closed at the previous instant.
+    pub separations: usize,
+}
+
+impl ContactSample {
+    /// The counts of a snapshot; `before` holds the states at the previous instant, empty at the first one.
+    pub fn of(snapshot: &PatchSnapshot, before: &[NodeState]) -> Self {
+        let pairs = before.iter().zip(&snapshot.states);
+        let separations = pairs.filter(|(before, now)| {
+            **before != NodeState::Separated && **now == NodeState::Separated
+        });
+        Self {
+            time: snapshot.time,
+            nodes: snapshot.states.len(),
+            stuck: snapshot.count(NodeState::Stick),
+            separated: snapshot.count(NodeState::Separated),
+            separations: separations.count(),
+        }
+    }
+}
+
+/// A kick: a random velocity added to each mode.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Kick {
+    /// Simulated time, s.
+    #[serde(rename = "time_s")]
+    pub time: f64,
+    /// Standard deviation of the modal velocities, sqrt(kg) m/s.
+    pub size: f64,
+    /// Seed of the random velocities.
+    pub seed: u64,
+}
+
 /// Energies at one instant, J, as differences from the steady-sliding equilibrium.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnergySample {
@@ -139,13 +186,18 @@ pub struct Frame {
     pub rotation_factor: f64,
     /// Contact nodes of this frame.
     pub geometry: Arc<PatchGeometry>,
-    /// Snapshots of the contact nodes, in time order, at the scene's patch rate.
+    /// Snapshots of the contact nodes for display, in time order: at the scene's patch rate, or at the rate of
+    /// pictures of a live run.
     pub patch: Vec<PatchSnapshot>,
-    /// Energies, in time order.
+    /// Counts of contact nodes, in time order, at the scene's patch rate.
+    pub contacts: Vec<ContactSample>,
+    /// Energies, in time order, at the scene's energy rate.
     pub energy: Vec<EnergySample>,
     /// Contact transitions in this frame: for a joint, nodes that separate or close between samples; for a
     /// small system, events.
     pub transitions: u64,
+    /// Time since which some steps have not located their events, s; `None` if all did.
+    pub unlocated_since: Option<f64>,
     /// Lyapunov exponents due in this frame, in time order; empty unless requested.
     pub exponents: Vec<Exponents>,
     /// The perturbed trajectory at the samples; `None` unless requested.
@@ -161,19 +213,55 @@ pub struct Frame {
     pub busy_seconds: f64,
     /// Descriptions of the commands applied at the first sample.
     pub events: Vec<String>,
+    /// Kicks applied at the first sample, after the one at the start of the run.
+    pub kicks: Vec<Kick>,
     /// Display rates of a live run; `None` to display everything that the scene requests.
     pub shown: Option<DisplayRates>,
 }
 
-/// Display rates of a live run, which depend on the playback speed.
+/// Display rates of a live run, which depend on the playback speed. They apply to pictures; the numbers of a
+/// run do not depend on them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayRates {
     /// Snapshots of body and patch per simulated second.
     pub pictures: f64,
     /// Number of samples per displayed sample of the time series, at least 1.
     pub every: usize,
-    /// Minimum number of samples between the ends of two windows of an analysis.
+    /// Minimum number of samples between the ends of two windows of an analysis that is only displayed.
     pub apart: u64,
+}
+
+impl DisplayRates {
+    /// Frames per second of wall time. A command takes effect at the start of the next frame.
+    const FRAMES: f64 = 60.0;
+    /// Snapshots of body and contact patch per second of wall time.
+    const SNAPSHOTS: f64 = 20.0;
+    /// Approximate number of rows of time series per second of wall time that a viewer can display.
+    const ROWS: f64 = 20e3;
+    /// Maximum number of windows per second of wall time that a displayed analysis evaluates: slightly more
+    /// than are displayed.
+    const WINDOWS: f64 = 8.0;
+    /// Energy samples per snapshot.
+    const ENERGIES: f64 = 20.0;
+    /// Maximum number of samples per frame.
+    const MAX_FRAME_SAMPLES: f64 = 8192.0;
+
+    /// Number of samples per frame, and display rates, at a playback speed (simulated seconds per second of
+    /// wall time) of samples at `rate` (Hz).
+    pub fn at_speed(speed: f64, rate: f64) -> (usize, Self) {
+        let samples = (speed * rate / Self::FRAMES).round();
+        let shown = Self {
+            pictures: (Self::SNAPSHOTS / speed).min(rate),
+            every: (speed * rate / Self::ROWS).round().max(1.0) as usize,
+            apart: (speed * rate / Self::WINDOWS).round() as u64,
+        };
+        (samples.clamp(1.0, Self::MAX_FRAME_SAMPLES) as usize, shown)
+    }
+
+    /// Displayed energy samples per simulated second.
+    pub fn energies(&self) -> f64 {
+        Self::ENERGIES * self.pictures
+    }
 }
 
 impl Frame {
@@ -187,8 +275,8 @@ impl Frame {
         self.displacement.is_empty()
     }
 
-    /// Minimum number of samples between the ends of two analysed windows; 0 for all windows that the scene
-    /// requests.
+    /// Minimum number of samples between the ends of two windows of an analysis that is only displayed; 0 for
+    /// all windows that the scene requests.
     pub fn apart(&self) -> u64 {
         self.shown.map_or(0, |shown| shown.apart)
     }

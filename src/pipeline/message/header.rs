@@ -39,6 +39,9 @@ pub struct Header {
     pub analyses: Vec<AnalysisKind>,
     /// Coordinates of a [`SectionPoint`](super::SectionPoint).
     pub section: [SectionCoordinate; 2],
+    /// Peak velocity below which a vibration is at rest, m/s: neither its lines nor its type are named. 0 for a
+    /// signal from a file.
+    pub rest_speed: f64,
     /// Source of the samples.
     pub subject: Subject,
     /// Linear prediction for the scene's mechanism; `None` if the scene has none.

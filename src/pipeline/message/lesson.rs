@@ -5,9 +5,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
-use super::frame::Exponents;
+use super::frame::{Exponents, Kick};
 use super::observation::TrajectoryDivergence;
-use crate::analysis::SpectralLine;
+use crate::analysis::{Regime, SpectralLine};
 
 /// Linear prediction for the scene's mechanism, and the measurements so far.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,8 @@ pub struct Lesson {
     pub measured: Measurements,
 }
 
-/// Measurements of a run that demonstrates a mechanism. Shares refer to the last 25 ms.
+/// Measurements of a run that demonstrates a mechanism. Shares refer to the last 25 ms. All are computed from
+/// samples at fixed instants of simulated time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Measurements {
     /// Growth rate of the velocity level while the vibration is small.
@@ -31,9 +32,17 @@ pub struct Measurements {
     pub first_level: Option<f64>,
     /// Velocity level: RMS over the last half natural period, m/s.
     pub level: f64,
+    /// Whether the vibration is at rest: the level is below [`Header::rest_speed`](super::Header::rest_speed).
+    pub at_rest: bool,
+    /// Type of motion by the last classification.
+    pub regime: Option<Regime>,
+    /// Kicks after the one at the start of the run: their number.
+    pub kicks: usize,
+    /// The last of these kicks.
+    pub last_kick: Option<Kick>,
     /// Lines of the last spectrum, strongest first; empty before the first spectrum.
     pub lines: Vec<SpectralLine>,
-    /// States of the contact nodes, for a joint with snapshots.
+    /// States of the contact nodes, for a joint with a patch rate.
     pub nodes: Option<NodeShares>,
     /// States of a small system.
     pub statuses: Option<StatusShares>,

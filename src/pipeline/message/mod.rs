@@ -7,14 +7,14 @@ mod lesson;
 mod observation;
 mod record;
 
-pub use crate::analysis::{SectionPoint, SpectralLine};
+pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
     Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
 };
 pub use frame::{
-    DisplayRates, EnergySample, Exponents, Frame, NodeState, PatchGeometry, PatchSnapshot,
-    PerturbedSamples,
+    ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
+    PatchSnapshot, PerturbedSamples,
 };
 pub use header::{
     AnalysisKind, Header, JointInfo, ModeInfo, SectionCoordinate, SignalInfo, SmallInfo,

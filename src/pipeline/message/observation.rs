@@ -119,6 +119,8 @@ pub struct OperatingPoint {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Appearance {
+    /// At rest: the motion, if any, is below [`Header::rest_speed`](super::Header::rest_speed).
+    AtRest,
     /// Almost no motion.
     Silent,
     /// Rising envelope.

@@ -209,6 +209,9 @@ pub struct Summary {
     /// Peak velocity of the probe in the last window, m/s.
     #[serde(rename = "peak_velocity_m_per_s")]
     pub peak_velocity: f64,
+    /// Whether the vibration is at rest in the last window: its peak velocity is below the limit of the scene, and
+    /// it has no lines.
+    pub at_rest: bool,
     /// Solver statistics.
     #[serde(flatten)]
     pub stats: SolverStats,

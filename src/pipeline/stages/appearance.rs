@@ -60,6 +60,13 @@ const SILENCE: Limits = Limits {
     leave: 1e-3,
 };
 
+/// Ratio of peak velocity to [`Header::rest_speed`](crate::pipeline::message::Header::rest_speed) below which a
+/// vibration is at rest.
+const REST: Limits = Limits {
+    enter: 1.0,
+    leave: 2.0,
+};
+
 /// Peak velocity, m/s, below which a vibration is silent at any sliding speed; needed for a joint at rest,
 /// whose sliding speed is zero.
 const MIN_SPEED: f64 = 1e-12;
@@ -107,6 +114,8 @@ pub struct RecentSamples<'a> {
 pub struct AppearanceClassifier {
     /// Sample rate, Hz.
     rate: f64,
+    /// Peak velocity below which a vibration is at rest, m/s.
+    rest: f64,
     analyser: SpectrumAnalyser,
     /// Last time at which the vibration grew, decayed or was silent, s.
     last_change: f64,
@@ -140,10 +149,12 @@ impl AppearanceClassifier {
     /// Minimum length of the signal, s: growth is the ratio of two segments.
     pub const FIRST: f64 = 2.0 * SEGMENT;
 
-    /// A classifier without reports, for samples at `rate` (Hz).
-    pub fn new(rate: f64) -> Self {
+    /// A classifier without reports, for samples at `rate` (Hz). A vibration below the peak velocity `rest`
+    /// (m/s) is at rest.
+    pub fn new(rate: f64, rest: f64) -> Self {
         Self {
             rate,
+            rest,
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
             last_change: f64::NEG_INFINITY,
             reported: None,
@@ -169,7 +180,10 @@ impl AppearanceClassifier {
         let velocity = &recent.velocity[recent.velocity.len() - count..];
         let spectrum_lines = NamedLines::of(&self.analyser.analyse(velocity)?);
         let appearance = change.unwrap_or_else(|| self.tones(&spectrum_lines, count));
-        let bases = spectrum_lines.naming.bases;
+        let (lines, bases) = match appearance {
+            Appearance::AtRest => (Vec::new(), Bases::None),
+            _ => (spectrum_lines.peaks(), spectrum_lines.naming.bases),
+        };
         let (f1, f2) = match bases {
             Bases::None => (None, None),
             Bases::One { f1 } => (Some(f1), None),
@@ -178,7 +192,7 @@ impl AppearanceClassifier {
         Ok(self.is_due(appearance, recent.time).then(|| Vibration {
             appearance,
             growth_rate: envelope.growth / SEGMENT,
-            lines: spectrum_lines.peaks(),
+            lines,
             f1,
             f2,
             beat: bases.beat(),
@@ -225,7 +239,9 @@ impl AppearanceClassifier {
     /// The appearance of a vibration that is nonstationary or almost absent.
     fn change(&self, envelope: &Envelope, sliding_speed: f64) -> Option<Appearance> {
         let silence = (SILENCE.now(self.is(Appearance::Silent)) * sliding_speed).max(MIN_SPEED);
-        if envelope.growth > GROWTH.now(self.is(Appearance::Growing)) {
+        if envelope.peak < REST.now(self.is(Appearance::AtRest)) * self.rest {
+            Some(Appearance::AtRest)
+        } else if envelope.growth > GROWTH.now(self.is(Appearance::Growing)) {
             Some(Appearance::Growing)
         } else if envelope.peak <= silence {
             Some(Appearance::Silent)
@@ -329,7 +345,7 @@ mod tests {
 
     #[test]
     fn a_change_is_reported_when_it_is_seen_twice() {
-        let mut classifier = AppearanceClassifier::new(RATE);
+        let mut classifier = AppearanceClassifier::new(RATE, 0.0);
         let mut see =
             |rate, speed, k: u32| report(&mut classifier, rate, speed, 1e-3 * f64::from(k));
         let (silent, growing) = (1e-3 * 1e-3 * SLIDING_SPEED, 1e-3);
@@ -358,9 +374,30 @@ mod tests {
     }
 
     #[test]
+    fn a_vibration_below_the_floor_is_at_rest_and_has_no_lines() {
+        let floor = 1e-6 * SLIDING_SPEED;
+        for (speed, expected) in [
+            (0.9 * floor, Appearance::AtRest),
+            (1.1 * floor, Appearance::Silent),
+        ] {
+            let motion = Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]);
+            let recent = RecentSamples {
+                time: 0.0,
+                now: STEADY,
+                velocity: &motion.velocity,
+                displacement: &motion.displacement,
+            };
+            let mut classifier = AppearanceClassifier::new(RATE, floor);
+            let seen = classifier.classify(&recent).unwrap().unwrap();
+            assert_eq!(seen.appearance, expected);
+            assert_eq!(seen.lines.is_empty(), expected == Appearance::AtRest);
+        }
+    }
+
+    #[test]
     fn a_short_start_is_not_classified() {
         let motion = Motion::tones(AppearanceClassifier::FIRST, &[(4117.0, 1e-3, 0.0)]);
-        let mut classifier = AppearanceClassifier::new(RATE);
+        let mut classifier = AppearanceClassifier::new(RATE, 0.0);
         let recent = RecentSamples {
             time: 0.0,
             now: STEADY,
@@ -378,7 +415,7 @@ mod tests {
             let mut tones = vec![(4112.9, 10e-3, 0.1), (12_338.7, 3e-3, 1.9)];
             tones.extend([(3873.0, 9e-3), (7985.9, 10e-3), (12_098.8, 5e-3)].map(weak));
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &tones);
-            let mut classifier = AppearanceClassifier::new(RATE);
+            let mut classifier = AppearanceClassifier::new(RATE, 0.0);
             let recent = RecentSamples {
                 time: 0.0,
                 now: STEADY,

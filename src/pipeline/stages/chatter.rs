@@ -17,17 +17,17 @@ impl Stage for ChatterStage {
         _context: &mut Context,
         emit: &mut Emit<'_>,
     ) -> Result<(), AnalyseError> {
-        if self.reported || frame.stats.steps_without_event_location == 0 {
+        let Some(time) = frame.unlocated_since.filter(|_| !self.reported) else {
             return Ok(());
-        }
+        };
         self.reported = true;
         emit(Record::Warning {
-            time: frame.t0,
+            time,
             text: format!(
                 "from {:.3} ms on, contact nodes separate and close too often to stop at each event: \
                  some steps integrate over their events, as all steps do with time.events = \"through\"; \
                  error control still applies to these steps",
-                1e3 * frame.t0
+                1e3 * time
             ),
         })
     }
@@ -41,12 +41,12 @@ mod tests {
     fn chatter_is_reported_once() {
         let mut stage = ChatterStage::default();
         let mut reported = Vec::new();
-        for (steps_without_event_location, t0) in [(0, 0.0), (2, 1e-3), (7, 2e-3)] {
-            let mut frame = Frame {
+        for (unlocated_since, t0) in [(None, 0.0), (Some(1e-3), 0.9e-3), (Some(1e-3), 2e-3)] {
+            let frame = Frame {
                 t0,
+                unlocated_since,
                 ..Frame::default()
             };
-            frame.stats.steps_without_event_location = steps_without_event_location;
             let mut emit = |record| {
                 reported.push(record);
                 Ok(())

@@ -40,12 +40,13 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
     let joint = header.joint();
-    let summary = SummaryStage::new(spec.spectrum.as_ref(), rate);
+    let rest = header.rest_speed;
+    let summary = SummaryStage::new(spec.spectrum.as_ref(), header);
     let stages = [
-        boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate)),
+        boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate, rest)),
         // Only a sliding joint is described.
         boxed(&spec.spectrum.zip(joint), |(spec, joint)| {
-            narration::narration(spec.sliding.every, rate, joint)
+            narration::narration(spec.sliding.every, joint, header)
         }),
         boxed(&spec.spectrogram, |spec| {
             spectrogram::spectrogram(spec, rate)

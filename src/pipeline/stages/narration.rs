@@ -7,18 +7,19 @@ use super::clock::samples;
 use super::stage::Stage;
 use super::windowed::{Channels, Windowed};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
-use crate::pipeline::message::{Frame, JointInfo, Observation, OperatingPoint, Record};
+use crate::pipeline::message::{Frame, Header, JointInfo, Observation, OperatingPoint, Record};
 
-/// Emits [`Record::Narration`] if the samples of `joint` at `rate` (Hz) have a new appearance, checked every
-/// `every` seconds.
+/// Emits [`Record::Narration`] if the samples of `joint`, described by `header`, have a new appearance, checked
+/// every `every` seconds.
 ///
 /// The classifier has its own window of [`AppearanceClassifier::MEMORY`], independent of the window of the
 /// displayed spectrum.
-pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<> {
+pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage + use<> {
+    let rate = header.sample_rate;
     let count = |seconds| samples(seconds, rate, SpectrumAnalyser::MIN_SAMPLES);
     let sliding = SlidingWindow::new(count(AppearanceClassifier::MEMORY), every * rate)
         .with_min_length(count(AppearanceClassifier::FIRST));
-    let mut classifier = AppearanceClassifier::new(rate);
+    let mut classifier = AppearanceClassifier::new(rate, header.rest_speed);
     let (load_varies, rotation_varies) = (joint.load_varies(), joint.rotation_varies());
     let sliding_speed = joint.sliding_speed;
     let now = move |frame: &Frame| {
@@ -30,7 +31,7 @@ pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<>
             sliding_speed: sliding_speed * rotation_factor.unwrap_or(1.0),
         }
     };
-    Windowed::new(
+    let appearances = Windowed::new(
         sliding,
         velocity_and_displacement,
         move |window, _, emit| {
@@ -47,7 +48,8 @@ pub fn narration(every: f64, rate: f64, joint: &JointInfo) -> impl Stage + use<>
                 None => Ok(()),
             }
         },
-    )
+    );
+    appearances.complete()
 }
 
 fn velocity_and_displacement(frame: &Frame) -> Channels<'_, 2> {
@@ -91,7 +93,7 @@ mod tests {
 
     #[test]
     fn every_scene_has_its_appearance() {
-        assert_eq!(headings("printed-friction"), ["## Silent"]);
+        assert_eq!(headings("printed-friction"), ["## Silent", "## At rest"]);
         assert_eq!(headings("periodic-2deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("mode-shift-3.5deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("torus-3deg"), [GROWING, SETTLES, TWO_TONES]);

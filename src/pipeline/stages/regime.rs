@@ -15,7 +15,7 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
         silence: spec.silence,
     };
     let sliding = sliding(&spec.sliding, rate);
-    Windowed::new(sliding, displacement, move |window, _, emit| {
+    let verdicts = Windowed::new(sliding, displacement, move |window, _, emit| {
         let [signal] = window.channels;
         let Ok(verdict) = classify(signal, &search) else {
             return Ok(());
@@ -25,7 +25,9 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
             window: signal.len() as f64 / rate,
             verdict: Arc::new(verdict),
         })
-    })
+    });
+    // Lessons and panels name the type of motion.
+    verdicts.complete()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Sliding amplitude spectrum of the probe's velocity, with named lines.
 
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines};
+use super::named_lines::{LINE_WINDOW, NamedLines, peak_magnitude};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{SlidingWindow, SpectrumAnalyser};
@@ -11,20 +11,27 @@ use crate::scene::SpectrumSpec;
 /// Emits [`Record::Spectrum`] of samples at `rate` (Hz).
 ///
 /// Until the window is full, the spectrum uses the samples so far, from a quarter of the window on, with
-/// wider bins.
-pub fn spectrum(spec: &SpectrumSpec, rate: f64) -> impl Stage + use<> {
+/// wider bins. A vibration below the peak velocity `rest` (m/s) has no lines.
+pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<> {
     let least = SpectrumAnalyser::MIN_SAMPLES;
     let length = samples(spec.sliding.window, rate, least);
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
-    Windowed::new(sliding, velocity, move |window, _, emit| {
-        let spectrum = analyser.analyse(window.channels[0])?;
+    let spectra = Windowed::new(sliding, velocity, move |window, _, emit| {
+        let [velocity] = window.channels;
+        let spectrum = analyser.analyse(velocity)?;
+        let peaks = match peak_magnitude(velocity) < rest {
+            true => Vec::new(),
+            false => NamedLines::of(&spectrum).peaks(),
+        };
         emit(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,
-            peaks: NamedLines::of(&spectrum).peaks(),
+            peaks,
             amplitude: spectrum.amplitude,
         })
-    })
+    });
+    // Lessons and panels name the lines.
+    spectra.complete()
 }

@@ -6,7 +6,7 @@ use super::stage::{Context, Emit, Stage};
 use crate::analysis::{History, SpectrumAnalyser};
 use crate::dynamics::SolverStats;
 use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{Frame, Summary};
+use crate::pipeline::message::{Frame, Header, Summary};
 use crate::scene::SpectrumSpec;
 
 /// Length of the last window if the scene requests no spectrum, s.
@@ -17,17 +17,21 @@ pub struct SummaryStage {
     /// Velocity and displacement.
     last: History<2>,
     rate: f64,
+    /// Peak velocity below which the vibration is at rest, m/s.
+    rest: f64,
     stats: SolverStats,
     transitions: u64,
 }
 
 impl SummaryStage {
-    /// Uses the window of the spectrum, if there is one, for samples at `rate` (Hz).
-    pub fn new(spectrum: Option<&SpectrumSpec>, rate: f64) -> Self {
+    /// Uses the window of the spectrum, if there is one, for the run described by `header`.
+    pub fn new(spectrum: Option<&SpectrumSpec>, header: &Header) -> Self {
+        let rate = header.sample_rate;
         let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
         Self {
             last: History::new(samples(window, rate, SpectrumAnalyser::MIN_SAMPLES)),
             rate,
+            rest: header.rest_speed,
             stats: SolverStats::default(),
             transitions: 0,
         }
@@ -48,13 +52,16 @@ impl Stage for SummaryStage {
     }
 
     /// Adds spectral lines, amplitude, peak velocity, solver statistics and transitions. A run too short for
-    /// a spectrum has no lines.
+    /// a spectrum has no lines, and neither has a vibration at rest.
     fn summarise(&self, summary: &mut Summary) {
         let [velocity, displacement] = self.last.view().channels;
-        let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
-        summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| NamedLines::of(&s).peaks());
-        summary.amplitude = half_range(displacement);
         summary.peak_velocity = peak_magnitude(velocity);
+        summary.at_rest = !velocity.is_empty() && summary.peak_velocity < self.rest;
+        if !summary.at_rest {
+            let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
+            summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| NamedLines::of(&s).peaks());
+        }
+        summary.amplitude = half_range(displacement);
         summary.stats = self.stats;
         summary.transitions = self.transitions;
     }

@@ -23,6 +23,7 @@ pub fn analyses() -> AnalysisSpec {
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
             sliding: sliding(20e-3, 5e-3),
+            rest: None,
         }),
         spectrogram: Some(SpectrogramSpec {
             sliding: sliding(5e-3, 0.5e-3),
@@ -203,6 +204,7 @@ pub fn header() -> Header {
         endless: false,
         analyses: Vec::new(),
         section: SectionCoordinate::DELAYED,
+        rest_speed: 0.0,
         subject: Subject::Joint(JointInfo {
             body: String::new(),
             modes: Vec::new(),

@@ -48,7 +48,8 @@ pub fn sliding(spec: &WindowSpec, rate: f64) -> SlidingWindow<1> {
 }
 
 /// Calls `analyse` for each window of the signals that `input` extracts from the frames. In a live run,
-/// windows whose ends are too close ([`Frame::apart`]) are skipped.
+/// windows whose ends are too close ([`Frame::apart`]) are skipped, unless the stage is
+/// [complete](Windowed::complete).
 pub struct Windowed<const C: usize, I, A> {
     sliding: SlidingWindow<C>,
     input: I,
@@ -81,7 +82,7 @@ where
         Self { step, ..self }
     }
 
-    /// The same stage without skipped windows.
+    /// The same stage without skipped windows, for results that a lesson, a panel or a commentary reports.
     pub fn complete(self) -> Self {
         let complete = true;
         Self { complete, ..self }

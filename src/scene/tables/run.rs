@@ -91,7 +91,7 @@ keys! {
     /// Contents and rates of the recording; a rate of 0 records nothing. SI units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RecordSpec {
-        /// Rate of snapshots of the contact nodes; 0 for none. All rates are at most the sampling rate.
+        /// Rate at which contact nodes are counted, and of their snapshots; 0 for none. All rates are at most the sampling rate.
         patch_rate: f64 = "patch_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
         /// Rate of three-dimensional views of the deformed body; 0 for none.
         body_rate: f64 = "body_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;

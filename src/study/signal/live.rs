@@ -30,6 +30,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
             sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, EVALUATIONS),
+            rest: None,
         }),
         spectrogram: Some(fit.spectrogram()),
         delay: Some(fit.delay()),

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use super::tilt_history::TiltHistory;
-use crate::analysis::LineFit;
+use crate::analysis::{LineFit, Regime};
 use crate::pipeline::message::{
-    Exponents, Frame, Growth, Header, JointInfo, Measurements, MechanismPrediction, NodeShares,
-    NodeState, PatchSnapshot, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone,
-    TrajectoryDivergence,
+    ContactSample, Exponents, Frame, Growth, Header, JointInfo, Measurements, MechanismPrediction,
+    NodeShares, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone, TrajectoryDivergence,
 };
 use crate::scene::{AnalysisSpec, Mechanism};
 
@@ -23,7 +22,9 @@ pub struct LessonMeasurements {
     leaders: DominantModes,
     tilts: Option<TiltHistory>,
     dt: f64,
-    /// Index of the next snapshot and of the next energy sample of the present frame.
+    /// Level below which the vibration is at rest, m/s.
+    rest: f64,
+    /// Index of the next counts of contact nodes and of the next energy sample of the present frame.
     next: [usize; 2],
     /// Measurements so far; those averaged over 25 ms have the values of the last interval.
     so_far: Measurements,
@@ -35,6 +36,8 @@ pub enum StageResult {
     Lines(Vec<SpectralLine>),
     /// Distance of the perturbed trajectory.
     TrajectoryDivergence(TrajectoryDivergence),
+    /// Type of motion.
+    Regime(Regime),
     /// Lyapunov exponents so far.
     Exponents(Arc<Exponents>),
 }
@@ -65,6 +68,7 @@ impl LessonMeasurements {
             leaders: DominantModes::new(header.joint()),
             tilts: (computed.mechanism == Mechanism::Hysteresis).then(|| TiltHistory::new(window)),
             dt: 1.0 / header.sample_rate,
+            rest: header.rest_speed,
             next: [0; 2],
             so_far: Measurements::default(),
         }
@@ -87,6 +91,10 @@ impl LessonMeasurements {
                 self.so_far.separation = Some([first, divergence]);
                 None
             }
+            StageResult::Regime(regime) => {
+                self.so_far.regime = Some(regime);
+                None
+            }
             StageResult::Exponents(exponents) => {
                 self.so_far.exponents = Some(exponents);
                 None
@@ -98,6 +106,8 @@ impl LessonMeasurements {
     pub fn begin_frame(&mut self, frame: &Frame) {
         self.next = [0; 2];
         self.so_far.tilt = Some(frame.tilt);
+        self.so_far.kicks += frame.kicks.len();
+        self.so_far.last_kick = frame.kicks.last().copied().or(self.so_far.last_kick);
         if let Some(tilts) = &mut self.tilts {
             tilts.set_tilt(frame.t0, frame.tilt);
         }
@@ -107,8 +117,8 @@ impl LessonMeasurements {
     pub fn sample(&mut self, frame: &Frame, k: usize) -> bool {
         let time = frame.time(k);
         let until = time + 0.5 * frame.dt;
-        while let Some(snapshot) = frame.patch.get(self.next[0]).filter(|p| p.time <= until) {
-            self.nodes.push(snapshot);
+        while let Some(counts) = frame.contacts.get(self.next[0]).filter(|c| c.time <= until) {
+            self.nodes.push(counts);
             self.next[0] += 1;
         }
         while let Some(energy) = frame.energy.get(self.next[1]).filter(|e| e.time <= until) {
@@ -136,6 +146,7 @@ impl LessonMeasurements {
             growth_ended: self.level.ended.is_some(),
             first_level: self.level.first,
             level: self.level.last,
+            at_rest: self.level.segments > 0 && self.level.last < self.rest,
             leader_at_end: self.leaders.at_growth_end.clone(),
             tilts: self.tilts.as_ref().map(TiltHistory::summary),
             ..self.so_far.clone()
@@ -233,60 +244,55 @@ impl Level {
 /// Counts of contact nodes that stick or are separated.
 #[derive(Clone, Debug, Default)]
 struct NodeCounts {
-    /// Number of snapshots, and of nodes in each.
-    snapshots: u64,
+    /// Number of instants, and of nodes.
+    instants: u64,
     nodes: usize,
-    /// Times of the first and the last snapshot, s.
+    /// Times of the first and the last instant, s.
     span: [f64; 2],
-    /// Number of sticking nodes: sum over the snapshots, and maximum.
+    /// Number of sticking nodes: sum over the instants, and maximum.
     stuck: [usize; 2],
-    /// Number of separated nodes: sum over the snapshots, and maximum.
+    /// Number of separated nodes: sum over the instants, and maximum.
     separated: [usize; 2],
-    /// Number of snapshots in which at least half of the nodes stick, and in which all nodes are separated.
+    /// Number of instants at which at least half of the nodes stick, and at which all nodes are separated.
     half_stuck: u64,
     all_separated: u64,
     /// Number of transitions from closed to separated.
-    separations: u64,
-    before: Vec<NodeState>,
+    separations: usize,
 }
 
 impl NodeCounts {
-    fn push(&mut self, snapshot: &PatchSnapshot) {
-        let stuck = snapshot.count(NodeState::Stick);
-        let separated = snapshot.count(NodeState::Separated);
-        self.nodes = snapshot.states.len();
-        if self.snapshots == 0 {
-            self.span[0] = snapshot.time;
+    fn push(&mut self, counts: &ContactSample) {
+        if self.instants == 0 {
+            self.span[0] = counts.time;
         }
-        self.span[1] = snapshot.time;
-        self.snapshots += 1;
-        for (of, count) in [(&mut self.stuck, stuck), (&mut self.separated, separated)] {
+        self.span[1] = counts.time;
+        self.instants += 1;
+        self.nodes = counts.nodes;
+        let sums = [
+            (&mut self.stuck, counts.stuck),
+            (&mut self.separated, counts.separated),
+        ];
+        for (of, count) in sums {
             of[0] += count;
             of[1] = of[1].max(count);
         }
-        self.half_stuck += u64::from(2 * stuck >= self.nodes);
-        self.all_separated += u64::from(separated == self.nodes);
-        let pairs = self.before.iter().zip(&snapshot.states);
-        let lifted = pairs.filter(|(before, now)| {
-            **before != NodeState::Separated && **now == NodeState::Separated
-        });
-        self.separations += lifted.count() as u64;
-        self.before.clone_from(&snapshot.states);
+        self.half_stuck += u64::from(2 * counts.stuck >= counts.nodes);
+        self.all_separated += u64::from(counts.separated == counts.nodes);
+        self.separations += counts.separations;
     }
 
-    /// The shares so far, if there is a snapshot. Restarts the counts at the last snapshot.
+    /// The shares since the last call, if there is an instant.
     fn take(&mut self) -> Option<NodeShares> {
         let taken = std::mem::take(self);
-        self.before.clone_from(&taken.before);
-        let (snapshots, nodes) = (taken.snapshots as f64, taken.nodes as f64);
+        let (instants, nodes) = (taken.instants as f64, taken.nodes as f64);
         let span = taken.span[1] - taken.span[0];
-        (taken.snapshots > 0).then(|| NodeShares {
-            stuck: taken.stuck[0] as f64 / (snapshots * nodes),
+        (taken.instants > 0).then(|| NodeShares {
+            stuck: taken.stuck[0] as f64 / (instants * nodes),
             most_stuck: taken.stuck[1] as f64 / nodes,
-            half_stuck: taken.half_stuck as f64 / snapshots,
-            separated: taken.separated[0] as f64 / (snapshots * nodes),
+            half_stuck: taken.half_stuck as f64 / instants,
+            separated: taken.separated[0] as f64 / (instants * nodes),
             most_separated: taken.separated[1] as f64 / nodes,
-            all_separated: taken.all_separated as f64 / snapshots,
+            all_separated: taken.all_separated as f64 / instants,
             separations_per_s: match span > 0.0 {
                 true => taken.separations as f64 / (span * nodes),
                 false => 0.0,

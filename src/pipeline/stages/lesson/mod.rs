@@ -28,7 +28,7 @@ const EVERY: f64 = 25e-3;
 pub struct LessonStage {
     computed: Arc<MechanismPrediction>,
     measured: LessonMeasurements,
-    /// Results of other stages that are not processed yet, with their times, s.
+    /// Results of other stages that are not processed yet, with their times, s, in time order.
     found: VecDeque<(f64, StageResult)>,
     /// Number of samples between two lessons.
     every: u64,
@@ -102,13 +102,16 @@ impl Stage for LessonStage {
                 divergence.time,
                 StageResult::TrajectoryDivergence(*divergence),
             ),
+            Record::Regime { time, verdict, .. } => (*time, StageResult::Regime(verdict.regime)),
             Record::Exponents(exponents) => (
                 exponents.time,
                 StageResult::Exponents(Arc::clone(exponents)),
             ),
             _ => return,
         };
-        self.found.push_back(found);
+        // The stages of one frame report one after the other, each in time order.
+        let place = self.found.partition_point(|(time, _)| *time <= found.0);
+        self.found.insert(place, found);
     }
 
     fn push(

@@ -201,6 +201,7 @@ pub fn header(duration: f64) -> Header {
         endless: false,
         analyses: ALL.to_vec(),
         section: SectionCoordinate::DELAYED,
+        rest_speed: 0.0,
         subject: Subject::Joint(joint()),
         computed: None,
     }

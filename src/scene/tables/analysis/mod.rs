@@ -9,7 +9,9 @@ use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
     Coordinates, Count, List, Number, all_or, auto_or, choice, number,
 };
-use crate::scene::schema::unit::{KILOHERTZ, MICROMETRE, MICROSECOND, MILLISECOND, ONE};
+use crate::scene::schema::unit::{
+    KILOHERTZ, MICROMETRE, MICROSECOND, MILLIMETRE_PER_SECOND, MILLISECOND, ONE,
+};
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::setting::{AutoOr, SectionSurface};
 
@@ -84,6 +86,8 @@ keys! {
             /// Interval between spectra.
             every = "every_ms": EVERY, default 5;
         };
+        /// Peak velocity below which the vibration is at rest, so that its lines are not named.
+        rest: Option<f64> = "rest_mm_per_s": number(MILLIMETRE_PER_SECOND, Closed(0.0, 1000.0)), else "1e-6 of the sliding speed";
     }
 
     /// Spectrogram.

@@ -1,0 +1,175 @@
+//! The records of a run of a scene, and what they say.
+
+use std::sync::Arc;
+
+use squeakscope::pipeline::message::{
+    DisplayRates, Header, LevelSample, MechanismPrediction, PatchSnapshot, Record, SpectralLine,
+};
+use squeakscope::pipeline::{Analyser, Monitor, controllable_source, run};
+use squeakscope::scene::Scene;
+use squeakscope::text::{LessonText, narration};
+
+/// The records of a run.
+pub struct Run {
+    pub header: Arc<Header>,
+    pub records: Vec<Record>,
+    /// The lessons as text with their times, s.
+    pub lessons: Vec<(f64, String)>,
+}
+
+impl Run {
+    pub fn of(scene: &Scene) -> Self {
+        let mut records: Vec<Record> = Vec::new();
+        run(scene, "", &mut records, Monitor::default()).expect("runs");
+        Self::from_records(records)
+    }
+
+    /// A run in the frames of a playback speed (simulated seconds per second), without waiting.
+    pub fn at_speed(scene: &Scene, speed: f64) -> Self {
+        let mut source = controllable_source(scene).expect("valid");
+        let header = source.header("");
+        let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
+        source.set_frame_length(samples, shown);
+        let mut analyser = Analyser::new(source.analysis(), &header);
+        let mut records = vec![Record::Header(Arc::new(header))];
+        while let Some(frame) = source.next_frame().expect("runs") {
+            let frame = Arc::new(frame);
+            analyser.push(&frame, &mut records).expect("analysed");
+        }
+        analyser.finish(&mut records).expect("analysed");
+        Self::from_records(records)
+    }
+
+    fn from_records(records: Vec<Record>) -> Self {
+        let Some(Record::Header(header)) = records.first() else {
+            panic!("the first record is the header");
+        };
+        let mut text = LessonText::default();
+        let lessons = records.iter().filter_map(|record| match record {
+            Record::Lesson(lesson) => Some((lesson.time, text.next(lesson)?.to_owned())),
+            _ => None,
+        });
+        Self {
+            header: Arc::clone(header),
+            lessons: lessons.collect(),
+            records,
+        }
+    }
+
+    pub fn named(name: &str) -> Self {
+        Self::of(&Scene::load(name).expect("preset"))
+    }
+
+    /// A preset with one line replaced.
+    pub fn with(name: &str, from: &str, to: &str) -> Self {
+        Self::of(&changed(name, from, to))
+    }
+
+    pub fn computed(&self) -> &MechanismPrediction {
+        self.header.computed.as_deref().expect("a mechanism")
+    }
+
+    pub fn lessons(&self) -> Vec<(f64, &str)> {
+        let lessons = self.lessons.iter();
+        lessons.map(|(time, text)| (*time, text.as_str())).collect()
+    }
+
+    pub fn last_lesson(&self) -> &str {
+        &self.lessons.last().expect("a lesson").1
+    }
+
+    /// The value in the row `name` of the tables of the last lesson.
+    pub fn value(&self, name: &str) -> &str {
+        let lesson = self.last_lesson();
+        let row = lesson
+            .lines()
+            .find(|line| line.starts_with(&format!("| {name} |")));
+        let row = row.unwrap_or_else(|| panic!("no row `{name}` in\n{lesson}"));
+        row.split('|')
+            .nth(2)
+            .expect("two columns")
+            .trim()
+            .trim_matches('*')
+    }
+
+    /// The first number in the row `name`.
+    pub fn number(&self, name: &str) -> f64 {
+        let value = self.value(name);
+        let word = value.split([' ', '°']).next().expect("a word");
+        word.parse()
+            .unwrap_or_else(|_| panic!("`{name}` is `{value}`"))
+    }
+
+    /// Samples of the velocity, m/s.
+    pub fn velocity(&self) -> Vec<f64> {
+        let frames = self.records.iter().filter_map(|record| match record {
+            Record::Samples(frame) => Some(&frame.velocity),
+            _ => None,
+        });
+        frames.flatten().copied().collect()
+    }
+
+    /// The commentary as text, with its times, s.
+    pub fn narrations(&self) -> Vec<(f64, String)> {
+        let narrations = self.records.iter().filter_map(|record| match record {
+            Record::Narration { time, observation } => Some((*time, narration(observation))),
+            _ => None,
+        });
+        narrations.collect()
+    }
+
+    /// The types of motion with their times, s, and confidences.
+    pub fn regimes(&self) -> Vec<(f64, String)> {
+        let regimes = self.records.iter().filter_map(|record| match record {
+            Record::Regime { time, verdict, .. } => {
+                Some((*time, format!("{} {}", verdict.regime, verdict.confidence)))
+            }
+            _ => None,
+        });
+        regimes.collect()
+    }
+
+    pub fn courses(&self) -> Vec<LevelSample> {
+        let courses = self.records.iter().filter_map(|record| match record {
+            Record::LevelSample(course) => Some(*course),
+            _ => None,
+        });
+        courses.collect()
+    }
+
+    pub fn snapshots(&self) -> Vec<PatchSnapshot> {
+        let frames = self.records.iter().filter_map(|record| match record {
+            Record::Samples(frame) => Some(frame.patch.clone()),
+            _ => None,
+        });
+        frames.flatten().collect()
+    }
+
+    pub fn peaks(&self) -> &[SpectralLine] {
+        let peaks = self.records.iter().rev().find_map(|record| match record {
+            Record::Spectrum { peaks, .. } => Some(peaks),
+            _ => None,
+        });
+        peaks.expect("a spectrum")
+    }
+
+    /// Frequency of the strongest line at the end, Hz.
+    pub fn dominant_hz(&self) -> f64 {
+        self.peaks()[0].frequency
+    }
+
+    /// Growth rate (1/s) of the root mean square between the two halves of an interval (s).
+    pub fn growth(&self, [from, to]: [f64; 2]) -> f64 {
+        let rate = self.header.sample_rate;
+        let part = &self.velocity()[(from * rate) as usize..(to * rate) as usize];
+        let (first, second) = part.split_at(part.len() / 2);
+        let power = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
+        (power(second) / power(first)).ln() / (to - from)
+    }
+}
+
+fn changed(name: &str, from: &str, to: &str) -> Scene {
+    let text = Scene::load(name).expect("preset").text;
+    assert!(text.contains(from), "{name} has no `{from}`");
+    Scene::parse(&format!("{name}.toml"), text.replacen(from, to, 1)).expect("valid")
+}
