@@ -29,7 +29,7 @@ const MIN_SHARE: f64 = 0.01;
 /// Share of the total energy that replaces smaller energies, whose logarithm may be infinite.
 const NEGLIGIBLE_SHARE: f64 = 1e-12;
 
-/// Local exponents and energies since the last reset of the growth, in 64 to 128 blocks.
+/// Monitor of the motion: local exponents and energies since the last reset of the growth, in 64 to 128 blocks.
 #[derive(Clone, Debug)]
 pub struct MotionMonitor {
     /// Start time, s.

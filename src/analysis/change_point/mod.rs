@@ -52,7 +52,7 @@ const EPISODE: f64 = 0.2;
 /// Difference of the means of an episode and a state, relative to the change, up to which they are alike.
 const CLOSE: f64 = 0.25;
 
-/// One quantity in successive blocks of equal length, and the change of its mean that matters.
+/// A channel: one quantity in successive blocks of equal length, and the change of its mean that matters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Mean in each block, in any unit. A channel with a value that is not finite is ignored.
@@ -101,9 +101,9 @@ impl Channel {
 
 /// First block of each new state, in ascending order; empty for a stationary series.
 ///
-/// A stationary series has a false change with a probability of about [`FALSE_ALARM`], if it is many
-/// correlation times long. A change by several standard deviations of a block is found once the new state
-/// has lasted for about a fifth of the series. At most [`MAX_CHANNELS`] channels are tested, the first ones.
+/// A stationary series has a false change with a probability of about [`FALSE_ALARM`], if a block is at least
+/// as long as the correlation time. A change by three standard deviations of a block is found once the new
+/// state has lasted for a sixth of the series. At most [`MAX_CHANNELS`] channels are tested, the first ones.
 ///
 /// # Panics
 /// If the channels differ in length.

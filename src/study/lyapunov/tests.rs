@@ -206,8 +206,8 @@ const PRETURBULENT: Lorenz = Lorenz {
 };
 
 /// The time at which the trajectory of a study enters the neighbourhood of a fixed point for good.
-fn end_of_turbulence(start: f64, until: f64) -> f64 {
-    let mut integrator = integrator(&PRETURBULENT, 1, &[start, 1.0, 1.0]);
+fn end_of_turbulence(start: &[f64], until: f64) -> f64 {
+    let mut integrator = integrator(&PRETURBULENT, 1, start);
     let mut z = [0.0; 3];
     let (mut last_switch, mut side) = (0.0, 1.0);
     for k in 1..(until / 0.02) as u32 {
@@ -225,13 +225,13 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
     let plan = plan(Goal::Time(400.0));
     let mut seen = 0;
     for k in 0..40 {
-        let start = 1.0 + 0.1 * f64::from(k);
-        let end = end_of_turbulence(start, 420.0);
+        let start = [0.1 * f64::from(k) - 3.0, 0.0, 20.0];
+        let end = end_of_turbulence(&start, 420.0);
         // Long enough before and after the change.
         if !(90.0..=300.0).contains(&end) {
             continue;
         }
-        let mut integrator = integrator(&PRETURBULENT, 3, &[start, 1.0, 1.0]);
+        let mut integrator = integrator(&PRETURBULENT, 3, &start);
         let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_| true).unwrap();
         let attractors: Vec<Attractor> = found.segments.iter().map(|s| s.attractor).collect();
         println!("ends at {end}: {attractors:?} {:?}", found.segments);
@@ -240,17 +240,21 @@ fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
         assert_eq!(found.attractor(), Attractor::FixedPoint);
         assert_eq!(last.spectrum, found.spectrum);
         let lifetime = MotionSegment::chaotic_transient(&found.segments, 0.0).unwrap();
-        assert!((lifetime - end).abs() < 30.0, "{lifetime} {end}");
+        // The trajectory spirals into the fixed point at 0.07 per unit of time.
+        assert!(
+            (-10.0..40.0).contains(&(lifetime - end)),
+            "{lifetime} {end}"
+        );
         let chaos = found
             .segments
             .iter()
             .find(|s| s.attractor == Attractor::Chaos);
         let largest = chaos.unwrap().spectrum.exponents[0];
         // The exponent of the chaos before does not contain the decay to the fixed point.
-        assert!((0.6..1.0).contains(&largest.value), "{largest:?}");
+        assert!((0.5..0.9).contains(&largest.value), "{largest:?}");
         seen += 1;
     }
-    assert!(seen >= 3, "{seen}");
+    assert!(seen >= 8, "{seen}");
 }
 
 #[test]
