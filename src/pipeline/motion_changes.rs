@@ -29,9 +29,9 @@ const MIN_SHARE: f64 = 0.01;
 /// Share of the total energy that replaces smaller energies, whose logarithm may be infinite.
 const NEGLIGIBLE_SHARE: f64 = 1e-12;
 
-/// Monitor of the motion: local exponents and energies since the last reset of the growth, in 64 to 128 blocks.
+/// Detector of changes of the motion: local exponents and energies since the last reset of the growth, in 64 to 128 blocks.
 #[derive(Clone, Debug)]
-pub struct MotionMonitor {
+pub struct ChangeDetector {
     /// Start time, s.
     start: f64,
     /// Samples per entry, and the duration of an entry, s.
@@ -53,7 +53,7 @@ pub struct MotionMonitor {
     blocks: BlockMeans,
 }
 
-impl MotionMonitor {
+impl ChangeDetector {
     /// Starts when the growth of the tangent vectors of an integrator has just been reset, at time `start`
     /// (s). Samples follow at intervals of `interval` (s).
     pub fn new<Y: System + ?Sized>(

@@ -1,7 +1,7 @@
 //! Lyapunov exponents and the perturbed trajectory of a running simulation.
 
 use super::message::{Exponents, Frame, MotionSegment};
-use super::motion_changes::MotionMonitor;
+use super::motion_changes::ChangeDetector;
 use super::perturbed::PerturbedTrajectory;
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::scene::{Scene, SystemSpec};
@@ -12,7 +12,7 @@ pub(super) struct SensitivityTracker {
     /// Samples at which exponents are reported, if the scene requests them.
     exponents: Option<ExponentSchedule>,
     /// Changes of the motion, from the start of the averaging on.
-    monitor: Option<MotionMonitor>,
+    detector: Option<ChangeDetector>,
     /// Sampling interval, s.
     interval: f64,
     /// Time of the last change of a parameter, s.
@@ -54,7 +54,7 @@ impl SensitivityTracker {
                 from: (spec.settle * rate).ceil() as u64,
                 every: (spec.every * rate).round().max(1.0) as u64,
             }),
-            monitor: None,
+            detector: None,
             interval: 1.0 / rate,
             constant_since: 0.0,
             perturbed: analysis
@@ -113,16 +113,16 @@ impl SensitivityTracker {
         let since = reached.index.checked_sub(due.from)?;
         if since == 0 {
             integrator.reset_growth();
-            let monitor = MotionMonitor::new(sys, integrator, reached.time, self.interval);
-            self.monitor = Some(monitor);
+            let detector = ChangeDetector::new(sys, integrator, reached.time, self.interval);
+            self.detector = Some(detector);
             return None;
         }
-        let monitor = self.monitor.as_mut()?;
-        monitor.push(sys, integrator, reached.z);
+        let detector = self.detector.as_mut()?;
+        detector.push(sys, integrator, reached.z);
         if since % due.every != 0 {
             return None;
         }
-        let segments = monitor.segments(sys, integrator);
+        let segments = detector.segments(sys, integrator);
         let spectrum = segments.last()?.spectrum.clone();
         (spectrum.time > 0.0).then(|| Exponents {
             time: reached.time,

@@ -29,7 +29,7 @@ pub const FALSE_ALARM: f64 = 1e-3;
 pub const MAX_CHANNELS: usize = 10;
 
 /// Value that the largest statistic of one channel of independent blocks in any of the [`WINDOWS`] exceeds
-/// with a probability of `FALSE_ALARM / MAX_CHANNELS`: 238 in 64 blocks, 252 in 128 (300,000 series each).
+/// with a probability of `FALSE_ALARM / MAX_CHANNELS`: 252 in 64 blocks, 237 in 128 (200,000 series each).
 const CRITICAL: f64 = 245.0;
 
 /// Minimum number of blocks in a series to be tested.

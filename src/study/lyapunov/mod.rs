@@ -17,7 +17,7 @@ use crate::dynamics::{
 
 use super::OnProgress;
 use super::pool::PollTimer;
-use crate::pipeline::MotionMonitor;
+use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
@@ -261,7 +261,7 @@ pub fn lyapunov<Y: System + ?Sized>(
         largest: None,
         needed: plan.expected(),
         running: Vec::new(),
-        monitor: None,
+        detector: None,
         segments: Vec::new(),
         begun: 0.0,
         trace: MeanTrace::new(sys, width),
@@ -382,7 +382,7 @@ struct StudyRun<'a, Y: System + ?Sized> {
     needed: f64,
     running: Vec<RunningExponents>,
     /// Detector of changes; `None` before averaging.
-    monitor: Option<MotionMonitor>,
+    detector: Option<ChangeDetector>,
     segments: Vec<MotionSegment>,
     /// Averaging time before the average of the present motion started, s.
     begun: f64,
@@ -429,18 +429,18 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
     /// Averages the growth until the goal is reached.
     fn average(&mut self) -> Result<Ending, DynamicsError> {
         let plan = self.plan;
-        let monitor = MotionMonitor::new(
+        let detector = ChangeDetector::new(
             self.sys,
             self.integrator,
             self.integrator.time(),
             plan.sample_interval,
         );
-        self.monitor = Some(monitor);
+        self.detector = Some(detector);
         let (mut sample, mut kept) = (0, FIRST);
         loop {
             self.advance()?;
-            if let Some(monitor) = &mut self.monitor {
-                monitor.push(self.sys, self.integrator, &self.z);
+            if let Some(detector) = &mut self.detector {
+                detector.push(self.sys, self.integrator, &self.z);
             }
             sample += 1;
             let now = self.time();
@@ -494,10 +494,10 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
 
     /// Divides the time so far into motions. The running estimates start again with each change.
     fn update_segments(&mut self) {
-        let Some(monitor) = &self.monitor else {
+        let Some(detector) = &self.detector else {
             return;
         };
-        let segments = monitor.segments(self.sys, self.integrator);
+        let segments = detector.segments(self.sys, self.integrator);
         if segments.len() != self.segments.len() {
             self.running.clear();
         }

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::AnalysisError;
 use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System};
 use crate::joint::BallJoint;
-use crate::pipeline::{MotionMonitor, PipelineError, Prepared, prepare_reusing_body};
+use crate::pipeline::{ChangeDetector, PipelineError, Prepared, prepare_reusing_body};
 use crate::scene::Scene;
 
 use super::pool::PollTimer;
@@ -349,16 +349,16 @@ impl<'a> Run<'a> {
         let omega = self.system.omega().to_vec();
         let mut detector = TransientDetector::new(omega.len(), self.block());
         let interval = 1.0 / self.rate;
-        let monitor = MotionMonitor::new(&*self.system, &self.integrator, self.time(), interval);
+        let changes = ChangeDetector::new(&*self.system, &self.integrator, self.time(), interval);
         let with_tangents = self.integrator.exponents().is_some();
-        let mut monitor = with_tangents.then_some(monitor);
+        let mut changes = with_tangents.then_some(changes);
         let mut largest: f64 = 0.0;
         for _ in 0..count {
             if !self.advance()? {
                 return Ok(None);
             }
-            if let Some(monitor) = &mut monitor {
-                monitor.push(&*self.system, &self.integrator, &self.z);
+            if let Some(changes) = &mut changes {
+                changes.push(&*self.system, &self.integrator, &self.z);
             }
             let probe = self.probe();
             samples.push(probe);
@@ -368,7 +368,7 @@ impl<'a> Run<'a> {
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
-        let motions = monitor.map(|monitor| monitor.segments(&*self.system, &self.integrator));
+        let motions = changes.map(|changes| changes.segments(&*self.system, &self.integrator));
         let mut motions = motions.unwrap_or_default();
         let changed = largest >= SILENCE && (motions.len() > 1 || detector.has_changed());
         let exponents = motions.pop().map(|motion| motion.spectrum);
