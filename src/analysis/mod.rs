@@ -1,6 +1,6 @@
 //! Signal analysis: slices of samples in, result structs out. Independent of the joint and the scene.
 //!
-//! The module covers five tasks.
+//! The module covers six tasks.
 //!
 //! *Spectral lines.* [`SpectrumAnalyser`] computes the one-sided amplitude [`Spectrum`] under a
 //! [`Window`]. Each [`Line`] is interpolated to a fraction of a bin. [`identify_lines`] explains the lines
@@ -21,6 +21,9 @@
 //! *Chaos.* [`divergence()`] computes the divergence of nearest neighbours. [`zero_one()`] applies the
 //! 0-1 test. [`classify`] combines all evidence into a [`Verdict`].
 //!
+//! *Changes of the motion.* [`change_points`] finds where the mean of a local quantity, such as a local
+//! exponent, changes for good.
+//!
 //! [`SlidingWindow`] turns a stream of samples, in blocks of any size, into windows that end at exact
 //! instants. All live analyses use it.
 //!
@@ -29,6 +32,7 @@
 //! minimum) is 0 or at least [`MIN_RANGE`]. A constant signal is valid input everywhere: it gives a
 //! defined result or an error, never NaN.
 
+mod change_point;
 mod chaos;
 mod delay;
 mod error;
@@ -42,6 +46,7 @@ mod regime;
 mod sliding;
 mod tones;
 
+pub use change_point::{BlockMeans, Channel, FALSE_ALARM, MAX_CHANNELS, change_points};
 pub use chaos::*;
 pub use delay::*;
 pub use error::AnalysisError;

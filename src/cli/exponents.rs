@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::pipeline::message::{Exponents, TrajectoryDivergence};
+use crate::text;
 
 /// Number of exponents in the terminal. The recording and JSON have all of them.
 const MAX_EXPONENTS: usize = 4;
@@ -87,8 +88,11 @@ impl<'a> RunExponents<'a> {
             Some(dimension) => format!(", Kaplan-Yorke dimension {:.2}", dimension.value),
             None => String::new(),
         };
+        let earlier =
+            text::earlier_motion(&self.exponents.segments, self.exponents.chaotic_transient);
+        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
         format!(
-            "  Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {}{dimension}\n",
+            "  Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}\n",
             shown.join(", "),
             1e3 * spectrum.time,
             self.classification.description
@@ -139,6 +143,8 @@ mod tests {
             },
             motion: Motion::Free,
             omega_1: 1e4,
+            segments: Vec::new(),
+            chaotic_transient: None,
         };
         let result = RunExponents::new(&exponents);
         assert!(

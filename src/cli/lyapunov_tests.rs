@@ -164,6 +164,7 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLya
         tilt: None,
         fixed_at: Default::default(),
         transient: 0.12,
+        chaotic_transient: None,
         tolerance,
         omega_1: 10_000.0,
     }

@@ -9,11 +9,13 @@ use super::report::{BAD, HEADING, WARNING, degrees};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
 use crate::escape;
 use crate::number::{uncertain, value_and_error};
+use crate::pipeline::message::MotionSegment;
 use crate::scene::FixedAt;
 use crate::study::lyapunov::{
     Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, RunningExponents, SceneLyapunov,
 };
 use crate::table::Table;
+use crate::text::earlier_motion;
 
 /// The exponents of a scene and their classification.
 #[derive(Debug, Serialize)]
@@ -50,7 +52,7 @@ impl<'a> LyapunovResult<'a> {
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
             classification: Classification {
-                description: description(study),
+                description: history(found) + &description(study),
                 ..Classification::new(&study.spectrum, study.motion, attractor, found.omega_1)
             },
             sum_per_s: study.sum(),
@@ -67,6 +69,12 @@ pub(super) fn title(scene: &str, tilt: Option<f64>) -> String {
         Some(tilt) => format!("{scene} at {} deg", degrees(tilt)),
         None => scene.to_owned(),
     }
+}
+
+/// What preceded the last motion, as the start of a sentence; empty for one motion.
+fn history(found: &SceneLyapunov) -> String {
+    let earlier = earlier_motion(&found.study.segments, found.chaotic_transient);
+    earlier.map_or(String::new(), |earlier| format!("{earlier}, then "))
 }
 
 /// The attractor, and the reason for the classification.
@@ -186,6 +194,9 @@ pub(super) fn text(scene: &str, result: &LyapunovResult<'_>) -> String {
     if !study.spectrum.exponents.is_empty() {
         text += &table(result);
     }
+    if study.segments.len() > 1 {
+        text += &segments(&study.segments);
+    }
     if let Some(dimension) = result.classification.kaplan_yorke {
         let dimension = uncertain(dimension.value, dimension.half_width);
         let _ = writeln!(text, "  Kaplan-Yorke dimension {dimension}");
@@ -219,6 +230,27 @@ fn table(result: &LyapunovResult<'_>) -> String {
             Sign::Zero | Sign::Negative => sign.to_string(),
         };
         table.row([number, value, error, format!("{:.3e}", scaled.value), sign]);
+    }
+    table.text()
+}
+
+/// Number of exponents of each motion in the table.
+const SEGMENT_EXPONENTS: usize = 3;
+
+/// The table of successive motions.
+fn segments(segments: &[MotionSegment]) -> String {
+    let titles = ["start, s", "end, s"];
+    let table = titles.into_iter().fold(Table::default(), Table::right);
+    let mut table = table.left("attractor").left("largest exponents, 1/s");
+    for segment in segments {
+        let largest = segment.spectrum.exponents.iter().take(SEGMENT_EXPONENTS);
+        let largest = largest.map(|e| uncertain(e.value, e.half_width));
+        let largest = match segment.spectrum.time > 0.0 {
+            true => largest.collect::<Vec<_>>().join(", "),
+            false => "too short to average".to_owned(),
+        };
+        let [start, end] = [segment.start, segment.end].map(|t| format!("{t:.3}"));
+        table.row([start, end, segment.attractor.to_string(), largest]);
     }
     table.text()
 }

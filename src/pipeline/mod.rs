@@ -11,6 +11,7 @@ mod interactive;
 )]
 mod latest;
 pub mod message;
+mod motion_changes;
 mod pending;
 mod perturbed;
 mod prepare;
@@ -33,6 +34,7 @@ mod stop_tests;
 
 pub use analyse::Analyser;
 pub use error::{AnalyseError, PipelineError, RecorderStopped};
+pub use motion_changes::ChangeDetector;
 pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare, prepare_reusing_body};
 pub use signal_source::SignalSource;

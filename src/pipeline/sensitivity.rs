@@ -1,6 +1,7 @@
 //! Lyapunov exponents and the perturbed trajectory of a running simulation.
 
-use super::message::{Exponents, Frame};
+use super::message::{Exponents, Frame, MotionSegment};
+use super::motion_changes::ChangeDetector;
 use super::perturbed::PerturbedTrajectory;
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::scene::{Scene, SystemSpec};
@@ -10,6 +11,12 @@ use crate::scene::{Scene, SystemSpec};
 pub(super) struct SensitivityTracker {
     /// Samples at which exponents are reported, if the scene requests them.
     exponents: Option<ExponentSchedule>,
+    /// Changes of the motion, from the start of the averaging on.
+    detector: Option<ChangeDetector>,
+    /// Sampling interval, s.
+    interval: f64,
+    /// Time of the last change of a parameter, s.
+    constant_since: f64,
     /// The perturbed trajectory, if the scene requests it.
     perturbed: Option<PerturbedTrajectory>,
     /// See [`PerturbedSamples::floor`](super::message::PerturbedSamples::floor).
@@ -47,6 +54,9 @@ impl SensitivityTracker {
                 from: (spec.settle * rate).ceil() as u64,
                 every: (spec.every * rate).round().max(1.0) as u64,
             }),
+            detector: None,
+            interval: 1.0 / rate,
+            constant_since: 0.0,
             perturbed: analysis
                 .perturbed_trajectory
                 .map(|spec| PerturbedTrajectory::new(spec, seed)),
@@ -67,7 +77,7 @@ impl SensitivityTracker {
         if let Some(due) = self.exponents {
             frame
                 .exponents
-                .extend(due.exponents(sys, integrator, reached));
+                .extend(self.exponents(due, sys, integrator, reached));
         }
         let Some(perturbed) = &mut self.perturbed else {
             return Ok(());
@@ -86,6 +96,43 @@ impl SensitivityTracker {
         }
         Ok(())
     }
+
+    /// Records a change of tilt, load or rotation at a time, s.
+    pub fn parameters_changed(&mut self, time: f64) {
+        self.constant_since = time;
+    }
+
+    /// Follows the exponents to a sample; returns them if they are due.
+    fn exponents<Y: System + ?Sized>(
+        &mut self,
+        due: ExponentSchedule,
+        sys: &Y,
+        integrator: &mut Integrator,
+        reached: Reached<'_>,
+    ) -> Option<Exponents> {
+        let since = reached.index.checked_sub(due.from)?;
+        if since == 0 {
+            integrator.reset_growth();
+            let detector = ChangeDetector::new(sys, integrator, reached.time, self.interval);
+            self.detector = Some(detector);
+            return None;
+        }
+        let detector = self.detector.as_mut()?;
+        detector.push(sys, integrator, reached.z);
+        if since % due.every != 0 {
+            return None;
+        }
+        let segments = detector.segments(sys, integrator);
+        let spectrum = segments.last()?.spectrum.clone();
+        (spectrum.time > 0.0).then(|| Exponents {
+            time: reached.time,
+            spectrum,
+            motion: integrator.motion(sys),
+            omega_1: sys.omega().iter().copied().fold(f64::NAN, f64::min),
+            chaotic_transient: MotionSegment::chaotic_transient(&segments, self.constant_since),
+            segments,
+        })
+    }
 }
 
 /// Distance of two trajectories below which step errors dominate. On identical steps the errors are identical
@@ -97,31 +144,6 @@ fn floor(scene: &Scene) -> f64 {
     match scene.subject {
         SystemSpec::Small(_) => 10.0 * scene.integrator.tolerance,
         SystemSpec::Joint(_) => 100.0 * f64::EPSILON,
-    }
-}
-
-impl ExponentSchedule {
-    /// The exponents, if they are due at this sample.
-    fn exponents<Y: System + ?Sized>(
-        self,
-        sys: &Y,
-        integrator: &mut Integrator,
-        reached: Reached<'_>,
-    ) -> Option<Exponents> {
-        let since = reached.index.checked_sub(self.from)?;
-        if since == 0 {
-            integrator.reset_growth();
-        }
-        if since % self.every != 0 {
-            return None;
-        }
-        let spectrum = integrator.exponents()?;
-        (spectrum.time > 0.0).then(|| Exponents {
-            time: reached.time,
-            spectrum,
-            motion: integrator.motion(sys),
-            omega_1: sys.omega().iter().copied().fold(f64::NAN, f64::min),
-        })
     }
 }
 

@@ -248,7 +248,7 @@ impl Simulation {
 
     /// Rebuilds the joint if its loading has changed. Patch, pre-stress and equilibrium change immediately.
     /// The perturbation continues unchanged, and so do the tangent vectors and their growth: the exponents of
-    /// a ramp are averages over it.
+    /// a ramp are averages since the last change of the motion.
     fn apply_loading(&mut self, time: f64) -> Result<(), PipelineError> {
         let loading = self.tilted.loading(time);
         if loading == self.loading {
@@ -267,6 +267,7 @@ impl Simulation {
         self.integrator.restart(&self.joint)?;
         self.geometry = Arc::new(patch_geometry(&self.ball, &model, loading.tilt));
         self.loading = loading;
+        self.sensitivity.parameters_changed(time);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
 use crate::dynamics::{Exponent, LyapunovSpectrum, Sign};
-use crate::study::lyapunov::{RunningExponents, SceneLyapunov};
+use crate::study::lyapunov::{LyapunovStudy, SceneLyapunov};
 
 /// Number of negative exponents shown besides the non-negative ones.
 const NEGATIVE: usize = 2;
@@ -20,7 +20,7 @@ pub fn lyapunov_figure(name: &str, found: &SceneLyapunov) -> Figure {
         format!("Lyapunov exponents of {name}"),
         135.0,
         vec![
-            vec![running(&found.study.running, spectrum)],
+            vec![running(&found.study)],
             vec![all(spectrum), largest(spectrum, found.omega_1)],
         ],
     )
@@ -33,7 +33,8 @@ fn shown(spectrum: &LyapunovSpectrum) -> usize {
     (above.count() + NEGATIVE).min(count).min(MOST)
 }
 
-fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
+fn running(study: &LyapunovStudy) -> Panel {
+    let (running, spectrum) = (&study.running, &study.spectrum);
     let count = shown(spectrum);
     let mut layers = vec![Layer::horizontal_line(0.0)];
     layers.extend((0..count).map(|k| {
@@ -53,9 +54,13 @@ fn running(running: &[RunningExponents], spectrum: &LyapunovSpectrum) -> Panel {
         [first, .., last] => [first.time, last.time],
         _ => [0.1, 1.0],
     };
+    let since = match study.segments.as_slice() {
+        [_, .., last] => format!(" after the motion changed at {:.3} s", last.start),
+        _ => String::new(),
+    };
     Panel::new(
         format!(
-            "running value with 95 % interval, {:.3} s averaged",
+            "running value with 95 % interval, {:.3} s averaged{since}",
             spectrum.time
         ),
         Axis::logarithmic("averaging time, s", times),

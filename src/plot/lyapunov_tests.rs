@@ -3,7 +3,7 @@
 use super::*;
 use crate::dynamics::{Motion, SolverStats};
 use crate::plot::FigureOptions;
-use crate::study::lyapunov::{Ending, LyapunovStudy};
+use crate::study::lyapunov::{Ending, LyapunovStudy, RunningExponents};
 
 /// Synthetic exponents of a chaotic motion that converge to `values` with the averaging time.
 fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
@@ -35,6 +35,7 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
             spectrum,
             motion: Motion::Free,
             running,
+            segments: Vec::new(),
             mean_trace: None,
             ending: Ending::Reached,
             settled: 0.06,
@@ -45,6 +46,7 @@ fn found(values: &[f64], dimension: usize) -> SceneLyapunov {
         tilt: Some(0.087),
         fixed_at: Default::default(),
         transient: 0.25,
+        chaotic_transient: None,
         tolerance: Some(1e-5),
         omega_1: 10_669.0,
     }

@@ -15,6 +15,7 @@ use crate::{
     dynamics::{Exponent, LyapunovSpectrum, Sign},
     pipeline::message::{Exponents, Header},
     plot::{self, Axis},
+    text as words,
 };
 
 /// Size of the plot of the spectrum, pixels.
@@ -216,8 +217,9 @@ fn document(header: &Header, exponents: &Exponents) -> String {
         Some(dimension) => format!("**{}**", with_error(&dimension, 1.0)),
         None => "not defined by these exponents".to_owned(),
     };
+    let earlier = words::earlier_motion(&exponents.segments, exponents.chaotic_transient);
     format!(
-        "## {attractor}\n\n{count} of {all} exponents, averaged over {span} up to {now}.\n\n\
+        "## {attractor}\n\n{count} of {all} exponents, averaged over {span} up to {now}{since}.\n\n\
          | | 1/s | 10⁻⁶ ω₁ | sign |\n|---|---|---|---|\n{rows}\n\
          Kaplan-Yorke dimension: {dimension}.\n\n\
          *± is the 95 % interval. Exponents within ±{resolution} 1/s cannot be distinguished from zero \
@@ -226,6 +228,9 @@ fn document(header: &Header, exponents: &Exponents) -> String {
         all = spectrum.dimension,
         span = style::Quantity::Time.format(spectrum.time),
         now = style::format_time(header, exponents.time),
+        since = earlier.map_or(String::new(), |earlier| format!(
+            ", after a change of the motion ({earlier})"
+        )),
         resolution = short(spectrum.resolution),
         omega = exponents.omega_1,
     )
@@ -278,6 +283,8 @@ mod tests {
             },
             motion: Motion::Free,
             omega_1: 1e4,
+            segments: Vec::new(),
+            chaotic_transient: None,
         };
         let text = document(&demo::header(0.3), &exponents);
         assert!(text.contains("2 of 22 exponents, averaged over 150 ms up to 200 ms."));

@@ -18,10 +18,10 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Error, context};
 
 use crate::dynamics::{Motion, Sign};
-use crate::number::with_error;
+use crate::number::{quantity, with_error};
 use crate::pipeline::message::{
-    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, Observation,
-    Regime, Subject,
+    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, MotionSegment,
+    Observation, Regime, Subject,
 };
 use crate::scene::Mechanism;
 use template::{fill, lesson_name};
@@ -104,6 +104,24 @@ fn fill_narration(observation: &Observation) -> Result<String, Error> {
     Ok(fill(name, values)?.trim().to_owned())
 }
 
+/// What preceded the last of several motions in a run, such as `chaotic transient of 830 ms`; `None` for one
+/// motion. `chaotic_transient` is the lifetime of the chaotic transient, s.
+pub fn earlier_motion(
+    segments: &[MotionSegment],
+    chaotic_transient: Option<f64>,
+) -> Option<String> {
+    let (_, earlier) = segments.split_last()?;
+    let before = earlier.last()?;
+    Some(match chaotic_transient {
+        Some(lifetime) => format!("chaotic transient of {}", quantity(lifetime, 3, "s")),
+        None => format!(
+            "{} until {}",
+            before.attractor,
+            quantity(before.end, 3, "s")
+        ),
+    })
+}
+
 /// Template variables of the text on exponents.
 fn exponent_values(exponents: &Exponents) -> Value {
     let spectrum = &exponents.spectrum;
@@ -113,6 +131,7 @@ fn exponent_values(exponents: &Exponents) -> Value {
         name => exponents.attractor().to_string(),
         exponents => each_with_error(exponents),
         time => spectrum.time,
+        earlier => earlier_motion(&exponents.segments, exponents.chaotic_transient),
         largest => spectrum.exponents.first().map(|first| first.value),
         zeros => zeros,
         more => spectrum.dimension > zeros,

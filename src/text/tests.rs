@@ -120,6 +120,8 @@ fn exponents(values: &[f64], motion: Motion) -> Exponents {
         },
         motion,
         omega_1: 1e6,
+        segments: Vec::new(),
+        chaotic_transient: None,
     }
 }
 
@@ -145,6 +147,36 @@ fn every_attractor_has_a_text() {
         headings.insert(heading.to_owned());
     }
     assert_eq!(headings.len(), 9, "{headings:?}");
+}
+
+#[test]
+fn a_chaotic_transient_is_named_with_its_lifetime() {
+    let mut found = exponents(&[0.1, -4.0], Motion::Free);
+    let segment = |start, end, values: &[f64]| MotionSegment {
+        start,
+        end,
+        spectrum: exponents(values, Motion::Free).spectrum,
+        attractor: exponents(values, Motion::Free).attractor(),
+    };
+    found.segments = vec![segment(0.1, 0.83, &[240.0, 140.0, 0.1, -4.0])];
+    let words = |found: &Exponents| {
+        fill_narration(&Observation::Exponents(Arc::new(found.clone()))).unwrap()
+    };
+    assert!(!words(&found).contains("after a change"));
+    found.segments.push(segment(0.83, 2.0, &[0.1, -4.0]));
+    let text = words(&found);
+    assert!(
+        text.contains(
+            "averaged over 10.0 s after a change of the motion (hyperchaos until 830 ms)."
+        ),
+        "{text}"
+    );
+    found.chaotic_transient = Some(0.83);
+    let text = words(&found);
+    assert!(
+        text.contains(" after a change of the motion (chaotic transient of 830 ms). One is zero"),
+        "{text}"
+    );
 }
 
 fn mode(label: &str, frequency_hz: f64, growth: f64) -> NamedMode {

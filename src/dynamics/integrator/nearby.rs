@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::checks::check_size;
 use super::{Engine, Integrator, PerturbedTrajectory};
+use crate::dynamics::lyapunov::Growth;
 use crate::dynamics::step_controller::{Progress, StepController};
 use crate::dynamics::stepper::Stepper;
 use crate::dynamics::tangents::Tangents;
@@ -45,15 +46,26 @@ impl Integrator {
     /// without tangent vectors or with user-supplied ones ([`Integrator::set_tangent_vectors`]).
     pub fn exponents(&self) -> Option<LyapunovSpectrum> {
         let tangents = self.tangents.as_ref()?;
-        let growth = tangents.growth(self.time())?;
+        Some(self.spectrum(tangents, &tangents.growth(self.time())?))
+    }
+
+    /// The Lyapunov exponents from the growth between two times (s), which are rounded inwards by up to a
+    /// 64th of the time since the last reset. `None` as for [`Integrator::exponents`]; over no time the
+    /// intervals are infinite.
+    pub fn exponents_between(&self, from: f64, to: f64) -> Option<LyapunovSpectrum> {
+        let tangents = self.tangents.as_ref()?;
+        let growth = tangents.growth(self.time())?.between(from, to);
+        Some(self.spectrum(tangents, &growth))
+    }
+
+    fn spectrum(&self, tangents: &Tangents, growth: &Growth) -> LyapunovSpectrum {
         let modes = self
             .step_controller
             .omega
             .iter()
             .filter(|&&omega| omega > 0.0);
         let slowest = modes.copied().fold(f64::INFINITY, f64::min);
-        let min_time_for_zero = MIN_PERIODS_FOR_ZERO * TAU / slowest;
-        Some(growth.spectrum(tangents.dimension(), min_time_for_zero))
+        growth.spectrum(tangents.dimension(), MIN_PERIODS_FOR_ZERO * TAU / slowest)
     }
 
     /// The type of motion that classification needs in addition to the exponents

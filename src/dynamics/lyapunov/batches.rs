@@ -78,6 +78,40 @@ impl Batches {
         self.length = 0.0;
     }
 
+    /// The part between two times (s), as far as full batches lie within it; the incomplete batch belongs
+    /// to it if `to` is not before its end.
+    pub fn between(&self, from: f64, to: f64) -> Self {
+        // Borders are sums of rounded lengths.
+        let slack = 1e-6 * self.length;
+        let end = |batch: usize| self.start + (batch + 1) as f64 * self.length;
+        let first = (0..self.count()).find(|&b| end(b) - self.length >= from - slack);
+        let first = first.unwrap_or(self.count());
+        let until = (first..self.count()).find(|&b| end(b) > to + slack);
+        let until = until.unwrap_or(self.count());
+        let border = |batch: usize| self.start + batch as f64 * self.length;
+        let is_open =
+            until == self.count() && to + slack >= self.last && border(first) >= from - slack;
+        let mut part = Self::new(self.width);
+        part.full
+            .extend_from_slice(&self.full[first * self.width..until * self.width]);
+        part.start = border(first).min(self.last);
+        part.last = border(until).min(self.last);
+        part.length = self.length;
+        if is_open {
+            part.filling.copy_from_slice(&self.filling);
+            part.last = self.last;
+        }
+        part
+    }
+
+    /// Growth of a vector over the whole time.
+    pub fn total(&self, vector: usize) -> f64 {
+        let full = self.full.iter().skip(vector).step_by(self.width);
+        full.chain(&self.filling[vector..=vector])
+            .map(|interval| interval.growth)
+            .sum()
+    }
+
     /// Start time, s.
     pub fn start(&self) -> f64 {
         self.start
@@ -180,6 +214,34 @@ mod tests {
         }
         let whole: f64 = (0..batches.count()).map(|b| batches.get(b, 1).growth).sum();
         assert!((whole - 0.5 * (t - 5.0)).abs() < 0.01 * t, "{whole} of {t}");
+    }
+
+    #[test]
+    fn a_part_has_the_batches_within_its_times() {
+        let mut batches = Batches::new(2);
+        batches.clear(5.0);
+        for k in 1..=100 {
+            let growth = if k <= 40 { 2.0 } else { 0.0 };
+            batches.push(5.0 + 0.1 * f64::from(k), &[growth, 1.0]);
+        }
+        let early = batches.between(5.0, 8.96);
+        assert!((early.start() - 5.0).abs() < 1e-9 && (early.last() - 8.9).abs() < 1e-9);
+        assert!((early.total(0) - 78.0).abs() < 1e-9 && (early.total(1) - 39.0).abs() < 1e-9);
+        let late = batches.between(9.04, f64::INFINITY);
+        assert!((late.start() - 9.1).abs() < 1e-9 && late.last() == batches.last());
+        assert!((late.total(0)).abs() < 1e-9 && (late.total(1) - 59.0).abs() < 1e-9);
+        let all = batches.between(f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(
+            (all.start(), all.last(), all.count()),
+            (5.0, batches.last(), batches.count())
+        );
+        let none = batches.between(20.0, 30.0);
+        assert_eq!(
+            (none.count(), none.last() - none.start(), none.total(1)),
+            (0, 0.0, 0.0)
+        );
+        let none = batches.between(6.01, 6.05);
+        assert_eq!((none.count(), none.last() - none.start()), (0, 0.0));
     }
 
     #[test]

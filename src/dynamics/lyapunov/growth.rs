@@ -29,6 +29,13 @@ impl Growth {
         self.batches.clear(t);
     }
 
+    /// The growth between two times (s), in the batches that lie within them.
+    pub fn between(&self, from: f64, to: f64) -> Self {
+        let batches = self.batches.between(from, to);
+        let sums = (0..self.sums.len()).map(|l| batches.total(l)).collect();
+        Self { sums, batches }
+    }
+
     /// Time up to which growth is recorded, s.
     pub fn last(&self) -> f64 {
         self.batches.last()

@@ -124,6 +124,11 @@ pub enum Stability {
 }
 
 impl Attractor {
+    /// Whether at least one exponent is shown to be positive.
+    pub fn is_chaotic(self) -> bool {
+        matches!(self, Self::Chaos | Self::Hyperchaos(_))
+    }
+
     /// Whether the classification is conclusive.
     pub fn is_decided(self) -> bool {
         !matches!(
@@ -147,6 +152,13 @@ impl Attractor {
             Self::Hyperchaos(_) => "hyperchaos",
             Self::Undecided => "undecided",
         }
+    }
+}
+
+/// As its [`Attractor::name`].
+impl Serialize for Attractor {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

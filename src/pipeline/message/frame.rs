@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
 
 /// The state of one contact node.
@@ -125,7 +126,7 @@ pub struct Exponents {
     /// Simulated time, s.
     #[serde(rename = "time_s")]
     pub time: f64,
-    /// Exponents averaged since the end of the settling time.
+    /// Exponents averaged since the end of the settling time or the last change of the motion.
     #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
     /// Further properties of the motion.
@@ -134,6 +135,12 @@ pub struct Exponents {
     /// `tau = omega_1 t`.
     #[serde(rename = "omega_1_rad_per_s")]
     pub omega_1: f64,
+    /// Successive motions since the end of the settling time; the last one has the exponents above.
+    pub segments: Vec<MotionSegment>,
+    /// Lifetime of the chaotic transient before the last motion, s, from the start of the run or the last
+    /// change of tilt, load or rotation; `None` if there was none.
+    #[serde(rename = "chaotic_transient_s")]
+    pub chaotic_transient: Option<f64>,
 }
 
 impl Exponents {

@@ -6,6 +6,7 @@ mod header;
 mod lesson;
 mod observation;
 mod record;
+mod segment;
 
 pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
@@ -28,3 +29,4 @@ pub use observation::{
     Appearance, DivergenceFit, Observation, OperatingPoint, TrajectoryDivergence, Vibration,
 };
 pub use record::{Health, Record, Summary};
+pub use segment::MotionSegment;

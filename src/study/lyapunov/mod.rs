@@ -17,6 +17,8 @@ use crate::dynamics::{
 
 use super::OnProgress;
 use super::pool::PollTimer;
+use crate::pipeline::ChangeDetector;
+use crate::pipeline::message::MotionSegment;
 pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
@@ -64,7 +66,8 @@ pub struct LyapunovPlan {
     /// Minimum averaging time for a goal other than time, s. It prevents a goal from being reached by chance
     /// in a short average.
     pub min_time: f64,
-    /// Maximum averaging time, s, whether or not the goal is reached.
+    /// Maximum averaging time of one motion, s, whether or not the goal is reached. If the motion changes,
+    /// the time starts again, up to twice the maximum in total.
     pub max_time: f64,
     /// Sampling interval of the state, s: of the progress, the goal and the mean trace.
     pub sample_interval: f64,
@@ -95,15 +98,19 @@ pub struct RunningExponents {
 /// Result of a Lyapunov study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LyapunovStudy {
-    /// The Lyapunov spectrum; without exponents if the study was stopped before averaging.
+    /// The Lyapunov spectrum of the last motion; without exponents if the study was stopped before averaging.
     #[serde(flatten)]
     pub spectrum: LyapunovSpectrum,
     /// Properties of the motion that the classification uses besides the exponents.
     pub motion: Motion,
-    /// Running estimates at times spaced by 3 %; the last ones equal the spectrum.
+    /// Running estimates for the last motion at times spaced by 3 %; the last ones equal the spectrum.
     pub running: Vec<RunningExponents>,
+    /// Successive motions since the averaging started, separated by changes of attractor; the last one has
+    /// the exponents above.
+    pub segments: Vec<MotionSegment>,
     /// Mean trace of `dF/dz` over time, 1/s. It equals the sum of all exponents. `None` if not all
-    /// exponents are computed, or if events make the state or the force law discontinuous.
+    /// exponents are computed, if the motion changed, or if events make the state or the force law
+    /// discontinuous.
     #[serde(rename = "mean_trace_per_s")]
     pub mean_trace: Option<f64>,
     /// Reason why averaging ended.
@@ -135,6 +142,7 @@ impl LyapunovStudy {
             spectrum,
             motion: Motion::default(),
             running: Vec::new(),
+            segments: Vec::new(),
             mean_trace: None,
             ending: Ending::Stopped,
             settled: 0.0,
@@ -220,7 +228,8 @@ const SPACING: f64 = 1.03;
 const FIRST: f64 = 16.0;
 
 /// Averages the growth of the tangent vectors of a started integrator ([`Integrator::with_tangents`]) until
-/// the goal is reached, after a settling time. `watch` is called every 50 ms; the study stops when it returns
+/// the goal is reached, after a settling time. An average never contains a change of attractor: it starts again
+/// there, see [`LyapunovStudy::segments`]. `watch` is called every 50 ms; the study stops when it returns
 /// `false`.
 ///
 /// # Errors
@@ -252,6 +261,9 @@ pub fn lyapunov<Y: System + ?Sized>(
         largest: None,
         needed: plan.expected(),
         running: Vec::new(),
+        detector: None,
+        segments: Vec::new(),
+        begun: 0.0,
         trace: MeanTrace::new(sys, width),
     };
     let should_continue = run.settle()?;
@@ -261,10 +273,15 @@ pub fn lyapunov<Y: System + ?Sized>(
         false => Ending::Stopped,
     };
     let simulated = run.time() - start;
+    run.update_segments();
     let StudyRun {
-        mut running, trace, ..
+        mut running,
+        trace,
+        segments,
+        ..
     } = run;
-    let mut spectrum = integrator.exponents().unwrap_or_default();
+    let last = segments.last().map(|segment| segment.spectrum.clone());
+    let mut spectrum = last.unwrap_or_else(|| integrator.exponents().unwrap_or_default());
     if spectrum.time == 0.0 {
         spectrum.exponents.clear();
         spectrum.resolution = f64::INFINITY;
@@ -272,10 +289,11 @@ pub fn lyapunov<Y: System + ?Sized>(
     keep(&mut running, &spectrum);
     let mean_trace = trace.and_then(|trace| trace.mean());
     Ok(LyapunovStudy {
-        mean_trace: mean_trace.filter(|_| !spectrum.exponents.is_empty()),
+        mean_trace: mean_trace.filter(|_| !spectrum.exponents.is_empty() && segments.len() == 1),
         motion: integrator.motion(sys),
         spectrum,
         running,
+        segments,
         ending,
         settled,
         stats: since(integrator.stats(), before),
@@ -363,6 +381,11 @@ struct StudyRun<'a, Y: System + ?Sized> {
     /// Estimated total averaging time, s.
     needed: f64,
     running: Vec<RunningExponents>,
+    /// Detector of changes; `None` before averaging.
+    detector: Option<ChangeDetector>,
+    segments: Vec<MotionSegment>,
+    /// Averaging time before the average of the present motion started, s.
+    begun: f64,
     trace: Option<MeanTrace>,
 }
 
@@ -406,10 +429,19 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
     /// Averages the growth until the goal is reached.
     fn average(&mut self) -> Result<Ending, DynamicsError> {
         let plan = self.plan;
-        let last = (plan.longest() / plan.sample_interval).round().max(1.0) as u64;
+        let detector = ChangeDetector::new(
+            self.sys,
+            self.integrator,
+            self.integrator.time(),
+            plan.sample_interval,
+        );
+        self.detector = Some(detector);
         let (mut sample, mut kept) = (0, FIRST);
         loop {
             self.advance()?;
+            if let Some(detector) = &mut self.detector {
+                detector.push(self.sys, self.integrator, &self.z);
+            }
             sample += 1;
             let now = self.time();
             if let Some(trace) = &mut self.trace {
@@ -417,13 +449,14 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
             }
             let time = sample as f64 * plan.sample_interval;
             let mut ending = None;
-            if sample as f64 >= kept || sample == last {
+            if sample as f64 >= kept || sample >= self.last_sample() {
                 kept *= SPACING;
                 if self.reached(time) {
                     ending = Some(Ending::Reached);
                 }
             }
-            if sample == last && ending.is_none() {
+            // A change found at the last sample starts another average.
+            if sample >= self.last_sample() && ending.is_none() {
                 ending = Some(match plan.goal {
                     Goal::Time(_) => Ending::Reached,
                     Goal::HalfWidth(_) | Goal::Classification => Ending::MaxTimeReached,
@@ -442,15 +475,45 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
 
     /// Keeps the current estimates; returns whether they reach the goal after an averaging time, s.
     fn reached(&mut self, time: f64) -> bool {
-        let found = self.integrator.exponents();
-        let Some(spectrum) = found.filter(|spectrum| spectrum.time > 0.0) else {
+        self.update_segments();
+        let last = self.segments.last().map(|segment| &segment.spectrum);
+        let Some(spectrum) = last.filter(|spectrum| spectrum.time > 0.0) else {
             return false;
         };
+        self.begun = match self.segments.len() {
+            1 => 0.0,
+            _ => (time - spectrum.time).max(0.0),
+        };
+        let averaged = time - self.begun;
         self.largest = spectrum.exponents.first().copied();
-        keep(&mut self.running, &spectrum);
-        self.needed = self.plan.needed(&spectrum, time);
+        keep(&mut self.running, spectrum);
+        self.needed = self.begun + self.plan.needed(spectrum, averaged);
         let motion = self.integrator.motion(self.sys);
-        self.plan.reached(&spectrum, motion, time)
+        self.plan.reached(spectrum, motion, averaged)
+    }
+
+    /// Divides the time so far into motions. The running estimates start again with each change.
+    fn update_segments(&mut self) {
+        let Some(detector) = &self.detector else {
+            return;
+        };
+        let segments = detector.segments(self.sys, self.integrator);
+        if segments.len() != self.segments.len() {
+            self.running.clear();
+        }
+        self.segments = segments;
+    }
+
+    /// Number of samples after which the averaging ends, whether or not the goal is reached.
+    fn last_sample(&self) -> u64 {
+        let longest = self.plan.longest();
+        let begun = match self.plan.goal {
+            Goal::Time(_) => 0.0,
+            Goal::HalfWidth(_) | Goal::Classification => self.begun.min(longest),
+        };
+        ((begun + longest) / self.plan.sample_interval)
+            .round()
+            .max(1.0) as u64
     }
 }
 

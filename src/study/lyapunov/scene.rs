@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
+use crate::pipeline::message::MotionSegment;
 use crate::pipeline::{PipelineError, Prepared, Simulation, Source, prepare};
 use crate::scene::{FixedAt, Loading, Scene, SystemSpec};
 use crate::study::OnProgress;
@@ -38,6 +39,11 @@ pub struct SceneLyapunov {
     /// Transient time: the length of the scene's run before the study, s.
     #[serde(rename = "transient_s")]
     pub transient: f64,
+    /// Lifetime of the chaotic transient before the last motion, s: the time from the start of the run, or
+    /// from the end of its schedules, to the end of the last chaotic motion before the last one. `None` if
+    /// no earlier motion was chaotic.
+    #[serde(rename = "chaotic_transient_s")]
+    pub chaotic_transient: Option<f64>,
     /// Relative error tolerance of a time step during the study; `None` for a fixed step.
     pub tolerance: Option<f64>,
     /// Angular frequency `omega_1` of the slowest mode, rad/s. Exponents divided by it can be compared with
@@ -153,7 +159,13 @@ pub fn scene_lyapunov(
             })
         })?
     };
+    let constant_since = if fixed_at == FixedAt::default() {
+        0.0
+    } else {
+        transient
+    };
     Ok(SceneLyapunov {
+        chaotic_transient: MotionSegment::chaotic_transient(&study.segments, constant_since),
         study,
         tilt: loading.map(|loading| loading.tilt),
         fixed_at,

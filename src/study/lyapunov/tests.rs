@@ -59,17 +59,20 @@ fn study<Y: System>(
     plan: &LyapunovPlan,
     watch: OnProgress<'_, LyapunovProgress>,
 ) -> LyapunovStudy {
+    let mut integrator = integrator(sys, width, &vec![1.0; sys.dim()]);
+    lyapunov(sys, &mut integrator, plan, watch).unwrap()
+}
+
+/// An integrator with tangent vectors, started at a state.
+fn integrator<Y: System>(sys: &Y, width: usize, start: &[f64]) -> Integrator {
     let method = Method::Lawson54 {
         accuracy: Accuracy::relative(1e-8),
         max_step: 0.1,
     };
-    let mut integrator = Integrator::new(method, sys)
-        .unwrap()
-        .with_tangents(sys, width, 1)
-        .unwrap();
-    let start = vec![1.0; sys.dim()];
-    integrator.start(sys, 0.0, &start).unwrap();
-    lyapunov(sys, &mut integrator, plan, watch).unwrap()
+    let integrator = Integrator::new(method, sys).unwrap();
+    let mut integrator = integrator.with_tangents(sys, width, 1).unwrap();
+    integrator.start(sys, 0.0, start).unwrap();
+    integrator
 }
 
 #[test]
@@ -193,4 +196,80 @@ fn averaging_ends_at_a_clear_classification() {
     let found = study(&VanDerPol, 2, &plan(Goal::Classification), &mut |_| true);
     assert_eq!(found.ending, Ending::Reached);
     assert_eq!(found.spectrum.attractor(), Attractor::Cycle);
+}
+
+/// Below `rho` = 24.06 the only attractors of the Lorenz system are two fixed points, but trajectories may be
+/// chaotic for a long time before (J. A. Yorke and E. D. Yorke, J. Stat. Phys. 21 (1979) 263-277).
+const PRETURBULENT: Lorenz = Lorenz {
+    rho: 22.5,
+    ..Lorenz::CLASSICAL
+};
+
+/// The time at which the trajectory of a study enters the neighbourhood of a fixed point for good.
+fn end_of_turbulence(start: &[f64], until: f64) -> f64 {
+    let mut integrator = integrator(&PRETURBULENT, 1, start);
+    let mut z = [0.0; 3];
+    let (mut last_switch, mut side) = (0.0, 1.0);
+    for k in 1..(until / 0.02) as u32 {
+        let time = 0.02 * f64::from(k);
+        integrator.sample(&PRETURBULENT, time, &mut z).unwrap();
+        if z[0].signum() != side {
+            (last_switch, side) = (time, z[0].signum());
+        }
+    }
+    last_switch
+}
+
+#[test]
+fn a_chaotic_transient_is_separated_from_the_fixed_point_after_it() {
+    let plan = plan(Goal::Time(400.0));
+    let mut seen = 0;
+    for k in 0..40 {
+        let start = [0.1 * f64::from(k) - 3.0, 0.0, 20.0];
+        let end = end_of_turbulence(&start, 420.0);
+        // Long enough before and after the change.
+        if !(90.0..=300.0).contains(&end) {
+            continue;
+        }
+        let mut integrator = integrator(&PRETURBULENT, 3, &start);
+        let found = lyapunov(&PRETURBULENT, &mut integrator, &plan, &mut |_| true).unwrap();
+        let attractors: Vec<Attractor> = found.segments.iter().map(|s| s.attractor).collect();
+        println!("ends at {end}: {attractors:?} {:?}", found.segments);
+        let last = found.segments.last().unwrap();
+        assert_eq!(last.attractor, Attractor::FixedPoint);
+        assert_eq!(found.attractor(), Attractor::FixedPoint);
+        assert_eq!(last.spectrum, found.spectrum);
+        let lifetime = MotionSegment::chaotic_transient(&found.segments, 0.0).unwrap();
+        // The trajectory spirals into the fixed point at 0.07 per unit of time.
+        assert!(
+            (-10.0..40.0).contains(&(lifetime - end)),
+            "{lifetime} {end}"
+        );
+        let chaos = found
+            .segments
+            .iter()
+            .find(|s| s.attractor == Attractor::Chaos);
+        let largest = chaos.unwrap().spectrum.exponents[0];
+        // The exponent of the chaos before does not contain the decay to the fixed point.
+        assert!((0.5..0.9).contains(&largest.value), "{largest:?}");
+        seen += 1;
+    }
+    assert!(seen >= 8, "{seen}");
+}
+
+#[test]
+fn the_averages_of_one_motion_are_not_divided() {
+    for (rho, goal) in [(28.0, 100.0), (28.0, 400.0), (60.0, 200.0)] {
+        let lorenz = Lorenz { rho, ..LORENZ };
+        let found = study(&lorenz, 3, &plan(Goal::Time(goal)), &mut |_| true);
+        assert_eq!(
+            found.segments.len(),
+            1,
+            "{rho} {goal}: {:?}",
+            found.segments
+        );
+        assert!(MotionSegment::chaotic_transient(&found.segments, 0.0).is_none());
+    }
+    let found = study(&VanDerPol, 2, &plan(Goal::Time(1000.0)), &mut |_| true);
+    assert_eq!(found.segments.len(), 1, "{:?}", found.segments);
 }

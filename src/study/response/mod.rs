@@ -16,9 +16,9 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::AnalysisError;
-use crate::dynamics::{DynamicsError, Integrator, System};
+use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System};
 use crate::joint::BallJoint;
-use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
+use crate::pipeline::{ChangeDetector, PipelineError, Prepared, prepare_reusing_body};
 use crate::scene::Scene;
 
 use super::pool::PollTimer;
@@ -130,7 +130,6 @@ pub fn response(
     let Some(measured) = run.measure(transient)? else {
         return Ok(None);
     };
-    let exponents = run.integrator.exponents();
     let silence = match linear {
         Some(_) => SILENCE,
         None => 0.0,
@@ -139,7 +138,7 @@ pub fn response(
     Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
-        exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
+        exponents: measured.exponents,
         linear,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
         state: run.z[..2 * run.system.modes()].to_vec(),
@@ -200,6 +199,8 @@ struct Measured {
     transient: f64,
     /// Whether the motion changed within the window.
     changed: bool,
+    /// Exponents of the last motion within the window, if they are computed.
+    exponents: Option<LyapunovSpectrum>,
 }
 
 impl<'a> Run<'a> {
@@ -327,15 +328,13 @@ impl<'a> Run<'a> {
     fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
         loop {
             self.expected = self.time() + self.plan.measurement_time;
-            let Some((samples, changed)) = self.sample_window()? else {
+            let Some(measured) = self.sample_window(transient)? else {
                 return Ok(None);
             };
-            if !changed || self.time() >= self.plan.max_transient + self.plan.measurement_time {
-                return Ok(Some(Measured {
-                    samples,
-                    transient,
-                    changed,
-                }));
+            if !measured.changed
+                || self.time() >= self.plan.max_transient + self.plan.measurement_time
+            {
+                return Ok(Some(measured));
             }
             // The motion looked settled but changed: measure the new one.
             transient = self.time();
@@ -343,17 +342,23 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Samples one window, and returns whether the motion changed within it; `None` if stopped by the
-    /// caller.
-    fn sample_window(&mut self) -> Result<Option<(Samples, bool)>, ResponseError> {
+    /// Samples one window after a transient (s); `None` if stopped by the caller.
+    fn sample_window(&mut self, transient: f64) -> Result<Option<Measured>, ResponseError> {
         let count = (self.plan.measurement_time * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let omega = self.system.omega().to_vec();
         let mut detector = TransientDetector::new(omega.len(), self.block());
+        let interval = 1.0 / self.rate;
+        let changes = ChangeDetector::new(&*self.system, &self.integrator, self.time(), interval);
+        let with_tangents = self.integrator.exponents().is_some();
+        let mut changes = with_tangents.then_some(changes);
         let mut largest: f64 = 0.0;
         for _ in 0..count {
             if !self.advance()? {
                 return Ok(None);
+            }
+            if let Some(changes) = &mut changes {
+                changes.push(&*self.system, &self.integrator, &self.z);
             }
             let probe = self.probe();
             samples.push(probe);
@@ -363,7 +368,15 @@ impl<'a> Run<'a> {
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
-        let changed = largest >= SILENCE && detector.has_changed();
-        Ok(Some((samples, changed)))
+        let motions = changes.map(|changes| changes.segments(&*self.system, &self.integrator));
+        let mut motions = motions.unwrap_or_default();
+        let changed = largest >= SILENCE && (motions.len() > 1 || detector.has_changed());
+        let exponents = motions.pop().map(|motion| motion.spectrum);
+        Ok(Some(Measured {
+            samples,
+            transient,
+            changed,
+            exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
+        }))
     }
 }

@@ -9,7 +9,8 @@
 //!
 //! Some transients look settled for a long time, for example transient chaos that ends in a tone. Therefore
 //! the measurement window is tested as well: the motion has changed if a mode with a significant share of
-//! the energy differs between the two halves of the window.
+//! the energy differs between the two halves of the window. If exponents are computed, a change of the local
+//! exponents counts as well ([`ChangeDetector`](crate::pipeline::ChangeDetector)).
 //!
 //! A motion that decays to rest is settled when its amplitude falls below the silence threshold.
 

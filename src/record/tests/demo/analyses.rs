@@ -88,6 +88,8 @@ impl Signal {
             },
             motion: Motion::Free,
             omega_1: 10_668.8,
+            segments: Vec::new(),
+            chaotic_transient: None,
         }))
     }
 
