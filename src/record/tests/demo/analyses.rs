@@ -134,7 +134,14 @@ impl Signal {
                 recurrence_time_1: Some(19.0 + 5.0 * disorder),
                 recurrence_time_2: Some(47.0 - 8.0 * disorder),
             },
-            period: Some(1.0 / 4110.0),
+            periods: [RecurrencePeriod {
+                kind: RecurrenceKind::Finest,
+                period: 1.0 / 4110.0,
+                uncertainty: 1e-7,
+                share: 0.8,
+            }]
+            .into_iter()
+            .collect(),
         }
     }
 
