@@ -6,7 +6,7 @@ use super::{SAMPLE_RATE, Signal};
 use crate::{
     analysis::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
-        Regime, ScalingRegion, Verdict, ZeroOne,
+        RecurrenceKind, RecurrencePeriod, Regime, ScalingRegion, Verdict, ZeroOne,
     },
     dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{DivergenceFit, Exponents, Record, SectionPoint, TrajectoryDivergence},
