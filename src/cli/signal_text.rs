@@ -5,7 +5,9 @@ use std::path::Path;
 use anstyle::Style;
 
 use super::report::HEADING;
-use crate::analysis::{Divergence, LagReason, Measures, SectionShape, Threshold, Verdict};
+use crate::analysis::{
+    Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, Verdict,
+};
 use crate::escape;
 use crate::number::{significant, time};
 use crate::study::signal::{
@@ -128,17 +130,23 @@ fn recurrence_text(recurrence: &RecurrenceAnalysis, amount: &dyn Fn(f64) -> Stri
     let epsilon = recurrence
         .epsilon
         .map(|epsilon| format!(": epsilon = {}", amount(epsilon)));
-    let period = recurrence.period_s.map(|period| {
-        let frequency = significant(1.0 / period, DIGITS);
-        format!("  diagonal spacing {}: {frequency} Hz\n", duration(period))
-    });
+    let period = |found: &RecurrencePeriod| {
+        let frequency = significant(1.0 / found.period, DIGITS);
+        format!(
+            "  diagonal spacing, {}: {}: {frequency} Hz ({} of the recurrences)\n",
+            found.kind,
+            duration(found.period),
+            percent(found.share)
+        )
+    };
+    let periods: String = recurrence.periods.iter().map(period).collect();
     format!(
         "{HEADING}recurrence{HEADING:#} of {} states ({threshold} {}{})\n{}{}",
         recurrence.states,
         significant(value, DIGITS),
         epsilon.unwrap_or_default(),
         measures_text(&recurrence.measures),
-        period.unwrap_or_default()
+        periods
     )
 }
 

@@ -1,7 +1,7 @@
 //! Figures of synthetic sweeps.
 
 use super::*;
-use crate::analysis::SpectralLine;
+use crate::analysis::{RecurrencePeriods, SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::plot::{FigureOptions, Shape};
 use crate::scene::{Parameter, Scene};
@@ -65,7 +65,7 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
             kaplan_yorke: None,
         }),
         recurrence: None,
-        recurrence_period: None,
+        recurrence_periods: RecurrencePeriods::default(),
         linear: None,
         regime,
         confidence: 0.9,

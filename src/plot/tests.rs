@@ -141,7 +141,14 @@ fn report(name: &str) -> SignalAnalysis {
             stride_samples: 1,
             states: 1000,
             theiler_s: 1.0 / rate,
-            period_s: Some(2.4e-4),
+            periods: [RecurrencePeriod {
+                kind: RecurrenceKind::Finest,
+                period: 2.4e-4,
+                uncertainty: 1e-7,
+                share: 0.7,
+            }]
+            .into_iter()
+            .collect(),
             measures: Measures {
                 recurrence_rate: 0.08,
                 ..Measures::default()

@@ -192,9 +192,9 @@ impl Encoder {
                 time,
                 dt,
                 measures,
-                period,
+                periods,
                 ..
-            } => self.quantification.draw(rec, *time, *dt, measures, *period),
+            } => self.quantification.draw(rec, *time, *dt, measures, periods),
             Record::Section { time, points } => self.section.push(rec, *time, points),
             Record::Chaos {
                 time,

@@ -10,7 +10,7 @@ use super::{
     style,
     style::Quantity,
 };
-use crate::analysis::Measures;
+use crate::analysis::{Measures, RecurrencePeriod, RecurrencePeriods};
 
 /// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
@@ -30,7 +30,7 @@ struct Units {
 }
 
 impl Quantification {
-    /// Draws the measures of a window that ends at `time` (s), with states `dt` (s) apart; `period` in s. An
+    /// Draws the measures of a window that ends at `time` (s), with states `dt` (s) apart; `periods` in s. An
     /// undefined measure is a gap.
     pub fn draw(
         &mut self,
@@ -38,7 +38,7 @@ impl Quantification {
         time: f64,
         dt: f64,
         measures: &Measures,
-        period: Option<f64>,
+        periods: &RecurrencePeriods,
     ) -> Result<(), RecordError> {
         let units = match self.units {
             Some(units) => units,
@@ -65,7 +65,6 @@ impl Quantification {
                 paths::RECURRENCE_TIME_2,
                 measures.recurrence_time_2.map(short),
             ),
-            (paths::PERIOD, period.map(|period| units.short * period)),
             (paths::ENTROPY, measures.entropy),
             (
                 paths::DIVERGENCE_RATE,
@@ -81,7 +80,10 @@ impl Quantification {
             let value = value.unwrap_or(f64::NAN);
             stream::log_at(rec, path, time, &Scalars::single(value))?;
         }
-        Ok(())
+        let seconds = |found: Option<&RecurrencePeriod>| found.map_or(f64::NAN, |p| p.period);
+        let periods = [periods.finest(), periods.beat(), periods.doubled()].map(seconds);
+        let scaled = periods.map(|period| units.short * period);
+        stream::log_at(rec, paths::PERIOD, time, &Scalars::new(scaled))
     }
 }
 
@@ -107,7 +109,6 @@ fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
             format!("T2, {s}"),
             style::FRICTION,
         ),
-        (paths::PERIOD, format!("period, {s}"), style::ACCENT),
         (paths::ENTROPY, "ENTR, nats".to_owned(), style::SIGNAL),
         (paths::DIVERGENCE_RATE, format!("DIV, 1/{l}"), style::ACCENT),
         (paths::TREND, format!("TREND, 1/{l}"), style::FRICTION),
@@ -115,6 +116,9 @@ fn name_measures(rec: &RecordingStream, dt: f64) -> Result<Units, RecordError> {
     for (path, name, color) in series {
         name_series(rec, path, [name], [color])?;
     }
+    let names = ["finest period", "beat", "doubled period"].map(|name| format!("{name}, {s}"));
+    let colors = [style::ACCENT, style::SIGNAL, style::FRICTION];
+    name_series(rec, paths::PERIOD, names, colors)?;
     Ok(Units {
         short: short.per_si,
         long: long.per_si,

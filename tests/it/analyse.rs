@@ -122,7 +122,7 @@ fn a_tone_is_periodic() {
     );
     assert!((number(&line["amplitude"]) - 0.5).abs() < 1e-3, "{line}");
     assert_eq!(line["label"], "f1");
-    let period = number(&json["recurrence"]["period_s"]);
+    let period = number(&json["recurrence"]["recurrence_periods"][0]["period_s"]);
     assert!((period * 440.0 - 1.0).abs() < 1e-3, "{period}");
     let returns = number(&json["section"]["mean_return_time_s"]);
     assert!((returns * 440.0 - 1.0).abs() < 1e-5, "{returns}");

@@ -7,14 +7,17 @@ mod counts;
 mod diagonals;
 mod line_counter;
 mod measures;
+mod modulation;
 mod period;
 mod plot;
 mod quantify;
+mod stripes;
 mod threshold;
 mod window;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
+pub use period::{RecurrenceKind, RecurrencePeriod, RecurrencePeriods};
 pub use plot::{RecurrenceImage, RecurrencePlot, ThresholdedPlot};
 pub use quantify::quantify;
 pub use threshold::{RecurrenceCriterion, Threshold, find_threshold};

@@ -9,8 +9,8 @@ use super::header::Header;
 use super::lesson::{Lesson, LevelSample};
 use super::observation::{Observation, TrajectoryDivergence};
 use crate::analysis::{
-    DelayChoice, Divergence, Measures, RecurrenceImage, SectionPoint, SpectralLine, Verdict,
-    ZeroOne,
+    DelayChoice, Divergence, Measures, RecurrenceImage, RecurrencePeriods, SectionPoint,
+    SpectralLine, Verdict, ZeroOne,
 };
 use crate::dynamics::{ErrorEstimate, SolverStats};
 
@@ -78,8 +78,8 @@ pub enum Record {
         threshold: Option<f64>,
         /// Recurrence quantification measures.
         measures: Measures,
-        /// Most frequent distance between diagonal lines, s.
-        period: Option<f64>,
+        /// Distances between diagonal lines, s.
+        periods: RecurrencePeriods,
     },
     /// New points of the Poincare section, in time order; at least one.
     Section {

@@ -66,7 +66,7 @@ pub fn quantification(
             dt,
             threshold: rule.threshold.distance(),
             measures: counts.measures(least_diagonal, least_vertical, RateBase::Counted),
-            period: counts.period().map(|states| states * dt),
+            periods: counts.periods().in_seconds(dt),
         })
     });
     measures.with_step(step)

@@ -23,7 +23,8 @@ impl SignalFigures<'_> {
                 palette: palette.into_iter().map(Swatch::uniform).collect(),
             };
             let layers = Some(Layer::image(image)).filter(|_| picture.size > 0);
-            Panel::new(title, axis(), axis(), layers.into_iter().collect()).square()
+            let layers = layers.into_iter().chain(self.period_marks(span));
+            Panel::new(title, axis(), axis(), layers.collect()).square()
         };
         // Palette index: non-zero is recurrent; a small distance is dark.
         let mut recurrent = vec![Color::Ink.on_light(); 256];
@@ -33,10 +34,10 @@ impl SignalFigures<'_> {
             let near = colormap_index(1.0 - f64::from(byte) / 255.0);
             shades[usize::from(near)]
         });
-        let share = 100.0 * self.report.recurrence.measures.recurrence_rate;
+        let share = 100.0 * picture.rate;
         let row = vec![
             panel(
-                format!("recurrence rate {share:.2} %"),
+                format!("recurrence rate {share:.2} % in this plot"),
                 &picture.recurrent,
                 recurrent,
             ),
@@ -52,6 +53,22 @@ impl SignalFigures<'_> {
             100.0,
             vec![row],
         )
+    }
+
+    /// The diagonals at the recurrence periods that fit in the plot, above the line of identity.
+    fn period_marks(&self, [start, end]: [f64; 2]) -> Vec<Layer> {
+        let periods = self.report.recurrence.periods.iter().enumerate();
+        let inside = periods.filter_map(|(k, found)| {
+            let offset = found.period * self.time_unit.factor;
+            let label = format!("{}: {:.4} ms", found.kind, 1e3 * found.period);
+            let line = vec![[start, start + offset], [end - offset, end]];
+            (offset < end - start).then(|| {
+                Layer::line(line, Color::Series(k))
+                    .dashed()
+                    .with_label(label)
+            })
+        });
+        inside.collect()
     }
 
     pub fn measures(&self) -> Figure {

@@ -121,10 +121,19 @@ fn response(found: &SettledResponse, from: &str) -> String {
         let share = |share: Option<f64>| share.map_or("–".to_owned(), |s| format!("{s:.3}"));
         let _ = write!(
             text,
-            "Recurrence quantification: RR {:.3}, DET {}, LAM {}.\n\n",
-            measures.recurrence_rate,
+            "Recurrence quantification at a threshold of half a standard deviation (the plot has a fixed RR): \
+             RR {:.1} %, DET {}, LAM {}.\n\n",
+            1e2 * measures.recurrence_rate,
             share(measures.determinism),
             share(measures.laminarity),
+        );
+    }
+    for period in found.recurrence_periods.iter() {
+        let _ = writeln!(
+            text,
+            "Recurrence period, {}: {}.\n",
+            period.kind,
+            Quantity::Time.format(period.period)
         );
     }
     text

@@ -58,7 +58,7 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
             kaplan_yorke: None,
         }),
         recurrence: None,
-        recurrence_period: None,
+        recurrence_periods: crate::analysis::RecurrencePeriods::default(),
         linear: Some(StabilityAt {
             tilt: 0.0,
             modes: vec![NamedMode {

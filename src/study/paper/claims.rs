@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::evidence::Evidence;
+use crate::analysis::RecurrenceKind;
 use crate::dynamics::{Exponent, Sign};
 use crate::study::response::SettledResponse;
 
@@ -69,7 +70,12 @@ enum Criterion {
     /// Embedding dimension.
     Dimension { tilt_deg: f64, is: usize },
     /// Distance between the diagonal lines of the recurrence plot, s.
-    RecurrencePeriod { from_deg: f64, to_deg: f64, s: f64 },
+    RecurrencePeriod {
+        from_deg: f64,
+        to_deg: f64,
+        s: f64,
+        kind: RecurrenceKind,
+    },
     /// The largest Lyapunov exponent is nearly zero.
     ExponentZero { from_deg: f64, to_deg: f64 },
     /// Number of positive Lyapunov exponents.
@@ -347,7 +353,8 @@ impl Criterion {
                 from_deg,
                 to_deg,
                 s,
-            } => recurrence_period(s, within, &evidence.between(from_deg, to_deg)),
+                kind,
+            } => recurrence_period((s, kind), within, &evidence.between(from_deg, to_deg)),
             Self::ExponentZero { from_deg, to_deg } => {
                 exponent_zero(&evidence.between(from_deg, to_deg))
             }
@@ -438,13 +445,16 @@ fn mismatch(response: Option<&SettledResponse>, within: f64) -> Comparison {
 }
 
 fn recurrence_period(
-    published: f64,
+    (published, kind): (f64, RecurrenceKind),
     within: f64,
     points: &[(f64, &SettledResponse)],
 ) -> Comparison {
     let show = |period: f64| format!("{:.3} ms", 1e3 * period);
     Comparison::of_points(show(published), points, |response| {
-        let found = response.recurrence_period;
+        let found = response
+            .recurrence_periods
+            .last(kind)
+            .map(|found| found.period);
         let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
         (is_so, found.map_or_else(|| "none".to_owned(), show))
     })

@@ -1,7 +1,8 @@
 //! Claims compared with synthetic results.
 
 use super::*;
-use crate::analysis::{Regime, SpectralLine};
+use crate::analysis::RecurrenceKind::{Beat, Doubled, Finest};
+use crate::analysis::{RecurrencePeriod, RecurrencePeriods, Regime, SpectralLine};
 use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
@@ -46,7 +47,7 @@ fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -
             kaplan_yorke: None,
         }),
         recurrence: None,
-        recurrence_period: Some(2.44e-4),
+        recurrence_periods: RecurrencePeriods::default(),
         linear: Some(StabilityAt {
             tilt: 0.0,
             modes: (0..11).map(mode).collect(),
@@ -76,13 +77,20 @@ fn as_published() -> Evidence {
             ),
             _ => response(Regime::Chaotic, &[3870.0], &[90.0, 60.0, 30.0], 5),
         };
-        found.recurrence_period = match tilt {
-            t if t < 2.9 => Some(2.44e-4),
-            t if t < 3.1 => Some(8e-5),
-            t if t < 3.55 => Some(1.75e-3),
-            t if t < 4.1 => Some(3.5e-3),
-            _ => None,
+        let periods: &[_] = match tilt {
+            t if t < 2.9 => &[(Finest, 2.44e-4)],
+            t if t < 3.1 => &[(Finest, 8e-5)],
+            t if t < 3.55 => &[(Finest, 8e-5), (Beat, 1.75e-3)],
+            t if t < 4.1 => &[(Finest, 8e-5), (Beat, 1.75e-3), (Doubled, 3.5e-3)],
+            _ => &[],
         };
+        let periods = periods.iter().map(|&(kind, period)| RecurrencePeriod {
+            kind,
+            period,
+            uncertainty: 1e-3 * period,
+            share: 0.5,
+        });
+        found.recurrence_periods = periods.collect();
         (tilt, found)
     });
     let mut evidence = Evidence::new(responses);

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{Measures, SpectralLine};
+use crate::analysis::{
+    Measures, RecurrenceKind, RecurrencePeriod, RecurrencePeriods, SpectralLine,
+};
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
@@ -30,6 +32,7 @@ columns!(section: Vec<[f64; 2]> as Section);
 columns!(lines: Vec<SpectralLine> as Lines);
 columns!(exponents: Option<LyapunovSpectrum> as Maybe<Exponents>);
 columns!(recurrence: Option<Measures> as Maybe<Recurrence>);
+columns!(periods: RecurrencePeriods as Periods);
 columns!(linear: Option<StabilityAt> as Maybe<Linear>);
 
 /// Conversion of a nested type to and from its columns.
@@ -230,6 +233,46 @@ impl Columns for Recurrence {
             recurrence_time_1: self.recurrence_time_1,
             recurrence_time_2: self.recurrence_time_2,
         }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Periods {
+    /// Periods of the diagonal lines of the recurrence plot, shortest first, s.
+    recurrence_period_s: Vec<f64>,
+    /// Standard uncertainties of the recurrence periods, s.
+    recurrence_period_uncertainty_s: Vec<f64>,
+    /// Shares of the recurrent points on the diagonals at the multiples of each recurrence period, 0 to 1.
+    recurrence_period_share: Vec<f64>,
+    /// Kinds of the recurrence periods: `finest`, `beat` or `doubled`.
+    recurrence_period_kind: Vec<String>,
+}
+
+impl Columns for Periods {
+    type Joined = RecurrencePeriods;
+
+    fn of(periods: &Self::Joined) -> Self {
+        Self {
+            recurrence_period_s: periods.iter().map(|p| p.period).collect(),
+            recurrence_period_uncertainty_s: periods.iter().map(|p| p.uncertainty).collect(),
+            recurrence_period_share: periods.iter().map(|p| p.share).collect(),
+            recurrence_period_kind: periods.iter().map(|p| p.kind.to_string()).collect(),
+        }
+    }
+
+    fn join(self) -> Self::Joined {
+        let values = self.recurrence_period_s.into_iter();
+        let values = values.zip(self.recurrence_period_uncertainty_s);
+        let values = values.zip(self.recurrence_period_share);
+        values
+            .zip(self.recurrence_period_kind)
+            .map(|(((period, uncertainty), share), kind)| RecurrencePeriod {
+                kind: kind.parse().unwrap_or(RecurrenceKind::Finest),
+                period,
+                uncertainty,
+                share,
+            })
+            .collect()
     }
 }
 

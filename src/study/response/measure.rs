@@ -3,8 +3,8 @@
 use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
     AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
-    RateBase, RecurrenceCriterion, RegimeSearch, SpectrumAnalyser, Threshold, Window, classify,
-    delay_section, deviation, identify_lines, quantify, range,
+    RateBase, RecurrenceCriterion, RecurrencePeriods, RegimeSearch, SpectrumAnalyser, Threshold,
+    Window, classify, delay_section, deviation, identify_lines, quantify, range,
 };
 use crate::dynamics::SolverStats;
 use crate::scene::{AutoOr, Scene, SectionSurface};
@@ -21,11 +21,19 @@ const STATES_PER_LAG: usize = 6;
 /// Maximum number of states compared for recurrence.
 const STATES: usize = 2000;
 
+/// States per delay and maximum number of states for the recurrence periods.
+const PERIOD_STATES_PER_LAG: usize = 12;
+const PERIOD_STATES: usize = 4000;
+
 /// Embedding dimension of these states, from Section 3 of the paper.
 pub(super) const DIMENSION: usize = 5;
 
 /// Recurrence threshold, standard deviations of the displacement.
 const THRESHOLD: f64 = 0.5;
+
+/// Recurrence rate that sets the threshold of the recurrence plot and periods, as in the scenes of the joint:
+/// plots of strong and weak motions are then comparable.
+pub(super) const RATE: f64 = 0.1;
 
 /// Minimum diagonal length, in delays (four quarter periods), and minimum vertical length, in states.
 const MIN_DIAGONAL_LAGS: usize = 4;
@@ -96,8 +104,12 @@ impl Samples {
             lines: naming.label(&lines),
             broadband_share: spectrum.broadband_share(),
             exponents: None,
-            recurrence_period: recurrence.as_ref().and_then(|(_, period)| *period),
-            recurrence: recurrence.map(|(measures, _)| measures),
+            recurrence_periods: if moves {
+                self.periods(lag)?
+            } else {
+                RecurrencePeriods::default()
+            },
+            recurrence,
             linear: None,
             regime: verdict.regime,
             confidence: verdict.confidence,
@@ -107,8 +119,31 @@ impl Samples {
         })
     }
 
-    /// Recurrence measures of the newest states, and the recurrence period, s.
-    fn recurrence(&self, lag: usize) -> Result<Option<(Measures, Option<f64>)>, AnalysisError> {
+    /// Recurrence periods of the newest 20 ms, s. They need wide stripes: more states per delay and more
+    /// recurrent pairs than the measures.
+    fn periods(&self, lag: usize) -> Result<RecurrencePeriods, AnalysisError> {
+        let step = (lag / PERIOD_STATES_PER_LAG).max(1);
+        let taken = self.displacement.iter().rev().step_by(step).copied();
+        let lag = (lag / step).max(1);
+        // Periods do not depend on the direction of time.
+        let taken: Vec<f64> = taken
+            .take(DelayVectors::samples_for(PERIOD_STATES, lag, DIMENSION))
+            .collect();
+        if taken.len() < DelayVectors::samples_for(2 * lag, lag, DIMENSION) {
+            return Ok(RecurrencePeriods::default());
+        }
+        let vectors = DelayVectors::new(&taken, lag, DIMENSION)?;
+        let rule = RecurrenceCriterion {
+            norm: Norm::Euclidean,
+            threshold: Threshold::Rate(RATE),
+            theiler: lag,
+        };
+        let periods = quantify(&vectors, &rule)?.periods();
+        Ok(periods.in_seconds(step as f64 / self.rate))
+    }
+
+    /// Recurrence measures of the newest states.
+    fn recurrence(&self, lag: usize) -> Result<Option<Measures>, AnalysisError> {
         let step = (lag / STATES_PER_LAG).max(1);
         let lag = (lag as f64 / step as f64).round() as usize;
         let taken: Vec<f64> = self
@@ -131,11 +166,11 @@ impl Samples {
         };
         let counts = quantify(&vectors, &rule)?;
         let least = MIN_DIAGONAL_LAGS * lag;
-        let measures = counts.measures(least, MIN_VERTICAL, RateBase::Counted);
-        let period = counts
-            .period()
-            .map(|states| states * step as f64 / self.rate);
-        Ok(Some((measures, period)))
+        Ok(Some(counts.measures(
+            least,
+            MIN_VERTICAL,
+            RateBase::Counted,
+        )))
     }
 
     fn portrait(&self, spectrum: &[f64], bin: f64) -> PhasePortrait {
@@ -238,6 +273,8 @@ mod tests {
         );
         assert_eq!(found.maxima.len(), MAX_POINTS);
         assert!((found.amplitude - 1.4e-6).abs() < 1e-8);
+        let beat = found.recurrence_periods.beat().unwrap();
+        assert!((beat.period * 240.0 - 1.0).abs() < 0.01, "{beat:?}");
         let determinism = found.recurrence.unwrap().determinism.unwrap();
         assert!(determinism > 0.85, "{determinism}");
         // The section points lie on a closed curve.

@@ -1,6 +1,6 @@
 //! The recurrence plot of a settled motion.
 
-use super::measure::{DIMENSION, LAG};
+use super::measure::{DIMENSION, LAG, RATE};
 use super::settled::PhasePortrait;
 use crate::analysis::{
     AnalysisError, DelayVectors, Norm, RecurrenceImage, RecurrencePlot, Threshold,
@@ -15,10 +15,6 @@ const SIZE: usize = 340;
 
 /// Minimum number of states for a plot.
 const MIN_STATES: usize = 16;
-
-/// Recurrence rate that sets the threshold, as in the scenes of the joint: plots of strong and weak motions
-/// are then comparable.
-const RATE: f64 = 0.1;
 
 impl PhasePortrait {
     /// The recurrence plot of the newest 5 ms: delay vectors of dimension 5 with a delay of 60 µs, a quarter

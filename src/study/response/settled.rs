@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::columns;
-use crate::analysis::{Measures, Regime, SpectralLine};
+use crate::analysis::{Measures, RecurrencePeriods, Regime, SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 
@@ -46,9 +46,9 @@ pub struct SettledResponse {
     /// Recurrence quantification; `None` for a silent motion.
     #[serde(flatten, with = "columns::recurrence")]
     pub recurrence: Option<Measures>,
-    /// Period of the diagonal lines of the recurrence plot, s.
-    #[serde(rename = "recurrence_period_s")]
-    pub recurrence_period: Option<f64>,
+    /// Periods of the diagonal lines of the recurrence plot: finest, beat, doubled; s.
+    #[serde(flatten, with = "columns::periods")]
+    pub recurrence_periods: RecurrencePeriods,
     /// Linear modes at steady sliding; `None` for a system other than the joint.
     #[serde(flatten, with = "columns::linear")]
     pub linear: Option<StabilityAt>,

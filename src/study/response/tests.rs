@@ -54,7 +54,9 @@ fn a_pure_tone_is_classified_as_periodic() {
     let determinism = found.recurrence.unwrap().determinism.unwrap();
     // The ends of the diagonal stripes are shorter than a period.
     assert!((0.6..0.8).contains(&determinism), "{determinism}");
-    let period = found.recurrence_period.unwrap();
+    let periods = &found.recurrence_periods;
+    assert_eq!(periods.iter().count(), 1, "{periods:?}");
+    let period = periods.finest().unwrap().period;
     assert!((period * 4110.8 - 1.0).abs() < 0.01, "{period}");
     assert_eq!(found.state.len(), 22);
     let portrait = found.portrait.unwrap();

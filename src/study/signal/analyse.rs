@@ -9,10 +9,10 @@ use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, Norm, RateBase,
-    RecurrenceCriterion, RecurrenceImage, RecurrencePlot, RegimeSearch, SectionPoint, Spectrum,
-    SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay, classify, delay_section,
-    deviation, divergence, false_neighbours, identify_lines, quantify, range, section_shape,
-    zero_one,
+    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, RegimeSearch,
+    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay,
+    classify, delay_section, deviation, divergence, false_neighbours, identify_lines, quantify,
+    range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -25,6 +25,11 @@ const SPECTROGRAM_PERIODS: f64 = 48.0;
 
 /// Default recurrence rate: share of the pairs of states that are recurrent.
 const RECURRENCE_RATE: f64 = 0.05;
+
+/// Recurrence rate, states per delay and maximum number of states for the recurrence periods.
+const PERIOD_RATE: f64 = 0.1;
+const PERIOD_STATES_PER_LAG: usize = 12;
+const PERIOD_STATES: usize = 4000;
 
 /// Minimum number of states per delay, if the sampling is fine enough.
 const STATES_PER_LAG: usize = 12;
@@ -341,11 +346,29 @@ impl Plan {
             stride_samples: self.stride,
             states: counts.columns,
             theiler_s: self.rule.theiler as f64 * seconds,
-            period_s: counts.period().map(|states| states * seconds),
+            periods: self.periods(newest)?.in_seconds(1.0 / signal.rate),
             measures: measures.in_seconds(seconds),
             along: Vec::new(),
             picture: self.picture(newest, signal.rate, period, threshold)?,
         })
+    }
+
+    /// The recurrence periods of the newest states, in samples. They need wide stripes: more states per
+    /// delay and more recurrent pairs than the measures.
+    fn periods(&self, newest: &[f64]) -> Result<RecurrencePeriods, AnalysisError> {
+        let lag = self.lag * self.stride;
+        let step = (lag / PERIOD_STATES_PER_LAG).max(1);
+        let taken = thinned(newest, step);
+        let lag = (lag / step).max(1);
+        let needed = DelayVectors::samples_for(PERIOD_STATES, lag, self.dimension);
+        let taken = &taken[taken.len().saturating_sub(needed)..];
+        let vectors = DelayVectors::new(taken, lag, self.dimension)?;
+        let rule = RecurrenceCriterion {
+            norm: self.rule.norm,
+            threshold: Threshold::Rate(PERIOD_RATE),
+            theiler: lag,
+        };
+        Ok(quantify(&vectors, &rule)?.periods().in_seconds(step as f64))
     }
 
     /// The recurrence picture of the newest periods.

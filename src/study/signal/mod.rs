@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
     Column, DelayChoice, Divergence, LineIdentification, Measures, RecurrenceCriterion,
-    RecurrenceImage, SectionPoint, SectionShape, SpectralLine, Spectrum, Threshold, Verdict,
-    ZeroOne,
+    RecurrenceImage, RecurrencePeriods, SectionPoint, SectionShape, SpectralLine, Spectrum,
+    Threshold, Verdict, ZeroOne,
 };
 use crate::import::Signal;
 
@@ -140,8 +140,9 @@ pub struct RecurrenceAnalysis {
     pub states: usize,
     /// Theiler window, s.
     pub theiler_s: f64,
-    /// Recurrence period: the most frequent distance between diagonal lines, s.
-    pub period_s: Option<f64>,
+    /// Recurrence periods: the distances between diagonal lines, shortest first.
+    #[serde(rename = "recurrence_periods")]
+    pub periods: RecurrencePeriods,
     /// Recurrence measures of the newest states; times in seconds.
     pub measures: Measures,
     /// Recurrence measures in windows along the signal.

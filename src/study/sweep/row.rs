@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::{Measures, Regime, SpectralLine};
+use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriod, Regime, SpectralLine};
 use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
@@ -113,7 +113,14 @@ impl Row {
                 recurrence_time_1: Some(0.0),
                 recurrence_time_2: Some(0.0),
             }),
-            recurrence_period: Some(0.0),
+            recurrence_periods: [RecurrencePeriod {
+                kind: RecurrenceKind::Finest,
+                period: 0.0,
+                uncertainty: 0.0,
+                share: 0.0,
+            }]
+            .into_iter()
+            .collect(),
             linear: Some(StabilityAt {
                 tilt: 0.0,
                 modes: vec![NamedMode {

@@ -17,6 +17,7 @@ use toml::Value;
 
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
+use crate::analysis::RecurrencePeriod;
 use crate::export::{OutputError, replace_file};
 use crate::foreign::arrow::ArrowStream;
 use crate::foreign::{one_line, open_file, without_panic};
@@ -320,7 +321,7 @@ fn brief(value: Option<&Value>) -> String {
 }
 
 /// Columns of the CSV table after the point's place.
-const COLUMNS: [&str; 24] = [
+const COLUMNS: [&str; 26] = [
     "settled",
     "transient_s",
     "regime",
@@ -342,7 +343,9 @@ const COLUMNS: [&str; 24] = [
     "exponent_3_per_s",
     "exponent_3_half_width_per_s",
     "determinism",
-    "recurrence_period_ms",
+    "recurrence_period_finest_ms",
+    "recurrence_period_beat_ms",
+    "recurrence_period_doubled_ms",
     "unstable_modes",
     "error",
 ];
@@ -440,6 +443,7 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         let exponent = found.exponents.as_ref().and_then(|s| s.exponents.get(k));
         [exponent.map(|e| e.value), exponent.map(|e| e.half_width)].map(number)
     };
+    let period = |found: Option<&RecurrencePeriod>| number(found.map(|found| 1e3 * found.period));
     let unstable = found
         .linear
         .as_ref()
@@ -460,7 +464,9 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         (0..3).flat_map(exponent).collect(),
         vec![
             number(found.recurrence.as_ref().and_then(|r| r.determinism)),
-            number(found.recurrence_period.map(|period| 1e3 * period)),
+            period(found.recurrence_periods.finest()),
+            period(found.recurrence_periods.beat()),
+            period(found.recurrence_periods.doubled()),
             unstable.map(|count| count.to_string()).unwrap_or_default(),
         ],
     ];

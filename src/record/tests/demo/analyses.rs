@@ -6,7 +6,7 @@ use super::{SAMPLE_RATE, Signal};
 use crate::{
     analysis::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
-        Regime, ScalingRegion, Verdict, ZeroOne,
+        RecurrenceKind, RecurrencePeriod, Regime, ScalingRegion, Verdict, ZeroOne,
     },
     dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{DivergenceFit, Exponents, Record, SectionPoint, TrajectoryDivergence},
@@ -136,7 +136,14 @@ impl Signal {
                 recurrence_time_1: Some(19.0 + 5.0 * disorder),
                 recurrence_time_2: Some(47.0 - 8.0 * disorder),
             },
-            period: Some(1.0 / 4110.0),
+            periods: [RecurrencePeriod {
+                kind: RecurrenceKind::Finest,
+                period: 1.0 / 4110.0,
+                uncertainty: 1e-7,
+                share: 0.8,
+            }]
+            .into_iter()
+            .collect(),
         }
     }
 
