@@ -135,6 +135,20 @@ pub enum Bases {
 }
 
 impl Bases {
+    /// The bases of named lines; `frequency` is the frequency (Hz) of the line with a name.
+    pub fn of_names(frequency: impl Fn(&str) -> Option<f64>) -> Self {
+        let sideband = || frequency("f1 + fm").or_else(|| frequency("f1 - fm"));
+        match (frequency("f1"), frequency("f2"), sideband()) {
+            (None, ..) => Bases::None,
+            (Some(f1), Some(f2), _) => Bases::Two { f1, f2 },
+            (Some(f1), None, Some(f)) => Bases::Modulated {
+                f1,
+                fm: (f - f1).abs(),
+            },
+            (Some(f1), None, None) => Bases::One { f1 },
+        }
+    }
+
     /// Number of bases.
     pub(super) fn count(self) -> usize {
         match self {

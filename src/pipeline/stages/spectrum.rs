@@ -4,7 +4,7 @@ use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
-use crate::analysis::{SlidingWindow, SpectrumAnalyser};
+use crate::analysis::{Bases, SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::message::Record;
 use crate::scene::SpectrumSpec;
 
@@ -18,12 +18,15 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64) -> impl Stage + use<> {
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
+    let mut bases = Bases::None;
     Windowed::new(sliding, velocity, move |window, _, emit| {
         let spectrum = analyser.analyse(window.channels[0])?;
+        let named = NamedLines::following(&spectrum, bases);
+        bases = named.naming.bases;
         emit(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,
-            peaks: NamedLines::of(&spectrum).peaks(),
+            peaks: named.peaks(),
             amplitude: spectrum.amplitude,
         })
     })

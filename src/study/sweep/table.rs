@@ -17,6 +17,7 @@ use toml::Value;
 
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
+use crate::analysis::ClosedCurves;
 use crate::export::{OutputError, replace_file};
 use crate::foreign::arrow::ArrowStream;
 use crate::foreign::{one_line, open_file, without_panic};
@@ -320,7 +321,7 @@ fn brief(value: Option<&Value>) -> String {
 }
 
 /// Columns of the CSV table after the point's place.
-const COLUMNS: [&str; 24] = [
+const COLUMNS: [&str; 27] = [
     "settled",
     "transient_s",
     "regime",
@@ -344,6 +345,9 @@ const COLUMNS: [&str; 24] = [
     "determinism",
     "recurrence_period_ms",
     "unstable_modes",
+    "doubling",
+    "section_curves",
+    "section_windings",
     "error",
 ];
 
@@ -440,6 +444,10 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         let exponent = found.exponents.as_ref().and_then(|s| s.exponents.get(k));
         [exponent.map(|e| e.value), exponent.map(|e| e.half_width)].map(number)
     };
+    let curves = |of: fn(&ClosedCurves) -> usize| {
+        let count = found.curves.as_ref().map(of);
+        count.map(|count| count.to_string()).unwrap_or_default()
+    };
     let unstable = found
         .linear
         .as_ref()
@@ -462,6 +470,9 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
             number(found.recurrence.as_ref().and_then(|r| r.determinism)),
             number(found.recurrence_period.map(|period| 1e3 * period)),
             unstable.map(|count| count.to_string()).unwrap_or_default(),
+            found.doubling.to_string(),
+            curves(|curves| curves.count),
+            curves(|curves| curves.windings),
         ],
     ];
     for (cell, text) in cells.iter_mut().zip(parts.concat()) {
