@@ -16,7 +16,7 @@
 //! counts as samples arrive and leave. [`Measures`] follow from the counts.
 //!
 //! *Poincaré sections.* [`delay_section`] and [`plane_section`] compute sections. [`section_shape`]
-//! distinguishes points, closed curves and clouds.
+//! distinguishes points, closed curves and clouds; [`closed_curves`] counts the curves of a doubled torus.
 //!
 //! *Chaos.* [`divergence()`] computes the divergence of nearest neighbours. [`zero_one()`] applies the
 //! 0-1 test. [`classify`] combines all evidence into a [`Verdict`].
@@ -55,8 +55,8 @@ pub use moments::{deviation, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{
-    Clusters, Crossing, Direction, SectionFinder, SectionPoint, SectionShape, clusters,
-    delay_section, plane_section, return_map, section_shape,
+    ClosedCurves, Clusters, Crossing, Direction, SectionFinder, SectionPoint, SectionShape,
+    closed_curves, clusters, delay_section, plane_section, return_map, section_shape,
 };
 pub use recurrence::*;
 pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};

@@ -475,6 +475,15 @@ fn text(scene: &str, result: &SweepResult<'_>) -> String {
         };
         let _ = writeln!(text, "  {:>4}  {values}: {}", stretch.start, stretch.regime);
     }
+    for transition in &result.transitions {
+        if let Some(doubling) = &transition.doubling {
+            let _ = writeln!(
+                text,
+                "  {:>4}  between {} and {}: {doubling}",
+                transition.start, transition.from, transition.to
+            );
+        }
+    }
     if !result.hysteresis.is_empty() {
         let values: Vec<String> = result.hysteresis.iter().map(f64::to_string).collect();
         let _ = writeln!(
@@ -515,7 +524,8 @@ fn table(result: &SweepResult<'_>) -> Table {
     let table = table
         .left("type of motion")
         .right("amplitude, um")
-        .right("line, Hz");
+        .right("line, Hz")
+        .right("doubling");
     let mut table = table.right("exponent, 1/s").right("unstable modes");
     for point in result.points {
         let response = point.outcome.as_ref().ok();
@@ -530,6 +540,7 @@ fn table(result: &SweepResult<'_>) -> Table {
             format!("{}{mark}", point.regime_name()),
             fixed(response.map(|response| 1e6 * response.amplitude), 4),
             fixed(line.map(|line| line.frequency), 1),
+            response.map_or_else(String::new, |response| response.doubling.to_string()),
             largest.map_or_else(String::new, |e| uncertain(e.value, e.half_width)),
             linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),
         ]);

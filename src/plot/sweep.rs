@@ -39,6 +39,8 @@ struct ParameterPanels<'a> {
     /// The starts shown, and the offset of each along the axis.
     starts: Vec<(Start, f64)>,
     found: Vec<Point<'a>>,
+    /// Starts, and parameters between two points, at which the motion doubles.
+    doublings: Vec<(Start, f64)>,
 }
 
 /// All figures of a sweep: `bifurcation` over one parameter, with all starts in each panel; `regimes-START`
@@ -151,7 +153,14 @@ impl<'a> ParameterPanels<'a> {
         let apart = 2.0 * OFFSET * half_step(axis) / plan.starts.len() as f64;
         let middle = 0.5 * (plan.starts.len() as f64 - 1.0);
         let starts = (0..).zip(&plan.starts);
+        let doublings = sweep::transitions(points).into_iter();
+        let doublings = doublings.filter_map(|transition| {
+            let middle = 0.5 * (transition.from + transition.to);
+            let doubles = transition.doubling.is_some();
+            doubles.then_some((transition.start, middle))
+        });
         Self {
+            doublings: doublings.collect(),
             axis: parameter_axis(axis),
             starts: starts
                 .map(|(k, start)| (*start, apart * (f64::from(k) - middle)))
@@ -196,6 +205,19 @@ impl<'a> ParameterPanels<'a> {
         layers.filter(Layer::has_points).collect()
     }
 
+    /// A vertical line at each doubling of the starts shown, and their legend entry.
+    fn doublings(&self) -> Vec<Layer> {
+        let shown = |start: &Start| self.starts.iter().any(|(own, _)| own == start);
+        let shown = self.doublings.iter().filter(|(start, _)| shown(start));
+        let mut layers: Vec<Layer> = shown
+            .map(|(_, middle)| Layer::vertical_line(*middle, Color::Ink))
+            .collect();
+        if !layers.is_empty() {
+            layers.push(Layer::legend_entry("doubling", Color::Ink));
+        }
+        layers
+    }
+
     /// The maxima of the displacement in the colour of the regime.
     fn maxima(&self) -> Panel {
         let all = self
@@ -223,6 +245,7 @@ impl<'a> ParameterPanels<'a> {
             }
         }
         keys.extend(self.start_legend());
+        keys.extend(self.doublings());
         keys.extend(layers);
         let drawn = [low, high].map(|top| unit.factor * top);
         Panel::new(
@@ -315,6 +338,7 @@ impl<'a> ParameterPanels<'a> {
         });
         let [_, highest] = range(highest.chain([0.1]));
         keys.extend(self.start_legend());
+        keys.extend(self.doublings());
         keys.extend(layers);
         Panel::new(
             "spectral lines",

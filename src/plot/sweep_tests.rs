@@ -52,6 +52,8 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
                 label: String::new(),
             })
             .collect(),
+        curves: None,
+        doubling: 0,
         broadband_share: 1e-9,
         exponents: Some(LyapunovSpectrum {
             exponents: vec![

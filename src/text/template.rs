@@ -6,6 +6,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Value;
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
+use crate::analysis::Bases;
 use crate::escape;
 use crate::number::{percent, plain, quantity, tenths};
 use crate::scene::Mechanism;
@@ -89,6 +90,7 @@ fn environment() -> Result<Environment<'static>, Error> {
     // Labels of modes can come from a user's file.
     environment.add_filter("name", |x: &str| escape::markdown(x));
     environment.add_filter("named", named);
+    environment.add_filter("beat", beat);
     environment.add_filter("mixed", mixed);
     environment.add_filter("harmonics", harmonics);
     Ok(environment)
@@ -97,6 +99,15 @@ fn environment() -> Result<Environment<'static>, Error> {
 /// The spectral line with a given label.
 fn named(lines: Vec<Value>, name: &str) -> Option<Value> {
     lines.into_iter().find(|line| label(line) == name)
+}
+
+/// The beat frequency of the base frequencies of spectral lines, Hz: their lowest difference frequency.
+fn beat(lines: Vec<Value>) -> Option<f64> {
+    let frequency = |name: &str| {
+        let line = lines.iter().find(|line| label(line) == name)?;
+        f64::try_from(line.get_attr("frequency_hz").ok()?).ok()
+    };
+    Bases::of_names(frequency).beat()
 }
 
 /// The spectral lines that are combinations of both base frequencies.

@@ -26,7 +26,10 @@ const EDGES: &[(&str, &[&str])] = &[
             "memory", "fem", "joint", "systems", "dynamics", "analysis", "scene",
         ],
     ),
-    ("text", &["dynamics", "scene", "pipeline", "study"]),
+    (
+        "text",
+        &["analysis", "dynamics", "scene", "pipeline", "study"],
+    ),
     ("export", &["joint", "pipeline", "numpy"]),
     ("import", &["memory", "numpy"]),
     (

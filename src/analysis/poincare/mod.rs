@@ -7,9 +7,10 @@
 //!
 //! The shape of a section characterises the motion (Fig. 10): a periodic motion gives a few points, a
 //! torus a closed curve, chaos an arc or a cloud. [`SectionShape`] classifies it, [`clusters`] counts
-//! the points.
+//! the points, [`closed_curves`] the curves of a doubled torus.
 
 mod crossing;
+mod curves;
 mod finder;
 mod interpolation;
 mod shape;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::{AnalysisError, DelayVectors};
 
 pub use crossing::{Crossing, Direction};
+pub use curves::{ClosedCurves, closed_curves};
 pub use finder::SectionFinder;
 pub use shape::{Clusters, SectionShape, clusters, section_shape};
 
@@ -82,5 +84,7 @@ pub fn return_map(values: &[f64]) -> Vec<[f64; 2]> {
     values.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
+#[cfg(test)]
+mod curves_tests;
 #[cfg(test)]
 mod tests;

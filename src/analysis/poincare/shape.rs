@@ -314,7 +314,7 @@ fn largest_cluster(points: &[&[f64]], member: &[usize], count: usize) -> Option<
 }
 
 /// Euclidean distance.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
 }

@@ -217,7 +217,11 @@ impl Tones {
             let line = named.find(|(_, name)| condition(name));
             line.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude)
         };
-        match naming.bases {
+        let bases = match naming.bases {
+            Bases::Modulated { f1, fm } => Bases::Two { f1, f2: f1 - fm },
+            bases => bases,
+        };
+        match bases {
             Bases::None if lines.is_empty() => Self::None,
             Bases::None => Self::Many(lines.len()),
             Bases::One { f1 } => Self::One {
@@ -232,6 +236,7 @@ impl Tones {
                     second: strongest(|name| name.is_some_and(|name| name.m != 0)),
                 },
             },
+            Bases::Modulated { .. } => Self::Many(lines.len()),
         }
     }
 }

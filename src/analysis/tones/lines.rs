@@ -18,10 +18,15 @@
 //!
 //! The reading with the smallest p-value wins. This favours simple readings: a second base loses its own
 //! evidence and makes all other names more probable by chance, so it must explain lines that one base
-//! cannot. Of the many pairs of bases that explain the same lines, strong ones with low orders win.
+//! cannot. A base that is a harmonic of the other is no second base.
+//!
+//! The lines without a name are then compared with the halves of the combinations, where a doubling of the
+//! motion adds lines. Finally the bases are chosen among the many that explain the same lines, see
+//! `lattice.rs`.
 
 use serde::{Deserialize, Serialize};
 
+use super::lattice::Lattice;
 use super::{Bases, Combination, Line};
 
 /// Standard uncertainty of a line's frequency in bins, for lines of a motion that is not necessarily
@@ -47,6 +52,10 @@ const MAX_COVERAGE: f64 = 0.3;
 /// Maximum p-value at which two bases are accepted.
 const SIGNIFICANCE: f64 = 0.05;
 
+/// Largest number of doublings, and maximum p-value at which one is accepted.
+const MAX_DOUBLINGS: usize = 2;
+const DOUBLING_SIGNIFICANCE: f64 = 0.01;
+
 /// Lines above this amplitude relative to the strongest (-20 dB) are independent tones: a single base
 /// must explain them all.
 const STRONG_LINE: f64 = 0.1;
@@ -59,7 +68,7 @@ pub struct SpectralLine {
     pub frequency: f64,
     /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
     pub amplitude: f64,
-    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`; empty for an unidentified line.
+    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`, `(f1 + f2)/2`; empty for an unidentified line.
     pub label: String,
 }
 
@@ -74,6 +83,10 @@ pub struct LineIdentification {
     /// Upper bound of the probability that random lines would be explained as well by bases chosen among
     /// them. 1 if the bases explain only themselves.
     pub p_value: f64,
+    /// Doubling order: 0; 1 if there are lines at halves of the combinations, such as `f1/2` of a motion
+    /// whose period has doubled or `(f1 + f2)/2` of a doubled torus; 2 if there are quarters.
+    #[serde(default)]
+    pub doubling: u32,
 }
 
 impl LineIdentification {
@@ -83,6 +96,7 @@ impl LineIdentification {
             bases: Bases::None,
             names: vec![None; count],
             p_value: 1.0,
+            doubling: 0,
         }
     }
 
@@ -98,7 +112,7 @@ impl LineIdentification {
         let labelled = named.map(|(line, name)| SpectralLine {
             frequency: line.frequency,
             amplitude: line.amplitude,
-            label: name.map_or_else(String::new, |name| name.to_string()),
+            label: name.map_or_else(String::new, |name| name.text(self.bases.symbols())),
         });
         labelled.collect()
     }
@@ -117,7 +131,7 @@ impl LineIdentification {
         match self.bases {
             Bases::None => false,
             Bases::One { .. } => named().all(|(line, name)| name.is_some() || !strong(line)),
-            Bases::Two { .. } => {
+            Bases::Two { .. } | Bases::Modulated { .. } => {
                 let supports = |(line, name): (&Line, &Option<Combination>)| {
                     name.is_some_and(|c| c.m != 0 && (c.order() > 1 || strong(line)))
                 };
@@ -132,6 +146,29 @@ impl LineIdentification {
 /// Of two bases the stronger is `f1`. A line gets a name only within the combined uncertainty (root sum
 /// of squares) of the three frequencies. The module documentation describes the choice of the bases.
 pub fn identify_lines(lines: &[Line], uncertainty: f64) -> LineIdentification {
+    follow_lines(lines, uncertainty, Bases::None)
+}
+
+/// Identifies lines as [`identify_lines`], but keeps the `previous` bases of a motion that changes
+/// gradually, in time or with a parameter, as long as they explain the same lines and change by at most
+/// 1 %: names then do not change although amplitudes do.
+pub fn follow_lines(lines: &[Line], uncertainty: f64, previous: Bases) -> LineIdentification {
+    let simplest = simplest_reading(lines, uncertainty);
+    if simplest.bases == Bases::None {
+        return simplest;
+    }
+    let mut lattice = Lattice::of(lines, &simplest);
+    for _ in 0..MAX_DOUBLINGS {
+        match halves(&lattice, uncertainty) {
+            Some((parity, found)) => lattice.refine(parity, &found),
+            None => break,
+        }
+    }
+    lattice.identification(previous, simplest.p_value)
+}
+
+/// The reading without doublings that has the smallest p-value.
+fn simplest_reading(lines: &[Line], uncertainty: f64) -> LineIdentification {
     // Of lines of similar amplitude the lower is the more likely base: an octave counts as 1.5 dB.
     let weight = |i: usize| lines[i].amplitude / lines[i].frequency.powf(0.25);
     let mut ranking: Vec<usize> = (0..lines.len()).collect();
@@ -162,7 +199,9 @@ pub fn identify_lines(lines: &[Line], uncertainty: f64) -> LineIdentification {
                 f1: lines[i.min(j)].frequency,
                 f2: lines[i.max(j)].frequency,
             };
-            consider(read(lines, two, uncertainty, first * penalty(rank)));
+            if !is_harmonic(two, uncertainty) {
+                consider(read(lines, two, uncertainty, first * penalty(rank)));
+            }
         }
     }
     best
@@ -174,34 +213,88 @@ fn penalty(rank: usize) -> f64 {
     PENALTY_RATIO.powi(rank as i32 + 1) / (PENALTY_RATIO - 1.0)
 }
 
+/// Whether one of two bases is a harmonic of the other within the uncertainty.
+fn is_harmonic(bases: Bases, uncertainty: f64) -> bool {
+    let [f1, f2] = bases.pair();
+    let (low, high) = (f1.min(f2), f1.max(f2));
+    let harmonic = Combination::new((high / low).round() as i32, 0);
+    (high - f64::from(harmonic.n) * low).abs() <= harmonic.tolerance(uncertainty)
+}
+
 /// Reads the lines with the given bases and multiplies the p-value by `penalty`.
 fn read(lines: &[Line], bases: Bases, uncertainty: f64, penalty: f64) -> LineIdentification {
-    let top = lines.iter().map(|line| line.frequency).fold(0.0, f64::max);
-    let usable = coverage(bases, uncertainty, top);
-    let fit = |line: &Line| {
-        usable
-            .iter()
-            .find(|(c, _)| (bases.frequency(*c) - line.frequency).abs() <= c.tolerance(uncertainty))
-    };
-    let fits: Vec<_> = lines.iter().map(fit).collect();
+    let fits = fit(lines, bases, None, uncertainty);
     // The bases fit themselves and are no evidence.
-    let evidence = fits
-        .iter()
-        .flatten()
-        .filter(|(c, _)| c.order() > 1)
-        .map(|(_, p)| -p.ln());
-    let p_value = penalty * fisher_tail(evidence.sum(), lines.len() - bases.count());
+    let evidence = fits.iter().flatten().filter(|(c, _)| c.order() > 1);
+    let sum = evidence.map(|(_, p)| -p.ln()).sum();
+    let p_value = penalty * fisher_tail(sum, lines.len() - bases.count());
     LineIdentification {
         bases,
-        names: fits.into_iter().map(|fit| fit.map(|(c, _)| *c)).collect(),
+        names: fits.into_iter().map(|fit| fit.map(|(c, _)| c)).collect(),
         p_value: p_value.min(1.0),
+        doubling: 0,
     }
+}
+
+/// The unidentified lines at halves of the points of a lattice: the parity of the points and the new
+/// names. `None` unless there are more of them than random lines would give.
+fn halves(
+    lattice: &Lattice<'_>,
+    uncertainty: f64,
+) -> Option<([i32; 2], Vec<(usize, Combination)>)> {
+    let bases = match lattice.base {
+        [f1, 0.0] => Bases::One { f1 },
+        [f1, f2] => Bases::Two { f1, f2 },
+    };
+    let parities: &[[i32; 2]] = match bases.count() {
+        1 => &[[1, 0]],
+        _ => &[[1, 1], [0, 1], [1, 0]],
+    };
+    let free: Vec<usize> = (0..lattice.lines.len())
+        .filter(|&i| lattice.points[i].is_none())
+        .collect();
+    let lines: Vec<Line> = free.iter().map(|&i| lattice.lines[i]).collect();
+    let tried = parities.iter().map(|&parity| {
+        let fits = fit(&lines, bases, Some(parity), uncertainty);
+        let evidence = fits.iter().flatten().map(|(_, p)| -p.ln());
+        let p_value = parities.len() as f64 * fisher_tail(evidence.sum(), lines.len());
+        let found = free.iter().zip(fits);
+        let found = found.filter_map(|(&i, fit)| fit.map(|(name, _)| (i, name)));
+        (p_value, parity, found.collect())
+    });
+    let (p_value, parity, found) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (p_value <= DOUBLING_SIGNIFICANCE).then_some((parity, found))
+}
+
+/// Name of each line, and the probability that a random line gets a name of the same or a lower order.
+/// With a `parity`, the names are halves, see [`Bases::combinations`].
+fn fit(
+    lines: &[Line],
+    bases: Bases,
+    parity: Option<[i32; 2]>,
+    uncertainty: f64,
+) -> Vec<Option<(Combination, f64)>> {
+    let top = lines.iter().map(|line| line.frequency).fold(0.0, f64::max);
+    let usable = coverage(bases, parity, uncertainty, top);
+    let fits = |line: &Line| {
+        let mut names = usable.iter();
+        let fits = names.find(|(c, _)| {
+            (bases.frequency(*c) - line.frequency).abs() <= c.tolerance(uncertainty)
+        });
+        fits.copied()
+    };
+    lines.iter().map(fits).collect()
 }
 
 /// Combinations that can be names, lowest order first. Each with the share of the frequencies up to
 /// `top` within the tolerance of a combination of the same or a lower order.
-fn coverage(bases: Bases, uncertainty: f64, top: f64) -> Vec<(Combination, f64)> {
-    let mut all = bases.combinations();
+fn coverage(
+    bases: Bases,
+    parity: Option<[i32; 2]>,
+    uncertainty: f64,
+    top: f64,
+) -> Vec<(Combination, f64)> {
+    let mut all = bases.combinations(parity);
     all.retain(|&c| bases.frequency(c) <= top + c.tolerance(uncertainty));
     let mut covered = 0.0;
     let mut usable = Vec::with_capacity(all.len());
@@ -233,3 +326,7 @@ fn fisher_tail(sum: f64, count: usize) -> f64 {
 #[cfg(test)]
 #[path = "lines_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "naming_tests.rs"]
+mod naming_tests;

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 /// A tenth of a 50 Hz bin.
 const UNCERTAINTY: f64 = 5.0;
 
-fn lines(list: &[(f64, f64)]) -> Vec<Line> {
+pub(super) fn lines(list: &[(f64, f64)]) -> Vec<Line> {
     let line = |&(frequency, amplitude)| Line {
         frequency,
         amplitude,
@@ -15,8 +15,9 @@ fn lines(list: &[(f64, f64)]) -> Vec<Line> {
     list.iter().map(line).collect()
 }
 
-fn labels(naming: &LineIdentification) -> Vec<String> {
-    let label = |name: &Option<Combination>| name.map_or(String::new(), |c| c.to_string());
+pub(super) fn labels(naming: &LineIdentification) -> Vec<String> {
+    let symbols = naming.bases.symbols();
+    let label = |name: &Option<Combination>| name.map_or(String::new(), |c| c.text(symbols));
     naming.names.iter().map(label).collect()
 }
 
@@ -126,7 +127,7 @@ fn the_scene_periodic_2deg_has_one_base() {
         (57_551.6, 0.0264),
     ]);
     let orders = [1, 3, 2, 4, 5, 6, 8, 9, 10, 7, 11, 14];
-    let expected = orders.map(|n| Combination { n, m: 0 }.to_string());
+    let expected = orders.map(|n| Combination::new(n, 0).to_string());
     for uncertainty in [1.0, UNCERTAINTY, QUARTER_BIN] {
         assert_eq!(labels(&identify_lines(&list, uncertainty)), expected);
     }

@@ -119,6 +119,8 @@ pub struct AppearanceClassifier {
     analyser: SpectrumAnalyser,
     /// Last time at which the vibration grew, decayed or was silent, s.
     last_change: f64,
+    /// Bases of the lines at the last evaluation.
+    bases: Bases,
     reported: Option<Report>,
     /// A new appearance that has not been reported yet, and the time of its first observation.
     pending: Option<Report>,
@@ -157,6 +159,7 @@ impl AppearanceClassifier {
             rest,
             analyser: SpectrumAnalyser::new(LINE_WINDOW, rate),
             last_change: f64::NEG_INFINITY,
+            bases: Bases::None,
             reported: None,
             pending: None,
         }
@@ -178,15 +181,16 @@ impl AppearanceClassifier {
         let calm = ((recent.time - self.last_change).max(Self::FIRST) * self.rate).round();
         let count = recent.velocity.len().min(calm as usize);
         let velocity = &recent.velocity[recent.velocity.len() - count..];
-        let spectrum_lines = NamedLines::of(&self.analyser.analyse(velocity)?);
+        let spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, self.bases);
         let appearance = change.unwrap_or_else(|| self.tones(&spectrum_lines, count));
+        self.bases = spectrum_lines.naming.bases;
         let (lines, bases) = match appearance {
             Appearance::AtRest => (Vec::new(), Bases::None),
-            _ => (spectrum_lines.peaks(), spectrum_lines.naming.bases),
+            _ => (spectrum_lines.peaks(), self.bases),
         };
         let (f1, f2) = match bases {
             Bases::None => (None, None),
-            Bases::One { f1 } => (Some(f1), None),
+            Bases::One { f1 } | Bases::Modulated { f1, .. } => (Some(f1), None),
             Bases::Two { f1, f2 } => (Some(f1), Some(f2)),
         };
         Ok(self.is_due(appearance, recent.time).then(|| Vibration {
@@ -260,7 +264,7 @@ impl AppearanceClassifier {
         let pure = match spectrum_lines.naming.bases {
             Bases::None => false,
             Bases::One { .. } => true,
-            Bases::Two { .. } => spectrum_lines.second_tone() <= second,
+            Bases::Two { .. } | Bases::Modulated { .. } => spectrum_lines.second_tone() <= second,
         };
         if lasts(Self::MEMORY) && spectrum_lines.floor > BROADBAND.now(self.is(Appearance::Broad)) {
             Appearance::Broad

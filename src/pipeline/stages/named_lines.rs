@@ -1,8 +1,8 @@
 //! The named lines of a spectrum.
 
 use crate::analysis::{
-    FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, SpectralLine, Spectrum, Window,
-    identify_lines, range,
+    Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, LineIdentification, SpectralLine, Spectrum,
+    Window, follow_lines, range,
 };
 
 /// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.
@@ -22,9 +22,14 @@ pub struct NamedLines {
 impl NamedLines {
     /// Extracts and names the lines of a spectrum.
     pub fn of(spectrum: &Spectrum) -> Self {
+        Self::following(spectrum, Bases::None)
+    }
+
+    /// The same; the names of an earlier spectrum with these bases are kept as far as possible.
+    pub fn following(spectrum: &Spectrum, previous: Bases) -> Self {
         let lines = spectrum.lines(&LineCriterion::default());
         Self {
-            naming: identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin),
+            naming: follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous),
             floor: spectrum.broadband_share(),
             lines,
         }

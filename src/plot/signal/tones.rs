@@ -154,6 +154,9 @@ fn bases(bases: &Bases) -> String {
     match bases {
         Bases::None => "no simple pattern of spectral lines".to_owned(),
         Bases::One { f1 } => format!("f1 = {}", hertz(*f1)),
+        Bases::Modulated { f1, fm } => {
+            format!("f1 = {}, modulated at fm = {}", hertz(*f1), hertz(*fm))
+        }
         Bases::Two { f1, f2 } => format!("f1 = {}, f2 = {}", hertz(*f1), hertz(*f2)),
     }
 }

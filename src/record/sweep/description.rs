@@ -109,7 +109,7 @@ fn response(found: &SettledResponse, from: &str) -> String {
     let mut text = format!(
         "### {regime}\n\n**Confidence {sure:.0} %.** {from} {settled}\n\n\
          Amplitude {amplitude}, velocity {velocity} rms.\n\n",
-        regime = capitalize(&found.regime.to_string()),
+        regime = capitalize(&found.motion()),
         sure = 1e2 * found.confidence,
         amplitude = Quantity::Length.format(found.amplitude),
         velocity = Quantity::Speed.format(found.rms_velocity),

@@ -49,6 +49,8 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
             amplitude,
             label: "f1".to_owned(),
         }],
+        curves: None,
+        doubling: 0,
         broadband_share: 0.0,
         exponents: Some(LyapunovSpectrum {
             exponents: vec![exponent(12.0, 3.0), exponent(f64::NEG_INFINITY, 0.0)],

@@ -32,6 +32,8 @@ fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -
                 label: String::new(),
             })
             .collect(),
+        curves: None,
+        doubling: 0,
         broadband_share: 0.0,
         exponents: Some(LyapunovSpectrum {
             exponents: exponents

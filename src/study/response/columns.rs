@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    Measures, RecurrenceKind, RecurrencePeriod, RecurrencePeriods, SpectralLine,
+    ClosedCurves, Measures, RecurrenceKind, RecurrencePeriod, RecurrencePeriods, SpectralLine,
 };
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
@@ -29,6 +29,7 @@ macro_rules! columns {
 }
 
 columns!(section: Vec<[f64; 2]> as Section);
+columns!(curves: Option<ClosedCurves> as Maybe<Curves>);
 columns!(lines: Vec<SpectralLine> as Lines);
 columns!(exponents: Option<LyapunovSpectrum> as Maybe<Exponents>);
 columns!(recurrence: Option<Measures> as Maybe<Recurrence>);
@@ -80,6 +81,34 @@ impl Columns for Section {
     fn join(self) -> Self::Joined {
         let points = self.section_y_m.into_iter().zip(self.section_y_2tau_m);
         points.map(|(y, later)| [y, later]).collect()
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Curves {
+    /// Number of closed curves of the section: 1 for a torus, 2 or more if the motion visits several in
+    /// turn; `null` if the section has no closed curves.
+    section_curves: u64,
+    /// Number of times that the strongest oscillation along each curve repeats before it closes: 2 or 4
+    /// for a torus that has doubled in length.
+    section_windings: u64,
+}
+
+impl Columns for Curves {
+    type Joined = ClosedCurves;
+
+    fn of(curves: &ClosedCurves) -> Self {
+        Self {
+            section_curves: curves.count as u64,
+            section_windings: curves.windings as u64,
+        }
+    }
+
+    fn join(self) -> ClosedCurves {
+        ClosedCurves {
+            count: self.section_curves as usize,
+            windings: self.section_windings as usize,
+        }
     }
 }
 

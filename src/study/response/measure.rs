@@ -2,15 +2,22 @@
 
 use super::settled::{PhasePortrait, SettledResponse};
 use crate::analysis::{
-    AnalysisError, DelayVectors, Direction, FREQUENCY_UNCERTAINTY, LineCriterion, Measures, Norm,
-    RateBase, RecurrenceCriterion, RecurrencePeriods, RegimeSearch, SpectrumAnalyser, Threshold,
-    Window, classify, delay_section, deviation, identify_lines, quantify, range,
+    AnalysisError, Bases, ClosedCurves, DelayVectors, Direction, FREQUENCY_UNCERTAINTY,
+    LineCriterion, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePeriods, Regime,
+    RegimeSearch, SectionShape, SpectrumAnalyser, Threshold, Window, classify, closed_curves,
+    delay_section, deviation, follow_lines, quantify, range, section_shape,
 };
 use crate::dynamics::SolverStats;
 use crate::scene::{AutoOr, Scene, SectionSurface};
 
 /// Maximum number of maxima and section points kept; the newest ones are kept.
 const MAX_POINTS: usize = 400;
+
+/// Maximum number of section points in which closed curves are searched.
+const MAX_CURVE_POINTS: usize = 1600;
+
+/// Maximum number of spectral lines: enough for the weak lines of a doubling beside those of the torus.
+const MAX_LINES: usize = 32;
 
 /// Default section delay, s: a quarter period of 4.1 kHz.
 pub(super) const LAG: f64 = 60e-6;
@@ -68,8 +75,14 @@ impl Samples {
     }
 
     /// The fields of a response that follow from the samples; the others are left empty. A displacement
-    /// amplitude below `silence` (m) counts as silent.
-    pub fn response(&self, scene: &Scene, silence: f64) -> Result<SettledResponse, AnalysisError> {
+    /// amplitude below `silence` (m) counts as silent. `previous` are the base frequencies of the motion
+    /// from which this one continues.
+    pub fn response(
+        &self,
+        scene: &Scene,
+        silence: f64,
+        previous: Bases,
+    ) -> Result<SettledResponse, AnalysisError> {
         let u = &self.displacement[..];
         let [low, high] = range(u.iter().copied());
         let amplitude = 0.5 * (high - low);
@@ -83,12 +96,19 @@ impl Samples {
             silence,
         };
         let verdict = classify(u, &search)?;
+        let criterion = LineCriterion {
+            max_lines: MAX_LINES,
+            ..LineCriterion::default()
+        };
         let lines = match moves {
-            true => spectrum.lines(&LineCriterion::default()),
+            true => spectrum.lines(&criterion),
             false => Vec::new(),
         };
-        let naming = identify_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin);
+        let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
         let lag = ((section_lag(scene) * self.rate).round() as usize).max(1);
+        let mut section = if moves { section(u, lag)? } else { Vec::new() };
+        let curves = curves(&section, high - low);
+        section.drain(..section.len().saturating_sub(MAX_POINTS));
         let recurrence = match moves {
             true => self.recurrence(lag)?,
             false => None,
@@ -100,7 +120,12 @@ impl Samples {
             rms_velocity,
             peak_velocity: speeds.fold(0.0, f64::max),
             maxima: if moves { maxima(u) } else { Vec::new() },
-            section: if moves { section(u, lag)? } else { Vec::new() },
+            section,
+            curves,
+            doubling: match verdict.regime {
+                Regime::Periodic | Regime::QuasiPeriodic => naming.doubling,
+                _ => 0,
+            },
             lines: naming.label(&lines),
             broadband_share: spectrum.broadband_share(),
             exponents: None,
@@ -223,18 +248,29 @@ fn maxima(samples: &[f64]) -> Vec<f64> {
     maxima
 }
 
-/// First and third delay coordinate of the newest zero crossings of the second.
+/// First and third delay coordinate of the zero crossings of the second. The first and the last crossing
+/// are omitted, as they are interpolated from fewer samples.
 fn section(samples: &[f64], lag: usize) -> Result<Vec<[f64; 2]>, AnalysisError> {
     let passages = delay_section(samples, lag, 3, 0.0, Direction::Rising)?;
-    let newest = passages.len().saturating_sub(MAX_POINTS);
-    let points = passages[newest..].iter().map(|c| [c.point[0], c.point[2]]);
-    Ok(points.collect())
+    let inner = passages.get(1..passages.len().saturating_sub(1));
+    let points = inner.unwrap_or(&[]).iter();
+    Ok(points.map(|c| [c.point[0], c.point[2]]).collect())
+}
+
+/// Closed curves of a section of a motion of the given size; `None` if it consists of a few points.
+fn curves(section: &[[f64; 2]], size: f64) -> Option<ClosedCurves> {
+    let points: Vec<&[f64]> = section.iter().map(|point| &point[..]).collect();
+    let newest = |count: usize| &points[points.len().saturating_sub(count)..];
+    match section_shape(newest(MAX_POINTS), size) {
+        SectionShape::Points(_) => None,
+        // A slow modulation is visible only in many points, or absent from few.
+        _ => closed_curves(newest(MAX_CURVE_POINTS)).or_else(|| closed_curves(newest(MAX_POINTS))),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::Regime;
     use crate::analysis::test_signals::sines;
 
     #[test]
@@ -259,7 +295,7 @@ mod tests {
         for pair in u.windows(2) {
             samples.push([pair[0], (pair[1] - pair[0]) * 200e3]);
         }
-        let found = samples.response(&scene, 3e-10).unwrap();
+        let found = samples.response(&scene, 3e-10, Bases::None).unwrap();
         assert_eq!(found.regime, Regime::QuasiPeriodic);
         assert!(
             (found.lines[0].frequency - 4110.0).abs() < 0.1,
@@ -277,7 +313,12 @@ mod tests {
         assert!((beat.period * 240.0 - 1.0).abs() < 0.01, "{beat:?}");
         let determinism = found.recurrence.unwrap().determinism.unwrap();
         assert!(determinism > 0.85, "{determinism}");
-        // The section points lie on a closed curve.
+        let one = ClosedCurves {
+            count: 1,
+            windings: 1,
+        };
+        assert_eq!((found.curves, found.doubling), (Some(one), 0));
+        assert_eq!(found.motion(), "quasi-periodic");
         assert_eq!(found.section.len(), MAX_POINTS);
         let portrait = found.portrait.unwrap();
         assert_eq!(portrait.displacement.len(), 4000);

@@ -15,7 +15,7 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, Bases};
 use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System};
 use crate::joint::BallJoint;
 use crate::pipeline::{ChangeDetector, PipelineError, Prepared, prepare_reusing_body};
@@ -71,6 +71,8 @@ pub enum InitialState<'a> {
     Fresh,
     /// The final state `[q | dq/dt]` of another run.
     State(&'a [f64]),
+    /// The final state of another response. The lines keep its names as far as possible.
+    After(&'a SettledResponse),
 }
 
 /// Progress of one response.
@@ -112,7 +114,12 @@ pub fn response(
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
         _ => None,
     };
-    if let InitialState::State(z) = from {
+    let (state, bases) = match from {
+        InitialState::Fresh => (None, Bases::None),
+        InitialState::State(state) => (Some(state), Bases::None),
+        InitialState::After(earlier) => (Some(&earlier.state[..]), earlier.bases()),
+    };
+    if let Some(z) = state {
         // Accumulated quantities after `[q | dq/dt]`, such as work, restart from zero.
         prepared.state.fill(0.0);
         let common = z.len().min(prepared.state.len());
@@ -134,7 +141,7 @@ pub fn response(
         Some(_) => SILENCE,
         None => 0.0,
     };
-    let by_samples = measured.samples.response(scene, silence)?;
+    let by_samples = measured.samples.response(scene, silence, bases)?;
     Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::columns;
-use crate::analysis::{Measures, RecurrencePeriods, Regime, SpectralLine};
+use crate::analysis::{
+    Bases, ClosedCurves, Measures, RecurrencePeriods, Regime, SpectralLine,
+};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 
@@ -37,6 +39,12 @@ pub struct SettledResponse {
     /// Newest points of the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` crosses zero upwards, m.
     #[serde(flatten, with = "columns::section")]
     pub section: Vec<[f64; 2]>,
+    /// Closed curves of the section: the motion is on a torus; `None` if there are none.
+    #[serde(flatten, with = "columns::curves")]
+    pub curves: Option<ClosedCurves>,
+    /// Doubling order of a periodic or quasi-periodic motion: 0; 1 if it has lines at halves of the
+    /// combinations of its base frequencies, 2 if at quarters.
+    pub doubling: u32,
     /// Spectral lines in descending order of amplitude.
     #[serde(flatten, with = "columns::lines")]
     pub lines: Vec<SpectralLine>,
@@ -60,6 +68,41 @@ pub struct SettledResponse {
     /// Samples and spectrum for plots, if requested.
     #[serde(flatten)]
     pub portrait: Option<PhasePortrait>,
+}
+
+impl SettledResponse {
+    /// The regime, and the doubling of a motion that has doubled: "torus, doubled", "periodic, doubled
+    /// twice".
+    pub fn motion(&self) -> String {
+        let kind = match (self.regime, self.doubling) {
+            (Regime::QuasiPeriodic, 1..) => "torus".to_owned(),
+            (regime, _) => regime.to_string(),
+        };
+        match self.doubling {
+            0 => kind,
+            1 => format!("{kind}, doubled"),
+            _ => format!("{kind}, doubled twice"),
+        }
+    }
+
+    /// Name of the lowest line of the last doubling, such as `(f1 + f2)/2`; `None` without one.
+    pub fn doubling_line(&self) -> Option<&str> {
+        let ending = match self.doubling {
+            0 => return None,
+            1 => "/2",
+            _ => "/4",
+        };
+        let mut lines = self.lines.iter().map(|line| &*line.label);
+        lines.find(|label| label.ends_with(ending))
+    }
+
+    /// Base frequencies by the names of the lines.
+    pub fn bases(&self) -> Bases {
+        Bases::of_names(|name| {
+            let line = self.lines.iter().find(|line| line.label == name);
+            line.map(|line| line.frequency)
+        })
+    }
 }
 
 /// Samples for the phase portrait and the recurrence plot, and the amplitude spectrum.

@@ -9,6 +9,7 @@ mod row;
 mod table;
 #[cfg(test)]
 mod table_tests;
+mod transition;
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -27,6 +28,7 @@ pub use result::{RegimeInterval, SweepResult};
 pub use table::{
     CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
 };
+pub use transition::{Transition, transitions};
 
 /// A point of a sweep and its result.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,10 +40,10 @@ pub struct SweepPoint {
 }
 
 impl SweepPoint {
-    /// Name of the regime, or "no response".
+    /// Name of the regime with its doubling ([`SettledResponse::motion`]), or "no response".
     pub fn regime_name(&self) -> String {
         match &self.outcome {
-            Ok(found) => found.regime.to_string(),
+            Ok(found) => found.motion(),
             Err(_) => "no response".to_owned(),
         }
     }
@@ -150,21 +152,21 @@ struct Worker<'a> {
 
 impl Worker<'_> {
     fn run(&self, chain: &[usize], ball: &mut Option<BallJoint>) {
-        let mut before: Option<Vec<f64>> = None;
+        let mut before: Option<SettledResponse> = None;
         for &index in chain {
             if let Some(known) = self.known.get(&index) {
-                before = known.outcome.as_ref().ok().map(|found| found.state.clone());
+                before = known.outcome.as_ref().ok().cloned();
                 continue;
             }
             let place = self.plan.place(index);
-            let found = self.respond(&place, before.as_deref(), ball);
+            let found = self.respond(&place, before.as_ref(), ball);
             let outcome = match found {
                 Ok(Some(found)) => Ok(found),
                 Ok(None) => return,
                 // A failed run is kept as a point.
                 Err(error) => Err(chain_of_causes(&error)),
             };
-            before = outcome.as_ref().ok().map(|found| found.state.clone());
+            before = outcome.as_ref().ok().cloned();
             self.share.store(0, Ordering::Relaxed);
             if !self.sender.send(SweepPoint { place, outcome }) {
                 return;
@@ -175,11 +177,11 @@ impl Worker<'_> {
     fn respond(
         &self,
         place: &Place,
-        before: Option<&[f64]>,
+        before: Option<&SettledResponse>,
         ball: &mut Option<BallJoint>,
     ) -> Result<Option<SettledResponse>, PointError> {
         let scene = self.plan.scene_at(place)?;
-        let from = before.map_or(InitialState::Fresh, InitialState::State);
+        let from = before.map_or(InitialState::Fresh, InitialState::After);
         let found = response(&scene, from, &self.plan.response, ball, &mut |progress| {
             let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
             self.share.store(share.to_bits(), Ordering::Relaxed);

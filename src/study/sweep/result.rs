@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::row::Row;
-use super::{Shard, Start, SweepPlan, SweepPoint};
+use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 
 /// Result of a sweep.
 #[derive(Debug, Serialize)]
@@ -20,6 +20,9 @@ pub struct SweepResult<'a> {
     pub interrupted: bool,
     /// Parameter intervals of one regime, for a sweep over one parameter.
     pub regime_intervals: Vec<RegimeInterval>,
+    /// Transitions from one regime to another between neighbouring values of the parameter, for a sweep over
+    /// one parameter.
+    pub transitions: Vec<Transition>,
     /// Hysteresis: parameter values at which upward and downward continuation reach different regimes.
     pub hysteresis: Vec<f64>,
     /// The points in ascending order of index.
@@ -59,6 +62,7 @@ impl<'a> SweepResult<'a> {
             points_in_shard: plan.chains(shard).iter().map(Vec::len).sum(),
             interrupted,
             regime_intervals: regime_intervals(single_axis),
+            transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
             points,
         }

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriod, Regime, SpectralLine};
+use crate::analysis::{
+    ClosedCurves, Measures, RecurrenceKind, RecurrencePeriod, Regime, SpectralLine,
+};
 use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
 use crate::joint::NamedMode;
 use crate::study::StabilityAt;
@@ -87,6 +89,11 @@ impl Row {
             broadband_share: 0.0,
             maxima: vec![0.0],
             section: vec![[0.0; 2]],
+            curves: Some(ClosedCurves {
+                count: 1,
+                windings: 1,
+            }),
+            doubling: 0,
             lines: vec![SpectralLine {
                 frequency: 0.0,
                 amplitude: 0.0,

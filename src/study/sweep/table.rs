@@ -17,7 +17,7 @@ use toml::Value;
 
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
-use crate::analysis::RecurrencePeriod;
+use crate::analysis::{ClosedCurves, RecurrencePeriod};
 use crate::export::{OutputError, replace_file};
 use crate::foreign::arrow::ArrowStream;
 use crate::foreign::{one_line, open_file, without_panic};
@@ -321,7 +321,7 @@ fn brief(value: Option<&Value>) -> String {
 }
 
 /// Columns of the CSV table after the point's place.
-const COLUMNS: [&str; 26] = [
+const COLUMNS: [&str; 29] = [
     "settled",
     "transient_s",
     "regime",
@@ -347,6 +347,9 @@ const COLUMNS: [&str; 26] = [
     "recurrence_period_beat_ms",
     "recurrence_period_doubled_ms",
     "unstable_modes",
+    "doubling",
+    "section_curves",
+    "section_windings",
     "error",
 ];
 
@@ -444,6 +447,10 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
         [exponent.map(|e| e.value), exponent.map(|e| e.half_width)].map(number)
     };
     let period = |found: Option<&RecurrencePeriod>| number(found.map(|found| 1e3 * found.period));
+    let curves = |of: fn(&ClosedCurves) -> usize| {
+        let count = found.curves.as_ref().map(of);
+        count.map(|count| count.to_string()).unwrap_or_default()
+    };
     let unstable = found
         .linear
         .as_ref()
@@ -468,6 +475,9 @@ fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
             period(found.recurrence_periods.beat()),
             period(found.recurrence_periods.doubled()),
             unstable.map(|count| count.to_string()).unwrap_or_default(),
+            found.doubling.to_string(),
+            curves(|curves| curves.count),
+            curves(|curves| curves.windings),
         ],
     ];
     for (cell, text) in cells.iter_mut().zip(parts.concat()) {
