@@ -275,7 +275,17 @@ fn printed_parameters_are_stable_and_exchanged_ones_squeal() {
     };
     assert!(peak(&printed) < 1e-3 * speed);
     assert!(printed.last_lesson().contains("**not grow**"));
-    assert_eq!(printed.value("strongest line"), "none, at rest");
+    assert_eq!(printed.value("strongest line"), "none, silent");
+    // Lines below the limit of rest are not named, and below a larger limit the joint is at rest.
+    let floor = printed.header.rest_speed;
+    assert!(printed.peaks().iter().all(|line| line.amplitude >= floor));
+    let spectrum = "every_ms = 5";
+    let floored = format!("{spectrum}\nrest_mm_per_s = 1");
+    let still = Run::with("printed-friction", spectrum, &floored);
+    assert_eq!(still.value("strongest line"), "none, at rest");
+    assert!(still.peaks().is_empty());
+    let (_, narrated) = still.narrations().pop().expect("commentary");
+    assert!(narrated.starts_with("## At rest"), "{narrated}");
 
     assert!(peak(&exchanged) > 0.5 * speed);
     assert!(exchanged.last_lesson().contains("grown into a **squeak**"));

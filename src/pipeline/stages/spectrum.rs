@@ -11,7 +11,7 @@ use crate::scene::SpectrumSpec;
 /// Emits [`Record::Spectrum`] of samples at `rate` (Hz).
 ///
 /// Until the window is full, the spectrum uses the samples so far, from a quarter of the window on, with
-/// wider bins. A vibration below the peak velocity `rest` (m/s) has no lines.
+/// wider bins. Lines below the velocity `rest` (m/s) are not reported.
 pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<> {
     let least = SpectrumAnalyser::MIN_SAMPLES;
     let length = samples(spec.sliding.window, rate, least);
@@ -24,10 +24,9 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, bases);
         bases = named.naming.bases;
-        let peaks = match peak_magnitude(velocity) < rest {
-            true => Vec::new(),
-            false => named.peaks(),
-        };
+        let mut peaks = named.peaks();
+        let at_rest = peak_magnitude(velocity) < rest;
+        peaks.retain(|line| !at_rest && line.amplitude >= rest);
         emit(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,

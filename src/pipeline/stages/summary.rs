@@ -60,6 +60,7 @@ impl Stage for SummaryStage {
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
             summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| NamedLines::of(&s).peaks());
+            summary.peaks.retain(|line| line.amplitude >= self.rest);
         }
         summary.amplitude = half_range(displacement);
         summary.stats = self.stats;
