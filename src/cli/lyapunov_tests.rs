@@ -4,6 +4,7 @@ use super::*;
 use crate::cli::common_args::SceneArgs;
 use crate::cli::figures::FigureArgs;
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, SolverStats, Stability};
+use crate::pipeline::message::MotionSegment;
 use crate::study::lyapunov::{LyapunovStudy, RunningExponents};
 
 struct TestFolder {
@@ -196,6 +197,37 @@ fn steps_too_long_for_the_contractions_are_reported() {
         "{coarse}"
     );
     assert!(coarse.contains("7 of 1000 steps passed events"), "{coarse}");
+}
+
+#[test]
+fn the_motions_before_the_last_one_are_listed() {
+    let mut found = study(&[0.0, -30.0], None, Some(1e-5));
+    let segment = |start, end, values: &[f64]| {
+        let spectrum = study(values, None, None).study.spectrum;
+        MotionSegment {
+            start,
+            end,
+            attractor: spectrum.attractor(),
+            spectrum,
+        }
+    };
+    let last = segment(0.83, 2.0, &[0.0, -30.0]);
+    found.study.segments = vec![last.clone()];
+    let text_of =
+        |found: &SceneLyapunov| text("made", &LyapunovResult::new(Goal::Time(2.0), found));
+    assert!(!text_of(&found).contains("start, s"));
+    found.study.segments = vec![segment(0.31, 0.83, &[240.0, 140.0, 0.0, -30.0]), last];
+    found.chaotic_transient = Some(0.83);
+    let report = text_of(&found);
+    let words = ": chaotic transient of 830 ms, then limit cycle: one exponent is zero";
+    assert!(report.contains(words), "{report}");
+    assert!(report.contains("0.830  hyperchaos"), "{report}");
+    let json = serde_json::to_value(LyapunovResult::new(Goal::Time(2.0), &found)).expect("JSON");
+    assert_eq!(json["chaotic_transient_s"], 0.83);
+    assert_eq!(json["attractor"], "cycle");
+    assert_eq!(json["segments"][0]["attractor"], "hyperchaos");
+    assert_eq!(json["segments"][0]["end_s"], 0.83);
+    assert_eq!(json["segments"][0]["exponents_per_s"][1]["value"], 140.0);
 }
 
 #[test]
