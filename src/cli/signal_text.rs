@@ -5,9 +5,13 @@ use std::path::Path;
 use anstyle::Style;
 
 use super::report::HEADING;
+<<<<<<< HEAD
 use crate::analysis::{
     Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, Verdict,
 };
+=======
+use crate::analysis::{Bases, Divergence, LagReason, Measures, SectionShape, Threshold, Verdict};
+>>>>>>> name
 use crate::escape;
 use crate::number::{significant, time};
 use crate::study::signal::{
@@ -88,11 +92,33 @@ fn spectrum_text(tones: &SpectralLines, amount: &dyn Fn(f64) -> String) -> Strin
         [] => "  none\n".to_owned(),
         _ => table.text(),
     };
+    let lines = lines + &pattern_text(tones);
     format!(
         "{HEADING}spectral lines{HEADING:#} (bin width {} Hz, broadband share {} of the power)\n{lines}",
         significant(tones.bin_hz, DIGITS),
         percent(tones.broadband_share)
     )
+}
+
+/// What the names of the lines say beyond the base frequencies: a doubling or a modulation.
+fn pattern_text(tones: &SpectralLines) -> String {
+    let ending = ["/1", "/2", "/4"][tones.naming.doubling.min(2) as usize];
+    let mut labels = tones.lines.iter().map(|named| &*named.line.label);
+    match (
+        tones.naming.bases,
+        labels.find(|label| label.ends_with(ending)),
+    ) {
+        (Bases::Modulated { fm, .. }, _) => format!(
+            "  symmetric sidebands: a tone modulated at fm = {} Hz; the spectrum does not tell whether the \
+             modulation is a motion of its own\n",
+            significant(fm, DIGITS)
+        ),
+        (Bases::Two { .. }, Some(line)) => {
+            format!("  two tones, doubled (lines at {line}): a doubled torus, if quasi-periodic\n")
+        }
+        (_, Some(line)) => format!("  period doubled (lines at {line})\n"),
+        (_, None) => String::new(),
+    }
 }
 
 fn embedding_text(states: &DelayEmbedding, samples: usize) -> String {

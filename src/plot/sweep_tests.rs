@@ -154,3 +154,24 @@ fn starts_are_offset_and_have_different_markers() {
     // The points of a tilt are closer to it than to the next tilt.
     assert!((first(Marker::Up) - 1.0).abs() < 0.125);
 }
+
+#[test]
+fn a_doubling_is_marked_between_its_points() {
+    let plan = plan(false);
+    let mut points = points(&plan);
+    let marks = |points: &[SweepPoint]| {
+        let panel = maxima(&plan, points, Start::Upward);
+        let dashed = panel
+            .layers
+            .into_iter()
+            .filter(|layer| layer.id == "chosen");
+        dashed.count()
+    };
+    assert_eq!(marks(&points), 0);
+    for point in &mut points {
+        let doubled = (2.5..3.5).contains(&point.place.values[0]);
+        point.outcome.as_mut().unwrap().doubling = u32::from(doubled);
+    }
+    // At 2.375 and 3.375 degrees.
+    assert_eq!(marks(&points), 2);
+}

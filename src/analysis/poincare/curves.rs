@@ -29,7 +29,7 @@ const WINDINGS: [usize; 3] = [1, 2, 4];
 /// of the variance on each curve. A cloud has about 1.
 const MAX_RESIDUAL: f64 = 0.01;
 
-/// Largest gap between the phases of points on a closed curve, in turns. Bands of chaos and points have
+/// Largest gap between the phases of points on a closed curve, in turns of the strongest oscillation. Bands of chaos and points have
 /// rational rotation numbers and larger gaps.
 const MAX_GAP: f64 = 1.0 / 16.0;
 
@@ -71,7 +71,7 @@ pub fn closed_curves(points: &[&[f64]]) -> Option<ClosedCurves> {
         for windings in WINDINGS.into_iter().filter(|w| w * count <= most) {
             let divided = (0..windings).map(|j| (rotation + j as f64) / windings as f64);
             let residual = divided
-                .map(|rotation| parts.least_residual(rotation))
+                .map(|rotation| parts.least_residual(rotation, MAX_GAP / windings as f64))
                 .fold(f64::INFINITY, f64::min);
             let is_curve = residual <= MAX_RESIDUAL * parts.variance;
             if is_curve && best.is_none_or(|(_, least)| residual < least / MIN_REDUCTION) {
@@ -136,17 +136,17 @@ impl Parts {
         Some(sum?.lines(&criterion).first()?.frequency)
     }
 
-    /// Smallest residual near a rotation number, and its place: the ordering by phase needs an error far
+    /// Smallest residual near a rotation number: the ordering by phase needs an error far
     /// below `1 / n^2` for `n` points.
-    fn least_residual(&self, rotation: f64) -> f64 {
-        let mut best = (self.residual(rotation), rotation);
+    fn least_residual(&self, rotation: f64, max_gap: f64) -> f64 {
+        let mut best = (self.residual(rotation, max_gap), rotation);
         let n = self.parts[0].len() as f64;
         let mut step = FIRST_STEP / (n * n);
         for reach in REACHES {
             let middle = best.1;
             for k in (1..=reach).flat_map(|k| [-k, k]) {
                 let near = middle + f64::from(k) * step;
-                let residual = self.residual(near);
+                let residual = self.residual(near, max_gap);
                 if residual < best.0 {
                     best = (residual, near);
                 }
@@ -157,8 +157,8 @@ impl Parts {
     }
 
     /// Square distance, exceeded by a tenth, of the points from the straight lines between their neighbours in phase,
-    /// for a rotation number; infinite if there are gaps between the phases.
-    fn residual(&self, rotation: f64) -> f64 {
+    /// for a rotation number; infinite if a gap between the phases exceeds `max_gap`.
+    fn residual(&self, rotation: f64, max_gap: f64) -> f64 {
         let mut squares = Vec::new();
         for part in &self.parts {
             let phase = |k: usize| (rotation * k as f64).rem_euclid(1.0);
@@ -168,7 +168,7 @@ impl Parts {
                 let (before, left) = order[(i + order.len() - 1) % order.len()];
                 let (after, right) = order[(i + 1) % order.len()];
                 let [to_left, gap] = [phase - before, after - before].map(|d| d.rem_euclid(1.0));
-                if to_left > MAX_GAP {
+                if to_left > max_gap {
                     return f64::INFINITY;
                 }
                 let share = if gap > 0.0 { to_left / gap } else { 0.5 };

@@ -143,3 +143,15 @@ fn the_driven_circle_of_kaneko_doubles() {
     assert_eq!(of_points(&section(2.8)), found(1, 1));
     assert_eq!(of_points(&section(3.2)), found(2, 1));
 }
+
+#[test]
+fn points_of_a_periodic_motion_are_no_curves() {
+    for period in [1, 2, 3, 4, 5, 8] {
+        let floor = noise(9, 800, 1e-3);
+        let at = |k: usize| (1.0 + (k % period) as f64).sin();
+        let points: Vec<[f64; 2]> = (0..400)
+            .map(|k| [at(k) + floor[k], at(k + 1) + floor[k + 400]])
+            .collect();
+        assert_eq!(of_points(&points), None, "{period}");
+    }
+}

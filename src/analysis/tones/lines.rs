@@ -24,10 +24,8 @@
 //! motion adds lines. Finally the bases are chosen among the many that explain the same lines, see
 //! `lattice.rs`.
 
-use serde::{Deserialize, Serialize};
-
 use super::lattice::Lattice;
-use super::{Bases, Combination, Line};
+use super::{Bases, Combination, Line, LineIdentification};
 
 /// Standard uncertainty of a line's frequency in bins, for lines of a motion that is not necessarily
 /// steady. The frequency of a steady line is known far more accurately. This value covers tones that
@@ -60,87 +58,6 @@ const DOUBLING_SIGNIFICANCE: f64 = 0.01;
 /// must explain them all.
 const STRONG_LINE: f64 = 0.1;
 
-/// A spectral line with its name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SpectralLine {
-    /// Frequency, interpolated between bins, Hz.
-    #[serde(rename = "frequency_hz")]
-    pub frequency: f64,
-    /// Amplitude in the signal's unit (one-sided: a sine of amplitude A gives A).
-    pub amplitude: f64,
-    /// Name such as `f1`, `3 f1`, `f2 - 3 f1`, `(f1 + f2)/2`; empty for an unidentified line.
-    pub label: String,
-}
-
-/// Identification of lines: base frequencies and names of a list of lines.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LineIdentification {
-    /// Base frequencies.
-    #[serde(flatten)]
-    pub bases: Bases,
-    /// Name of each line, in the given order; `None` for an unidentified line.
-    pub names: Vec<Option<Combination>>,
-    /// Upper bound of the probability that random lines would be explained as well by bases chosen among
-    /// them. 1 if the bases explain only themselves.
-    pub p_value: f64,
-    /// Doubling order: 0; 1 if there are lines at halves of the combinations, such as `f1/2` of a motion
-    /// whose period has doubled or `(f1 + f2)/2` of a doubled torus; 2 if there are quarters.
-    #[serde(default)]
-    pub doubling: u32,
-}
-
-impl LineIdentification {
-    /// No pattern among `count` lines.
-    fn none(count: usize) -> Self {
-        Self {
-            bases: Bases::None,
-            names: vec![None; count],
-            p_value: 1.0,
-            doubling: 0,
-        }
-    }
-
-    /// Deviation of `line`, the `i`-th identified line, from its name: its frequency minus that of the
-    /// combination, Hz. `None` for an unidentified line.
-    pub fn misfit(&self, i: usize, line: Line) -> Option<f64> {
-        self.names[i].map(|name| line.frequency - self.bases.frequency(name))
-    }
-
-    /// The identified lines with their names.
-    pub fn label(&self, lines: &[Line]) -> Vec<SpectralLine> {
-        let named = lines.iter().zip(&self.names);
-        let labelled = named.map(|(line, name)| SpectralLine {
-            frequency: line.frequency,
-            amplitude: line.amplitude,
-            label: name.map_or_else(String::new, |name| name.text(self.bases.symbols())),
-        });
-        labelled.collect()
-    }
-
-    /// Number of lines with a name.
-    pub fn explained(&self) -> usize {
-        self.names.iter().flatten().count()
-    }
-
-    /// Whether the reading is accepted. One base must explain every strong line. A second base must be
-    /// strong or explain a line besides its own. Two bases must also be significant, unless they are the
-    /// only lines.
-    fn is_accepted(&self, lines: &[Line]) -> bool {
-        let strong = |line: &Line| line.amplitude >= STRONG_LINE * lines[0].amplitude;
-        let named = || lines.iter().zip(&self.names);
-        match self.bases {
-            Bases::None => false,
-            Bases::One { .. } => named().all(|(line, name)| name.is_some() || !strong(line)),
-            Bases::Two { .. } | Bases::Modulated { .. } => {
-                let supports = |(line, name): (&Line, &Option<Combination>)| {
-                    name.is_some_and(|c| c.m != 0 && (c.order() > 1 || strong(line)))
-                };
-                named().any(supports) && (self.p_value <= SIGNIFICANCE || lines.len() == 2)
-            }
-        }
-    }
-}
-
 /// Identifies `lines` (strongest first) with frequencies of the given standard `uncertainty`, Hz.
 ///
 /// Of two bases the stronger is `f1`. A line gets a name only within the combined uncertainty (root sum
@@ -157,14 +74,40 @@ pub fn follow_lines(lines: &[Line], uncertainty: f64, previous: Bases) -> LineId
     if simplest.bases == Bases::None {
         return simplest;
     }
-    let mut lattice = Lattice::of(lines, &simplest);
+    let first = with_doublings(lines, &simplest, previous, uncertainty);
+    if !matches!(first.bases, Bases::Two { .. }) || first.bases == simplest.bases {
+        return first;
+    }
+    // Combinations of low order in the final bases can be of high order in those of the search.
+    let reading = read(lines, first.bases, uncertainty, 1.0);
+    let second = with_doublings(lines, &reading, first.bases, uncertainty);
+    if second.bases != first.bases || second.doubling < first.doubling {
+        return first;
+    }
+    let both = second.names.iter().copied().zip(&first.names);
+    let names = both.map(|(name, other)| name.or(other.filter(Combination::is_credible)));
+    LineIdentification {
+        names: names.collect(),
+        p_value: first.p_value,
+        ..second
+    }
+}
+
+/// Adds the doublings to a reading without, and chooses the bases.
+fn with_doublings(
+    lines: &[Line],
+    reading: &LineIdentification,
+    previous: Bases,
+    uncertainty: f64,
+) -> LineIdentification {
+    let mut lattice = Lattice::of(lines, reading);
     for _ in 0..MAX_DOUBLINGS {
         match halves(&lattice, uncertainty) {
             Some((parity, found)) => lattice.refine(parity, &found),
             None => break,
         }
     }
-    lattice.identification(previous, simplest.p_value)
+    lattice.identification(previous, reading.p_value)
 }
 
 /// The reading without doublings that has the smallest p-value.
@@ -178,7 +121,7 @@ fn simplest_reading(lines: &[Line], uncertainty: f64) -> LineIdentification {
     let mut consider = |reading: LineIdentification| {
         // Of equal readings the first is kept: one base before two, more likely bases first.
         let better = best.bases == Bases::None || reading.p_value < best.p_value;
-        if better && reading.is_accepted(lines) {
+        if better && is_accepted(&reading, lines) {
             best = reading;
         }
     };
@@ -205,6 +148,24 @@ fn simplest_reading(lines: &[Line], uncertainty: f64) -> LineIdentification {
         }
     }
     best
+}
+
+/// Whether the reading is accepted. One base must explain every strong line. A second base must be
+/// strong or explain a line besides its own. Two bases must also be significant, unless they are the
+/// only lines.
+fn is_accepted(reading: &LineIdentification, lines: &[Line]) -> bool {
+    let strong = |line: &Line| line.amplitude >= STRONG_LINE * lines[0].amplitude;
+    let named = || lines.iter().zip(&reading.names);
+    match reading.bases {
+        Bases::None => false,
+        Bases::One { .. } => named().all(|(line, name)| name.is_some() || !strong(line)),
+        Bases::Two { .. } | Bases::Modulated { .. } => {
+            let supports = |(line, name): (&Line, &Option<Combination>)| {
+                name.is_some_and(|c| c.m != 0 && (c.order() > 1 || strong(line)))
+            };
+            named().any(supports) && (reading.p_value <= SIGNIFICANCE || lines.len() == 2)
+        }
+    }
 }
 
 /// Factor on the p-value for a place in a list of candidates: the inverse of its weight. All weights sum

@@ -1,5 +1,6 @@
 //! Spectra, spectral lines and their identification.
 
+mod identification;
 mod lattice;
 mod lines;
 mod names;
@@ -7,9 +8,8 @@ mod spectrum;
 mod stft;
 mod window;
 
-pub use lines::{
-    FREQUENCY_UNCERTAINTY, LineIdentification, SpectralLine, follow_lines, identify_lines,
-};
+pub use identification::{LineIdentification, SpectralLine};
+pub use lines::{FREQUENCY_UNCERTAINTY, follow_lines, identify_lines};
 pub use names::{Bases, Combination};
 pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
 pub use stft::{Column, Stft};

@@ -58,6 +58,12 @@ impl Combination {
         self.n != 0 && self.m != 0
     }
 
+    /// Whether the order is at most twice that of the combinations that are searched: other bases of the
+    /// same lines have combinations of a higher order.
+    pub(super) fn is_credible(&self) -> bool {
+        self.order() <= 2 * MAX_ORDER * self.divisor
+    }
+
     /// Tolerance of the combination against a line if each of the three frequencies has the given
     /// standard uncertainty.
     pub(super) fn tolerance(self, uncertainty: f64) -> f64 {

@@ -60,3 +60,78 @@ fn doubling(below: &SweepPoint, above: &SweepPoint) -> Option<String> {
     let lines = lines.map_or_else(String::new, |name| format!(", lines at {name}"));
     Some(format!("{change} of the {motion}{lines}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::SpectralLine;
+    use crate::dynamics::SolverStats;
+    use crate::study::response::SettledResponse;
+    use crate::study::sweep::Place;
+
+    fn point(index: usize, regime: Regime, doubling: u32) -> SweepPoint {
+        let line = |label: &str| SpectralLine {
+            frequency: 4000.0,
+            amplitude: 1e-7,
+            label: label.to_owned(),
+        };
+        let names = ["f1", "(f1 + f2)/2", "(f1 + 3 f2)/4"];
+        let found = SettledResponse {
+            transient: 0.1,
+            settled: true,
+            amplitude: 7e-7,
+            rms_velocity: 0.01,
+            peak_velocity: 0.02,
+            regime,
+            confidence: 0.9,
+            broadband_share: 1e-9,
+            maxima: Vec::new(),
+            section: Vec::new(),
+            curves: None,
+            doubling,
+            lines: names.map(line).to_vec(),
+            exponents: None,
+            recurrence: None,
+            recurrence_period: None,
+            linear: None,
+            state: Vec::new(),
+            stats: SolverStats::default(),
+            portrait: None,
+        };
+        SweepPoint {
+            place: Place {
+                index,
+                start: Start::Downward,
+                values: vec![2.0 + 0.5 * index as f64],
+            },
+            outcome: Ok(found),
+        }
+    }
+
+    #[test]
+    fn a_doubling_cascade_is_listed_with_its_lines() {
+        use Regime::{Chaotic, QuasiPeriodic};
+        let points = [
+            point(0, QuasiPeriodic, 0),
+            point(1, QuasiPeriodic, 1),
+            point(2, QuasiPeriodic, 2),
+            point(3, Chaotic, 0),
+            point(4, QuasiPeriodic, 1),
+            point(5, QuasiPeriodic, 0),
+        ];
+        let found = transitions(&points);
+        let doublings: Vec<_> = found.iter().map(|t| t.doubling.as_deref()).collect();
+        let expected = [
+            Some("doubling of the torus, lines at (f1 + f2)/2"),
+            Some("doubling of the torus, lines at (f1 + 3 f2)/4"),
+            None,
+            None,
+            Some("reverse doubling of the torus, lines at (f1 + f2)/2"),
+        ];
+        assert_eq!(doublings, expected);
+        assert_eq!((found[0].from, found[0].to), (2.0, 2.5));
+        assert_eq!(found[0].below, "quasi-periodic");
+        assert_eq!(found[0].above, "torus, doubled");
+        assert_eq!(found[1].above, "torus, doubled twice");
+    }
+}
