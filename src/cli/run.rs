@@ -223,7 +223,9 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifie
         .map(ToString::to_string)
         .any(|message| message.contains(&path));
     if has_data && !is_named {
-        notify(&format!("the recording up to the failure can be opened: {path}"));
+        notify(&format!(
+            "the recording up to the failure can be opened: {path}"
+        ));
     }
 }
 

@@ -101,6 +101,8 @@
 //! 8000 samples take 6 ms, at most 15 ms, on one core.
 
 mod belief;
+mod calibration;
+mod change;
 mod evidence;
 mod features;
 mod neighbourhood;
@@ -110,7 +112,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{AnalysisError, range};
 use belief::Belief;
-pub use evidence::{Evidence, Regime};
+use calibration::confidence;
+pub use evidence::{BlindSpot, Evidence, Limitation, Regime};
 use features::Features;
 
 /// Result of the classification.
@@ -118,11 +121,39 @@ use features::Features;
 pub struct Verdict {
     /// Regime.
     pub regime: Regime,
-    /// Confidence: share of the total evidence that belongs to this regime alone, 0 to 1. For an undetermined
-    /// regime, the largest share of a single regime.
+    /// Confidence: estimated probability that the regime is right, from textbook signals of known regime, 0
+    /// to 1. Of an undetermined regime, the share of the evidence for the likeliest one: not a probability, and
+    /// not shown.
     pub confidence: f64,
+    /// The two likeliest regimes, likeliest first; fewer if there is no evidence for others.
+    pub likeliest: Vec<Regime>,
+    /// Limitations: why the regime is undetermined, or what the signal leaves open.
+    pub limitations: Vec<Limitation>,
     /// Evidence, strongest first; not empty.
     pub evidence: Vec<Evidence>,
+}
+
+impl Verdict {
+    /// The regime with its confidence, such as `chaotic, confidence 94 %`; of an undetermined one the likeliest
+    /// regimes instead, such as `undetermined: quasi-periodic or chaotic`.
+    pub fn summary(&self) -> String {
+        let likeliest: Vec<String> = self.likeliest.iter().map(Regime::to_string).collect();
+        match self.regime {
+            Regime::Undetermined if likeliest.is_empty() => self.regime.to_string(),
+            Regime::Undetermined => format!("{}: {}", self.regime, likeliest.join(" or ")),
+            regime => format!("{regime}, confidence {:.0} %", 100.0 * self.confidence),
+        }
+    }
+
+    /// The limitations as a sentence; empty without any.
+    pub fn limitations_text(&self) -> String {
+        let all: Vec<String> = self.limitations.iter().map(Limitation::to_string).collect();
+        let text = all.join("; ");
+        let mut letters = text.chars();
+        letters.next().map_or_else(String::new, |first| {
+            format!("{}{}.", first.to_uppercase(), letters.as_str())
+        })
+    }
 }
 
 /// Parameters of [`classify`].
@@ -150,6 +181,9 @@ const MIN_PER_LAG: usize = 3;
 /// Minimum share of all belief for a verdict.
 const MIN_BELIEF: f64 = 0.5;
 
+/// A record is called nonstationary if all other evidence has less than this part of its weight.
+const MAX_STATIONARITY: f64 = 0.7;
+
 /// Sample differences below this share of the largest sample are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
@@ -174,10 +208,8 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
         return Ok(silent(amplitude, search.silence));
     }
     let scaled: Vec<f64> = recent.iter().map(|x| (x - low) / amplitude - 1.0).collect();
-    let evidence = weights::evidence(&Features::of(
-        &scaled,
-        search.sample_rate / averaged as f64,
-    )?);
+    let features = Features::of(&scaled, search.sample_rate / averaged as f64)?;
+    let mut evidence = weights::evidence(&features);
     let mut belief = Belief::vacuous();
     for piece in evidence
         .iter()
@@ -185,16 +217,50 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
     {
         belief.combine(&piece.supports, piece.weight);
     }
-    let (regime, confidence) = belief.strongest();
+    let (strongest, share) = belief.strongest();
+    let regime = match share >= MIN_BELIEF {
+        true => strongest,
+        false => Regime::Undetermined,
+    };
+    for piece in &mut evidence {
+        piece.blind_spot = piece.blind_spot.filter(|_| piece.contradicts(regime));
+    }
     Ok(Verdict {
-        regime: if confidence >= MIN_BELIEF {
-            regime
-        } else {
-            Regime::Undetermined
+        regime,
+        confidence: match regime {
+            Regime::Undetermined => share,
+            _ => confidence(share),
         },
-        confidence,
+        likeliest: belief.likeliest(),
+        limitations: limitations(regime, &features, &belief),
         evidence,
     })
+}
+
+/// What the signal leaves open.
+fn limitations(regime: Regime, features: &Features, belief: &Belief) -> Vec<Limitation> {
+    let conditions = match regime {
+        Regime::Undetermined => [
+            (Limitation::TooShort, weights::is_short(features)),
+            (
+                Limitation::Nonstationary,
+                weights::stationarity(features) < MAX_STATIONARITY,
+            ),
+            (Limitation::Contradictory, belief.is_contradictory()),
+        ],
+        Regime::QuasiPeriodic => {
+            let modulated = features.modulation.is_some();
+            [(Limitation::Modulation, modulated); 3]
+        }
+        _ => return Vec::new(),
+    };
+    let first = conditions.into_iter().find(|(_, holds)| *holds);
+    let none = (regime == Regime::Undetermined).then_some(Limitation::NoEvidence);
+    first
+        .map(|(limitation, _)| limitation)
+        .or(none)
+        .into_iter()
+        .collect()
 }
 
 /// The samples to classify, and the number of original samples averaged in each.
@@ -220,6 +286,8 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
     Verdict {
         regime: Regime::Silent,
         confidence,
+        likeliest: vec![Regime::Silent],
+        limitations: Vec::new(),
         evidence: vec![Evidence::new(
             "amplitude",
             amplitude,
@@ -232,3 +300,5 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod textbook_tests;

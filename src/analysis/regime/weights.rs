@@ -1,8 +1,9 @@
 //! Evidence from features: the supported regimes, the weight and the description.
 
+use super::change::{Change, Changed};
 use super::features::{Features, Tones, Trend};
 use super::neighbourhood::PredictionError;
-use super::{Evidence, Regime};
+use super::{BlindSpot, Evidence, Regime};
 use crate::analysis::SectionShape;
 
 use Regime::{Chaotic, Noise, Periodic, QuasiPeriodic, Transient};
@@ -41,6 +42,10 @@ const LEVEL_RANGE: Ramp = ramp(1.0, 2.0, 0.95);
 const PERIOD_DRIFT: Ramp = ramp(0.01, 0.04, 0.95);
 const PERIOD_DRIFT_SIGNIFICANCE: Ramp = ramp(5.0, 12.0, 1.0);
 
+/// Lasting change of a level, natural logarithm.
+const CHANGE: Ramp = ramp(0.1, 0.3, 0.95);
+const CHANGE_SIGNIFICANCE: Ramp = ramp(8.0, 14.0, 1.0);
+
 /// Weights of a section with points and of an arc.
 const POINTS: f64 = 0.7;
 const ARC: f64 = 0.2;
@@ -67,6 +72,9 @@ const LINES_FLOOR: Ramp = ramp(4.0, 1.2, 1.0);
 const LINES_COLOURED: Ramp = ramp(3e-4, 7e-5, 1.0);
 const LINES_PERIODS: Ramp = ramp(30.0, 80.0, 1.0);
 const LINES_PREDICTABLE: Ramp = ramp(0.4, 0.2, 1.0);
+
+/// The broadband share supports chaos if the record is long enough to separate the lines of a torus.
+const FLOOR_PERIODS: Ramp = ramp(30.0, 100.0, 1.0);
 
 /// Decimal logarithm of the broadband share.
 const NO_BROADBAND: Ramp = ramp(-3.0, -6.0, 0.7);
@@ -122,7 +130,7 @@ const MIN_WEIGHT: f64 = 0.005;
 pub(super) fn evidence(features: &Features) -> Vec<Evidence> {
     let reliable = PERIODS.at(features.periods_seen);
     let mut all = nonstationarity(features);
-    let stationarity: f64 = all.iter().map(|e| 1.0 - e.weight).product();
+    let stationarity = stationarity(features);
     let mut rest = spectrum(features);
     rest.extend(section(features));
     rest.extend(repetition(features));
@@ -151,6 +159,17 @@ pub(super) fn evidence(features: &Features) -> Vec<Evidence> {
     let relevant = all.iter().take_while(|e| e.weight >= MIN_WEIGHT).count();
     all.truncate(relevant.max(1));
     all
+}
+
+/// Whether the record is so short that it reduces all weights.
+pub(super) fn is_short(features: &Features) -> bool {
+    PERIODS.at(features.periods_seen) < 1.0
+}
+
+/// The part of its weight that the evidence of stationary motion keeps, 0 to 1.
+pub(super) fn stationarity(features: &Features) -> f64 {
+    let nonstationary = nonstationarity(features);
+    nonstationary.iter().map(|e| 1.0 - e.weight).product()
 }
 
 /// A frequency with four digits, Hz.
@@ -213,7 +232,28 @@ fn nonstationarity(features: &Features) -> Vec<Evidence> {
         levels,
     ];
     all.extend(features.period_drift.map(period_drift));
-    all
+    all.extend(features.change.map(change));
+    let blind = |evidence: Evidence| evidence.blind_to(BlindSpot::SlowModulation);
+    all.into_iter().map(blind).collect()
+}
+
+/// A change from one motion to another.
+fn change(change: Change) -> Evidence {
+    let quantity = match change.of {
+        Changed::Level => "rms level",
+        Changed::Difference => "difference of successive periods",
+    };
+    Evidence::new(
+        "change of motion",
+        change.size,
+        &[Transient],
+        CHANGE.at(change.size.abs()) * CHANGE_SIGNIFICANCE.at(change.significance),
+        format!(
+            "At {:.0} % of the record the {quantity} changes by a factor of {:.2} and stays there.",
+            100.0 * change.at,
+            change.size.exp()
+        ),
+    )
 }
 
 /// Spectral lines and the power between them.
@@ -227,7 +267,7 @@ fn tones(features: &Features) -> Option<Evidence> {
         * (1.0 - slow_divergence(features))
         * LINES_PERIODS.at(features.periods_seen)
         * LINES_PREDICTABLE.at(features.prediction_error.short);
-    let reading = |value, supports, weight, description| {
+    let reading = |value, supports: &[Regime], weight, description| {
         Evidence::new(
             "spectral lines",
             value,
@@ -235,6 +275,10 @@ fn tones(features: &Features) -> Option<Evidence> {
             weight * reliability,
             description,
         )
+        .blind_to(match supports {
+            [Periodic] => BlindSpot::WeakSecondFrequency,
+            _ => BlindSpot::WeakChaos,
+        })
     };
     match features.tones {
         Tones::None => None,
@@ -278,7 +322,23 @@ fn tones(features: &Features) -> Option<Evidence> {
                 hertz(f2)
             ),
         )),
-        Tones::PhaseLocked { f1, p, q } => Some(reading(
+        Tones::PhaseLocked {
+            f1,
+            p,
+            q,
+            unrelated,
+        } if unrelated >= MIN_SECOND_TONE => Some(reading(
+            f1,
+            &[QuasiPeriodic],
+            AMBIGUOUS_LINES,
+            format!(
+                "A line with {:.1} % of the largest amplitude is not a combination of {} and {p}/{q} of \
+                 it.",
+                100.0 * unrelated,
+                hertz(f1)
+            ),
+        )),
+        Tones::PhaseLocked { f1, p, q, .. } => Some(reading(
             f64::from(p) / f64::from(q),
             &[Periodic],
             AMBIGUOUS_LINES,
@@ -299,13 +359,15 @@ fn tones(features: &Features) -> Option<Evidence> {
 /// The power between the lines.
 fn floor(features: &Features) -> [Evidence; 3] {
     let percent = 100.0 * features.floor;
+    let resolved = FLOOR_PERIODS.at(features.periods_seen);
     let no_broadband = Evidence::new(
         "broadband share",
         features.floor,
         &[Periodic, QuasiPeriodic],
         NO_BROADBAND.at(features.floor.max(1e-30).log10()),
         format!("Only {percent:.1e} % of the power is broadband."),
-    );
+    )
+    .blind_to(BlindSpot::WeakChaos);
     let coloured = Evidence::new(
         "coloured broadband share",
         features.coloured,
@@ -315,23 +377,27 @@ fn floor(features: &Features) -> [Evidence; 3] {
         } else {
             &[Chaotic, Noise]
         },
-        COLOURED.at(features.coloured.max(1e-30).log10()),
+        COLOURED.at(features.coloured.max(1e-30).log10()) * resolved,
         format!(
             "{:.3} % of the power is broadband and not white.",
             100.0 * features.coloured
         ),
-    );
+    )
+    .blind_to(BlindSpot::UnresolvedLines);
     let ratio = features.floor_ratio();
     let deterministic = Evidence::new(
         "deterministic broadband share",
         ratio,
         &[Chaotic],
-        FLOOR_RATIO.at(ratio.max(1.0).ln()) * PREDICTABLE.at(features.prediction_error.short),
+        FLOOR_RATIO.at(ratio.max(1.0).ln())
+            * PREDICTABLE.at(features.prediction_error.short)
+            * resolved,
         format!(
             "{percent:.2} % of the power is broadband, {ratio:.0} times as much as noise of the size \
              of the prediction error."
         ),
-    );
+    )
+    .blind_to(BlindSpot::UnresolvedLines);
     [no_broadband, coloured, deterministic]
 }
 
@@ -339,13 +405,8 @@ fn floor(features: &Features) -> [Evidence; 3] {
 fn section(features: &Features) -> Option<Evidence> {
     let crossings = features.crossings;
     let shape = |value, supports, weight, description| {
-        Some(Evidence::new(
-            "Poincare section",
-            value,
-            supports,
-            weight,
-            description,
-        ))
+        let evidence = Evidence::new("Poincare section", value, supports, weight, description);
+        Some(evidence.blind_to(BlindSpot::ThinAttractor))
     };
     match features.section {
         SectionShape::Points(count) => shape(
@@ -396,7 +457,11 @@ fn repetition(features: &Features) -> Option<Evidence> {
             },
             100.0 * distance
         ),
-    ))
+    )
+    .blind_to(match repeated > not {
+        true => BlindSpot::WeakSecondFrequency,
+        false => BlindSpot::SparseStates,
+    }))
 }
 
 /// Degree of slow divergence of neighbours, 0 to 1.
@@ -407,14 +472,20 @@ fn slow_divergence(features: &Features) -> f64 {
 /// Predictability.
 fn prediction(features: &Features) -> [Evidence; 4] {
     let PredictionError {
-        is_map,
+        ahead,
         short,
         linear,
         long,
     } = features.prediction_error;
-    let (next, later) = match is_map {
-        true => ("one sample", "40 samples"),
-        false => ("a quarter period", "ten periods"),
+    let (next, later) = match ahead {
+        quarter if quarter == features.lag => {
+            ("a quarter period".to_owned(), "ten periods".to_owned())
+        }
+        1 => ("one sample".to_owned(), "40 samples".to_owned()),
+        samples => (
+            format!("{samples} samples"),
+            format!("{} samples", 40 * samples),
+        ),
     };
     let (error_growth, ratio) = (features.error_growth(), features.relative_to_linear());
     [
@@ -428,7 +499,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                  {error_growth:.1} times as much as after {next}.",
                 100.0 * long
             ),
-        ),
+        )
+        .blind_to(BlindSpot::WeakChaos),
         Evidence::new(
             "loss of predictability",
             error_growth,
@@ -440,7 +512,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                 100.0 * short,
                 100.0 * long
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SparseStates),
         Evidence::new(
             "slow divergence",
             features.divergence,
@@ -455,7 +528,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                  the record length.",
                 features.divergence.exp()
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SlowModulation),
         Evidence::new(
             "unpredictability",
             ratio,
@@ -470,7 +544,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                 100.0 * short,
                 100.0 * linear
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SparseStates),
     ]
 }
 
@@ -489,6 +564,10 @@ fn chaos_tests(features: &Features) -> Vec<Evidence> {
             irregular.max(regular) * K_SAMPLES.at(samples as f64),
             format!("The 0-1 test gives {k:.2} (0: regular, 1: chaos or noise)."),
         )
+        .blind_to(match irregular > regular {
+            true => BlindSpot::SlowBeat,
+            false => BlindSpot::WeakChaos,
+        })
     });
     let exponent = features.exponent.map(|[rate, error]| {
         Evidence::new(
@@ -499,6 +578,7 @@ fn chaos_tests(features: &Features) -> Vec<Evidence> {
                 * NONLINEAR.at(features.relative_to_linear()),
             format!("Neighbours diverge by a factor of exp({rate:.2} +- {error:.2}) per period."),
         )
+        .blind_to(BlindSpot::SparseStates)
     });
     zero_one.into_iter().chain(exponent).collect()
 }
