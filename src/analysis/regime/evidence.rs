@@ -36,6 +36,14 @@ impl Regime {
         Self::Noise,
         Self::Undetermined,
     ];
+
+    /// The regime with its confidence (0 to 1), such as `chaotic, confidence 94 %`; an undetermined one without.
+    pub fn with_confidence(self, confidence: f64) -> String {
+        match self {
+            Self::Undetermined => self.to_string(),
+            decided => format!("{decided}, confidence {:.0} %", 100.0 * confidence),
+        }
+    }
 }
 
 impl fmt::Display for Regime {

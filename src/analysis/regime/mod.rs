@@ -139,10 +139,16 @@ impl Verdict {
     pub fn summary(&self) -> String {
         let likeliest: Vec<String> = self.likeliest.iter().map(Regime::to_string).collect();
         match self.regime {
-            Regime::Undetermined if likeliest.is_empty() => self.regime.to_string(),
-            Regime::Undetermined => format!("{}: {}", self.regime, likeliest.join(" or ")),
-            regime => format!("{regime}, confidence {:.0} %", 100.0 * self.confidence),
+            Regime::Undetermined if !likeliest.is_empty() => {
+                format!("{}: {}", self.regime, likeliest.join(" or "))
+            }
+            regime => regime.with_confidence(self.confidence),
         }
+    }
+
+    /// The confidence of a decided regime; `None` if the regime is undetermined.
+    pub fn decided_confidence(&self) -> Option<f64> {
+        (self.regime != Regime::Undetermined).then_some(self.confidence)
     }
 
     /// The limitations as a sentence; empty without any.

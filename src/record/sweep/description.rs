@@ -107,10 +107,9 @@ fn response(found: &SettledResponse, from: &str) -> String {
         ),
     };
     let mut text = format!(
-        "### {regime}\n\n**Confidence {sure:.0} %.** {from} {settled}\n\n\
+        "### {regime}\n\n{from} {settled}\n\n\
          Amplitude {amplitude}, velocity {velocity} rms.\n\n",
-        regime = capitalize(&found.regime.to_string()),
-        sure = 1e2 * found.confidence,
+        regime = capitalize(&found.regime.with_confidence(found.confidence)),
         amplitude = Quantity::Length.format(found.amplitude),
         velocity = Quantity::Speed.format(found.rms_velocity),
     );
