@@ -8,7 +8,7 @@
 //! `the_confidence_is_fitted_to_its_signals` repeats the fit). Verdicts on signals of one family are not
 //! independent: for a new family the rule of succession limits the probability to `(n + 1) / (n + 2)` after `n`
 //! families, which is the factor [`LIMIT`]. Limits and weights were chosen with other signals, and reliability is
-//! judged with others again, half of them from systems used for neither.
+//! judged with others again, among them families used for neither.
 
 /// Probability of a right verdict at equal odds, as the logarithm of its odds, and its slope.
 const PARAMETERS: [f64; 2] = [0.78, 2.31];

@@ -267,93 +267,73 @@ fn tones(features: &Features) -> Option<Evidence> {
         * (1.0 - slow_divergence(features))
         * LINES_PERIODS.at(features.periods_seen)
         * LINES_PREDICTABLE.at(features.prediction_error.short);
-    let reading = |value, supports: &[Regime], weight, description| {
-        Evidence::new(
-            "spectral lines",
-            value,
-            supports,
-            weight * reliability,
-            description,
-        )
-        .blind_to(match supports {
-            [Periodic] => BlindSpot::WeakSecondFrequency,
-            _ => BlindSpot::WeakChaos,
-        })
+    let (value, regime, weight, description) = reading(features.tones)?;
+    let weight = weight * reliability;
+    let evidence = Evidence::new("spectral lines", value, &[regime], weight, description);
+    Some(evidence.blind_to(match regime {
+        Periodic => BlindSpot::WeakSecondFrequency,
+        _ => BlindSpot::WeakChaos,
+    }))
+}
+
+/// The value, the supported regime, the weight and the description of the lines.
+fn reading(tones: Tones) -> Option<(f64, Regime, f64, String)> {
+    let unrelated_line = |unrelated: f64, relation: String| {
+        let percent = 100.0 * unrelated;
+        format!("A line with {percent:.1} % of the largest amplitude is not a {relation}.")
     };
-    match features.tones {
-        Tones::None => None,
-        Tones::One { f1, unrelated } if unrelated < MIN_SECOND_TONE => Some(reading(
-            f1,
-            &[Periodic],
-            if unrelated == 0.0 {
-                CLEAR_LINES
-            } else {
-                AMBIGUOUS_LINES
-            },
-            format!("The lines are harmonics of {}.", hertz(f1)),
-        )),
-        Tones::One { f1, unrelated } => Some(reading(
-            f1,
-            &[QuasiPeriodic],
-            AMBIGUOUS_LINES,
-            format!(
-                "A line with {:.1} % of the largest amplitude is not a harmonic of {}.",
-                100.0 * unrelated,
-                hertz(f1)
-            ),
-        )),
-        Tones::Two { f1, second, .. } if second < MIN_SECOND_TONE => Some(reading(
-            f1,
-            &[Periodic],
-            AMBIGUOUS_LINES,
-            format!(
+    Some(match tones {
+        Tones::None => return None,
+        Tones::One { f1, unrelated } if unrelated < MIN_SECOND_TONE => {
+            let weight = match unrelated {
+                0.0 => CLEAR_LINES,
+                _ => AMBIGUOUS_LINES,
+            };
+            let text = format!("The lines are harmonics of {}.", hertz(f1));
+            (f1, Periodic, weight, text)
+        }
+        Tones::One { f1, unrelated } => {
+            let text = unrelated_line(unrelated, format!("harmonic of {}", hertz(f1)));
+            (f1, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Two { f1, second, .. } if second < MIN_SECOND_TONE => {
+            let text = format!(
                 "The lines are harmonics of {}; a second tone has {:.2} % of the amplitude of the first.",
                 hertz(f1),
                 100.0 * second
-            ),
-        )),
-        Tones::Two { f1, f2, .. } => Some(reading(
-            f2 / f1,
-            &[QuasiPeriodic],
-            CLEAR_LINES,
-            format!(
+            );
+            (f1, Periodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Two { f1, f2, .. } => {
+            let text = format!(
                 "The lines are combinations of {} and {}, which are not phase-locked.",
                 hertz(f1),
                 hertz(f2)
-            ),
-        )),
+            );
+            (f2 / f1, QuasiPeriodic, CLEAR_LINES, text)
+        }
         Tones::PhaseLocked {
             f1,
             p,
             q,
             unrelated,
-        } if unrelated >= MIN_SECOND_TONE => Some(reading(
-            f1,
-            &[QuasiPeriodic],
-            AMBIGUOUS_LINES,
-            format!(
-                "A line with {:.1} % of the largest amplitude is not a combination of {} and {p}/{q} of \
-                 it.",
-                100.0 * unrelated,
-                hertz(f1)
-            ),
-        )),
-        Tones::PhaseLocked { f1, p, q, .. } => Some(reading(
-            f64::from(p) / f64::from(q),
-            &[Periodic],
-            AMBIGUOUS_LINES,
-            format!(
+        } if unrelated >= MIN_SECOND_TONE => {
+            let relation = format!("combination of {} and {p}/{q} of it", hertz(f1));
+            let text = unrelated_line(unrelated, relation);
+            (f1, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::PhaseLocked { f1, p, q, .. } => {
+            let text = format!(
                 "The lines are combinations of {} and {p}/{q} of it (phase-locked).",
                 hertz(f1)
-            ),
-        )),
-        Tones::Many(count) => Some(reading(
-            count as f64,
-            &[QuasiPeriodic],
-            AMBIGUOUS_LINES,
-            format!("{count} lines fit neither one nor two base frequencies."),
-        )),
-    }
+            );
+            (f64::from(p) / f64::from(q), Periodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Many(count) => {
+            let text = format!("{count} lines fit neither one nor two base frequencies.");
+            (count as f64, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+    })
 }
 
 /// The power between the lines.
