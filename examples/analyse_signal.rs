@@ -35,13 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .expect("the analysis is never interrupted");
 
     let verdict = &report.verdict;
-    println!(
-        "{}, confidence {:.0} %",
-        verdict.regime,
-        100.0 * verdict.confidence
-    );
+    println!("{}", verdict.summary());
     for evidence in &verdict.evidence {
-        println!("  {}", evidence.description);
+        println!("  {}", evidence.explanation());
     }
     for named in &report.tones.lines {
         println!("{:>10.2} Hz  {}", named.line.frequency, named.line.label);

@@ -59,7 +59,7 @@ pub use poincare::{
     closed_curves, clusters, delay_section, plane_section, return_map, section_shape,
 };
 pub use recurrence::*;
-pub use regime::{Evidence, Regime, RegimeSearch, Verdict, classify};
+pub use regime::{BlindSpot, Evidence, Limitation, Regime, RegimeSearch, Verdict, classify};
 pub use sliding::{History, SlidingWindow, View};
 pub use tones::*;
 

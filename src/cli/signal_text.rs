@@ -5,13 +5,9 @@ use std::path::Path;
 use anstyle::Style;
 
 use super::report::HEADING;
-<<<<<<< HEAD
 use crate::analysis::{
-    Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, Verdict,
+    Bases, Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, Verdict,
 };
-=======
-use crate::analysis::{Bases, Divergence, LagReason, Measures, SectionShape, Threshold, Verdict};
->>>>>>> name
 use crate::escape;
 use crate::number::{significant, time};
 use crate::study::signal::{
@@ -61,15 +57,17 @@ fn signal_text(file: &Path, facts: &SignalStatistics, amount: &dyn Fn(f64) -> St
 }
 
 fn verdict_text(verdict: &Verdict) -> String {
-    let confidence = 100.0 * verdict.confidence;
+    let limitations = match verdict.limitations[..] {
+        [] => String::new(),
+        _ => format!("  {}\n", verdict.limitations_text()),
+    };
     let evidence = verdict.evidence.iter().map(|evidence| {
         let bar = "#".repeat((5.0 * evidence.weight).round() as usize);
-        format!("  {bar:<5} {}\n", evidence.description)
+        format!("  {bar:<5} {}\n", evidence.explanation())
     });
-    format!(
-        "{HEADING}{}{HEADING:#}, confidence {confidence:.0} %\n",
-        verdict.regime
-    ) + &evidence.collect::<String>()
+    let summary = verdict.summary();
+    let (regime, rest) = summary.split_at(verdict.regime.to_string().len());
+    format!("{HEADING}{regime}{HEADING:#}{rest}\n{limitations}") + &evidence.collect::<String>()
 }
 
 fn spectrum_text(tones: &SpectralLines, amount: &dyn Fn(f64) -> String) -> String {

@@ -256,8 +256,11 @@ impl Sink for StatusSink {
             }
             Record::Regime { verdict, .. } => {
                 let mut panel = store.panel();
-                panel.regime = Some(verdict.regime.to_string());
-                panel.confidence = Some(verdict.confidence);
+                panel.confidence = verdict.decided_confidence();
+                panel.regime = Some(match panel.confidence {
+                    Some(_) => verdict.regime.to_string(),
+                    None => verdict.summary(),
+                });
             }
             Record::Narration { observation, .. } => {
                 store.panel().narration = crate::text::narration(&observation);

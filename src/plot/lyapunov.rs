@@ -50,7 +50,7 @@ fn running(study: &LyapunovStudy) -> Panel {
     let late = late
         .iter()
         .flat_map(|at| at.exponents[..count].iter().copied());
-    let times = match running {
+    let times = match running.as_slice() {
         [first, .., last] => [first.time, last.time],
         _ => [0.1, 1.0],
     };

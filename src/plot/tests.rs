@@ -187,6 +187,8 @@ fn report(name: &str) -> SignalAnalysis {
         verdict: Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.93,
+            likeliest: vec![Regime::QuasiPeriodic],
+            limitations: Vec::new(),
             evidence: evidence
                 .into_iter()
                 .map(|(what, weight, says, words)| {

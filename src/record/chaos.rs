@@ -34,16 +34,18 @@ impl Chaos {
     /// Names the series.
     pub fn new(rec: &RecordingStream, subject: &Subject) -> Result<Self, RecordError> {
         let faint = style::faded(style::SIGNAL, 0.5);
+        let names = ["λ − error, 1/s", "λ, 1/s", "λ + error, 1/s"];
         name_series(
             rec,
             paths::EXPONENT,
-            ["λ − error, 1/s", "λ, 1/s", "λ + error, 1/s"].map(str::to_owned),
+            names.map(str::to_owned),
             [faint, style::SIGNAL, faint],
         )?;
         let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8]);
         rec.log_static(paths::EXPONENT, &widths)?;
-        // A value between two gaps has no line segment.
+        // A value between two gaps has no line segment. The legend takes the names from the points.
         let points = SeriesPoints::new()
+            .with_names(names)
             .with_colors([faint, style::SIGNAL, faint])
             .with_marker_sizes([1.0, 2.5, 1.0]);
         rec.log_static(paths::EXPONENT, &points)?;

@@ -29,9 +29,10 @@ const REGIMES: [Regime; 7] = [
 pub fn name_regimes(rec: &RecordingStream) -> Result<(), RecordError> {
     let colors = REGIMES.map(style::regime);
     let names = REGIMES.map(|kind| kind.to_string());
-    name_series(rec, paths::REGIME_CONFIDENCE, names, colors)?;
-    // A value between two gaps has no line segment.
+    name_series(rec, paths::REGIME_CONFIDENCE, names.clone(), colors)?;
+    // A value between two gaps has no line segment. The legend takes the names from the points.
     let points = SeriesPoints::new()
+        .with_names(names)
         .with_colors(colors)
         .with_marker_sizes([3.0; REGIMES.len()]);
     rec.log_static(paths::REGIME_CONFIDENCE, &points)
@@ -46,6 +47,7 @@ pub fn draw_verdict(
     verdict: &Verdict,
 ) -> Result<(), RecordError> {
     let confidence = |kind| match kind == verdict.regime {
+        true if kind == Regime::Undetermined => 0.0,
         true => verdict.confidence,
         false => f64::NAN,
     };
@@ -56,22 +58,24 @@ pub fn draw_verdict(
     stream::log_at(rec, paths::REGIME_VERDICT, time, &document)
 }
 
-/// The classification as a heading, with its confidence.
+/// The classification as a heading, with its confidence or, without a decision, the likeliest types of motion.
 fn heading(verdict: &Verdict) -> String {
-    format!(
-        "## {}\n\n**Confidence {:.0} %**",
-        style::capitalize(&verdict.regime.to_string()),
-        1e2 * verdict.confidence
-    )
+    let second = match verdict.regime {
+        Regime::Undetermined => verdict.summary(),
+        _ => format!("Confidence {:.0} %", 1e2 * verdict.confidence),
+    };
+    let regime = style::capitalize(&verdict.regime.to_string());
+    format!("## {regime}\n\n**{}**", style::capitalize(&second))
 }
 
 /// The classification with the strongest evidence.
 pub fn words(verdict: &Verdict) -> String {
     let strongest = verdict.evidence.iter().take(3);
     let words: String = strongest
-        .map(|e| format!("* {}\n", e.description))
+        .map(|e| format!("* {}\n", e.explanation()))
         .collect();
-    format!("{}\n\n{words}", heading(verdict))
+    let limitations = verdict.limitations_text();
+    format!("{}\n\n{limitations}\n\n{words}", heading(verdict))
 }
 
 /// The classification with all evidence, strongest first.
@@ -91,12 +95,13 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
     let words: String = verdict
         .evidence
         .iter()
-        .map(|evidence| format!("* {}\n", evidence.description))
+        .map(|evidence| format!("* {}\n", evidence.explanation()))
         .collect();
     format!(
-        "{heading}, window of {window} before {now}.\n\n\
+        "{heading}, window of {window} before {now}. {limitations}\n\n\
          | weight | evidence | supports |\n|---|---|---|\n{rows}\n{words}",
         heading = heading(verdict),
+        limitations = verdict.limitations_text(),
         window = style::Quantity::Time.format(window),
         now = style::format_time(header, time),
     )
@@ -105,13 +110,18 @@ fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{analysis::Evidence, record::tests::demo};
+    use crate::{
+        analysis::{Evidence, Limitation},
+        record::tests::demo,
+    };
 
     #[test]
     fn a_classification_is_described() {
         let verdict = Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.874,
+            likeliest: vec![Regime::QuasiPeriodic, Regime::Periodic],
+            limitations: vec![Limitation::Modulation],
             evidence: vec![Evidence::new(
                 "0-1 test",
                 0.0213,
@@ -122,9 +132,30 @@ mod tests {
         };
         let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
         assert!(text.starts_with(
-            "## Quasi-periodic\n\n**Confidence 87 %**, window of 40 ms before 120 ms."
+            "## Quasi-periodic\n\n**Confidence 87 %**, window of 40 ms before 120 ms. The lines are those"
         ));
         assert!(text.contains("| 0.50 | 0-1 test | periodic or quasi-periodic |\n"));
         assert!(text.ends_with("* K = 0.02: regular.\n"));
+    }
+
+    #[test]
+    fn an_undetermined_classification_has_no_confidence() {
+        let verdict = Verdict {
+            regime: Regime::Undetermined,
+            confidence: 0.48,
+            likeliest: vec![Regime::QuasiPeriodic, Regime::Chaotic],
+            limitations: vec![Limitation::TooShort],
+            evidence: Vec::new(),
+        };
+        let text = words(&verdict);
+        assert!(
+            text.contains("**Undetermined: quasi-periodic or chaotic**"),
+            "{text}"
+        );
+        assert!(
+            text.contains("The record contains too few periods."),
+            "{text}"
+        );
+        assert!(!text.contains("48"), "{text}");
     }
 }

@@ -8,7 +8,7 @@ use super::stripes::Stripes;
 
 /// Minimum recurrence rate along the highest diagonals at the better half of the multiples of a longer period.
 /// On a torus it is close to 1: all states return together. Chaotic motion returns only in part.
-const MIN_RATE: f64 = 0.5;
+const MIN_RATE: f64 = 0.85;
 
 /// What a recurrence period is in relation to the shorter ones of the same plot.
 #[derive(
@@ -46,18 +46,19 @@ pub struct RecurrencePeriod {
 /// A motion of period `P` recurs after `P`, `2 P`, ...: its plot has stripes at these offsets. A periodic
 /// motion has one spacing. On a torus the stripes are widest and densest where the longer period recurs as
 /// well; their heights repeat with the beat. After a period doubling every second stripe is higher. Noise
-/// has none, chaos none or the finest: it returns by chance, and less with time. Kang et al. (2022) read the
+/// has none, chaos none or the finest: it returns by chance, and less with time. A doubling of less than a fifth
+/// of the amplitude may be missed. Kang et al. (2022) read the
 /// periods from the plots in this way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct RecurrencePeriods {
-    all: Vec<RecurrencePeriod>,
+    periods: Vec<RecurrencePeriod>,
 }
 
 impl RecurrencePeriods {
     /// The periods, shortest first.
     pub fn iter(&self) -> std::slice::Iter<'_, RecurrencePeriod> {
-        self.all.iter()
+        self.periods.iter()
     }
 
     /// The finest spacing of the diagonals.
@@ -77,12 +78,12 @@ impl RecurrencePeriods {
 
     /// The longest period of a kind.
     pub fn last(&self, kind: RecurrenceKind) -> Option<&RecurrencePeriod> {
-        self.all.iter().rfind(|period| period.kind == kind)
+        self.periods.iter().rfind(|period| period.kind == kind)
     }
 
     /// Converts states to times. `state` is the time between successive states, s.
     pub fn in_seconds(mut self, state: f64) -> Self {
-        for period in &mut self.all {
+        for period in &mut self.periods {
             period.period *= state;
             period.uncertainty *= state;
         }
@@ -94,7 +95,7 @@ impl FromIterator<RecurrencePeriod> for RecurrencePeriods {
     fn from_iter<I: IntoIterator<Item = RecurrencePeriod>>(periods: I) -> Self {
         let mut all: Vec<_> = periods.into_iter().collect();
         all.sort_by(|a, b| a.period.total_cmp(&b.period));
-        Self { all }
+        Self { periods: all }
     }
 }
 

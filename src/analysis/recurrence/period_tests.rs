@@ -92,7 +92,7 @@ fn the_beat_is_found_at_any_ratio_and_depth() {
 
 #[test]
 fn doublings_are_told_from_beats() {
-    let torus = [(4110.0, 1.0), (3870.0, 0.5), (3990.0, 0.15)];
+    let torus = [(4110.0, 1.0), (3870.0, 0.5), (3990.0, 0.2)];
     let expected = [(Finest, 0.2433), (Beat, 4.1667), (Doubled, 8.3333)];
     for rate in [0.05, 0.1] {
         assert_periods(&of_tones(&torus, rate), &expected, 3e-3);

@@ -24,6 +24,8 @@ const SETS: usize = 1 << REGIMES.len();
 #[derive(Clone, Debug)]
 pub(super) struct Belief {
     share: [f64; SETS],
+    /// Share of all mass that contradicting pieces have not lost.
+    agreement: f64,
 }
 
 impl Belief {
@@ -31,7 +33,10 @@ impl Belief {
     pub(super) fn vacuous() -> Self {
         let mut share = [0.0; SETS];
         share[SETS - 1] = 1.0;
-        Self { share }
+        Self {
+            share,
+            agreement: 1.0,
+        }
     }
 
     /// Combines evidence of weight 0 to 1 (not 1 for two disjoint sets) for one of `regimes`.
@@ -47,6 +52,7 @@ impl Belief {
         let agreed: f64 = combined.iter().sum();
         if agreed > 0.0 {
             self.share = combined.map(|share| share / agreed);
+            self.agreement *= agreed;
         }
     }
 
@@ -55,6 +61,30 @@ impl Belief {
         let alone = |bit: usize| self.share[1 << bit];
         let best = (0..REGIMES.len()).fold(0, |a, b| if alone(b) > alone(a) { b } else { a });
         (REGIMES[best], alone(best))
+    }
+
+    /// Whether contradictions have cost more than half of all mass.
+    pub(super) fn is_contradictory(&self) -> bool {
+        self.agreement < 0.5
+    }
+
+    /// The two likeliest regimes, likeliest first, if the mass of each set is divided equally between its
+    /// members (P. Smets and R. Kennes, Artif. Intell. 66, 191, 1994); only those that are likelier than without
+    /// any evidence.
+    pub(super) fn likeliest(&self) -> Vec<Regime> {
+        let divided = |bit: usize| {
+            let sets = (1..SETS).filter(|set| set >> bit & 1 == 1);
+            let part = |set: usize| self.share[set] / f64::from(set.count_ones());
+            sets.map(part).sum::<f64>()
+        };
+        let mut all: Vec<(f64, Regime)> = (0..REGIMES.len())
+            .map(|bit| (divided(bit), REGIMES[bit]))
+            .collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let likelier = all
+            .iter()
+            .filter(|(mass, _)| *mass > 1.001 / REGIMES.len() as f64);
+        likelier.take(2).map(|(_, regime)| *regime).collect()
     }
 }
 
@@ -67,13 +97,19 @@ mod tests {
     fn agreement_strengthens_and_conflict_weakens() {
         let mut belief = Belief::vacuous();
         assert_eq!(belief.strongest().1, 0.0);
+        assert!(belief.likeliest().is_empty());
         belief.combine(&[Chaotic], 0.5);
         belief.combine(&[Chaotic], 0.5);
         assert_eq!(belief.strongest(), (Chaotic, 0.75));
+        assert_eq!(belief.likeliest(), [Chaotic]);
+        assert!(!belief.is_contradictory());
         // 0.75 (1 - 0.6) of 1 - 0.75 * 0.6.
         belief.combine(&[Periodic], 0.6);
         let (regime, share) = belief.strongest();
         assert!(regime == Chaotic && (share - 0.3 / 0.55).abs() < 1e-12);
+        assert_eq!(belief.likeliest(), [Chaotic, Periodic]);
+        belief.combine(&[Noise], 0.5);
+        assert!(belief.is_contradictory());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::f64::consts::LN_2;
 
+use super::change::{Change, SECTIONS};
 use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, PredictionError};
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
@@ -10,8 +11,9 @@ use crate::analysis::{
     section_shape, zero_one,
 };
 
-/// Sections of the record whose levels and periods are compared.
-const SECTIONS: usize = 8;
+/// Minimum amplitude of a line that is not a harmonic, relative to the strongest, to count as a second
+/// tone.
+pub(super) const MIN_SECOND_TONE: f64 = 0.025;
 
 /// Largest lag tried, samples.
 const MAX_LAG: usize = 200;
@@ -46,6 +48,9 @@ const LINE_UNCERTAINTY: f64 = 0.1;
 /// The same for the comparison of two bases, which are strong lines: 1e-4 without noise.
 const LOCKING_UNCERTAINTY: f64 = 0.02;
 
+/// Least ratio of the amplitudes of the side lines of a modulated tone.
+const MIRRORED: f64 = 0.85;
+
 /// Statistical scatter of the upper quarter of a white noise floor below the rest.
 const WHITE_SCATTER: f64 = 1.3;
 
@@ -72,8 +77,14 @@ pub(super) enum Tones {
     /// Two tones (Hz) and their combinations. `second` is the amplitude of the strongest line to which
     /// the second tone contributes, over that of the strongest of all.
     Two { f1: f64, f2: f64, second: f64 },
-    /// Two phase-locked tones: `f2 / f1 = p / q`.
-    PhaseLocked { f1: f64, p: u32, q: u32 },
+    /// Two phase-locked tones: `f2 / f1 = p / q`. `unrelated` is the amplitude of the strongest other line
+    /// over that of the strongest of all.
+    PhaseLocked {
+        f1: f64,
+        p: u32,
+        q: u32,
+        unrelated: f64,
+    },
     /// This number of lines that fit neither one tone nor two.
     Many(usize),
 }
@@ -89,12 +100,18 @@ pub(super) struct Features {
     pub level_range: f64,
     /// Trend of the natural logarithm of the time between crossings of the section.
     pub period_drift: Option<Trend>,
+    /// The most significant lasting change from one level to another.
+    pub change: Option<Change>,
+    /// Delay of the states, samples.
+    pub lag: usize,
     /// Share of the power in the noise floor of the spectrum.
     pub floor: f64,
     /// The part of it that is not white: the noise floor is higher at the frequencies of the motion than
     /// in the upper quarter of the frequencies.
     pub coloured: f64,
     pub tones: Tones,
+    /// Distance of the strongest side lines if they are those of a modulated tone, Hz.
+    pub modulation: Option<f64>,
     pub section: SectionShape,
     pub crossings: usize,
     /// Prediction errors.
@@ -146,17 +163,29 @@ impl Features {
         let vectors = DelayVectors::new(&centred, lag, DIMENSION)?;
         let neighbourhood = Neighbourhood::new(vectors, lag, power);
         let mut prediction_error = neighbourhood.prediction_error();
-        if lag > 1 && prediction_error.short > UNPREDICTABLE {
-            // A map is unpredictable over a quarter period but can be deterministic sample by sample.
-            let vectors = DelayVectors::new(&centred, 1, DIMENSION)?;
-            let next = Neighbourhood::new(vectors, 1, power).prediction_error();
-            if next.short < DETERMINISTIC * next.linear {
-                prediction_error = PredictionError {
-                    is_map: true,
-                    ..next
-                };
+        // Strong chaos is unpredictable over a quarter period, a map at any time but a sample ahead: then the
+        // time counts over which neighbours are furthest ahead of a linear map.
+        let mut ahead = match prediction_error.short > UNPREDICTABLE {
+            true => lag,
+            false => 1,
+        };
+        let mut best = DETERMINISTIC;
+        while ahead > 1 {
+            ahead /= 2;
+            let vectors = DelayVectors::new(&centred, ahead, DIMENSION)?;
+            let sooner = Neighbourhood::new(vectors, ahead, power).prediction_error();
+            if sooner.short < best * sooner.linear {
+                best = sooner.short / sooner.linear;
+                prediction_error = sooner;
             }
         }
+        let repetition = repetition(&points);
+        let differences = repetition.and_then(|(_, crossings)| {
+            let time = instants[instants.len() - 1] - instants[0];
+            let period = crossings as f64 * time / (instants.len() - 1) as f64;
+            let least = prediction_error.short.max(MIN_ERROR) * power.sqrt();
+            differences(&centred, period, least)
+        });
         let levels = levels(&centred, power);
         let [smallest, largest] = range(levels);
         let stride = ZeroOneTest::recommended_stride(&centred).max(lag);
@@ -167,18 +196,20 @@ impl Features {
             periods_seen: (n as f64 / period).max(crossings.len() as f64),
             envelope: Trend::of(&levels),
             level_range: largest - smallest,
+            change: Change::most_significant(&levels, differences.as_ref()),
+            lag,
             period_drift: periods(&instants).map(|periods| Trend::of(&periods)),
             floor: spectrum.broadband_share(),
             coloured: spectrum.broadband_share() * colour(&spectrum.floor()),
             tones,
+            modulation: modulation(&lines, 2.0 * LINE_UNCERTAINTY * spectrum.bin),
             section: section_shape(&points, high - low),
             crossings: crossings.len(),
             prediction_error,
             divergence: neighbourhood.divergence(),
             drift: neighbourhood.drift(),
             states: vectors.len(),
-            repetition: repetition(&points)
-                .map(|(distance, period)| (distance / power.sqrt(), period)),
+            repetition: repetition.map(|(distance, period)| (distance / power.sqrt(), period)),
             zero_one: zero_one.ok().map(|result| (result.k, result.samples)),
             exponent: exponent(&centred, lag).map(|r| [r.slope * period, r.error * period]),
         })
@@ -189,10 +220,15 @@ impl Features {
         self.floor / self.prediction_error.short.max(MIN_ERROR).powi(2)
     }
 
-    /// Distance of crossings one period apart over the part explained by noise.
+    /// Distance of crossings one period apart over the part explained by noise, or by a second tone too weak
+    /// to count: of relative amplitude `a` it moves the crossings by up to `2 a` standard deviations, and three
+    /// times the explained part is no repetition.
     pub(super) fn repetition_ratio(&self) -> Option<f64> {
         let (distance, _) = self.repetition?;
-        Some(distance / self.prediction_error.short.max(MIN_ERROR))
+        // The error of a prediction is that of noise or, between sparse states, larger.
+        let noise = self.prediction_error.short.min(self.floor.sqrt());
+        let weak = 2.0 * MIN_SECOND_TONE / 3.0;
+        Some(distance / noise.max(MIN_ERROR).max(weak))
     }
 
     /// Ratio of the long-term to the short-term prediction error.
@@ -221,15 +257,18 @@ impl Tones {
             Bases::Modulated { f1, fm } => Bases::Two { f1, f2: f1 - fm },
             bases => bases,
         };
+        let unrelated = strongest(|name| name.is_none());
         match bases {
             Bases::None if lines.is_empty() => Self::None,
             Bases::None => Self::Many(lines.len()),
-            Bases::One { f1 } => Self::One {
-                f1,
-                unrelated: strongest(|name| name.is_none()),
-            },
+            Bases::One { f1 } => Self::One { f1, unrelated },
             Bases::Two { f1, f2 } => match locking_ratio(f1, f2, uncertainty) {
-                Some((p, q)) => Self::PhaseLocked { f1, p, q },
+                Some((p, q)) => Self::PhaseLocked {
+                    f1,
+                    p,
+                    q,
+                    unrelated,
+                },
                 None => Self::Two {
                     f1,
                     f2,
@@ -239,6 +278,23 @@ impl Tones {
             Bases::Modulated { .. } => Self::Many(lines.len()),
         }
     }
+}
+
+/// Distance of the strongest side line from the strongest line (Hz), if it has a mirror image of equal strength
+/// and no line of its own frequency: the lines of a modulated tone. `lines`: strongest first.
+fn modulation(lines: &[Line], uncertainty: f64) -> Option<f64> {
+    let carrier = lines.first()?.frequency;
+    let at = |frequency: f64| {
+        let near = |line: &&Line| (line.frequency - frequency).abs() <= uncertainty;
+        lines.iter().find(near).map_or(0.0, |line| line.amplitude)
+    };
+    // The octave and its multiples are harmonics.
+    let beside = |line: &&Line| (line.frequency - carrier).abs() < 0.45 * carrier;
+    let side = lines[1..].iter().find(beside)?;
+    let distance = (side.frequency - carrier).abs();
+    let mirrored = at(2.0 * carrier - side.frequency) > MIRRORED * side.amplitude;
+    let own = at(distance) > (1.0 - MIRRORED) * side.amplitude;
+    (mirrored && !own).then_some(distance)
 }
 
 impl Trend {
@@ -293,6 +349,23 @@ fn periods(instants: &[f64]) -> Option<[f64; SECTIONS]> {
         ((instants[to] - instants[from]) / (to - from) as f64).ln()
     };
     (count >= 3 * SECTIONS).then(|| std::array::from_fn(period))
+}
+
+/// Natural logarithm of the root-mean-square difference of samples `period` (samples) apart in each section, not
+/// below `least`; `None` if the period does not fit four times into a section.
+fn differences(centred: &[f64], period: f64, least: f64) -> Option<[f64; SECTIONS]> {
+    let (whole, part) = (period as usize, period.fract());
+    let edge = |p: usize| p * (centred.len() - whole - 1) / SECTIONS;
+    let difference = |i: usize| {
+        let [left, right] = [centred[i + whole], centred[i + whole + 1]];
+        left + part * (right - left) - centred[i]
+    };
+    let of = |p: usize| {
+        let (from, to) = (edge(p), edge(p + 1));
+        let squares = (from..to).map(|i| difference(i).powi(2)).sum::<f64>();
+        0.5 * (squares / (to - from) as f64 + least * least).ln()
+    };
+    (4.0 * period * SECTIONS as f64 <= centred.len() as f64).then(|| std::array::from_fn(of))
 }
 
 /// `p / q` in lowest terms if it equals `f2 / f1` within the uncertainty, `q` up to

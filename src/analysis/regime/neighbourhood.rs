@@ -33,13 +33,13 @@ pub(super) const MIN_ERROR: f64 = 3e-3;
 /// Prediction errors over the standard deviation of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PredictionError {
-    /// Whether the signal is predicted sample by sample, as a map, instead of by quarter periods.
-    pub is_map: bool,
-    /// Nearest-neighbour prediction a quarter period (a sample of a map) ahead.
+    /// Time of a prediction, samples: a quarter period, or less if the signal is unpredictable over it.
+    pub ahead: usize,
+    /// Nearest-neighbour prediction over this time.
     pub short: f64,
-    /// Prediction by a linear map over the same time.
+    /// Prediction by a linear map over this time.
     pub linear: f64,
-    /// Nearest-neighbour prediction ten periods (forty samples of a map) ahead.
+    /// Nearest-neighbour prediction over forty times as long (ten periods).
     pub long: f64,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Neighbourhood<'a> {
             .map(|(state, next)| (next - state.dot(&linear_map)).powi(2));
         let linear = (residuals.sum::<f64>() / rows as f64 / power).sqrt();
         PredictionError {
-            is_map: false,
+            ahead: lag,
             short: relative(short),
             linear,
             long: relative(long),

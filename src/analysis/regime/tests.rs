@@ -419,6 +419,73 @@ fn descriptions_contain_numbers() {
 }
 
 #[test]
+fn a_method_that_contradicts_the_verdict_says_what_it_cannot_see() {
+    let found = verdict(&roessler_x(8000, 0.1, 4.3));
+    assert_eq!(found.regime, Chaotic);
+    let regular = found
+        .evidence
+        .iter()
+        .find(|e| e.criterion == "0-1 test")
+        .unwrap();
+    assert_eq!(
+        regular.blind_spot,
+        Some(BlindSpot::WeakChaos),
+        "{regular:?}"
+    );
+    assert!(regular.explanation().contains("misses weak chaos"));
+    for piece in &found.evidence {
+        assert_eq!(
+            piece.blind_spot.is_some(),
+            piece.contradicts(Chaotic),
+            "{piece:?}"
+        );
+    }
+}
+
+#[test]
+fn an_undetermined_verdict_gives_its_reason_instead_of_a_confidence() {
+    let short = verdict(&tones(600, &[(1.0, 1.0)]));
+    assert_eq!(
+        (short.regime, &short.limitations[..]),
+        (Undetermined, &[Limitation::TooShort][..])
+    );
+    assert!(!short.summary().contains('%') && short.decided_confidence().is_none());
+    assert_eq!(
+        short.limitations_text(),
+        "The record contains too few periods."
+    );
+    assert!(
+        verdict(&roessler_x(8000, 0.1, 5.7))
+            .summary()
+            .starts_with("chaotic, confidence 9")
+    );
+}
+
+#[test]
+fn a_modulated_tone_is_named_as_such() {
+    let envelope = |i: usize| 1.0 + 0.4 * (TAU * 0.0618 * i as f64 / RATE).sin();
+    let tone = tones(8000, &[(1.0, 1.0), (2.0, 0.2)]);
+    let tone: Vec<f64> = tone
+        .iter()
+        .enumerate()
+        .map(|(i, x)| x * envelope(i))
+        .collect();
+    let found = verdict(&tone);
+    assert_eq!(
+        (found.regime, &found.limitations[..]),
+        (QuasiPeriodic, &[Limitation::Modulation][..])
+    );
+    assert!(verdict(&nonlinear(8000)).limitations.is_empty());
+}
+
+#[test]
+fn a_change_from_chaos_to_a_limit_cycle_is_a_transient() {
+    let mut both = roessler_x(4000, 0.1, 5.7);
+    both.extend(roessler_x(4000, 0.1, 3.0));
+    expect(Transient, "change", &both);
+}
+
+#[test]
 fn threads_do_not_change_the_verdict() {
     let signal = roessler_x(5000, 0.1, 5.7);
     let with = |threads| {

@@ -1,8 +1,9 @@
 //! Evidence from features: the supported regimes, the weight and the description.
 
-use super::features::{Features, Tones, Trend};
+use super::change::{Change, Changed};
+use super::features::{Features, MIN_SECOND_TONE, Tones, Trend};
 use super::neighbourhood::PredictionError;
-use super::{Evidence, Regime};
+use super::{BlindSpot, Evidence, Regime};
 use crate::analysis::SectionShape;
 
 use Regime::{Chaotic, Noise, Periodic, QuasiPeriodic, Transient};
@@ -41,6 +42,10 @@ const LEVEL_RANGE: Ramp = ramp(1.0, 2.0, 0.95);
 const PERIOD_DRIFT: Ramp = ramp(0.01, 0.04, 0.95);
 const PERIOD_DRIFT_SIGNIFICANCE: Ramp = ramp(5.0, 12.0, 1.0);
 
+/// Lasting change of a level, natural logarithm.
+const CHANGE: Ramp = ramp(0.1, 0.3, 0.95);
+const CHANGE_SIGNIFICANCE: Ramp = ramp(8.0, 14.0, 1.0);
+
 /// Weights of a section with points and of an arc.
 const POINTS: f64 = 0.7;
 const ARC: f64 = 0.2;
@@ -56,10 +61,6 @@ const NOT_REPEATED: Ramp = ramp(3.0, 6.0, 0.7);
 const CLEAR_LINES: f64 = 0.6;
 const AMBIGUOUS_LINES: f64 = 0.55;
 
-/// Minimum amplitude of a line that is not a harmonic, relative to the strongest, to count as a second
-/// tone.
-const MIN_SECOND_TONE: f64 = 0.025;
-
 /// The lines count if the broadband share is explained by noise (the ratio [`Features::floor_ratio`];
 /// the coloured part), if the record is long enough to separate neighbouring lines, and if the signal is
 /// predictable.
@@ -67,6 +68,9 @@ const LINES_FLOOR: Ramp = ramp(4.0, 1.2, 1.0);
 const LINES_COLOURED: Ramp = ramp(3e-4, 7e-5, 1.0);
 const LINES_PERIODS: Ramp = ramp(30.0, 80.0, 1.0);
 const LINES_PREDICTABLE: Ramp = ramp(0.4, 0.2, 1.0);
+
+/// The broadband share supports chaos if the record is long enough to separate the lines of a torus.
+const FLOOR_PERIODS: Ramp = ramp(30.0, 100.0, 1.0);
 
 /// Decimal logarithm of the broadband share.
 const NO_BROADBAND: Ramp = ramp(-3.0, -6.0, 0.7);
@@ -122,7 +126,7 @@ const MIN_WEIGHT: f64 = 0.005;
 pub(super) fn evidence(features: &Features) -> Vec<Evidence> {
     let reliable = PERIODS.at(features.periods_seen);
     let mut all = nonstationarity(features);
-    let stationarity: f64 = all.iter().map(|e| 1.0 - e.weight).product();
+    let stationarity = stationarity(features);
     let mut rest = spectrum(features);
     rest.extend(section(features));
     rest.extend(repetition(features));
@@ -151,6 +155,17 @@ pub(super) fn evidence(features: &Features) -> Vec<Evidence> {
     let relevant = all.iter().take_while(|e| e.weight >= MIN_WEIGHT).count();
     all.truncate(relevant.max(1));
     all
+}
+
+/// Whether the record is so short that it reduces all weights.
+pub(super) fn is_short(features: &Features) -> bool {
+    PERIODS.at(features.periods_seen) < 1.0
+}
+
+/// The part of its weight that the evidence of stationary motion keeps, 0 to 1.
+pub(super) fn stationarity(features: &Features) -> f64 {
+    let nonstationary = nonstationarity(features);
+    nonstationary.iter().map(|e| 1.0 - e.weight).product()
 }
 
 /// A frequency with four digits, Hz.
@@ -213,7 +228,28 @@ fn nonstationarity(features: &Features) -> Vec<Evidence> {
         levels,
     ];
     all.extend(features.period_drift.map(period_drift));
-    all
+    all.extend(features.change.map(change));
+    let blind = |evidence: Evidence| evidence.blind_to(BlindSpot::SlowModulation);
+    all.into_iter().map(blind).collect()
+}
+
+/// A change from one motion to another.
+fn change(change: Change) -> Evidence {
+    let quantity = match change.of {
+        Changed::Level => "rms level",
+        Changed::Difference => "difference of successive periods",
+    };
+    Evidence::new(
+        "change of motion",
+        change.size,
+        &[Transient],
+        CHANGE.at(change.size.abs()) * CHANGE_SIGNIFICANCE.at(change.significance),
+        format!(
+            "At {:.0} % of the record the {quantity} changes by a factor of {:.2} and stays there.",
+            100.0 * change.at,
+            change.size.exp()
+        ),
+    )
 }
 
 /// Spectral lines and the power between them.
@@ -227,85 +263,87 @@ fn tones(features: &Features) -> Option<Evidence> {
         * (1.0 - slow_divergence(features))
         * LINES_PERIODS.at(features.periods_seen)
         * LINES_PREDICTABLE.at(features.prediction_error.short);
-    let reading = |value, supports, weight, description| {
-        Evidence::new(
-            "spectral lines",
-            value,
-            supports,
-            weight * reliability,
-            description,
-        )
+    let (value, regime, weight, description) = reading(features.tones)?;
+    let weight = weight * reliability;
+    let evidence = Evidence::new("spectral lines", value, &[regime], weight, description);
+    Some(evidence.blind_to(match regime {
+        Periodic => BlindSpot::WeakSecondFrequency,
+        _ => BlindSpot::WeakChaos,
+    }))
+}
+
+/// The value, the supported regime, the weight and the description of the lines.
+fn reading(tones: Tones) -> Option<(f64, Regime, f64, String)> {
+    let unrelated_line = |unrelated: f64, relation: String| {
+        let percent = 100.0 * unrelated;
+        format!("A line with {percent:.1} % of the largest amplitude is not a {relation}.")
     };
-    match features.tones {
-        Tones::None => None,
-        Tones::One { f1, unrelated } if unrelated < MIN_SECOND_TONE => Some(reading(
-            f1,
-            &[Periodic],
-            if unrelated == 0.0 {
-                CLEAR_LINES
-            } else {
-                AMBIGUOUS_LINES
-            },
-            format!("The lines are harmonics of {}.", hertz(f1)),
-        )),
-        Tones::One { f1, unrelated } => Some(reading(
-            f1,
-            &[QuasiPeriodic],
-            AMBIGUOUS_LINES,
-            format!(
-                "A line with {:.1} % of the largest amplitude is not a harmonic of {}.",
-                100.0 * unrelated,
-                hertz(f1)
-            ),
-        )),
-        Tones::Two { f1, second, .. } if second < MIN_SECOND_TONE => Some(reading(
-            f1,
-            &[Periodic],
-            AMBIGUOUS_LINES,
-            format!(
+    Some(match tones {
+        Tones::None => return None,
+        Tones::One { f1, unrelated } if unrelated < MIN_SECOND_TONE => {
+            let weight = match unrelated {
+                0.0 => CLEAR_LINES,
+                _ => AMBIGUOUS_LINES,
+            };
+            let text = format!("The lines are harmonics of {}.", hertz(f1));
+            (f1, Periodic, weight, text)
+        }
+        Tones::One { f1, unrelated } => {
+            let text = unrelated_line(unrelated, format!("harmonic of {}", hertz(f1)));
+            (f1, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Two { f1, second, .. } if second < MIN_SECOND_TONE => {
+            let text = format!(
                 "The lines are harmonics of {}; a second tone has {:.2} % of the amplitude of the first.",
                 hertz(f1),
                 100.0 * second
-            ),
-        )),
-        Tones::Two { f1, f2, .. } => Some(reading(
-            f2 / f1,
-            &[QuasiPeriodic],
-            CLEAR_LINES,
-            format!(
+            );
+            (f1, Periodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Two { f1, f2, .. } => {
+            let text = format!(
                 "The lines are combinations of {} and {}, which are not phase-locked.",
                 hertz(f1),
                 hertz(f2)
-            ),
-        )),
-        Tones::PhaseLocked { f1, p, q } => Some(reading(
-            f64::from(p) / f64::from(q),
-            &[Periodic],
-            AMBIGUOUS_LINES,
-            format!(
+            );
+            (f2 / f1, QuasiPeriodic, CLEAR_LINES, text)
+        }
+        Tones::PhaseLocked {
+            f1,
+            p,
+            q,
+            unrelated,
+        } if unrelated >= MIN_SECOND_TONE => {
+            let relation = format!("combination of {} and {p}/{q} of it", hertz(f1));
+            let text = unrelated_line(unrelated, relation);
+            (f1, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::PhaseLocked { f1, p, q, .. } => {
+            let text = format!(
                 "The lines are combinations of {} and {p}/{q} of it (phase-locked).",
                 hertz(f1)
-            ),
-        )),
-        Tones::Many(count) => Some(reading(
-            count as f64,
-            &[QuasiPeriodic],
-            AMBIGUOUS_LINES,
-            format!("{count} lines fit neither one nor two base frequencies."),
-        )),
-    }
+            );
+            (f64::from(p) / f64::from(q), Periodic, AMBIGUOUS_LINES, text)
+        }
+        Tones::Many(count) => {
+            let text = format!("{count} lines fit neither one nor two base frequencies.");
+            (count as f64, QuasiPeriodic, AMBIGUOUS_LINES, text)
+        }
+    })
 }
 
 /// The power between the lines.
 fn floor(features: &Features) -> [Evidence; 3] {
     let percent = 100.0 * features.floor;
+    let resolved = FLOOR_PERIODS.at(features.periods_seen);
     let no_broadband = Evidence::new(
         "broadband share",
         features.floor,
         &[Periodic, QuasiPeriodic],
         NO_BROADBAND.at(features.floor.max(1e-30).log10()),
         format!("Only {percent:.1e} % of the power is broadband."),
-    );
+    )
+    .blind_to(BlindSpot::WeakChaos);
     let coloured = Evidence::new(
         "coloured broadband share",
         features.coloured,
@@ -315,23 +353,27 @@ fn floor(features: &Features) -> [Evidence; 3] {
         } else {
             &[Chaotic, Noise]
         },
-        COLOURED.at(features.coloured.max(1e-30).log10()),
+        COLOURED.at(features.coloured.max(1e-30).log10()) * resolved,
         format!(
             "{:.3} % of the power is broadband and not white.",
             100.0 * features.coloured
         ),
-    );
+    )
+    .blind_to(BlindSpot::UnresolvedLines);
     let ratio = features.floor_ratio();
     let deterministic = Evidence::new(
         "deterministic broadband share",
         ratio,
         &[Chaotic],
-        FLOOR_RATIO.at(ratio.max(1.0).ln()) * PREDICTABLE.at(features.prediction_error.short),
+        FLOOR_RATIO.at(ratio.max(1.0).ln())
+            * PREDICTABLE.at(features.prediction_error.short)
+            * resolved,
         format!(
             "{percent:.2} % of the power is broadband, {ratio:.0} times as much as noise of the size \
              of the prediction error."
         ),
-    );
+    )
+    .blind_to(BlindSpot::UnresolvedLines);
     [no_broadband, coloured, deterministic]
 }
 
@@ -339,13 +381,8 @@ fn floor(features: &Features) -> [Evidence; 3] {
 fn section(features: &Features) -> Option<Evidence> {
     let crossings = features.crossings;
     let shape = |value, supports, weight, description| {
-        Some(Evidence::new(
-            "Poincare section",
-            value,
-            supports,
-            weight,
-            description,
-        ))
+        let evidence = Evidence::new("Poincare section", value, supports, weight, description);
+        Some(evidence.blind_to(BlindSpot::ThinAttractor))
     };
     match features.section {
         SectionShape::Points(count) => shape(
@@ -388,7 +425,7 @@ fn repetition(features: &Features) -> Option<Evidence> {
         repeated.max(not) * LINES_PREDICTABLE.at(features.prediction_error.short),
         format!(
             "Crossings {} apart differ by {:.2} % of the standard deviation, {ratio:.1} times as much \
-             as noise explains.",
+             as noise or a weak second tone explains.",
             if period == 1 {
                 "1 or more".to_owned()
             } else {
@@ -396,7 +433,11 @@ fn repetition(features: &Features) -> Option<Evidence> {
             },
             100.0 * distance
         ),
-    ))
+    )
+    .blind_to(match repeated > not {
+        true => BlindSpot::WeakSecondFrequency,
+        false => BlindSpot::SparseStates,
+    }))
 }
 
 /// Degree of slow divergence of neighbours, 0 to 1.
@@ -407,14 +448,20 @@ fn slow_divergence(features: &Features) -> f64 {
 /// Predictability.
 fn prediction(features: &Features) -> [Evidence; 4] {
     let PredictionError {
-        is_map,
+        ahead,
         short,
         linear,
         long,
     } = features.prediction_error;
-    let (next, later) = match is_map {
-        true => ("one sample", "40 samples"),
-        false => ("a quarter period", "ten periods"),
+    let (next, later) = match ahead {
+        quarter if quarter == features.lag => {
+            ("a quarter period".to_owned(), "ten periods".to_owned())
+        }
+        1 => ("one sample".to_owned(), "40 samples".to_owned()),
+        samples => (
+            format!("{samples} samples"),
+            format!("{} samples", 40 * samples),
+        ),
     };
     let (error_growth, ratio) = (features.error_growth(), features.relative_to_linear());
     [
@@ -428,7 +475,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                  {error_growth:.1} times as much as after {next}.",
                 100.0 * long
             ),
-        ),
+        )
+        .blind_to(BlindSpot::WeakChaos),
         Evidence::new(
             "loss of predictability",
             error_growth,
@@ -440,7 +488,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                 100.0 * short,
                 100.0 * long
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SparseStates),
         Evidence::new(
             "slow divergence",
             features.divergence,
@@ -455,7 +504,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                  the record length.",
                 features.divergence.exp()
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SlowModulation),
         Evidence::new(
             "unpredictability",
             ratio,
@@ -470,7 +520,8 @@ fn prediction(features: &Features) -> [Evidence; 4] {
                 100.0 * short,
                 100.0 * linear
             ),
-        ),
+        )
+        .blind_to(BlindSpot::SparseStates),
     ]
 }
 
@@ -489,6 +540,10 @@ fn chaos_tests(features: &Features) -> Vec<Evidence> {
             irregular.max(regular) * K_SAMPLES.at(samples as f64),
             format!("The 0-1 test gives {k:.2} (0: regular, 1: chaos or noise)."),
         )
+        .blind_to(match irregular > regular {
+            true => BlindSpot::SlowBeat,
+            false => BlindSpot::WeakChaos,
+        })
     });
     let exponent = features.exponent.map(|[rate, error]| {
         Evidence::new(
@@ -499,6 +554,7 @@ fn chaos_tests(features: &Features) -> Vec<Evidence> {
                 * NONLINEAR.at(features.relative_to_linear()),
             format!("Neighbours diverge by a factor of exp({rate:.2} +- {error:.2}) per period."),
         )
+        .blind_to(BlindSpot::SparseStates)
     });
     zero_one.into_iter().chain(exponent).collect()
 }

@@ -24,9 +24,8 @@ pub fn motion(
     modes: &[ExplainedMode],
 ) -> Figure {
     let title = format!(
-        "Fig. {number}: {} at {tilt_deg}°, confidence {:.0} %",
-        response.regime,
-        100.0 * response.confidence
+        "Fig. {number}: at {tilt_deg}°, {}",
+        response.regime.with_confidence(response.confidence)
     );
     let mut panels = vec![growth(modes)];
     if let Some(portrait) = &response.portrait {

@@ -75,7 +75,7 @@ impl SignalFigures<'_> {
                 "{} → {}: {}",
                 piece.criterion,
                 piece.supported_regimes(),
-                piece.description
+                piece.explanation()
             ),
             color: match piece.supports.contains(&verdict.regime) {
                 true => Color::Regime(verdict.regime),
@@ -84,10 +84,8 @@ impl SignalFigures<'_> {
         });
         let bars: Vec<Bar> = bars.collect();
         let rows = bars.len().max(1) as f64;
-        let confidence = 100.0 * verdict.confidence;
-        let title = format!("{}, confidence {confidence:.0} %", verdict.regime);
         let panel = Panel::bars(
-            title,
+            verdict.summary(),
             Axis::linear("weight of the evidence", [0.0, 1.0]),
             bars,
         );

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::SweepStudy;
 use crate::{
+    analysis::Regime,
     escape,
     number::{fixed, short},
     plot,
@@ -107,10 +108,13 @@ fn response(found: &SettledResponse, from: &str) -> String {
         ),
     };
     let mut text = format!(
-        "### {regime}\n\n**Confidence {sure:.0} %.** {from} {settled}\n\n\
+        "### {regime}\n\n{confidence}{from} {settled}\n\n\
          Amplitude {amplitude}, velocity {velocity} rms.\n\n",
         regime = capitalize(&found.motion()),
-        sure = 1e2 * found.confidence,
+        confidence = match found.regime {
+            Regime::Undetermined => String::new(),
+            _ => format!("**Confidence {:.0} %.** ", 1e2 * found.confidence),
+        },
         amplitude = Quantity::Length.format(found.amplitude),
         velocity = Quantity::Speed.format(found.rms_velocity),
     );

@@ -3,9 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::columns;
-use crate::analysis::{
-    Bases, ClosedCurves, Measures, RecurrencePeriods, Regime, SpectralLine,
-};
+use crate::analysis::{Bases, ClosedCurves, Measures, RecurrencePeriods, Regime, SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 

@@ -92,7 +92,7 @@ mod tests {
             lines: names.map(line).to_vec(),
             exponents: None,
             recurrence: None,
-            recurrence_period: None,
+            recurrence_periods: Default::default(),
             linear: None,
             state: Vec::new(),
             stats: SolverStats::default(),

@@ -232,6 +232,8 @@ impl Signal {
             verdict: Arc::new(Verdict {
                 regime,
                 confidence: 0.93 - 0.3 * (40.0 * now).sin().powi(2),
+                likeliest: vec![regime],
+                limitations: Vec::new(),
                 evidence: vec![
                     evidence(
                         "lines of the spectrum",

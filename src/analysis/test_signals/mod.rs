@@ -1,5 +1,8 @@
 //! Test signals: closed-form signals, and chaotic systems with known exponents.
 
+mod systems;
+pub mod textbook;
+
 use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
@@ -54,34 +57,41 @@ pub fn coordinate(states: &[[f64; 3]], c: usize) -> Vec<f64> {
 
 /// States `dt` apart after a transient, computed with the classical Runge-Kutta method in equal steps of
 /// at most `step`.
-fn trajectory(
-    flow: impl Fn([f64; 3]) -> [f64; 3],
-    start: [f64; 3],
+fn trajectory<const N: usize>(
+    flow: impl Fn([f64; N]) -> [f64; N],
+    start: [f64; N],
     transient: f64,
     n: usize,
     dt: f64,
     step: f64,
-) -> Vec<[f64; 3]> {
-    let ahead = |s: [f64; 3], k: [f64; 3], h: f64| std::array::from_fn(|c| s[c] + h * k[c]);
-    let advance = |mut s: [f64; 3], duration: f64| {
-        let steps = (duration / step).ceil();
-        let h = duration / steps;
-        for _ in 0..steps as usize {
-            let k1 = flow(s);
-            let k2 = flow(ahead(s, k1, h / 2.0));
-            let k3 = flow(ahead(s, k2, h / 2.0));
-            let k4 = flow(ahead(s, k3, h));
-            let mean = |c| (k1[c] + 2.0 * k2[c] + 2.0 * k3[c] + k4[c]) / 6.0;
-            s = ahead(s, std::array::from_fn(mean), h);
-        }
-        s
-    };
-    let mut state = advance(start, transient);
+) -> Vec<[f64; N]> {
+    let mut state = advance(&flow, start, transient, step);
     let mut next = || {
-        let after = advance(state, dt);
+        let after = advance(&flow, state, dt, step);
         std::mem::replace(&mut state, after)
     };
     (0..n).map(|_| next()).collect()
+}
+
+/// The state after a duration, computed as in [`trajectory`].
+fn advance<const N: usize>(
+    flow: impl Fn([f64; N]) -> [f64; N],
+    mut s: [f64; N],
+    duration: f64,
+    step: f64,
+) -> [f64; N] {
+    let ahead = |s: [f64; N], k: [f64; N], h: f64| std::array::from_fn(|c| s[c] + h * k[c]);
+    let steps = (duration / step).ceil();
+    let h = duration / steps.max(1.0);
+    for _ in 0..steps as usize {
+        let k1 = flow(s);
+        let k2 = flow(ahead(s, k1, h / 2.0));
+        let k3 = flow(ahead(s, k2, h / 2.0));
+        let k4 = flow(ahead(s, k3, h));
+        let mean = |c: usize| (k1[c] + 2.0 * k2[c] + 2.0 * k3[c] + k4[c]) / 6.0;
+        s = ahead(s, std::array::from_fn(mean), h);
+    }
+    s
 }
 
 #[test]
