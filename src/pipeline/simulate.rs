@@ -378,7 +378,8 @@ impl Source for Simulation {
             Some(shown) if record.patch_rate > 0.0 => stride(rate, shown.pictures),
             _ => count_every,
         };
-        let is_due = |every: Option<u64>, index: u64| every.is_some_and(|every| index % every == 0);
+        let is_due =
+            |every: Option<u64>, index: u64| every.is_some_and(|every| index.is_multiple_of(every));
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
             match self.integrator.sample(&self.joint, time, &mut self.z) {

@@ -170,9 +170,11 @@ fn a_doubling_is_marked_between_its_points() {
     assert_eq!(marks(&points), 0);
     for point in &mut points {
         let doubled = (2.5..3.5).contains(&point.place.values[0]);
-        if let Ok(found) = &mut point.outcome {
-            found.doubling = u32::from(doubled);
-        }
+        let found = response(point.place.values[0], 0);
+        point.outcome = Ok(SettledResponse {
+            doubling: u32::from(doubled),
+            ..found
+        });
     }
     // At 2.375 and 3.375 degrees.
     assert_eq!(marks(&points), 2);

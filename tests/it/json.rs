@@ -16,7 +16,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("scenes --effects", "scenes impact-oscillator --effects"),
     (
         "run",
-        "run periodic-2deg --duration 25 --save a.rrd --wav a.wav",
+        "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz a.npz",
     ),
     ("stability", "stability periodic-2deg --tilt 2 --causes"),
     ("model", "model periodic-2deg --out a.npz"),
@@ -26,7 +26,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "sweep",
-        "sweep periodic-2deg --tilt 2:2.5:0.5 --start upward --min-transient 20 --max-transient 30 --measure 10 --exponents 1 --out a.arrow",
+        "sweep torus-3deg --tilt 2:3:1 --start downward --min-transient 100 --max-transient 140 --measure 60 --exponents 1 --out a.arrow",
     ),
     (
         "basins",
@@ -36,7 +36,10 @@ const EXAMPLES: &[(&str, &str)] = &[
         "cost",
         "cost impact-oscillator --setting integrator --repeats 1 --horizon 5 --out cost",
     ),
-    ("analyse", "analyse a.wav --json a.json"),
+    (
+        "analyse",
+        "analyse a.npz --column u --from 0.01 --json a.json",
+    ),
 ];
 
 /// A field of a struct in the source.

@@ -195,7 +195,8 @@ fn a_chaotic_transient_ends_where_the_orbit_becomes_periodic() {
         let (values, past) = henon(1.3, seed);
         (values, end_of_chaos(&past, 7, 10))
     };
-    let systems: [(&str, &dyn Fn(u64) -> (Vec<f64>, usize)); 3] = [
+    type Run<'a> = &'a dyn Fn(u64) -> (Vec<f64>, usize);
+    let systems: [(&str, Run); 3] = [
         ("logistic map, period 4", &|seed| logistic(3.9602, 4, seed)),
         ("logistic map, period 7", &|seed| logistic(3.7017, 7, seed)),
         ("Henon map, period 7", &henon),

@@ -52,6 +52,7 @@ pub struct RecurrencePeriod {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct RecurrencePeriods {
+    /// The recurrence periods, shortest first.
     periods: Vec<RecurrencePeriod>,
 }
 

@@ -197,12 +197,12 @@ fn read(lines: &[Line], bases: Bases, uncertainty: f64, penalty: f64) -> LineIde
     }
 }
 
+/// Lines, by index, and their new names.
+type NewNames = Vec<(usize, Combination)>;
+
 /// The unidentified lines at halves of the points of a lattice: the parity of the points and the new
 /// names. `None` unless there are more of them than random lines would give.
-fn halves(
-    lattice: &Lattice<'_>,
-    uncertainty: f64,
-) -> Option<([i32; 2], Vec<(usize, Combination)>)> {
+fn halves(lattice: &Lattice<'_>, uncertainty: f64) -> Option<([i32; 2], NewNames)> {
     let bases = match lattice.base {
         [f1, 0.0] => Bases::One { f1 },
         [f1, f2] => Bases::Two { f1, f2 },

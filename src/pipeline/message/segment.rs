@@ -28,7 +28,7 @@ impl MotionSegment {
         let (_, earlier) = segments.split_last()?;
         let mut chaotic = earlier.iter().rev().filter(|s| s.attractor.is_chaotic());
         let end = chaotic.next()?.end;
-        (end > since).then(|| end - since)
+        (end > since).then_some(end - since)
     }
 }
 
