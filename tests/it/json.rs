@@ -16,7 +16,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("scenes --effects", "scenes impact-oscillator --effects"),
     (
         "run",
-        "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz a.npz",
+        "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz b.npz",
     ),
     ("stability", "stability periodic-2deg --tilt 2 --causes"),
     ("model", "model periodic-2deg --out a.npz"),
@@ -38,7 +38,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "analyse",
-        "analyse a.npz --column u --from 0.01 --json a.json",
+        "analyse b.npz --column u --from 0.01 --json a.json",
     ),
 ];
 
