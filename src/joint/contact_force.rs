@@ -2,9 +2,12 @@
 //!
 //! The friction law is matched once, outside the loop over the nodes, and the loop is compiled for each law
 //! and for the widest available SIMD vectors. Disabled effects have no cost: without friction, for example,
-//! no velocity is computed. The loop is also compiled for each [`KernelVariant`]: force, record, power, and the
-//! optional terms (contact damping and `Omega x u`). The separation rule is matched once per group of
-//! nodes, where its cost is not measurable.
+//! no velocity is computed. The loop is also compiled for each [`KernelVariant`]: force, record, and all outputs
+//! without and with the optional terms (contact damping and `Omega x u`). The separation rule is matched once
+//! per group of nodes, where its cost is not measurable.
+//!
+//! Each combination takes time to compile. Custom laws, and machines without SIMD, have only the variants with
+//! all outputs.
 //!
 //! Groups of [`VECTORS_PER_GROUP`] vectors of nodes pass through three stages: motion of the nodes, force on the
 //! nodes, and projection of the force onto the modes. The first and the last stage are sums of products,
@@ -65,14 +68,14 @@ impl KernelInput<'_> {
 
 /// Compile-time variant of the kernel: outputs in addition to the force.
 pub(crate) trait KernelVariant {
+    /// The variant on a machine without SIMD.
+    type Scalar: KernelVariant;
+
     /// Whether the kernel evaluates contact damping and `Omega x u`.
     const OPTIONAL_TERMS: bool = false;
 
     /// The record, if the variant writes one.
-    #[inline(always)]
-    fn record<'q>(_query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]> {
-        None
-    }
+    fn record<'q>(query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]>;
 
     /// Whether the power is computed.
     #[inline(always)]
@@ -87,35 +90,31 @@ pub(crate) struct Force;
 /// Force and record.
 pub(crate) struct Record;
 
-/// Force and power, with a record if required.
-pub(crate) struct Audit;
+/// Force, with power and record if required; with or without the optional terms.
+pub(crate) struct AsRequired<const OPTIONAL_TERMS: bool>;
 
-/// Force with optional terms, with power and record if required.
-pub(crate) struct OptionalTerms;
+impl KernelVariant for Force {
+    type Scalar = AsRequired<false>;
 
-impl KernelVariant for Force {}
+    #[inline(always)]
+    fn record<'q>(_query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]> {
+        None
+    }
+}
 
 impl KernelVariant for Record {
+    type Scalar = AsRequired<false>;
+
     #[inline(always)]
     fn record<'q>(query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]> {
         Some(query.record.as_deref_mut().expect("a record is kept"))
     }
 }
 
-impl KernelVariant for Audit {
-    #[inline(always)]
-    fn record<'q>(query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]> {
-        query.record.as_deref_mut()
-    }
+impl<const OPTIONAL_TERMS: bool> KernelVariant for AsRequired<OPTIONAL_TERMS> {
+    type Scalar = Self;
 
-    #[inline(always)]
-    fn audited(_query: &KernelInput<'_>) -> bool {
-        true
-    }
-}
-
-impl KernelVariant for OptionalTerms {
-    const OPTIONAL_TERMS: bool = true;
+    const OPTIONAL_TERMS: bool = OPTIONAL_TERMS;
 
     #[inline(always)]
     fn record<'q>(query: &'q mut KernelInput<'_>) -> Option<&'q mut [[f64; LANES]]> {
@@ -226,10 +225,35 @@ type Resistance<S, const K: usize> = [Vector<S, K>; 3];
 impl<L: FrictionKernel, T: KernelVariant> WithSimd for ContactForceKernel<'_, '_, L, T> {
     type Output = KernelOutput;
 
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> KernelOutput {
+        if const { S::F64_LANES == 1 } {
+            return without_simd(ContactForceKernel {
+                nodes: self.nodes,
+                law: self.law,
+                task: PhantomData::<T::Scalar>,
+                damping: self.damping,
+                steady: self.steady,
+                query: self.query,
+            });
+        }
+        self.evaluate(simd)
+    }
+}
+
+/// The kernel on a machine without SIMD; compiled once for the variants that share it.
+#[inline(never)]
+fn without_simd<L: FrictionKernel, T: KernelVariant>(
+    kernel: ContactForceKernel<'_, '_, L, T>,
+) -> KernelOutput {
+    kernel.evaluate(pulp::Scalar::new())
+}
+
+impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
     /// Eq. (8): the generalised force of mode `i` is `sum over nodes of (-mu N V_vec/V - N e_r) . Phi_i
     /// Delta A`, N/sqrt(kg).
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> KernelOutput {
+    fn evaluate<S: Simd>(self, simd: S) -> KernelOutput {
         let mut query = self.query.reborrow();
         let steady = self.steady;
         let mut own = ContactForceKernel::<L, T> {
@@ -253,15 +277,16 @@ impl<L: FrictionKernel, T: KernelVariant> WithSimd for ContactForceKernel<'_, '_
         let mut power = Vector::splat(simd, 0.0);
         let vectors = 0..nodes.blocks.len() * parts::<S>();
         let left = own.pass::<S, VECTORS_PER_GROUP>(simd, nodes, vectors, sums, &mut power);
-        own.pass::<S, 1>(simd, nodes, left, sums, &mut power);
+        // Otherwise a block fills whole groups.
+        if const { parts::<S>() < VECTORS_PER_GROUP } {
+            own.pass::<S, 1>(simd, nodes, left, sums, &mut power);
+        }
         for ((out, sum), steady) in query.force.iter_mut().zip(sums).zip(steady) {
             *out = -sum.part(simd, 0).sum() - steady;
         }
         KernelOutput { power: power.sum() }
     }
-}
 
-impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
     /// The loop over vectors of nodes, `K` at a time; returns the remaining vectors. `sums` contains one
     /// sum per mode, in as many lanes as a vector has.
     #[inline(always)]
@@ -319,7 +344,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
             let v = Vector::splat(simd, v[i]);
             along = group.row(simd, i, |row| &row.s).mul_add(v, along);
             across = group.row(simd, i, |row| &row.t).mul_add(v, across);
-            if L::RADIAL {
+            if self.law.radial() {
                 outward = r.mul_add(v, outward);
             }
         }
@@ -333,7 +358,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
             motion.rate = self.rate(simd, group);
             motion.unconvected = motion.slip;
             let convected = self.convected(simd, group);
-            let axes = if L::RADIAL { 3 } else { 2 };
+            let axes = if self.law.radial() { 3 } else { 2 };
             for (slip, part) in motion.slip[..axes].iter_mut().zip(convected) {
                 *slip = *slip + part;
             }
@@ -445,7 +470,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         }
         let [along, across, outward] = motion.slip;
         let mut square = across.mul_add(across, along * along);
-        if L::RADIAL {
+        if self.law.radial() {
             square = outward.mul_add(outward, square);
         }
         // A tiny lower bound permits the division in mu(V)/V.
@@ -462,7 +487,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
                 direction: [along * inverse, across * inverse, outward * inverse],
             };
             // The optional terms use all derivatives.
-            let count = if L::RADIAL || T::OPTIONAL_TERMS {
+            let count = if self.law.radial() || T::OPTIONAL_TERMS {
                 KEPT
             } else {
                 KEPT - 1
@@ -488,7 +513,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
             }
         }
         let mut radial = normal;
-        if L::RADIAL {
+        if self.law.radial() {
             radial = drag.mul_add(outward, normal);
         }
         [drag * along, drag * across, radial]

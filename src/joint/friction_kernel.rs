@@ -10,8 +10,9 @@ pub(crate) trait FrictionKernel {
     /// Whether the law has friction.
     const HAS_FRICTION: bool;
     /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
-    /// components of the node frame, otherwise on the two tangential components.
-    const RADIAL: bool;
+    /// components of the node frame, otherwise on the two tangential components. A constant, except for a
+    /// custom law.
+    fn radial(&self) -> bool;
     /// `mu(V)/V` at positive speeds.
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
     /// `mu(V)/V`, and `V` times its slope: `dmu/dV - mu/V`.
@@ -26,7 +27,10 @@ pub(crate) struct Frictionless;
 
 impl FrictionKernel for Frictionless {
     const HAS_FRICTION: bool = false;
-    const RADIAL: bool = false;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        false
+    }
     #[inline(always)]
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         speed.broadcast(0.0)
@@ -45,7 +49,10 @@ pub(crate) struct StribeckKernel<const RADIAL: bool>(pub super::Stribeck);
 
 impl<const RADIAL: bool> FrictionKernel for StribeckKernel<RADIAL> {
     const HAS_FRICTION: bool = true;
-    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        RADIAL
+    }
     #[inline(always)]
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         self.0.ratio_vector(speed)
@@ -64,7 +71,10 @@ pub(crate) struct ConstantKernel<const RADIAL: bool>(pub super::Constant);
 
 impl<const RADIAL: bool> FrictionKernel for ConstantKernel<RADIAL> {
     const HAS_FRICTION: bool = true;
-    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        RADIAL
+    }
     #[inline(always)]
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         self.0.ratio_vector(speed)
@@ -79,14 +89,20 @@ impl<const RADIAL: bool> FrictionKernel for ConstantKernel<RADIAL> {
 }
 
 /// A custom law, called once per vector.
-pub(crate) struct Custom<'a, const RADIAL: bool>(pub &'a dyn FrictionLaw);
+pub(crate) struct Custom<'a> {
+    pub law: &'a dyn FrictionLaw,
+    pub radial: bool,
+}
 
-impl<const RADIAL: bool> FrictionKernel for Custom<'_, RADIAL> {
+impl FrictionKernel for Custom<'_> {
     const HAS_FRICTION: bool = true;
-    const RADIAL: bool = RADIAL;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        self.radial
+    }
     #[inline(always)]
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        speed.map_slice(|speeds| self.0.ratios(speeds))
+        speed.map_slice(|speeds| self.law.ratios(speeds))
     }
     #[inline(always)]
     fn ratio_and_slope<S: Simd, const K: usize>(
@@ -94,7 +110,7 @@ impl<const RADIAL: bool> FrictionKernel for Custom<'_, RADIAL> {
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {
         let (ratio, slope) =
-            speed.map_slices(|speeds, slopes| self.0.ratios_and_slopes(speeds, slopes));
+            speed.map_slices(|speeds, slopes| self.law.ratios_and_slopes(speeds, slopes));
         (ratio, speed * slope)
     }
 }

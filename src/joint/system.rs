@@ -6,8 +6,7 @@ use std::sync::Arc;
 use pulp::Arch;
 
 use super::contact_force::{
-    Audit, ContactForceKernel, Force, KernelInput, KernelOutput, OptionalTerms, Record,
-    SeparatedNodes,
+    AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
 };
 use super::friction::{Constant, FrictionLaw, Stribeck};
 use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel};
@@ -213,16 +212,21 @@ impl Joint {
     /// The right side of Eq. (8) minus that of steady sliding.
     pub(crate) fn contact_force(&self, mut query: KernelInput<'_>) -> KernelOutput {
         macro_rules! pass {
+            (any $law:expr) => {
+                match self.has_optional_terms() {
+                    false => pass!($law, AsRequired<false>),
+                    true => pass!($law, AsRequired<true>),
+                }
+            };
             ($law:expr) => {
                 match (
                     self.has_optional_terms(),
                     query.audited,
                     query.record.is_some(),
                 ) {
-                    (true, _, _) => pass!($law, OptionalTerms),
-                    (_, true, _) => pass!($law, Audit),
-                    (_, _, true) => pass!($law, Record),
-                    (_, _, _) => pass!($law, Force),
+                    (false, false, false) => pass!($law, Force),
+                    (false, false, true) => pass!($law, Record),
+                    _ => pass!(any $law),
                 }
             };
             ($law:expr, $task:ty) => {
@@ -242,8 +246,10 @@ impl Joint {
             ActiveLaw::Constant { law, radial: false } => pass!(ConstantKernel::<false>(*law)),
             ActiveLaw::Stribeck { law, radial: true } => pass!(StribeckKernel::<true>(*law)),
             ActiveLaw::Stribeck { law, radial: false } => pass!(StribeckKernel::<false>(*law)),
-            ActiveLaw::Custom { law, radial: true } => pass!(Custom::<true>(law.as_ref())),
-            ActiveLaw::Custom { law, radial: false } => pass!(Custom::<false>(law.as_ref())),
+            ActiveLaw::Custom { law, radial } => pass!(any Custom {
+                law: law.as_ref(),
+                radial: *radial,
+            }),
         }
     }
 
