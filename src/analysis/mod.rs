@@ -51,7 +51,7 @@ pub use chaos::*;
 pub use delay::*;
 pub use error::AnalysisError;
 pub use line_fit::{Fit, LineFit};
-pub use moments::{deviation, range};
+pub use moments::{deviation, mean, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{

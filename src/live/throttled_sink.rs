@@ -64,25 +64,14 @@ impl<S: Sink> Sink for ThrottledSink<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn picture(time: f64) -> Record {
-        Record::Embedding {
-            time,
-            points: vec![],
-        }
-    }
-
-    fn words(time: f64) -> Record {
-        let text = String::new();
-        Record::Warning { time, text }
-    }
+    use crate::pipeline::{picture_record as picture, text_record as text};
 
     #[test]
     fn the_newest_picture_is_shown_and_no_text_is_lost() {
         let mut screen = ThrottledSink::new(Vec::new());
         for k in 0..50 {
             screen.accept(picture(f64::from(k))).unwrap();
-            screen.accept(words(f64::from(k))).unwrap();
+            screen.accept(text(f64::from(k))).unwrap();
         }
         screen.finish().unwrap();
         let texts = screen

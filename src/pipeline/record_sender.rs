@@ -73,17 +73,22 @@ impl Sink for RecordSender {
 }
 
 #[cfg(test)]
+pub(crate) use tests::{picture, text};
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
-    fn picture(time: f64) -> Record {
+    /// A record that a newer one replaces.
+    pub(crate) fn picture(time: f64) -> Record {
         Record::Embedding {
             time,
             points: vec![],
         }
     }
 
-    fn text(time: f64) -> Record {
+    /// A record that is never dropped.
+    pub(crate) fn text(time: f64) -> Record {
         let text = String::new();
         Record::Warning { time, text }
     }

@@ -1,5 +1,7 @@
 //! The self-normalised CUSUM statistic of a change of the mean.
 
+use crate::analysis::mean;
+
 /// The maximum of `T(k)^2 / V(k)` over all `k` with at least `min` values on each side.
 ///
 /// `T(k)` is the CUSUM `n^-1/2 sum_{t <= k} (x_t - mean)`, and `V(k)` is `n^-2` times the sum of squares of
@@ -9,7 +11,7 @@
 /// for example while a motion settles. Zero for fewer than `2 min` values or for a constant series.
 pub(super) fn cusum(values: &[f64], min: usize) -> f64 {
     let n = values.len();
-    let mean = values.iter().sum::<f64>() / n as f64;
+    let mean = mean(values);
     let mut sums = vec![0.0];
     for x in values {
         sums.push(sums[sums.len() - 1] + (x - mean));

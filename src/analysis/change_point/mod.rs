@@ -20,7 +20,7 @@ use cusum::cusum;
 
 use std::ops::Range;
 
-use crate::analysis::deviation;
+use crate::analysis::{deviation, mean};
 
 /// Probability of a false change in a test of up to [`MAX_CHANNELS`] channels of a stationary series.
 pub const FALSE_ALARM: f64 = 1e-3;
@@ -167,10 +167,6 @@ fn most_likely_border(values: &[f64], min: usize) -> usize {
     costs
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(0, |(_, at)| at)
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 #[cfg(test)]

@@ -22,6 +22,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::mean;
+
 /// Scaling region: the straight part of a divergence curve.
 ///
 /// It ends a factor `e` below the largest distance, grows by a factor of at least `e^1.5` and by at
@@ -189,7 +191,7 @@ fn variance_of_mean(region: Line, blocks: &[Vec<f64>]) -> Option<f64> {
         .map(|block| Lines::new(block).line(region.from, region.to).slope)
         .collect();
     let n = slopes.len() as f64;
-    let mean = slopes.iter().sum::<f64>() / n;
+    let mean = mean(&slopes);
     let squares: f64 = slopes.iter().map(|s| (s - mean).powi(2)).sum();
     (slopes.len() > 1).then(|| squares / (n * (n - 1.0)))
 }

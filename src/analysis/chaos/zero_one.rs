@@ -40,7 +40,7 @@ use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
 
 use super::{ROUNDING, largest};
-use crate::analysis::{AnalysisError, range};
+use crate::analysis::{AnalysisError, mean, range};
 
 /// The displacement is computed up to this fraction (1 over the value) of the samples.
 const HORIZON_DIVISOR: usize = 10;
@@ -170,7 +170,7 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
 /// Every `stride`-th sample minus the mean; zeros if they differ only by rounding errors.
 fn centred(samples: &[f64], stride: usize) -> Vec<f64> {
     let mut taken: Vec<f64> = samples.iter().copied().step_by(stride).collect();
-    let mean = taken.iter().sum::<f64>() / taken.len().max(1) as f64;
+    let mean = mean(&taken);
     for x in &mut taken {
         *x -= mean;
     }
@@ -196,7 +196,7 @@ fn translate(samples: &[f64], c: f64) -> impl Iterator<Item = Complex<f64>> {
 /// Correlation of a curve with 1, 2, 3, ..., -1 to 1; 0 if the curve is constant.
 fn correlation_with_time(curve: &[f64]) -> f64 {
     let n = curve.len() as f64;
-    let mean = curve.iter().sum::<f64>() / n;
+    let mean = mean(curve);
     // Scale first: displacements are squares, and their squares would underflow or overflow early.
     let largest = curve.iter().fold(0.0, |most, d| (d - mean).abs().max(most));
     if largest == 0.0 {

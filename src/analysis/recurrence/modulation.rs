@@ -7,6 +7,8 @@
 
 use std::f64::consts::TAU;
 
+use crate::analysis::mean;
+
 /// Maximum number of lines fitted.
 const MAX_LINES: usize = 12;
 /// Minimum ratio of the variance of a line to that of a residual.
@@ -72,7 +74,7 @@ impl Fit {
         let weights: Vec<f64> = (0..count).map(weight).collect();
         let residual = heights.iter().zip(&weights).map(|(h, w)| h * w).collect();
         let mut fit = Self {
-            mean: heights.iter().sum::<f64>() / count as f64,
+            mean: mean(heights),
             weights,
             basis: Vec::new(),
             residual,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::RecurrenceCounts;
 use super::modulation::{Modulation, modulations};
 use super::stripes::Stripes;
+use crate::analysis::mean;
 
 /// Minimum recurrence rate along the highest diagonals at the better half of the multiples of a longer period.
 /// On a torus it is close to 1: all states return together. Chaotic motion returns only in part.
@@ -128,7 +129,7 @@ impl Stripes {
         rates.sort_by(f64::total_cmp);
         // A third period lowers the rate at some of the multiples.
         let best = &rates[rates.len() / 2..];
-        let rate = best.iter().sum::<f64>() / best.len() as f64;
+        let rate = mean(best);
         let uncertainty = self
             .uncertainty
             .hypot(ratio * found.uncertainty * self.spacing);

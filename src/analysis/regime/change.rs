@@ -1,5 +1,7 @@
 //! Lasting changes of a motion within the record.
 
+use crate::analysis::mean;
+
 /// Sections of the record whose levels and periods are compared.
 pub(super) const SECTIONS: usize = 8;
 
@@ -48,7 +50,6 @@ impl Change {
 
     /// The change in section `k`.
     fn at(of: Changed, values: &[f64; SECTIONS], k: usize) -> Self {
-        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
         let squares = |part: &[f64]| part.iter().map(|x| (x - mean(part)).powi(2)).sum::<f64>();
         let (before, after) = (&values[..k], &values[k + 1..]);
         let [a, b] = [before, after].map(|part| part.len() as f64);

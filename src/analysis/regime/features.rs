@@ -7,7 +7,7 @@ use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, Predicti
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
     Line, LineCriterion, LineIdentification, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
-    ZeroOneTest, delay_section, divergence, identify_lines, mutual_information, range,
+    ZeroOneTest, delay_section, divergence, identify_lines, mean, mutual_information, range,
     section_shape, zero_one,
 };
 
@@ -137,7 +137,7 @@ impl Features {
     /// [`super::RegimeSearch::MIN_SAMPLES`].
     pub(super) fn of(samples: &[f64], sample_rate: f64) -> Result<Self, AnalysisError> {
         let n = samples.len();
-        let mean = samples.iter().sum::<f64>() / n as f64;
+        let mean = mean(samples);
         let centred: Vec<f64> = samples.iter().map(|x| x - mean).collect();
         let power = centred.iter().map(|x| x * x).sum::<f64>() / n as f64;
 
@@ -301,7 +301,7 @@ impl Trend {
     /// Trend of equally spaced values.
     fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
+        let mean = mean(values);
         let position = |i: usize| i as f64 - 0.5 * (n - 1.0);
         let both = || {
             values
@@ -332,7 +332,7 @@ fn levels(centred: &[f64], power: f64) -> [f64; SECTIONS] {
     std::array::from_fn(|p| {
         let n = centred.len();
         let section = &centred[p * n / SECTIONS..(p + 1) * n / SECTIONS];
-        let mean = section.iter().sum::<f64>() / section.len() as f64;
+        let mean = mean(section);
         let variance =
             section.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / section.len() as f64;
         0.5 * (variance / power).max((-16.0_f64).exp()).ln()

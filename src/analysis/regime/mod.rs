@@ -119,7 +119,7 @@ mod weights;
 
 use serde::{Deserialize, Serialize};
 
-use super::{AnalysisError, range};
+use super::{AnalysisError, mean, range};
 use belief::Belief;
 use calibration::confidence;
 pub use evidence::{BlindSpot, Evidence, Limitation, Regime};
@@ -288,7 +288,6 @@ fn recent(samples: &[f64]) -> Result<(Vec<f64>, usize), AnalysisError> {
     let needed = samples.len().div_ceil(max);
     let averaged = (features::lag(last(max))? / MIN_PER_LAG).clamp(1, needed);
     let used = samples.len().min(max * averaged) / averaged * averaged;
-    let mean = |part: &[f64]| part.iter().sum::<f64>() / averaged as f64;
     let means = last(used).chunks_exact(averaged).map(mean);
     Ok((means.collect(), averaged))
 }

@@ -48,6 +48,18 @@ impl NamedLines {
     pub fn peaks(&self) -> Vec<SpectralLine> {
         self.naming.label(&self.lines)
     }
+
+    /// The lines with an amplitude of at least `rest`, for a record.
+    pub fn peaks_above(&self, rest: f64) -> Vec<SpectralLine> {
+        let mut peaks = self.peaks();
+        peaks.retain(|line| line.amplitude >= rest);
+        peaks
+    }
+}
+
+/// Whether a vibration is at rest: its peak velocity is below `rest` (m/s). It then has no lines.
+pub fn is_at_rest(velocity: &[f64], rest: f64) -> bool {
+    peak_magnitude(velocity) < rest
 }
 
 /// The largest magnitude of a slice.

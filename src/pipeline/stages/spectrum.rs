@@ -1,7 +1,7 @@
 //! Sliding amplitude spectrum of the probe's velocity, with named lines.
 
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, peak_magnitude};
+use super::named_lines::{LINE_WINDOW, NamedLines, is_at_rest};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
 use crate::analysis::{Bases, SlidingWindow, SpectrumAnalyser};
@@ -24,9 +24,10 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, bases);
         bases = named.naming.bases;
-        let mut peaks = named.peaks();
-        let at_rest = peak_magnitude(velocity) < rest;
-        peaks.retain(|line| !at_rest && line.amplitude >= rest);
+        let peaks = match is_at_rest(velocity, rest) {
+            true => Vec::new(),
+            false => named.peaks_above(rest),
+        };
         emit(Record::Spectrum {
             time: window.time,
             bin: spectrum.bin,

@@ -1,7 +1,7 @@
 //! Results of a run from its last window.
 
 use super::clock::samples;
-use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
+use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
 use super::stage::{Context, Emit, Stage};
 use crate::analysis::{History, SpectrumAnalyser};
 use crate::dynamics::SolverStats;
@@ -56,11 +56,11 @@ impl Stage for SummaryStage {
     fn summarise(&self, summary: &mut Summary) {
         let [velocity, displacement] = self.last.view().channels;
         summary.peak_velocity = peak_magnitude(velocity);
-        summary.at_rest = !velocity.is_empty() && summary.peak_velocity < self.rest;
+        summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
-            summary.peaks = spectrum.map_or_else(|_| Vec::new(), |s| NamedLines::of(&s).peaks());
-            summary.peaks.retain(|line| line.amplitude >= self.rest);
+            let named = spectrum.map(|spectrum| NamedLines::of(&spectrum).peaks_above(self.rest));
+            summary.peaks = named.unwrap_or_default();
         }
         summary.amplitude = half_range(displacement);
         summary.stats = self.stats;

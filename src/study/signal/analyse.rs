@@ -11,8 +11,8 @@ use crate::analysis::{
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, Norm, RateBase,
     RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, RegimeSearch,
     SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay,
-    classify, delay_section, deviation, divergence, false_neighbours, identify_lines, quantify,
-    range, section_shape, zero_one,
+    classify, delay_section, deviation, divergence, false_neighbours, identify_lines, mean,
+    quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -192,10 +192,6 @@ impl SignalStatistics {
             deviation: deviation(samples),
         }
     }
-}
-
-fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / samples.len() as f64
 }
 
 fn tones(signal: &Signal) -> Result<(Spectrum, SpectralLines), AnalysisError> {
