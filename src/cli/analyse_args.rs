@@ -18,32 +18,16 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     pub column: Option<String>,
     /// Sampling rate, if the file does not state it.
-    #[arg(
-        long,
-        value_name = "HZ",
-        allow_negative_numbers = true,
-        help_heading = "Input"
-    )]
+    #[arg(long, value_name = "HZ", help_heading = "Input")]
     pub rate: Option<f64>,
     /// Skip samples before this time.
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        allow_negative_numbers = true,
-        help_heading = "Input"
-    )]
+    #[arg(long, value_name = "SECONDS", help_heading = "Input")]
     pub from: Option<f64>,
     /// Skip samples at and after this time.
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        allow_negative_numbers = true,
-        help_heading = "Input"
-    )]
+    #[arg(long, value_name = "SECONDS", help_heading = "Input")]
     pub to: Option<f64>,
     /// Refuse a selection of more samples than this; each sample takes 8 bytes of memory.
-    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples,
-        allow_negative_numbers = true, help_heading = "Input")]
+    #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples, help_heading = "Input")]
     pub max_samples: usize,
     /// Embedding delay [default: the first minimum of the mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..),

@@ -85,20 +85,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees.
-    #[arg(
-        long,
-        value_name = "DEG",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
     pub tilt: Option<f64>,
     /// Simulate this much time, 0.1 to 100000 ms.
-    #[arg(
-        long,
-        value_name = "MS",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "MS", help_heading = "Simulation")]
     pub duration: Option<f64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
@@ -119,8 +109,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub audio: SoundArgs,
     /// Stretch the sound in time by this factor, 0.01 to 1000; its pitch falls by the same factor.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_stretch,
-        allow_negative_numbers = true, requires = "wav", help_heading = "Sound")]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_stretch, requires = "wav", help_heading = "Sound")]
     pub time_stretch: f64,
     /// Open a Rerun viewer on this machine.
     #[arg(long, conflicts_with = "connect", help_heading = "Viewer")]
@@ -173,20 +162,10 @@ pub struct LyapunovArgs {
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the scene runs, then its last
     /// tilt is held].
-    #[arg(
-        long,
-        value_name = "DEG",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
     pub tilt: Option<f64>,
     /// Run the scene for this time before the tangent vectors start, 0.1 to 100000 ms.
-    #[arg(
-        long,
-        value_name = "MS",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "MS", help_heading = "Simulation")]
     pub duration: Option<f64>,
     /// Seed of the random kick, which can select one of several coexisting attractors.
     #[arg(long, value_name = "SEED", value_parser = value_parser!(u64).range(..=i64::MAX as u64),
@@ -196,27 +175,22 @@ pub struct LyapunovArgs {
     pub accuracy: AccuracyArgs,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's; at most 5e-8 for all
     /// exponents].
-    #[arg(
-        long,
-        value_name = "TOLERANCE",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "TOLERANCE", help_heading = "Simulation")]
     pub tolerance: Option<f64>,
     /// Number of largest exponents to compute, or `all` [default: all].
     #[arg(long, value_name = "K", value_parser = exponents, help_heading = "Averaging")]
     pub exponents: Option<ExponentCount>,
     /// Align the tangent vectors for this time before averaging starts [default: 100 periods of the slowest
     /// mode].
-    #[arg(long, value_name = "MS", value_parser = positive, allow_negative_numbers = true,
+    #[arg(long, value_name = "MS", value_parser = positive,
         help_heading = "Averaging")]
     pub settle: Option<f64>,
     /// Average over this simulated time [default: until the attractor is classified].
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true,
+    #[arg(long, value_name = "SECONDS", value_parser = positive,
         help_heading = "Averaging")]
     pub average_time: Option<f64>,
     /// Average until the 95 % interval of every requested exponent has at most this half-width.
-    #[arg(long, value_name = "1/S", value_parser = positive, allow_negative_numbers = true,
+    #[arg(long, value_name = "1/S", value_parser = positive,
         conflicts_with = "average_time", help_heading = "Averaging")]
     pub target_half_width: Option<f64>,
     /// Also write the running averages as CSV; `-` prints them instead of the table.

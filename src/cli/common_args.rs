@@ -31,7 +31,7 @@ impl SceneArgs {
 pub struct AccuracyArgs {
     /// Use the cheapest integrator for this error of the state, such as 1e-4, as the scene or `cost`
     /// recommends.
-    #[arg(long, value_name = "ERROR", value_parser = positive, allow_negative_numbers = true,
+    #[arg(long, value_name = "ERROR", value_parser = positive,
         help_heading = "Simulation")]
     pub accuracy: Option<f64>,
 }

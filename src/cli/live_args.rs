@@ -14,16 +14,10 @@ pub struct LiveArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Start at this tilt of the load, -90 to 90 degrees, and hold it until you change it.
-    #[arg(
-        long,
-        value_name = "DEG",
-        allow_negative_numbers = true,
-        help_heading = "Simulation"
-    )]
+    #[arg(long, value_name = "DEG", help_heading = "Simulation")]
     pub tilt: Option<f64>,
     /// Playback speed at the start, 0.01 to 1000 simulated ms per second; 1000 is real time.
-    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive,
-        allow_negative_numbers = true, help_heading = "Simulation")]
+    #[arg(long, value_name = "MS", default_value_t = 20.0, value_parser = positive, help_heading = "Simulation")]
     pub speed: f64,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,

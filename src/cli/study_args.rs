@@ -54,24 +54,14 @@ pub struct BasinsArgs {
     pub scene: SceneArgs,
     /// Hold the tilt of the load at this angle, -90 to 90 degrees [default: the tilt at the start of the
     /// scene].
-    #[arg(
-        long,
-        value_name = "DEG",
-        allow_negative_numbers = true,
-        help_heading = "Parameters"
-    )]
+    #[arg(long, value_name = "DEG", help_heading = "Parameters")]
     pub tilt: Option<f64>,
     /// Number of random kicks.
     #[arg(long, value_name = "N", default_value_t = 20,
         value_parser = value_parser!(u32).range(1..=100_000), help_heading = "Parameters")]
     pub kicks: u32,
     /// Standard deviation of the modal velocities of a kick, 0 to 1000 sqrt(kg) mm/s [default: the scene's].
-    #[arg(
-        long,
-        value_name = "MM_PER_S",
-        allow_negative_numbers = true,
-        help_heading = "Parameters"
-    )]
+    #[arg(long, value_name = "MM_PER_S", help_heading = "Parameters")]
     pub kick: Option<f64>,
     /// Seed of the first kick; each further kick takes the next seed.
     #[arg(long, value_name = "SEED", default_value_t = 1,
@@ -179,7 +169,7 @@ pub struct CostArgs {
     pub repeats: u8,
     /// Compare trajectories over at most this time; the study shortens it for chaotic motion [default: 4;
     /// small systems: 50].
-    #[arg(long, value_name = "MS", value_parser = horizon, allow_negative_numbers = true,
+    #[arg(long, value_name = "MS", value_parser = horizon,
         help_heading = "Study")]
     pub horizon: Option<f64>,
     /// Write figures, table (cost.csv) and recording (cost.rrd) to this directory.
@@ -252,7 +242,7 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "K", default_value_t = 3)]
     pub exponents: usize,
     /// Relative tolerance of the integrator, 1e-13 to 0.01 [default: the scene's].
-    #[arg(long, value_name = "TOLERANCE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TOLERANCE")]
     pub tolerance: Option<f64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
