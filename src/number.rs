@@ -15,6 +15,19 @@ pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     format!("{scaled:.decimals$} {prefix}{unit}")
 }
 
+/// A value with at most three significant digits and an SI prefix: `60 ms`, `1 µm`.
+pub(crate) fn brief(value: f64, unit: &str) -> String {
+    let text = quantity(value, 3, unit);
+    let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
+    match digits.contains('.') {
+        true => {
+            let digits = digits.trim_end_matches('0').trim_end_matches('.');
+            format!("{digits} {unit}")
+        }
+        false => text,
+    }
+}
+
 /// A share in percent with two digits: `0.085 %`, `12 %`.
 pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
@@ -183,6 +196,9 @@ mod tests {
         assert_eq!(quantity(-2.5e-6, 3, "m"), "-2.50 µm");
         assert_eq!(quantity(953.4e-6, 2, "s"), "950 µs");
         assert_eq!(quantity(1.249e-3, 2, "s"), "1.2 ms");
+        assert_eq!(brief(0.06, "s"), "60 ms");
+        assert_eq!(brief(1.25e-6, "m"), "1.25 µm");
+        assert_eq!(brief(300.0, "Hz"), "300 Hz");
     }
     #[test]
     fn labels_have_at_most_three_digits() {

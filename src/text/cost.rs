@@ -94,7 +94,7 @@ pub(crate) fn advice(study: &CostStudy) -> Table {
         let mut sets = study.sets.iter();
         let set =
             sets.find(|set| set.setting == CostSetting::Integrator && set.family == advice.method);
-        let parameter = set.map_or("", |set| set.parameter);
+        let parameter = set.map_or("", |set| &set.parameter);
         table.row([
             format!("{:.0e}", advice.target),
             format!(
@@ -114,7 +114,7 @@ pub(crate) fn advice(study: &CostStudy) -> Table {
 pub(crate) fn settings(set: &WorkPrecisionSet, escaped: impl Fn(&str) -> String) -> Table {
     let has_details = set.points.iter().any(|point| !point.detail.is_empty());
     let table = Table::default()
-        .right(set.parameter)
+        .right(&*set.parameter)
         .right("CPU ms")
         .right("RHS evals");
     let mut table = table.left(set.setting.error());
@@ -163,7 +163,7 @@ fn families(sets: &[WorkPrecisionSet]) -> Table {
     };
     let one_work = shared(|a, b| (a.seconds, a.rhs_evals) == (b.seconds, b.rhs_evals));
     let one_detail = shared(|a, b| a.detail == b.detail && !a.detail.is_empty());
-    let mut table = Table::default().right(sets[0].parameter);
+    let mut table = Table::default().right(&*sets[0].parameter);
     if one_detail {
         table = table.left("detail");
     }

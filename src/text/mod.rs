@@ -8,6 +8,8 @@
 pub mod cost;
 #[cfg(feature = "record")]
 pub mod paper;
+#[cfg(feature = "record")]
+pub mod sweep;
 mod template;
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
 use crate::analysis::Bases;
 use crate::escape;
-use crate::number::{percent, plain, quantity, tenths};
+use crate::number::{brief, percent, plain, quantity, short, tenths};
 use crate::scene::Mechanism;
 
 /// The templates with their text.
@@ -29,6 +29,8 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "cost/chapter",
     "paper/caption",
     "paper/page",
+    "sweep/point",
+    "sweep/about",
     "narration/vibration",
     "narration/separated",
     "narration/exponents",
@@ -68,6 +70,7 @@ fn environment() -> Result<Environment<'static>, Error> {
         environment.add_template(name, text)?;
     }
     environment.add_filter("quantity", quantity_words);
+    environment.add_filter("brief", brief_words);
     environment.add_filter("percent", |x: Value| words(&x, percent));
     environment.add_filter("plain", |x: Value| words(&x, plain));
     environment.add_filter("per_second", |x: Value| {
@@ -135,6 +138,14 @@ fn quantity_words(x: Value, unit: &str, digits: Option<usize>) -> Result<Value, 
     words(&x, |x| quantity(x, digits.unwrap_or(3), unit))
 }
 
+/// A value with an SI prefix and at most three significant digits; without a unit, the number alone.
+fn brief_words(x: Value, unit: Option<&str>) -> Result<Value, Error> {
+    words(&x, |x| match unit {
+        Some(unit) => brief(x, unit),
+        None => short(x),
+    })
+}
+
 /// A formatted number; none stays none.
 fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
     if x.is_undefined() {
@@ -170,6 +181,7 @@ mod tests {
             folder.join("lesson"),
             folder.join("narration"),
             folder.join("paper"),
+            folder.join("sweep"),
         ] {
             let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
             files += entries.filter(|entry| entry.path().is_file()).count();
