@@ -139,6 +139,15 @@ impl Panel {
         self
     }
 
+    /// Adds a legend entry for the top layer.
+    #[must_use]
+    pub fn with_top_label(mut self, label: impl Into<String>) -> Self {
+        if let Some(top) = self.layers.last_mut() {
+            top.label = label.into();
+        }
+        self
+    }
+
     /// Whether an image fills the plot area and would hide a grid.
     pub fn has_image(&self) -> bool {
         let mut shapes = self.layers.iter().map(|layer| &layer.shape);

@@ -4,16 +4,17 @@ use rerun::{Scalars, SeriesLines, SeriesPoints};
 
 use super::{
     error::RecordError,
+    panel_view::PanelView,
     paths,
-    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
+    plot::Bounds,
     samples::name_series,
-    stream::{self, RecordingStream},
+    stream::{self, Moment, RecordingStream},
     style::{self, Quantity, short},
 };
 use crate::{
     analysis::{Divergence, ZeroOne, range},
     pipeline::message::Subject,
-    plot::Axis,
+    plot::{Axis, Color, Layer, Panel},
 };
 
 /// Size of the divergence plot, pixels.
@@ -26,8 +27,8 @@ const PATH_POINTS: usize = 1000;
 #[derive(Debug)]
 pub struct Chaos {
     quantity: Quantity,
-    divergence: Axes,
-    path: Axes,
+    divergence: PanelView,
+    path: PanelView,
 }
 
 impl Chaos {
@@ -52,20 +53,21 @@ impl Chaos {
         name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
         Ok(Self {
             quantity: Quantity::displacement(subject),
-            divergence: Axes::default(),
-            path: Axes::default(),
+            divergence: divergence_view(),
+            path: path_view(),
         })
     }
 
     /// Bounds of the view of the divergence.
     pub fn divergence_bounds() -> Bounds {
-        let axis = || Axis::linear("", [0.0, 1.0]);
-        divergence_plot(axis(), axis()).bounds()
+        let axis = || Axis::linear("name", [0.0, 1.0]);
+        let panel = Panel::new("", axis(), axis(), Vec::new());
+        divergence_view().bounds(&panel.with_caption("caption"))
     }
 
     /// Bounds of the view of the path of the 0-1 test.
     pub fn path_bounds() -> Bounds {
-        path_plot(1.0, "").bounds()
+        path_view().bounds(&path_panel(1.0, "", Vec::new()).with_caption("caption"))
     }
 
     /// Draws the results of a window that ends at `time` (s), with samples `dt` (s) apart.
@@ -110,34 +112,27 @@ impl Chaos {
             "" => String::new(),
             symbol => format!(" / {symbol}"),
         };
-        let plot = divergence_plot(
+        let points = curve.iter().enumerate();
+        let points = points.map(|(k, value)| [after(k as f64), *value]);
+        let line = divergence.region.map(|region| {
+            let at = |k: f64| [after(k), region.intercept + region.slope * k + shift];
+            vec![at(region.from), at(region.to)]
+        });
+        let layers = vec![
+            Layer::line(points.collect(), Color::Ink),
+            Layer::line(line.unwrap_or_default(), Color::Accent)
+                .with_line_width(3.0)
+                .with_id("fit"),
+        ];
+        let panel = Panel::new(
+            "divergence",
             Axis::linear(
                 format!("time, {}", time_unit.symbol),
                 [0.0, after(last as f64)],
             ),
             Axis::linear(format!("mean ln(distance{divisor})"), [low, high]),
+            layers,
         );
-        self.divergence.draw(rec, paths::DIVERGENCE, time, &plot)?;
-        let points = curve.iter().enumerate();
-        let points = points.filter(|(_, value)| value.is_finite());
-        plot.draw_curve(
-            rec,
-            paths::DIVERGENCE_CURVE,
-            time,
-            points.map(|(k, value)| [after(k as f64), *value]),
-            (style::SIGNAL, 1.2),
-        )?;
-        let line = divergence.region.map(|region| {
-            let at = |k: f64| [after(k), region.intercept + region.slope * k + shift];
-            [at(region.from), at(region.to)]
-        });
-        plot.draw_curve(
-            rec,
-            paths::DIVERGENCE_LINE,
-            time,
-            line.into_iter().flatten(),
-            (style::ACCENT, 2.4),
-        )?;
         let words = match divergence.region {
             Some(region) => format!(
                 "largest Lyapunov exponent λ = {} ± {} per s",
@@ -146,7 +141,8 @@ impl Chaos {
             ),
             None => "no scaling region, no exponent".to_owned(),
         };
-        plot.draw_caption(rec, paths::DIVERGENCE, time, &words)
+        let at = Some(Moment::from(time));
+        self.divergence.draw(rec, at, &panel.with_caption(words))
     }
 
     fn draw_path(
@@ -165,40 +161,28 @@ impl Chaos {
         let half = spans.map(|[low, high]| 0.5 * (high - low));
         let half = half[0].max(half[1]).max(1e-12);
         let unit = self.quantity.unit(half);
-        let plot = path_plot(style::round_up(unit.per_si * half), &unit.symbol);
-        self.path.draw(rec, paths::ZERO_ONE_PICTURE, time, &plot)?;
-        plot.draw_curve(
-            rec,
-            paths::ZERO_ONE_PATH,
-            time,
-            path.iter()
-                .map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.per_si * c)),
-            (style::SIGNAL, 0.7),
-        )?;
+        let path = path.iter();
+        let path = path.map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.per_si * c));
+        let full = style::round_up(unit.per_si * half);
+        let panel = path_panel(full, &unit.symbol, path.collect());
         let words = format!("K = {}", short(zero_one.k));
-        plot.draw_caption(rec, paths::ZERO_ONE_PICTURE, time, &words)
+        let at = Some(Moment::from(time));
+        self.path.draw(rec, at, &panel.with_caption(words))
     }
 }
 
-fn divergence_plot(x: Axis, y: Axis) -> Plot {
-    Plot {
-        width: DIVERGENCE[0],
-        height: DIVERGENCE[1],
-        top_margin: CAPTION_HEIGHT,
-        x,
-        y,
-        grid: true,
-    }
+fn divergence_view() -> PanelView {
+    PanelView::new(paths::DIVERGENCE, DIVERGENCE)
 }
 
-fn path_plot(full: f64, unit: &str) -> Plot {
+fn path_view() -> PanelView {
+    PanelView::new(paths::ZERO_ONE_PICTURE, [PATH_SIDE; 2])
+}
+
+/// The path of the 0-1 test about its centre, on axes of ± `full`.
+fn path_panel(full: f64, unit: &str, path: Vec<[f64; 2]>) -> Panel {
     let axis = |name| Axis::linear(style::with_unit(name, unit), [-full, full]);
-    Plot {
-        width: PATH_SIDE,
-        height: PATH_SIDE,
-        top_margin: CAPTION_HEIGHT,
-        x: axis("p − centre"),
-        y: axis("q − centre"),
-        grid: true,
-    }
+    let path = Layer::line(path, Color::Ink).with_line_width(0.7);
+    let (x, y) = (axis("p − centre"), axis("q − centre"));
+    Panel::new("0-1 test", x, y, vec![path.with_id("path")])
 }

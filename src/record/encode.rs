@@ -11,7 +11,7 @@ use super::{
     health,
     lesson::Lesson,
     patch::Patch,
-    paths::{self, Root},
+    paths,
     perturbed::PerturbedTrajectory,
     portrait::{self, Embedding, Portrait},
     quantification::Quantification,
@@ -20,7 +20,7 @@ use super::{
     samples::{Samples, Waveform},
     section::Section,
     small::SmallFrames,
-    spectrum::{self, Spectrogram, Spectrum, SpectrumPlot},
+    spectrum::{Spectrogram, SpectrumPlot},
     stream::RecordingStream,
     style::{self, Quantity},
     text,
@@ -126,8 +126,8 @@ impl Encoder {
         text::send_properties(rec, header.as_ref().into())?;
         text::log_about(rec, &header)?;
         regime::name_regimes(rec)?;
-        let spectrum = spectrum::spectrum_plot(&header);
-        spectrum.plot.draw(rec, paths::SPECTRUM, None)?;
+        let spectrum = SpectrumPlot::new(&header);
+        spectrum.plot().draw(rec, paths::SPECTRUM, None)?;
         let subject = &header.subject;
         let lesson = header.computed.as_ref();
         let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed, &spectrum));
@@ -136,7 +136,7 @@ impl Encoder {
             frames: Frames::new(rec, &header, spec)?,
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
-            recurrence: Recurrence::new(rec, Root::of_run(), Quantity::displacement(subject))?,
+            recurrence: Recurrence::new(Quantity::displacement(subject)),
             embedding: Embedding::new(subject),
             delay: Delay::default(),
             quantification: Quantification::default(),
@@ -169,15 +169,7 @@ impl Encoder {
                 bin,
                 amplitude,
                 peaks,
-            } => {
-                let bin = *bin;
-                let shown = Spectrum {
-                    bin,
-                    amplitude,
-                    peaks,
-                };
-                spectrum::draw_spectrum(rec, &Root::of_run(), &self.spectrum, *time, shown)
-            }
+            } => self.spectrum.draw(rec, *time, *bin, amplitude, peaks),
             Record::SpectrogramColumn {
                 time,
                 bin,

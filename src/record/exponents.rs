@@ -1,20 +1,21 @@
 //! Lyapunov exponents: running values, spectrum with errors, and text.
 
-use rerun::{Color, LineStrips2D, Points2D, Radius, Scalars, SeriesLines};
+use rerun::{Color, Scalars, SeriesLines};
 
 use super::{
     error::RecordError,
+    panel_view::PanelView,
     paths::{self, Root},
-    plot::{Axes, Bounds, CAPTION_HEIGHT, Plot},
+    plot::Bounds,
     samples::name_series,
     stream::{self, Moment, RecordingStream},
     style::{self, FullScale, short},
     text,
 };
 use crate::{
-    dynamics::{Exponent, LyapunovSpectrum, Sign},
+    dynamics::{Exponent, LyapunovSpectrum},
     pipeline::message::{Exponents, Header},
-    plot::{self, Axis},
+    plot::{self, Axis, Layer, Panel},
     text as words,
 };
 
@@ -22,14 +23,12 @@ use crate::{
 const FIELD: [f32; 2] = [400.0, 260.0];
 /// Smallest full scale of the spectrum, 1/s.
 const SMALLEST: f64 = 1.0;
-/// Half-width of the caps of an error bar, in units of the index.
-const CROSS_BAR: f64 = 0.12;
 
 /// Draws Lyapunov exponents.
 #[derive(Debug)]
 pub struct ExponentsPlot {
     scale: FullScale,
-    axes: Axes,
+    view: PanelView,
     named: bool,
 }
 
@@ -38,14 +37,14 @@ impl ExponentsPlot {
     pub fn new() -> Self {
         Self {
             scale: FullScale::new(SMALLEST),
-            axes: Axes::default(),
+            view: spectrum_view(),
             named: false,
         }
     }
 
     /// Bounds of the view of the spectrum.
     pub fn bounds() -> Bounds {
-        spectrum_plot(1, 1.0).bounds()
+        spectrum_view().bounds(&spectrum_panel(&LyapunovSpectrum::default(), 1.0))
     }
 
     /// Draws the current exponents of a run.
@@ -78,37 +77,8 @@ impl ExponentsPlot {
         let values = values.filter(|value| value.is_finite());
         let largest = values.fold(0.0, |a: f64, value| a.max(value.abs()));
         self.scale.update(1.1 * largest, SMALLEST);
-        let plot = spectrum_plot(spectrum.exponents.len(), self.scale.get());
-        self.axes
-            .draw(rec, paths::EXPONENTS_SPECTRUM, time, &plot)?;
-        let ends = plot.x.range.map(|x| [x, 0.0]);
-        plot.draw_curve(
-            rec,
-            paths::EXPONENTS_ZERO_LINE,
-            time,
-            ends.into_iter(),
-            (style::AXIS, 0.8),
-        )?;
-        let numbered = || (1..).map(f64::from).zip(&spectrum.exponents);
-        let points = Points2D::new(numbered().map(|(k, e)| plot.at(k, e.value)))
-            .with_colors((0..spectrum.exponents.len()).map(color))
-            .with_radii([Radius::new_ui_points(4.0)])
-            .with_draw_order(1.0);
-        stream::log_at(rec, paths::EXPONENTS_POINTS, time, &points)?;
-        let bars = numbered().filter(|(_, exponent)| exponent.half_width.is_finite());
-        let bars: Vec<_> = bars.collect();
-        let strips = bars
-            .iter()
-            .map(|(k, exponent)| interval(&plot, *k, exponent));
-        let strips = LineStrips2D::new(strips)
-            .with_colors(bars.iter().map(|(k, _)| color(*k as usize - 1)))
-            .with_radii([Radius::new_ui_points(0.9)]);
-        stream::log_at(rec, paths::EXPONENTS_BARS, time, &strips)?;
-        let words = match spectrum.kaplan_yorke() {
-            Some(dimension) => format!("Kaplan-Yorke dimension {}", with_error(&dimension, 1.0)),
-            None => "95 % intervals".to_owned(),
-        };
-        plot.draw_caption(rec, paths::EXPONENTS_SPECTRUM, time, &words)
+        let panel = spectrum_panel(spectrum, self.scale.get());
+        self.view.draw(rec, Some(Moment::from(time)), &panel)
     }
 }
 
@@ -117,29 +87,29 @@ pub fn color(k: usize) -> Color {
     style::on_dark(plot::Color::Exponent(k))
 }
 
-/// The error bar of an exponent with its caps, as one polyline.
-fn interval(plot: &Plot, k: f64, exponent: &Exponent) -> Vec<[f32; 2]> {
-    let (low, high) = (exponent.low(), exponent.high());
-    let corners = [
-        [k - CROSS_BAR, low],
-        [k + CROSS_BAR, low],
-        [k, low],
-        [k, high],
-        [k - CROSS_BAR, high],
-        [k + CROSS_BAR, high],
-    ];
-    corners.map(|[x, y]| plot.at(x, y)).to_vec()
+fn spectrum_view() -> PanelView {
+    PanelView::new(paths::EXPONENTS_SPECTRUM, FIELD)
 }
 
-fn spectrum_plot(count: usize, full: f64) -> Plot {
-    Plot {
-        width: FIELD[0],
-        height: FIELD[1],
-        top_margin: CAPTION_HEIGHT,
-        x: Axis::integers("index", count),
-        y: Axis::linear("exponent, 1/s", [-full, full]),
-        grid: true,
-    }
+/// The exponents with their intervals by index, on an axis of ± `full`.
+fn spectrum_panel(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
+    let numbered = || (0..).zip(&spectrum.exponents);
+    let mut layers = vec![Layer::horizontal_line(0.0).with_id("zero")];
+    layers.extend(numbered().map(|(k, exponent)| {
+        let span = [k as f64 + 1.0, exponent.low(), exponent.high()];
+        Layer::intervals(&[span], plot::Color::Exponent(k))
+    }));
+    layers.extend(numbered().map(|(k, exponent)| {
+        let point = [k as f64 + 1.0, exponent.value];
+        Layer::points(vec![point], 3.3, plot::Color::Exponent(k))
+    }));
+    let words = match spectrum.kaplan_yorke() {
+        Some(dimension) => format!("Kaplan-Yorke dimension {}", with_error(&dimension, 1.0)),
+        None => "95 % intervals".to_owned(),
+    };
+    let index = Axis::integers("index", spectrum.exponents.len().max(1));
+    let values = Axis::linear("exponent, 1/s", [-full, full]);
+    Panel::new("exponents", index, values, layers).with_caption(words)
 }
 
 /// Logs a row of exponents with their intervals, and the zero line.
@@ -209,7 +179,7 @@ fn document(header: &Header, exponents: &Exponents) -> String {
                 k + 1,
                 with_error(exponent, 1.0),
                 with_error(exponent, 1e6 / exponents.omega_1),
-                sign_words(spectrum.sign(k)),
+                spectrum.sign(k),
             )
         })
         .collect();
@@ -236,18 +206,8 @@ fn document(header: &Header, exponents: &Exponents) -> String {
     )
 }
 
-/// The sign of an exponent as text.
-pub fn sign_words(sign: Sign) -> &'static str {
-    match sign {
-        Sign::Positive => "positive",
-        Sign::Zero => "zero",
-        Sign::Negative => "negative",
-        Sign::Undetermined => "undetermined",
-    }
-}
-
 /// A value with its error, both multiplied by a factor.
-pub fn with_error(value: &Exponent, factor: f64) -> String {
+fn with_error(value: &Exponent, factor: f64) -> String {
     let number = short(factor * value.value);
     if value.half_width.is_finite() {
         format!("{number} ± {}", short(factor * value.half_width))

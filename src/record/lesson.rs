@@ -7,8 +7,9 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, SeriesLines};
 
 use super::{
     error::RecordError,
+    panel_view::PanelView,
     paths,
-    plot::{self, Bounds, Plot},
+    plot::{Bounds, Plot, legend_height},
     samples::{Rows, name_series},
     spectrum::SpectrumPlot,
     stream::{self, RecordingStream},
@@ -20,13 +21,13 @@ use crate::{
         self, CurveQuantity, Header, LevelSample, MechanismPrediction, PredictedCurves,
         TiltDirection, TiltedTone,
     },
-    plot::Axis,
+    plot::{self, Axis, Layer, Panel},
     scene::Mechanism,
     text::LessonText,
 };
 
-/// Colours of computed curves.
-const CURVES: [Color; 3] = [style::SIGNAL, style::SECOND, style::ROTATION];
+/// Size of the plots, pixels.
+const FIELD: [f32; 2] = [400.0, 260.0];
 
 /// Draws the text and the plots of a lesson.
 #[derive(Debug)]
@@ -64,7 +65,7 @@ impl Lesson {
             draw_modes(rec, computed, spectrum)?;
         }
         if let Some(picture) = &computed.picture {
-            draw_picture(rec, picture)?;
+            picture_view().draw(rec, None, &picture_panel(picture))?;
         }
         let hysteresis = loop_plot(header);
         if let Some(plot) = &hysteresis {
@@ -160,9 +161,9 @@ fn loop_plot(header: &Header) -> Option<Plot> {
     let frequencies = joint.modes.iter().map(|mode| 1e-3 * mode.frequency_hz);
     let [_, highest] = range(frequencies);
     (low < high).then(|| Plot {
-        width: 400.0,
-        height: 260.0,
-        top_margin: plot::legend_height(400.0, &loop_legend()),
+        width: FIELD[0],
+        height: FIELD[1],
+        top_margin: legend_height(FIELD[0], &loop_legend()),
         x: Axis::linear("tilt, deg", [low, 1.05 * high]),
         y: Axis::rounded_logarithmic(
             "strongest line, kHz",
@@ -187,17 +188,12 @@ pub fn picture_title(picture: &PredictedCurves) -> &'static str {
     }
 }
 
-fn curve_legend(picture: &PredictedCurves) -> Vec<(String, Color)> {
-    let names: &[&str] = match (picture.subject, picture.curves.len()) {
-        (CurveQuantity::Friction, 1) => &["friction on the belt"],
-        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
-        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
-    };
-    let names = names.iter().map(|&name| name.to_owned());
-    names.zip(CURVES).collect()
+fn picture_view() -> PanelView {
+    PanelView::new(paths::LESSON_COMPUTED, FIELD)
 }
 
-fn picture_plot(picture: &PredictedCurves) -> Plot {
+/// The computed curves and the marks of this run.
+fn picture_panel(picture: &PredictedCurves) -> Panel {
     let points = || picture.curves.iter().flatten();
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
@@ -205,41 +201,28 @@ fn picture_plot(picture: &PredictedCurves) -> Plot {
         CurveQuantity::Friction => ["sliding speed, mm/s", "coefficient of friction"],
         CurveQuantity::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
     };
-    Plot {
-        width: 400.0,
-        height: 260.0,
-        top_margin: plot::legend_height(400.0, &curve_legend(picture)),
-        x: Axis::linear(x, [x_low, x_high]),
-        y: Axis::linear(y, [y_low.min(0.0), 1.1 * y_high]),
-        grid: true,
-    }
+    let names: &[&str] = match (picture.subject, picture.curves.len()) {
+        (CurveQuantity::Friction, 1) => &["friction on the belt"],
+        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
+    };
+    let curves = (0..).zip(&picture.curves).zip(names);
+    let curves = curves.map(|((k, curve), name)| {
+        let curve = Layer::line(curve.clone(), plot::Color::Series(k));
+        curve.with_label(*name).with_id("curves")
+    });
+    let marks = Layer::points(picture.marks.clone(), 4.2, plot::Color::Accent).with_id("marks");
+    Panel::new(
+        picture_title(picture),
+        Axis::linear(x, [x_low, x_high]),
+        Axis::linear(y, [y_low.min(0.0), 1.1 * y_high]),
+        curves.chain([marks]).collect(),
+    )
 }
 
 /// Bounds of the view of a computed plot.
 pub fn picture_bounds(picture: &PredictedCurves) -> Bounds {
-    picture_plot(picture).bounds()
-}
-
-/// Draws the computed curves and the marks of this run.
-fn draw_picture(rec: &RecordingStream, picture: &PredictedCurves) -> Result<(), RecordError> {
-    let plot = picture_plot(picture);
-    plot.draw(rec, paths::LESSON_COMPUTED, None)?;
-    plot.draw_legend(rec, paths::LESSON_COMPUTED, &curve_legend(picture))?;
-    let at = |points: &[[f64; 2]]| {
-        points
-            .iter()
-            .map(|p| plot.at(p[0], p[1]))
-            .collect::<Vec<_>>()
-    };
-    let curves = LineStrips2D::new(picture.curves.iter().map(|curve| at(curve)))
-        .with_colors(curve_legend(picture).into_iter().map(|(_, color)| color))
-        .with_radii([Radius::new_ui_points(1.2)]);
-    rec.log_static(paths::LESSON_COMPUTED_CURVES, &curves)?;
-    let marks = Points2D::new(at(&picture.marks))
-        .with_colors([style::ACCENT])
-        .with_radii([Radius::new_ui_points(5.0)])
-        .with_draw_order(1.0);
-    rec.log_static(paths::LESSON_COMPUTED_MARKS, &marks)
+    picture_view().bounds(&picture_panel(picture))
 }
 
 /// Draws the computed frequencies of the unstable modes as vertical lines in the spectrum.
@@ -248,7 +231,7 @@ fn draw_modes(
     computed: &MechanismPrediction,
     spectrum: &SpectrumPlot,
 ) -> Result<(), RecordError> {
-    let plot = &spectrum.plot;
+    let plot = spectrum.plot();
     let unstable = computed.unstable();
     let shown = unstable
         .iter()

@@ -51,6 +51,7 @@ mod panel_view;
 mod part_file;
 mod patch;
 pub mod paths;
+mod peak_names;
 mod perturbed;
 mod plot;
 mod portrait;

@@ -15,8 +15,8 @@ use rerun::{
 use super::{
     error::RecordError,
     paths,
+    peak_names::{NAMES_HEIGHT, Named, names_and_stems},
     plot::{Axes, Bounds, CAPTION_HEIGHT, Plot, legend_height},
-    spectrum::{self, Named},
     stream::{self, Moment, RecordingStream},
     style,
 };
@@ -36,6 +36,7 @@ const LETTER: f32 = 8.0;
 const ENLARGED: f64 = 0.8;
 
 /// The path and size of panels of one type, and the state of what is drawn there.
+#[derive(Debug)]
 pub struct PanelView {
     path: String,
     field: [f32; 2],
@@ -90,7 +91,7 @@ impl PanelView {
             width,
             height,
             top_margin: match panel.layers.iter().any(has_peaks) {
-                true => spectrum::NAMES_HEIGHT,
+                true => NAMES_HEIGHT,
                 false => match &key(panel)[..] {
                     [] if panel.caption.is_empty() => 0.0,
                     [] => CAPTION_HEIGHT,
@@ -227,7 +228,7 @@ impl PanelView {
             tip: *tip,
             name: name.clone(),
         });
-        let (names, stems) = spectrum::names_and_stems(plot.width, named, color);
+        let (names, stems) = names_and_stems(plot.width, named, color);
         log(rec, &self.at(paths::PANEL_NAMES), at, &names)?;
         log(rec, &self.at(paths::PANEL_STEMS), at, &stems)
     }

@@ -147,23 +147,6 @@ impl Plot {
 }
 
 impl Plot {
-    /// Draws a curve; `radius` is half its width in screen points.
-    pub fn draw_curve(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        at: impl Into<Moment>,
-        points: impl Iterator<Item = [f64; 2]>,
-        (color, radius): (Color, f32),
-    ) -> Result<(), RecordError> {
-        let curve = points.map(|[x, y]| self.at(x, y)).collect::<Vec<_>>();
-        // An empty curve is logged as no strip instead of an empty one.
-        let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
-            .with_colors([color])
-            .with_radii([Radius::new_ui_points(radius)]);
-        stream::log_at(rec, path, at, &curve)
-    }
-
     /// Draws points; `radius` is in screen points.
     pub fn draw_points(
         &self,
@@ -177,48 +160,6 @@ impl Plot {
             .with_colors([color])
             .with_radii([Radius::new_ui_points(radius)]);
         stream::log_at(rec, path, at, &points)
-    }
-
-    /// Draws a vertical line through a point of a curve.
-    pub fn draw_marker_line(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        at: impl Into<Moment>,
-        [x, y]: [f64; 2],
-    ) -> Result<(), RecordError> {
-        let [across, height] = self.at(x, y);
-        let gap = 6.0;
-        // Two segments that do not cover the point itself.
-        let strips = [
-            [[across, 0.0], [across, (height - gap).max(0.0)]],
-            [
-                [across, (height + gap).min(self.height)],
-                [across, self.height],
-            ],
-        ];
-        let stem = LineStrips2D::new(strips)
-            .with_colors([style::ACCENT])
-            .with_radii([Radius::new_ui_points(1.0)])
-            .with_draw_order(1.0);
-        stream::log_at(rec, path, at, &stem)
-    }
-
-    /// Draws a caption above the plot area, below the name of the vertical axis; a plot with both needs a top
-    /// margin of [`CAPTION_HEIGHT`].
-    pub fn draw_caption(
-        &self,
-        rec: &RecordingStream,
-        path: &str,
-        at: impl Into<Moment>,
-        words: &str,
-    ) -> Result<(), RecordError> {
-        let caption = Points2D::new([[0.5 * self.width, -36.0]])
-            .with_labels([words])
-            .with_show_labels(true)
-            .with_colors([style::AXIS])
-            .with_radii([Radius::new_ui_points(0.0)]);
-        stream::log_at(rec, paths::caption(path), at, &caption)
     }
 }
 

@@ -1,30 +1,24 @@
 //! Spectrum of the probe's velocity, and its spectrogram over the whole run.
 
-use rerun::{Color, Image, LineStrips2D, Points2D, Radius, Transform3D};
+use rerun::{Image, Transform3D};
 
 use super::{
     error::RecordError,
-    paths::{self, Root},
+    panel_view::PanelView,
+    paths,
     plot::Plot,
     stream::{self, Moment, RecordingStream},
     style::{self, ColorMap, Quantity, Unit, short},
 };
 use crate::{
     pipeline::message::{Header, SignalInfo, SpectralLine, Subject},
-    plot::Axis,
+    plot::{Axis, Color, Layer, Panel},
 };
 
+/// Size of the plot area of the spectrum, pixels.
+const SPECTRUM: [f32; 2] = [400.0, 150.0];
 /// Maximum number of labelled peaks; more labels would overlap.
 const LABELLED: usize = 6;
-/// Rows of peak labels above the plot area, and their height, pixels.
-const NAME_LINES: usize = 3;
-const NAME_HEIGHT: f32 = 24.0;
-/// Height of all rows of peak labels, pixels.
-pub const NAMES_HEIGHT: f32 = NAME_LINES as f32 * NAME_HEIGHT - 4.0;
-/// Width of a character of a label and space around a label, pixels. They are upper limits, because the
-/// viewer uses a fixed font size.
-const LETTER: f32 = 8.0;
-const NAME_PADDING: f32 = 16.0;
 /// Levels at the ends of the colour map, dB: of a simulation relative to 1 mm/s, of a signal from a file
 /// relative to its full scale.
 const JOINT_LEVELS: [f32; 2] = [-70.0, 25.0];
@@ -55,172 +49,82 @@ fn full_scale(signal: &SignalInfo) -> f64 {
     (0.5 * (high - low)).max(style::smallest_shown(signal.span))
 }
 
-/// The plot of a spectrum and its units.
-#[derive(Clone, Debug)]
+/// The plot of the spectrum and its units.
+#[derive(Debug)]
 pub struct SpectrumPlot {
-    /// Plot area and axes.
-    pub plot: Plot,
+    view: PanelView,
+    axes: [Axis; 2],
     /// Unit of the frequencies.
     pub frequency: Unit,
     amplitude: Unit,
 }
 
-/// The plot of the spectrum: 0.0001 to 100 mm/s over frequency; for a signal from a file, seven decades below
-/// its full scale.
-pub fn spectrum_plot(header: &Header) -> SpectrumPlot {
-    let amplitude = Quantity::velocity(&header.subject).unit(1.0);
-    let (name, bottom, top) = match &header.subject {
-        Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", -4, 2),
-        Subject::Signal(signal) => {
-            let top = full_scale(signal).log10().ceil() as i32;
-            ("amplitude", top - 7, top)
-        }
-    };
-    SpectrumPlot::new(name, amplitude, [bottom, top], highest_frequency(header))
-}
-
 impl SpectrumPlot {
-    /// Amplitudes from 10^`bottom` to 10^`top` of their unit over frequencies up to `highest` (Hz); `name` is
-    /// the label of the amplitude axis.
-    pub fn new(name: &str, amplitude: Unit, [bottom, top]: [i32; 2], highest: f64) -> Self {
-        let frequency = Quantity::Frequency.unit(highest);
-        let plot = Plot {
-            width: 400.0,
-            height: 150.0,
-            top_margin: NAMES_HEIGHT,
-            x: Axis::linear(
-                style::with_unit("frequency", &frequency.symbol),
-                [0.0, frequency.per_si * highest],
-            ),
-            y: Axis::decades(style::with_unit(name, &amplitude.symbol), [bottom, top]),
-            grid: true,
+    /// Amplitudes of 0.0001 to 100 mm/s over frequency; for a signal from a file, seven decades below its full
+    /// scale.
+    pub fn new(header: &Header) -> Self {
+        let amplitude = Quantity::velocity(&header.subject).unit(1.0);
+        let (name, decades) = match &header.subject {
+            Subject::Joint(_) | Subject::Small(_) => ("velocity amplitude", [-4, 2]),
+            Subject::Signal(signal) => {
+                let top = full_scale(signal).log10().ceil() as i32;
+                ("amplitude", [top - 7, top])
+            }
         };
+        let highest = highest_frequency(header);
+        let frequency = Quantity::Frequency.unit(highest);
+        let x = style::with_unit("frequency", &frequency.symbol);
+        let y = style::with_unit(name, &amplitude.symbol);
         Self {
-            plot,
+            view: PanelView::new(paths::SPECTRUM, SPECTRUM),
+            axes: [
+                Axis::linear(x, [0.0, frequency.per_si * highest]),
+                Axis::decades(y, decades),
+            ],
             frequency,
             amplitude,
         }
     }
-}
 
-/// An amplitude spectrum with its lines.
-#[derive(Clone, Copy, Debug)]
-pub struct Spectrum<'a> {
-    /// Spacing of the bins, the first at 0, Hz.
-    pub bin: f64,
-    /// Amplitudes, SI.
-    pub amplitude: &'a [f64],
-    /// Spectral lines, strongest first.
-    pub peaks: &'a [SpectralLine],
-}
-
-/// Draws a spectrum with its labelled lines.
-pub fn draw_spectrum(
-    rec: &RecordingStream,
-    root: &Root,
-    spectrum: &SpectrumPlot,
-    at: impl Into<Moment>,
-    Spectrum {
-        bin,
-        amplitude,
-        peaks,
-    }: Spectrum<'_>,
-) -> Result<(), RecordError> {
-    let at = at.into();
-    let SpectrumPlot {
-        plot,
-        frequency: hz,
-        amplitude: size,
-    } = spectrum;
-    let shown = amplitude
-        .iter()
-        .enumerate()
-        .map(|(k, a)| (hz.per_si * bin * k as f64, size.per_si * a))
-        .take_while(|(frequency, _)| *frequency <= plot.x.range[1]);
-    let curve = shown.map(|(frequency, a)| plot.at(frequency, a));
-    let curve: Vec<[f32; 2]> = curve.collect();
-    let curve = LineStrips2D::new(Some(curve).filter(|curve| !curve.is_empty()))
-        .with_colors([style::SIGNAL])
-        .with_radii([Radius::new_ui_points(0.9)]);
-    stream::log_at(rec, root.at(paths::SPECTRUM_CURVE), at, &curve)?;
-
-    let shown = peaks
-        .iter()
-        .filter(|peak| hz.per_si * peak.frequency <= plot.x.range[1]);
-    let peaks: Vec<_> = shown.take(LABELLED).collect();
-    let tip =
-        |peak: &SpectralLine| plot.at(hz.per_si * peak.frequency, size.per_si * peak.amplitude);
-    let marks = Points2D::new(peaks.iter().map(|peak| tip(peak)))
-        .with_colors([style::ACCENT])
-        .with_radii([Radius::new_ui_points(2.5)]);
-    stream::log_at(rec, root.at(paths::SPECTRUM_PEAKS), at, &marks)?;
-
-    let named = peaks.iter().map(|peak| Named {
-        tip: tip(peak),
-        name: peak_label(peak, hz),
-    });
-    let (names, stems) = names_and_stems(plot.width, named, style::ACCENT);
-    stream::log_at(rec, root.at(paths::SPECTRUM_NAMES), at, &names)?;
-    stream::log_at(rec, root.at(paths::SPECTRUM_STEMS), at, &stems)
-}
-
-/// Labels of peaks above the plot area, and lines from them to the peaks.
-pub fn names_and_stems(
-    width: f32,
-    named: impl Iterator<Item = Named>,
-    color: Color,
-) -> (Points2D, LineStrips2D) {
-    let placed = place_names(width, named);
-    let names = Points2D::new(placed.iter().map(|name| name.at))
-        .with_labels(placed.iter().map(|name| name.named.name.as_str()))
-        .with_show_labels(true)
-        .with_colors(vec![color; placed.len()])
-        .with_radii([Radius::new_ui_points(0.0)]);
-    // The lines start below the label, which the viewer draws below its position.
-    let stems = placed.iter().map(|name| {
-        let [x, tip] = name.named.tip;
-        [[x, name.at[1] + NAME_HEIGHT], [x, tip]]
-    });
-    let stems = LineStrips2D::new(stems)
-        .with_colors([style::faded(color, 0.5)])
-        .with_radii([Radius::new_ui_points(0.5)]);
-    (names, stems)
-}
-
-/// Position and label of a peak.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Named {
-    /// Position of the peak.
-    pub tip: [f32; 2],
-    /// Label of the peak.
-    pub name: String,
-}
-
-/// A label and its position.
-#[derive(Clone, Debug, PartialEq)]
-struct Placed {
-    named: Named,
-    at: [f32; 2],
-}
-
-/// Places labels above the plot area, centred over their peaks if possible, in the given order. Each label
-/// takes the lowest row in which it overlaps no other; a label without space is omitted, its peak keeps its
-/// mark.
-fn place_names(width: f32, names: impl Iterator<Item = Named>) -> Vec<Placed> {
-    let mut placed: Vec<Placed> = Vec::new();
-    let mut taken: [Vec<[f32; 2]>; NAME_LINES] = Default::default();
-    for named in names {
-        let half = 0.5 * (LETTER * named.name.chars().count() as f32 + NAME_PADDING);
-        let middle = named.tip[0].clamp(half - NAME_PADDING, width + NAME_PADDING - half);
-        let [left, right] = [middle - half, middle + half];
-        let is_free = |line: &Vec<[f32; 2]>| line.iter().all(|[a, b]| right <= *a || *b <= left);
-        if let Some(line) = taken.iter().position(is_free) {
-            taken[line].push([left, right]);
-            let at = [middle, -(line as f32 + 1.0) * NAME_HEIGHT - 4.0];
-            placed.push(Placed { named, at });
-        }
+    /// The plot area and its axes.
+    pub fn plot(&self) -> Plot {
+        self.view.plot(&self.panel(1.0, &[], &[]))
     }
-    placed
+
+    /// A spectrum with bins `bin` (Hz) apart and its labelled lines, strongest first.
+    fn panel(&self, bin: f64, amplitude: &[f64], peaks: &[SpectralLine]) -> Panel {
+        let [x, y] = self.axes.clone();
+        let end = x.range[1];
+        let at = |hz: f64, a: f64| [self.frequency.per_si * hz, self.amplitude.per_si * a];
+        let curve = amplitude.iter().enumerate();
+        let curve = curve.map(|(k, a)| at(bin * k as f64, *a));
+        let curve = curve.take_while(|point| point[0] <= end).collect();
+        let peaks = peaks.iter().map(|peak| {
+            let name = peak_label(peak, &self.frequency);
+            (at(peak.frequency, peak.amplitude), name)
+        });
+        let peaks = peaks.filter(|(at, _)| at[0] <= end).take(LABELLED);
+        let layers = vec![
+            Layer::line(curve, Color::Ink),
+            Layer::peaks(peaks.collect()),
+        ];
+        Panel::new("spectrum", x, y, layers)
+    }
+
+    /// Draws a spectrum.
+    pub fn draw(
+        &mut self,
+        rec: &RecordingStream,
+        time: f64,
+        bin: f64,
+        amplitude: &[f64],
+        peaks: &[SpectralLine],
+    ) -> Result<(), RecordError> {
+        let panel = self.panel(bin, amplitude, peaks);
+        let plot = self.view.plot(&panel);
+        let at = Some(Moment::from(time));
+        self.view.draw_layers(rec, at, &plot, &panel.layers)
+    }
 }
 
 /// Label and frequency of a peak; only the frequency if it has no label.
@@ -456,32 +360,6 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_do_not_overlap() {
-        let named = |x: f32, name: &str| Named {
-            tip: [x, 50.0],
-            name: name.to_owned(),
-        };
-        let crowd = [
-            (100.0, "f1: 4.12"),
-            (103.0, "f2: 3.88"),
-            (390.0, "3 f1: 12.36"),
-            (97.0, "f3: 4"),
-        ];
-        let placed = place_names(400.0, crowd.map(|(x, name)| named(x, name)).into_iter());
-        let line = |k: usize| (-placed[k].at[1] / NAME_HEIGHT) as usize;
-        assert_eq!([line(0), line(1), line(2), line(3)], [1, 2, 1, 3]);
-        assert_eq!(placed[0].at[0], 100.0, "over its peak");
-        assert!(placed[2].at[0] < 390.0, "within the view");
-        // There is no space for a fourth label at the same place.
-        let five = [100.0, 101.0, 102.0, 103.0, 300.0].map(|x| named(x, "f1: 4.12"));
-        let kept: Vec<_> = place_names(400.0, five.into_iter())
-            .iter()
-            .map(|p| p.named.tip[0])
-            .collect();
-        assert_eq!(kept, [100.0, 101.0, 102.0, 300.0]);
-    }
 
     #[test]
     fn peaks_are_labelled() {

@@ -253,26 +253,22 @@ pub fn summarise(
         "{end} after {}: {lines}",
         style::format_time(header, summary.simulated)
     );
-    let words = match header.subject {
-        Subject::Joint(_) => format!(
-            "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
-             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
-             contact transitions; {audit}",
-            amplitude = 1e6 * summary.amplitude,
-            peak = 1e3 * summary.peak_velocity,
-            factor = summary.real_time_factor,
-            steps = summary.stats.steps,
-            rejections = summary.stats.rejections,
-            calls = summary.stats.rhs_evals,
-            transitions = summary.transitions,
-            audit = match summary.audit {
-                Some(residual) => format!("energy residual {residual:.1e}"),
-                None => "no energy audit".to_owned(),
+    let (counted, audit) = match header.subject {
+        Subject::Joint(_) => (
+            "contact transitions",
+            match summary.audit {
+                Some(residual) => format!("; energy residual {residual:.1e}"),
+                None => "; no energy audit".to_owned(),
             },
         ),
-        Subject::Small(ref small) => format!(
+        Subject::Small(ref small) => (&*small.transition, String::new()),
+        Subject::Signal(_) => ("", String::new()),
+    };
+    let words = match header.subject {
+        Subject::Joint(_) | Subject::Small(_) => format!(
             "{end}; amplitude {amplitude:.3} µm, peak velocity {peak:.1} mm/s; {factor:.2} times real \
-             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} {what}",
+             time; {steps} steps, {rejections} rejected, {calls} RHS evaluations, {transitions} \
+             {counted}{audit}",
             amplitude = 1e6 * summary.amplitude,
             peak = 1e3 * summary.peak_velocity,
             factor = summary.real_time_factor,
@@ -280,7 +276,6 @@ pub fn summarise(
             rejections = summary.stats.rejections,
             calls = summary.stats.rhs_evals,
             transitions = summary.transitions,
-            what = small.transition,
         ),
         Subject::Signal(_) => {
             let quantity = Quantity::displacement(&header.subject);

@@ -5,8 +5,7 @@ use crate::joint::{Cause, ExplainedMode};
 use crate::plot::response::{
     self, LAG, SMALLEST, SectionAxes, SpectrumAxes, interpolated, largest,
 };
-use crate::plot::{Axis, Color, Figure, Layer, Panel};
-
+use crate::plot::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
 use crate::study::response::{PhasePortrait, SettledResponse};
 
 /// Highest frequency of a spectrum, Hz, and the decades of its amplitude axis.
@@ -103,38 +102,19 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
 /// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
-    let microseconds = |samples: usize| 1e6 * dt * samples as f64;
-    let mutual = choice.mutual.bits.iter().enumerate();
-    let mutual: Vec<[f64; 2]> = mutual.map(|(k, bits)| [microseconds(k), *bits]).collect();
-    let most = mutual.iter().map(|p| p[1]).fold(0.1, f64::max);
-    let delay = microseconds(choice.lag);
-    let information = Panel::new(
-        format!("a  average mutual information: delay {delay:.0} µs"),
-        Axis::linear("delay, µs", [0.0, mutual.last().map_or(1.0, |p| p[0])]),
-        Axis::linear("information, bit", [0.0, 1.05 * most]),
-        vec![
-            Layer::line(mutual, Color::Ink),
-            Layer::vertical_line(delay, Color::Accent)
-                .with_label(format!("{} samples", choice.lag)),
-        ],
-    );
-    let shares = choice.neighbours.share.iter().zip(1..);
-    let shares = shares.map(|(share, k)| [f64::from(k), 100.0 * share]);
-    let shares: Vec<[f64; 2]> = shares.collect();
-    let neighbours = Panel::new(
-        format!(
+    let step = 1e6 * dt;
+    let delay = step * choice.lag as f64;
+    let information = mutual_information(choice, "µs", step)
+        .with_title(format!(
+            "a  average mutual information: delay {delay:.0} µs"
+        ))
+        .with_top_label(format!("{} samples", choice.lag));
+    let neighbours = false_neighbours(choice)
+        .with_title(format!(
             "b  false nearest neighbours: dimension {}",
             choice.dimension
-        ),
-        Axis::integers("dimension", shares.len()),
-        Axis::linear("false nearest neighbours, %", [0.0, 105.0]),
-        vec![
-            Layer::line(shares.clone(), Color::Faint),
-            Layer::points(shares, 2.4, Color::Ink),
-            Layer::vertical_line(choice.dimension as f64, Color::Accent)
-                .with_label(format!("m = {}", choice.dimension)),
-        ],
-    );
+        ))
+        .with_top_label(format!("m = {}", choice.dimension));
     let title = format!("Fig. 8: choice of delay and dimension at {tilt_deg}°");
     Figure::new("figure-8", title, 80.0, vec![vec![information, neighbours]])
 }

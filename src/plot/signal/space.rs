@@ -2,38 +2,15 @@
 
 use super::{MOST_POINTS, SignalFigures};
 use crate::analysis::return_map;
-use crate::plot::axis::extent;
-use crate::plot::{Axis, Color, Figure, Layer, Panel};
+use crate::plot::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
 
 impl SignalFigures<'_> {
     pub fn delay(&self) -> Figure {
         let delay = &self.report.embedding.choice;
-        let bits = &delay.mutual.bits;
-        let curve = bits.iter().enumerate().map(|(k, &b)| [k as f64, b]);
-        let mutual = Panel::new(
-            "average mutual information",
-            Axis::linear("delay, samples", [0.0, bits.len().saturating_sub(1) as f64]),
-            Axis::linear("bits", [0.0, 1.08 * extent(bits.iter().copied())[1]]),
-            vec![
-                Layer::line(curve.collect(), Color::Ink),
-                Layer::vertical_line(delay.lag as f64, Color::Accent)
-                    .with_label(format!("τ = {}", delay.lag)),
-            ],
-        );
-        let shares = delay.neighbours.share.iter().zip(1..);
-        let curve = shares.map(|(&share, k)| [f64::from(k), 100.0 * share]);
-        let curve: Vec<[f64; 2]> = curve.collect();
-        let neighbours = Panel::new(
-            "false nearest neighbours",
-            Axis::integers("dimension", curve.len()),
-            Axis::linear("share, %", [-3.0, 105.0]),
-            vec![
-                Layer::line(curve.clone(), Color::Ink),
-                Layer::points(curve, 2.4, Color::Ink),
-                Layer::vertical_line(delay.dimension as f64, Color::Accent)
-                    .with_label(format!("m = {}", delay.dimension)),
-            ],
-        );
+        let mutual = mutual_information(delay, "samples", 1.0);
+        let mutual = mutual.with_top_label(format!("τ = {}", delay.lag));
+        let neighbours = false_neighbours(delay);
+        let neighbours = neighbours.with_top_label(format!("m = {}", delay.dimension));
         let rows = vec![vec![mutual, neighbours]];
         Figure::new("delay", self.title("Delay and dimension"), 76.0, rows)
     }

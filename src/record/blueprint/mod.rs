@@ -218,7 +218,7 @@ impl Layout {
 
     /// The current spectrum.
     fn spectrum(&mut self, header: &Header) -> Option<ContainerLike> {
-        let plot = spectrum::spectrum_plot(header);
+        let plot = spectrum::SpectrumPlot::new(header);
         let name = match header.subject {
             Subject::Joint(_) | Subject::Small(_) => {
                 format!(
@@ -228,7 +228,7 @@ impl Layout {
             }
             Subject::Signal(_) => format!("Spectrum (lines in {})", plot.frequency.symbol),
         };
-        let bounds = plot.plot.bounds();
+        let bounds = plot.plot().bounds();
         header
             .has(AnalysisKind::Spectrum)
             .then(|| self.picture(&name, paths::SPECTRUM, bounds))

@@ -19,10 +19,10 @@ fn plan() -> CostPlan {
 
 /// A setting with evaluations, recommendations and a failed run, and one without any of these.
 fn study() -> CostStudy {
-    let set = |setting, family: &str, parameter, floor, points| WorkPrecisionSet {
+    let set = |setting, family: &str, parameter: &'static str, floor, points| WorkPrecisionSet {
         setting,
         family: family.to_owned(),
-        parameter,
+        parameter: parameter.into(),
         floor,
         points,
     };

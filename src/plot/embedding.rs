@@ -1,0 +1,45 @@
+//! Panels of the choice of a delay embedding, as in Fig. 8 of the paper.
+
+use super::axis::{Axis, extent, round_up};
+use super::color::Color;
+use super::figure::{Layer, Panel};
+use crate::analysis::DelayChoice;
+
+/// Average mutual information over the delay, with the chosen delay as the top layer; `step` is the delay of
+/// one sample in `unit`.
+pub fn mutual_information(choice: &DelayChoice, unit: &str, step: f64) -> Panel {
+    let bits = &choice.mutual.bits;
+    let curve = bits.iter().enumerate();
+    let curve = curve.map(|(k, bits)| [step * k as f64, *bits]).collect();
+    let largest = step * bits.len().saturating_sub(1).max(1) as f64;
+    let [_, most] = extent(bits.iter().copied());
+    Panel::new(
+        "average mutual information",
+        Axis::linear(format!("delay, {unit}"), [0.0, largest]),
+        Axis::linear(
+            "average mutual information, bits",
+            [0.0, round_up(most.max(1e-3))],
+        ),
+        vec![
+            Layer::line(curve, Color::Ink),
+            Layer::vertical_line(step * choice.lag as f64, Color::Accent),
+        ],
+    )
+}
+
+/// Share of false nearest neighbours over the dimension, with the chosen dimension as the top layer.
+pub fn false_neighbours(choice: &DelayChoice) -> Panel {
+    let shares = choice.neighbours.share.iter().zip(1..);
+    let shares = shares.map(|(share, k)| [f64::from(k), 100.0 * share]);
+    let shares: Vec<[f64; 2]> = shares.collect();
+    Panel::new(
+        "false nearest neighbours",
+        Axis::integers("embedding dimension m", shares.len()),
+        Axis::linear("false nearest neighbours, %", [-3.0, 105.0]),
+        vec![
+            Layer::line(shares.clone(), Color::Ink),
+            Layer::points(shares, 2.4, Color::Ink),
+            Layer::vertical_line(choice.dimension as f64, Color::Accent),
+        ],
+    )
+}
