@@ -1,10 +1,11 @@
 //! `squeakscope analyse`: analyse a signal from a file and classify its motion.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::analyse_args::AnalyseArgs;
 use super::document::{Document, WrittenFile};
@@ -31,12 +32,12 @@ use crate::study::signal::{
 };
 
 /// The analysis of a file.
-#[derive(Serialize)]
-struct AnalysedFile<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct AnalysedFile<'a> {
     /// Path of the file.
-    file: &'a Path,
+    file: Cow<'a, Path>,
     #[serde(flatten)]
-    report: &'a SignalAnalysis,
+    report: Cow<'a, SignalAnalysis>,
 }
 
 /// Runs the command.
@@ -111,8 +112,8 @@ fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
         text.push('\n');
     }
     let result = AnalysedFile {
-        file: &args.file,
-        report: &report,
+        file: (&args.file).into(),
+        report: Cow::Borrowed(&report),
     };
     Document::new(&result, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {

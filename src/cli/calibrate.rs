@@ -1,5 +1,6 @@
 //! `squeakscope calibrate`: fit the parameters that the paper does not state to its claims.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
@@ -220,8 +221,8 @@ impl CalibrationObserver for Recorder<'_> {
 }
 
 /// The result of a calibration.
-#[derive(Serialize)]
-struct CalibrationResult<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct CalibrationResult<'a> {
     /// Number of evaluated sets.
     tried: usize,
     /// Number of sets in all generations together.
@@ -235,23 +236,29 @@ struct CalibrationResult<'a> {
 }
 
 /// A set of parameters.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct BestSet<'a> {
     #[serde(flatten)]
-    trial: &'a Trial,
+    trial: Cow<'a, Trial>,
     /// Numbers: paths and values of numeric keys, in the units of the scene file.
-    numbers: Vec<(&'static str, f64)>,
+    numbers: Vec<(Cow<'static, str>, f64)>,
     /// Words: paths and values of the keys that are not numbers.
-    words: Vec<(&'static str, &'static str)>,
+    words: Vec<(Cow<'static, str>, Cow<'static, str>)>,
 }
 
 impl<'a> CalibrationResult<'a> {
     fn new(plan: &CalibrationPlan, trials: &'a [Trial], interrupted: bool) -> Self {
         let best = ranked(trials).into_iter().take(MAX_SETS);
-        let best = best.map(|trial| BestSet {
-            trial,
-            numbers: trial.candidate.numbers(),
-            words: trial.candidate.words(),
+        let best = best.map(|trial| {
+            let numbers = trial.candidate.numbers().into_iter();
+            let words = trial.candidate.words().into_iter();
+            BestSet {
+                trial: Cow::Borrowed(trial),
+                numbers: numbers.map(|(path, value)| (path.into(), value)).collect(),
+                words: words
+                    .map(|(path, word)| (path.into(), word.into()))
+                    .collect(),
+            }
         });
         let held = trials.iter().flat_map(|trial| &trial.claims_held);
         let met: HashSet<&str> = held.map(|(id, _)| &**id).collect();
@@ -271,7 +278,7 @@ impl<'a> CalibrationResult<'a> {
 fn text(result: &CalibrationResult<'_>) -> String {
     let mut text = format!("{} of {} sets evaluated\n", result.tried, result.in_all);
     for set in &result.best {
-        let trial = set.trial;
+        let trial = &set.trial;
         let _ = writeln!(
             text,
             "\n  set {}: meets {:.0} % of the claims by weight, {}",

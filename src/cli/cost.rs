@@ -277,7 +277,7 @@ mod tests {
         let set = |family: &str, points| WorkPrecisionSet {
             setting: CostSetting::Integrator,
             family: family.to_owned(),
-            parameter: "tolerance",
+            parameter: "tolerance".into(),
             floor: Some(1e-10),
             points,
         };

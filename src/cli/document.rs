@@ -6,7 +6,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::output::{OutputError, OutputFile};
 use super::report::print;
@@ -14,21 +16,21 @@ use crate::number::size;
 use crate::{VERSION, escape};
 
 /// A result with the version of the program, the scene and the written files.
-#[derive(Debug, Serialize)]
-pub(super) struct Document<'a, R> {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Document<R> {
     /// Version of squeakscope.
-    version: &'static str,
+    version: String,
     /// Name of the scene; absent in a result without a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
-    scene: Option<&'a str>,
+    scene: Option<String>,
     #[serde(flatten)]
-    result: &'a R,
+    result: R,
     /// Written files.
-    files: &'a [WrittenFile],
+    files: Vec<WrittenFile>,
 }
 
 /// A written file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenFile {
     /// Path of the file.
     pub path: PathBuf,
@@ -49,20 +51,20 @@ impl WrittenFile {
     }
 }
 
-impl<'a, R: Serialize> Document<'a, R> {
+impl<R: Serialize> Document<R> {
     /// A result and its files.
-    pub fn new(result: &'a R, files: &'a [WrittenFile]) -> Self {
+    pub fn new(result: R, files: &[WrittenFile]) -> Self {
         Self {
-            version: VERSION,
+            version: VERSION.to_owned(),
             scene: None,
             result,
-            files,
+            files: files.to_vec(),
         }
     }
 
     /// Adds the name of the scene.
-    pub fn with_scene(self, scene: &'a str) -> Self {
-        let scene = Some(scene);
+    pub fn with_scene(self, scene: &str) -> Self {
+        let scene = Some(scene.to_owned());
         Self { scene, ..self }
     }
 
@@ -72,7 +74,7 @@ impl<'a, R: Serialize> Document<'a, R> {
     /// If the JSON file or the standard output cannot be written.
     pub fn deliver(&self, text: &str, json: Option<&OutputFile>) -> Result<(), OutputError> {
         let written = self.write(json);
-        print(&format!("{text}{}", list(self.files)))?;
+        print(&format!("{text}{}", list(&self.files)))?;
         written
     }
 
@@ -101,6 +103,24 @@ impl<'a, R: Serialize> Document<'a, R> {
     }
 }
 
+/// Reads a document as a result of type `R`, and converts it to JSON again.
+pub(super) fn read_as<R: DeserializeOwned + Serialize>(
+    document: &Value,
+) -> serde_json::Result<Value> {
+    let Document {
+        version,
+        scene,
+        files,
+        ..
+    } = Document::<()>::deserialize(document)?;
+    serde_json::to_value(Document {
+        version,
+        scene,
+        result: R::deserialize(document)?,
+        files,
+    })
+}
+
 /// Lists files with their sizes, one per line.
 pub(super) fn list(files: &[WrittenFile]) -> String {
     let line = |file: &WrittenFile| {
@@ -116,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_document_has_the_result_version_scene_and_files() {
-        #[derive(Serialize)]
+        #[derive(Serialize, Deserialize)]
         struct Example {
             value_m: f64,
             rate_per_s: f64,

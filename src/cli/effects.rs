@@ -108,8 +108,8 @@ fn text(scene: &str, effects: &Effects) -> String {
         table.row([
             state,
             cost(effect),
-            effect.name.into(),
-            effect.key.into(),
+            effect.name.to_string(),
+            effect.key.to_string(),
             setting(effect),
         ]);
     }
@@ -159,8 +159,8 @@ mod tests {
     #[test]
     fn a_cost_below_its_scatter_is_shown_as_a_bound() {
         let effect = |cost: Result<(f64, f64), Unavailable>| Effect {
-            name: "regime",
-            key: "analysis.regime",
+            name: "regime".into(),
+            key: "analysis.regime".into(),
             on: true,
             setting: "on".to_owned(),
             // us per ms to s per s.

@@ -1,6 +1,8 @@
 //! Lyapunov exponents and the divergence of the perturbed trajectory, for the terminal and JSON.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::pipeline::message::{Exponents, TrajectoryDivergence};
@@ -10,11 +12,11 @@ use crate::text;
 const MAX_EXPONENTS: usize = 4;
 
 /// Quantities derived from a Lyapunov spectrum.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Classification {
     /// Attractor: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`, `hyperchaos`,
     /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
-    pub attractor: &'static str,
+    pub attractor: Attractor,
     /// The attractor in words.
     pub description: String,
     /// Sign of each exponent.
@@ -40,7 +42,7 @@ impl Classification {
         });
         let is_point = exponents.is_empty() || motion == Motion::Still;
         Self {
-            attractor: attractor.name(),
+            attractor,
             description: attractor.to_string(),
             signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
             exponents_over_omega_1: scaled.collect(),
@@ -50,10 +52,10 @@ impl Classification {
 }
 
 /// The Lyapunov exponents at the end of a run.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct RunExponents<'a> {
     #[serde(flatten)]
-    exponents: &'a Exponents,
+    exponents: Cow<'a, Exponents>,
     #[serde(flatten)]
     classification: Classification,
 }
@@ -65,7 +67,7 @@ impl<'a> RunExponents<'a> {
         } = exponents;
         let attractor = exponents.attractor();
         Self {
-            exponents,
+            exponents: Cow::Borrowed(exponents),
             classification: Classification::new(spectrum, *motion, attractor, exponents.omega_1),
         }
     }

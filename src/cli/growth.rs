@@ -1,11 +1,12 @@
 //! `squeakscope growth`: how time and memory scale with the size of the problem.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
@@ -69,7 +70,9 @@ fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
         return Err(CliError::NoResult);
     }
     let figures = [growth_figure(&name, &growths)];
-    let result = GrowthResult { growth: &growths };
+    let result = GrowthResult {
+        growth: growths.as_slice().into(),
+    };
     let mut files = Vec::new();
     // The report is printed even if a file cannot be written.
     let mut write_all = || -> Result<(), CliError> {
@@ -137,10 +140,10 @@ fn run_in_process(
 }
 
 /// The result of the study.
-#[derive(Serialize)]
-struct GrowthResult<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct GrowthResult<'a> {
     /// Time and memory over each size.
-    growth: &'a [Growth],
+    growth: Cow<'a, [Growth]>,
 }
 
 /// All points as CSV.
@@ -254,7 +257,10 @@ mod tests {
             text.contains("             64  0.640 us     50.0\n"),
             "{text}"
         );
-        let json = serde_json::to_value(GrowthResult { growth: &growths }).unwrap();
+        let json = serde_json::to_value(GrowthResult {
+            growth: growths.as_slice().into(),
+        })
+        .unwrap();
         assert_eq!(json["growth"][0]["size"], "nodes");
     }
 

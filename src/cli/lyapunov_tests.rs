@@ -275,7 +275,7 @@ fn the_description_has_the_attractor_and_the_reason() {
         found.study.motion = motion;
         let classification = LyapunovResult::new(Goal::Classification, &found).classification;
         assert_eq!(found.study.attractor(), expected);
-        assert_eq!(classification.attractor, expected.name());
+        assert_eq!(classification.attractor, expected);
         assert_eq!(classification.description, format!("{expected}: {reason}"));
     };
     check(

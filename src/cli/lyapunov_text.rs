@@ -1,8 +1,9 @@
 //! The report of `squeakscope lyapunov`: the attractor, a table of exponents, and warnings.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::exponents::Classification;
 use super::report::{BAD, HEADING, WARNING, degrees};
@@ -18,10 +19,10 @@ use crate::table::Table;
 use crate::text::earlier_motion;
 
 /// The exponents of a scene and their classification.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct LyapunovResult<'a> {
     /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
-    goal: &'static str,
+    goal: Cow<'static, str>,
     /// Whether the criterion was met.
     goal_reached: bool,
     /// Whether the study was interrupted.
@@ -36,7 +37,7 @@ pub(super) struct LyapunovResult<'a> {
     /// Simulated time over wall time; `null` if nothing was averaged.
     pub real_time_factor: Option<f64>,
     #[serde(flatten)]
-    pub found: &'a SceneLyapunov,
+    pub found: Cow<'a, SceneLyapunov>,
 }
 
 impl<'a> LyapunovResult<'a> {
@@ -45,9 +46,9 @@ impl<'a> LyapunovResult<'a> {
         let attractor = study.attractor();
         Self {
             goal: match goal {
-                Goal::Time(_) => "time",
-                Goal::HalfWidth(_) => "half_width",
-                Goal::Classification => "verdict",
+                Goal::Time(_) => "time".into(),
+                Goal::HalfWidth(_) => "half_width".into(),
+                Goal::Classification => "verdict".into(),
             },
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
@@ -58,7 +59,7 @@ impl<'a> LyapunovResult<'a> {
             sum_per_s: study.sum(),
             unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
             real_time_factor: (study.simulated > 0.0).then(|| study.simulated / study.busy_seconds),
-            found,
+            found: Cow::Borrowed(found),
         }
     }
 }
@@ -176,7 +177,7 @@ pub(super) fn csv(running: &[RunningExponents]) -> String {
 
 /// The report for the terminal.
 pub(super) fn text(scene: &str, result: &LyapunovResult<'_>) -> String {
-    let found = result.found;
+    let found = &*result.found;
     let study = &found.study;
     let name = format!("{HEADING}{}{HEADING:#}", escape::line(scene));
     // The title has the tilt.
@@ -284,7 +285,7 @@ fn warnings(found: &SceneLyapunov) -> Vec<String> {
 
 /// The averaging time, the resolution and the statistics of the integrator.
 fn work(result: &LyapunovResult<'_>) -> String {
-    let found = result.found;
+    let found = &*result.found;
     let study = &found.study;
     let mut text = format!(
         "  averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment\n",

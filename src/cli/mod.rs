@@ -38,6 +38,7 @@ mod output;
 mod paper;
 mod paper_figures;
 mod progress;
+mod read_back;
 mod report;
 mod resources;
 mod run;
@@ -63,6 +64,7 @@ use crate::pipeline::panic_message;
 use args::{Args, Command, RunArgs};
 
 pub use error::CliError;
+pub use read_back::read_back;
 
 /// Runs the program with the arguments of the process and returns its exit code.
 ///

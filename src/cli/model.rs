@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Write};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::args::ModelArgs;
 use super::document::{Document, WrittenFile};
@@ -16,8 +16,8 @@ use crate::pipeline::initial_state;
 use crate::scene::Scene;
 
 /// Size of a model.
-#[derive(Serialize)]
-struct Size {
+#[derive(Serialize, Deserialize)]
+pub(super) struct Size {
     /// Number of contact nodes.
     nodes: usize,
     /// Number of modes.

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use anstyle::{AnsiColor, Style};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
@@ -160,8 +160,8 @@ fn write(path: &Path, text: &str) -> Result<WrittenFile, CliError> {
 }
 
 /// The comparison with the paper.
-#[derive(Debug, Serialize)]
-struct PaperResult {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct PaperResult {
     /// Initial states of the sweep over the tilt.
     start: Start,
     /// Score: weighted share of the claims that hold, 0 to 1.

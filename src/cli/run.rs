@@ -1,11 +1,12 @@
 //! `squeakscope run`: simulate a scene and record it.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::args::RunArgs;
 use super::audit::{self, Audit};
@@ -32,16 +33,16 @@ use crate::table::Table;
 const DEFAULT_RECORDING: &str = "squeak.rrd";
 
 /// The result of a run.
-#[derive(Serialize)]
-struct RunResult<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct RunResult<'a> {
     #[serde(flatten)]
-    summary: &'a Summary,
+    summary: Cow<'a, Summary>,
     /// Lyapunov exponents; `null` if the scene does not compute them or the run has not settled.
     exponents: Option<RunExponents<'a>>,
     /// Peak memory: largest resident memory of the program, bytes; `null` if the system does not report it.
     peak_memory_bytes: Option<u64>,
     /// Integrator, as in the scene file.
-    method: &'static str,
+    method: Cow<'static, str>,
     /// Relative tolerance of a step; `null` for a fixed step.
     tolerance: Option<f64>,
     /// Energy audit; `null` if there was none.
@@ -56,10 +57,10 @@ impl<'a> RunResult<'a> {
             method, tolerance, ..
         } = scene.integrator;
         Self {
-            summary,
+            summary: Cow::Borrowed(summary),
             exponents: summary.exponents.as_ref().map(RunExponents::new),
             peak_memory_bytes: peak_memory(),
-            method: method.name(),
+            method: method.name().into(),
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
             audio,
@@ -254,7 +255,7 @@ fn shell_word(path: &Path) -> String {
 
 /// The report for the terminal.
 fn text(scene: &Scene, result: &RunResult<'_>) -> String {
-    let summary = result.summary;
+    let summary = &*result.summary;
     let is_joint = scene.joint().is_ok();
     let place = match is_joint {
         true => " at the central contact point",
@@ -316,7 +317,7 @@ fn lines(lines: &[SpectralLine]) -> String {
 fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
     let Summary {
         stats, transitions, ..
-    } = result.summary;
+    } = &*result.summary;
     let events = match (is_joint, result.summary.audit) {
         (false, _) => format!("{transitions} events"),
         (true, Some(residual)) => {

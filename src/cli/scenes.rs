@@ -1,6 +1,8 @@
 //! `squeakscope scenes`: list the scenes, print one, measure its effects, or print the keys of scene files.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::args::ScenesArgs;
 use super::document::Document;
@@ -14,35 +16,35 @@ use crate::scene::{PRESETS, Scene, SceneError, key_reference};
 use crate::table::Table;
 
 /// The built-in scenes.
-#[derive(Serialize)]
-struct Scenes<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct Scenes<'a> {
     /// Scenes in the order of the list.
     scenes: Vec<Entry<'a>>,
 }
 
 /// A scene.
-#[derive(Serialize)]
-struct Entry<'a> {
+#[derive(Serialize, Deserialize)]
+pub(super) struct Entry<'a> {
     /// Name, as in `squeakscope run NAME`.
-    name: &'a str,
+    name: Cow<'a, str>,
     /// Title, one line.
-    title: &'a str,
+    title: Cow<'a, str>,
     /// Description and what to look for (Markdown).
-    about: &'a str,
+    about: Cow<'a, str>,
     /// Duration: simulated time, s.
     duration_s: f64,
     /// Text of the scene file.
-    toml: &'a str,
+    toml: Cow<'a, str>,
 }
 
 impl<'a> From<&'a Scene> for Entry<'a> {
     fn from(scene: &'a Scene) -> Self {
         Self {
-            name: &scene.name,
-            title: &scene.title,
-            about: &scene.about,
+            name: (&scene.name).into(),
+            title: (&scene.title).into(),
+            about: (&scene.about).into(),
             duration_s: scene.duration,
-            toml: &scene.text,
+            toml: (&scene.text).into(),
         }
     }
 }

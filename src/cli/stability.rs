@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::args::StabilityArgs;
 use super::document::Document;
@@ -17,19 +17,19 @@ use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
 
 /// The modes at each tilt.
-#[derive(Serialize)]
-struct StabilityResult {
+#[derive(Serialize, Deserialize)]
+pub(super) struct StabilityResult {
     /// Tilts in the requested order.
     tilts: Vec<ModesAt>,
 }
 
 /// The modes at a tilt, with the causes of growth if requested.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct ModesAt {
     #[serde(flatten)]
     at: StabilityAt,
     /// Oscillating modes, each explained by the causes of its growth; only with `--causes`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     explained: Vec<ExplainedMode>,
 }
 

@@ -4,7 +4,7 @@
 pub const MAX_SAMPLES: usize = 100_000_000;
 
 /// A signal: uniform samples with a name and a unit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signal {
     /// Name of the column or channel, or of the file.
     pub name: String,

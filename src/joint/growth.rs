@@ -22,14 +22,14 @@
 //! to zero.
 
 use faer::{Mat, c64};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::vector::{any_normal, cross, dot, unit};
 use super::{ContactDamping, Model, StabilityError};
+use crate::serial::by_name;
 
 /// Terms that can excite or damp a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(into = "&'static str")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// Slope of the friction law at the sliding speed, in the sliding direction.
     Slope,
@@ -45,9 +45,15 @@ pub enum Cause {
     Convection,
 }
 
-impl From<Cause> for &'static str {
-    fn from(cause: Cause) -> Self {
-        cause.name()
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Cause {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        by_name(&Self::ALL, Self::name, from)
     }
 }
 
@@ -90,7 +96,7 @@ impl Cause {
 }
 
 /// Effect of one term on the growth rate of a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CauseOfGrowth {
     /// The term.
     pub cause: Cause,
@@ -103,7 +109,7 @@ pub struct CauseOfGrowth {
 }
 
 /// A mode whose growth rate is explained by its causes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplainedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,

@@ -1,7 +1,7 @@
 //! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
 
 use faer::Mat;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Joint;
 use crate::dynamics::{Differentiable, System};
@@ -25,7 +25,7 @@ impl LinearMode {
 }
 
 /// A linear mode with the name of the dominant mode of the body.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,

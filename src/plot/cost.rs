@@ -225,7 +225,7 @@ pub fn hover(set: &WorkPrecisionSet, point: &WorkPrecisionPoint) -> String {
     };
     let mut text = format!(
         "{}: {error}, {} ms CPU time",
-        setting(set.parameter, point.value),
+        setting(&set.parameter, point.value),
         short(1e3 * point.seconds)
     );
     if point.rhs_evals > 0 {
@@ -258,7 +258,7 @@ mod tests {
         let sets = vec![WorkPrecisionSet {
             setting: CostSetting::Integrator,
             family: "lawson54".to_owned(),
-            parameter: "tolerance",
+            parameter: "tolerance".into(),
             floor: Some(1e-9),
             points,
         }];
@@ -341,9 +341,9 @@ mod tests {
     #[test]
     fn the_tooltip_is_one_line() {
         let study = study(vec![point(1e-4, 4e-3, Ok(2e-5))]);
-        let of = |parameter, point: &WorkPrecisionPoint| {
+        let of = |parameter: &'static str, point: &WorkPrecisionPoint| {
             let set = WorkPrecisionSet {
-                parameter,
+                parameter: parameter.into(),
                 ..study.sets[0].clone()
             };
             hover(&set, point)

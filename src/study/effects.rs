@@ -18,7 +18,7 @@ mod tests;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use bench::{Bench, Rounds, timed};
 pub use bench::{Cause, Measured};
@@ -32,7 +32,7 @@ use crate::scene::{AnalysisSpec, Events, RecordSpec, Scene};
 use crate::study::OnProgress;
 
 /// Cost of the effects of a scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Effects {
     /// The effects, active and inactive.
     pub effects: Vec<Effect>,
@@ -234,8 +234,8 @@ fn simulation_effects(
         return Ok(None);
     };
     let mut effects = vec![Effect {
-        name: "exact event location",
-        key: "time.events",
+        name: "exact event location".into(),
+        key: "time.events".into(),
         on: exact,
         setting: setting_text(exact, "exact"),
         cost: Ok(runs.effect(exact, 0, 1)),
@@ -295,8 +295,8 @@ fn base_scene(scene: &Scene) -> Scene {
 impl Analysis {
     fn effect(&self, on: bool, cost: Result<Measured, Unavailable>) -> Effect {
         Effect {
-            name: self.name,
-            key: self.table,
+            name: self.name.into(),
+            key: self.table.into(),
             on,
             setting: setting_text(on, "on"),
             cost,
@@ -408,8 +408,8 @@ fn recording_effects(
         let khz = 1e-3 * *(kind.rate)(&mut spec);
         let on = khz > 0.0;
         effects.push(Effect {
-            name: kind.name,
-            key: kind.key,
+            name: kind.name.into(),
+            key: kind.key.into(),
             on,
             setting: setting_text(on, &format!("{khz} kHz, including its recording")),
             cost: match base.duration < MIN_TIME {

@@ -8,7 +8,7 @@ mod tests;
 
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::OnProgress;
 use super::cost::{
@@ -25,7 +25,7 @@ use crate::pipeline::{Prepared, prepare_reusing_body};
 use crate::scene::{Parameter, Scene};
 
 /// The problem size that is varied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Size {
     /// Number of contact nodes.
@@ -68,7 +68,7 @@ impl Size {
 }
 
 /// The work that is timed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Work {
     /// One evaluation of the right-hand side.
@@ -97,7 +97,7 @@ impl Work {
 }
 
 /// Growth of the cost of one work with one size.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
     /// The size that is varied.
     pub size: Size,
@@ -108,7 +108,7 @@ pub struct Growth {
 }
 
 /// A point of the growth: the cost at one size.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrowthPoint {
     /// The size, in the unit of [`Size::name`].
     pub value: f64,

@@ -1,6 +1,6 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
@@ -21,7 +21,7 @@ pub enum StudyError {
 }
 
 /// Linear stability at one tilt of the load: the linear modes of steady sliding.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StabilityAt {
     /// Tilt of the load, rad.
     #[serde(rename = "tilt_rad")]

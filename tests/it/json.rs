@@ -8,6 +8,10 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use serde_json::Value;
+use squeakscope::read_back;
+use squeakscope::scene::{Parameter, Scene};
+use squeakscope::study::paper::paper_plan;
+use squeakscope::study::sweep::{Start, SweepPoint, write_table};
 use syn::{Attribute, Fields, Type};
 
 /// Each command with a short example.
@@ -36,6 +40,16 @@ const EXAMPLES: &[(&str, &str)] = &[
         "cost",
         "cost impact-oscillator --setting integrator --repeats 1 --horizon 5 --out cost",
     ),
+    (
+        "growth",
+        "growth impact-oscillator --repeats 1 --threads 1 --out growth",
+    ),
+    (
+        "calibrate",
+        "calibrate coarse.toml --generations 1 --population 1 --out a.jsonl --best best.toml",
+    ),
+    // The points of the sweep come from an earlier run, which `prepare` writes.
+    ("paper", "paper --figure 4 --out paper"),
     (
         "analyse",
         "analyse b.npz --column u --from 0.01 --json a.json",
@@ -240,6 +254,24 @@ fn rows(
     }
 }
 
+/// Writes what the examples read: a scene with a coarse mesh, and the table of a sweep whose runs have failed.
+fn prepare(folder: &Path) {
+    let coarse = [("nodes", 16.0), ("time.tolerance", 1e-3)];
+    let coarse = coarse.map(|(key, value)| (Parameter::named(key).unwrap(), value));
+    let scene = Scene::load("periodic-2deg").unwrap();
+    let scene = scene.with_values(&coarse).unwrap();
+    fs::write(folder.join("coarse.toml"), scene.text).unwrap();
+    let plan = paper_plan(Scene::load("paper").unwrap(), Start::Fresh);
+    let points = (0..plan.len()).map(|index| SweepPoint {
+        place: plan.place(index),
+        outcome: Err("not simulated".to_owned()),
+    });
+    let mut points: Vec<SweepPoint> = points.collect();
+    fs::create_dir(folder.join("paper")).unwrap();
+    let table = folder.join("paper/sweep.arrow");
+    write_table(&table, &plan.identity(), &mut points).unwrap();
+}
+
 /// The JSON result of an example.
 fn result(folder: &Path, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
@@ -248,7 +280,11 @@ fn result(folder: &Path, words: &str) -> Value {
         command.args(["--json", "a.json"]);
     }
     command.assert().success();
-    serde_json::from_slice(&fs::read(folder.join("a.json")).unwrap()).unwrap()
+    let document: Value =
+        serde_json::from_slice(&fs::read(folder.join("a.json")).unwrap()).unwrap();
+    let command = words.split(' ').next().unwrap();
+    assert_eq!(read_back(command, &document).unwrap(), document, "{words}");
+    document
 }
 
 fn root() -> PathBuf {
@@ -264,14 +300,14 @@ in its meaning. Non-finite numbers are `null`. Later versions may add fields; th
 not change. Fields that do not apply to a scene are `null` or absent.
 
 A test generates this page from real results and the documentation of their types, and checks that it is current.
-`merge` writes the same fields as `sweep`. `growth`, `calibrate` and `paper` are omitted, because their
-results take minutes. `squeakscope paper --json FILE` writes the location, the text, the published and
-the computed value and the verdict of each claim.
+It also reads each result as its Rust type and compares what that writes. `merge` writes the same fields as
+`sweep`.
 ";
 
 #[test]
 fn the_guide_lists_every_field_of_every_result() {
     let folder = tempfile::tempdir().unwrap();
+    prepare(folder.path());
     let structs = structs();
     let mut page = HEAD.to_owned();
     let mut undescribed = BTreeSet::new();

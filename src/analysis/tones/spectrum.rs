@@ -178,7 +178,7 @@ impl SpectrumAnalyser {
 }
 
 /// A one-sided amplitude spectrum.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spectrum {
     /// Spacing of the bins, Hz. The first is at 0 Hz, the last at or just below Nyquist.
     pub bin: f64,

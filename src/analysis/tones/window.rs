@@ -9,9 +9,10 @@ use std::f64::consts::PI;
 
 /// A cosine-sum window, `w(s) = a0 + a1 cos(2 pi s) + a2 cos(4 pi s) + ...` for `s` in `[-1/2, 1/2)`,
 /// sampled periodically as a discrete Fourier transform requires.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
     /// Narrow main lobe (2 bins on each side); side lobes from -31 dB, decreasing by 18 dB per octave.
+    #[default]
     Hann,
     /// Four terms: main lobe of 4 bins on each side, all side lobes below -92 dB.
     BlackmanHarris,

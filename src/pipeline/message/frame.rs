@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
@@ -121,7 +121,7 @@ pub struct EnergySample {
 }
 
 /// Lyapunov exponents of a run up to a time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exponents {
     /// Simulated time, s.
     #[serde(rename = "time_s")]

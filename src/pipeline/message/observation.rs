@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::frame::Exponents;
 use crate::analysis::SpectralLine;
+use crate::serial::infinite;
 
 /// Distance of the perturbed trajectory from the simulated one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryDivergence {
     /// Time of the newest sample, s.
     #[serde(rename = "time_s")]
@@ -28,13 +29,13 @@ pub struct TrajectoryDivergence {
 }
 
 /// `ln(distance) = intercept + rate (t - start)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DivergenceFit {
     /// Rate of divergence, 1/s: the slope, an estimate of the largest Lyapunov exponent.
     #[serde(rename = "rate_per_s")]
     pub rate: f64,
     /// Half-width of its 95 % confidence interval from the scatter about the line, 1/s.
-    #[serde(rename = "half_width_per_s")]
+    #[serde(rename = "half_width_per_s", deserialize_with = "infinite")]
     pub half_width: f64,
     /// Time since which distances are used for the fit, s.
     #[serde(rename = "since_s")]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::frame::{Exponents, Frame};
 use super::header::Header;
@@ -190,7 +190,7 @@ pub struct Health {
 }
 
 /// Results of a run.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Simulated time, s.
     #[serde(rename = "simulated_s")]

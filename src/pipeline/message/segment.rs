@@ -1,11 +1,11 @@
 //! Successive motions within one run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Attractor, LyapunovSpectrum};
 
 /// A motion between two changes of attractor, with its exponents.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionSegment {
     /// Start time, s: of the averaging for the first motion, else of the change.
     #[serde(rename = "start_s")]

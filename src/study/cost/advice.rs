@@ -1,6 +1,6 @@
 //! Advice derived from work-precision sets: the cheapest integrator setting for an error.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{CostSetting, WorkPrecisionSet};
 
@@ -11,7 +11,7 @@ pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
 const EQUAL_TIMES: f64 = 0.95;
 
 /// Advice: the cheapest integrator setting for a target error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
     /// Target error, relative.
     pub target: f64,

@@ -119,7 +119,7 @@ pub(super) fn invariant_sets(
         .map(|&(name, of)| WorkPrecisionSet {
             setting: CostSetting::Invariants,
             family: name.to_owned(),
-            parameter: "tolerance",
+            parameter: "tolerance".into(),
             floor: relative(of, &best[1], &best[0]),
             points: Vec::new(),
         })
@@ -212,7 +212,7 @@ pub(super) fn exponent_sets(
                 1 => "one tangent vector".to_owned(),
                 count => format!("{count} tangent vectors"),
             },
-            parameter: "averaging time, s",
+            parameter: "averaging time, s".into(),
             floor,
             points,
         });
@@ -272,7 +272,7 @@ pub(super) fn recurrence_sets(
         sets.push(WorkPrecisionSet {
             setting: CostSetting::Recurrence,
             family: format!("threshold {threshold} standard deviations"),
-            parameter: "states",
+            parameter: "states".into(),
             floor,
             points,
         });

@@ -88,7 +88,7 @@ pub(super) fn element_sets(
         sets.push(WorkPrecisionSet {
             setting: CostSetting::Elements,
             family: name.to_owned(),
-            parameter: "element size, mm",
+            parameter: "element size, mm".into(),
             floor: Some(floor),
             points,
         });

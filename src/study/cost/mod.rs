@@ -20,7 +20,7 @@ mod trajectory;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::OnProgress;
 use super::response::{InitialState, ResponsePlan, response};
@@ -38,7 +38,7 @@ pub use set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// Result of a cost study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CostStudy {
     /// Name of the scene.
     pub scene: String,

@@ -83,7 +83,7 @@ pub(super) fn mode_sets(
         .map(|&(name, of)| WorkPrecisionSet {
             setting: CostSetting::Modes,
             family: name.to_owned(),
-            parameter: "modes",
+            parameter: "modes".into(),
             floor: others
                 .iter()
                 .filter_map(|other| relative(of, other, &best))

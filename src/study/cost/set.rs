@@ -1,11 +1,23 @@
 //! The settings of a cost study and their work-precision sets.
 
-use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A setting of the scene whose cost and error are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::EnumString,
+    strum::IntoStaticStr,
+)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[serde(into = "SettingRecord")]
+#[serde(into = "SettingRecord", try_from = "SettingRecord")]
 #[strum(serialize_all = "lowercase")]
 pub enum CostSetting {
     /// Method and tolerance, by the error of the trajectory.
@@ -27,20 +39,28 @@ pub enum CostSetting {
 }
 
 /// JSON form of a setting.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct SettingRecord {
     /// Name of the setting, as on the command line.
-    setting: &'static str,
+    setting: Cow<'static, str>,
     /// Measure of the error of the points.
-    error_measure: &'static str,
+    error_measure: Cow<'static, str>,
 }
 
 impl From<CostSetting> for SettingRecord {
     fn from(setting: CostSetting) -> Self {
         Self {
-            setting: setting.name(),
-            error_measure: setting.error(),
+            setting: setting.name().into(),
+            error_measure: setting.error().into(),
         }
+    }
+}
+
+impl TryFrom<SettingRecord> for CostSetting {
+    type Error = strum::ParseError;
+
+    fn try_from(record: SettingRecord) -> Result<Self, strum::ParseError> {
+        record.setting.parse()
     }
 }
 
@@ -75,7 +95,7 @@ impl CostSetting {
 }
 
 /// A work-precision set: one setting varied within a family.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkPrecisionSet {
     /// The setting.
     #[serde(flatten)]
@@ -84,7 +104,7 @@ pub struct WorkPrecisionSet {
     pub family: String,
     /// Name and unit of the varied parameter, such as `tolerance`.
     #[serde(rename = "parameter")]
-    pub parameter: &'static str,
+    pub parameter: Cow<'static, str>,
     /// Error of the reference solution; `None` if it is unknown.
     #[serde(rename = "reference_error")]
     pub floor: Option<f64>,
@@ -93,7 +113,7 @@ pub struct WorkPrecisionSet {
 }
 
 /// A work-precision point.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkPrecisionPoint {
     /// Value of the varied parameter, in the unit given by `parameter` of the set.
     pub value: f64,
@@ -103,24 +123,33 @@ pub struct WorkPrecisionPoint {
     /// Right-hand-side evaluations; 0 if there are none.
     pub rhs_evals: u64,
     /// The error, or the error message of a failed run.
-    #[serde(flatten, serialize_with = "error_or_reason")]
+    #[serde(flatten, with = "ErrorOrReason")]
     pub error: Result<f64, String>,
     /// Detail of the point, such as the modes or the number of events; may be empty.
     pub detail: String,
 }
 
 /// JSON form of the error.
-fn error_or_reason<S: Serializer>(
-    error: &Result<f64, String>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Record<'a> {
-        /// Error of the point; `null` if the run failed.
-        error: Option<f64>,
-        /// Error message of a failed run; `null` otherwise.
-        failed: Option<&'a String>,
+#[derive(Serialize, Deserialize)]
+struct ErrorOrReason {
+    /// Error of the point; `null` if the run failed.
+    error: Option<f64>,
+    /// Error message of a failed run; `null` otherwise.
+    failed: Option<String>,
+}
+
+impl ErrorOrReason {
+    fn serialize<S: Serializer>(error: &Result<f64, String>, to: S) -> Result<S::Ok, S::Error> {
+        let record = Self {
+            error: error.as_ref().ok().copied(),
+            failed: error.as_ref().err().cloned(),
+        };
+        Serialize::serialize(&record, to)
     }
-    let (error, failed) = (error.as_ref().ok().copied(), error.as_ref().err());
-    Record { error, failed }.serialize(serializer)
+
+    fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Result<f64, String>, D::Error> {
+        let record = <Self as Deserialize>::deserialize(from)?;
+        let error = record.error.unwrap_or(f64::INFINITY);
+        Ok(record.failed.map_or(Ok(error), Err))
+    }
 }

@@ -207,8 +207,8 @@ pub(super) fn integrator_sets(
             setting: CostSetting::Integrator,
             family: method.name().to_owned(),
             parameter: match method.has_fixed_step() {
-                true => "step, s",
-                false => "tolerance",
+                true => "step, s".into(),
+                false => "tolerance".into(),
             },
             floor: Some(floor),
             points,
@@ -242,7 +242,7 @@ pub(super) fn event_sets(
                 Events::Exact => "exact",
             }
             .to_owned(),
-            parameter: "tolerance",
+            parameter: "tolerance".into(),
             floor: Some(floor),
             points,
         });
@@ -295,7 +295,7 @@ pub(super) fn node_sets(
         sets.push(WorkPrecisionSet {
             setting: CostSetting::Nodes,
             family: family.to_owned(),
-            parameter: "nodes",
+            parameter: "nodes".into(),
             floor: Some(floor),
             points,
         });

@@ -1,7 +1,7 @@
 //! Interleaved timing: variants alternate, so that disturbances of the machine affect all of them alike.
 
 use cpu_time::{ProcessTime, ThreadTime};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::study::OnProgress;
 
@@ -19,7 +19,7 @@ const STUDENT: f64 = 3.18;
 const STAGES: f64 = 5.0;
 
 /// A measured mean with its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The mean, in the unit of the quantity.
     pub mean: f64,

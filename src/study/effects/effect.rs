@@ -1,22 +1,25 @@
 //! An effect of a scene and its cost.
 
-use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::bench::Measured;
+use crate::serial::by_name;
 
 /// An effect of a scene, such as lift-off or an analysis, and its cost.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
     /// Name of the effect.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Table or key of the scene that controls the effect.
-    pub key: &'static str,
+    pub key: Cow<'static, str>,
     /// Whether the effect is on in the scene.
     pub on: bool,
     /// Setting as text; empty if inactive.
     pub setting: String,
     /// CPU time per simulated second that the effect adds or would add, s/s; or why it cannot be measured.
-    #[serde(flatten, serialize_with = "cost_or_reason")]
+    #[serde(flatten, with = "CostOrReason")]
     pub cost: Result<Measured, Unavailable>,
     /// Setup: CPU time before the first sample, s; `None` if it is not significant.
     #[serde(rename = "setup_s")]
@@ -24,22 +27,33 @@ pub struct Effect {
 }
 
 /// JSON form of the cost.
-fn cost_or_reason<S: Serializer>(
-    cost: &Result<Measured, Unavailable>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Record {
-        /// CPU time per simulated second that the effect adds or would add, s/s; `null` if unavailable.
-        cpu_s_per_s: Option<Measured>,
-        /// Reason why the cost is unavailable; `null` if it is available.
-        unavailable: Option<String>,
+#[derive(Serialize, Deserialize)]
+struct CostOrReason {
+    /// CPU time per simulated second that the effect adds or would add, s/s; `null` if unavailable.
+    cpu_s_per_s: Option<Measured>,
+    /// Reason why the cost is unavailable; `null` if it is available.
+    unavailable: Option<Unavailable>,
+}
+
+impl CostOrReason {
+    fn serialize<S: Serializer>(
+        cost: &Result<Measured, Unavailable>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        let record = Self {
+            cpu_s_per_s: cost.ok(),
+            unavailable: cost.err(),
+        };
+        Serialize::serialize(&record, to)
     }
-    let record = Record {
-        cpu_s_per_s: cost.ok(),
-        unavailable: cost.err().map(|why| why.to_string()),
-    };
-    record.serialize(serializer)
+
+    fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Result<Measured, Unavailable>, D::Error> {
+        let record = <Self as Deserialize>::deserialize(from)?;
+        let cost = record.cpu_s_per_s;
+        Ok(cost.ok_or(record.unavailable.unwrap_or(Unavailable::TooShort)))
+    }
 }
 
 /// Why the cost of an effect is unavailable.
@@ -57,6 +71,21 @@ pub enum Unavailable {
     /// Other analyses depend on the effect.
     #[error("other analyses depend on it")]
     Needed,
+}
+
+/// As its message.
+impl Serialize for Unavailable {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Unavailable {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        use Unavailable::{CannotAdd, Needed, ShorterThanWindow, TooShort};
+        let all = [ShorterThanWindow, TooShort, CannotAdd, Needed];
+        by_name(&all, |reason| reason.to_string(), from)
+    }
 }
 
 /// Text of an effect's setting; empty if it is inactive.

@@ -69,8 +69,8 @@ pub(super) fn joint_effects(
         .map(|(k, (name, key, on, setting, _))| {
             let cost = rounds.effect(on, 0, k + 1);
             Effect {
-                name,
-                key,
+                name: name.into(),
+                key: key.into(),
                 on,
                 setting,
                 cost: Ok(cost.times(calls)),
@@ -297,8 +297,8 @@ fn schedule_effect(joint: &LoadedJoint, cost: Measured) -> Effect {
         spans.push(span("rotation", joint.rotation_span(), " times"));
     }
     Effect {
-        name: "scheduled tilt, load, rotation",
-        key: "load.tilt, load.load, rotation.factor",
+        name: "scheduled tilt, load, rotation".into(),
+        key: "load.tilt, load.load, rotation.factor".into(),
         on: !spans.is_empty(),
         setting: spans.join(", "),
         cost: Ok(cost),

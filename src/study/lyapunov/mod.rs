@@ -8,7 +8,7 @@ mod tests;
 
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, SolverStats,
@@ -74,9 +74,10 @@ pub struct LyapunovPlan {
 }
 
 /// The reason why averaging ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ending {
     /// The goal was reached.
+    #[default]
     Reached,
     /// The maximum averaging time was reached before the goal.
     MaxTimeReached,
@@ -85,7 +86,7 @@ pub enum Ending {
 }
 
 /// Running estimates of the exponents after some averaging time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunningExponents {
     /// Averaging time so far, s.
     #[serde(rename = "time_s")]
@@ -96,7 +97,7 @@ pub struct RunningExponents {
 }
 
 /// Result of a Lyapunov study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LyapunovStudy {
     /// The Lyapunov spectrum of the last motion; without exponents if the study was stopped before averaging.
     #[serde(flatten)]

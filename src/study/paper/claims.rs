@@ -1,6 +1,8 @@
 //! The claims of the paper, compared with the simulation results.
 
-use serde::{Deserialize, Serialize, Serializer};
+use std::borrow::Cow;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::evidence::Evidence;
 use crate::analysis::RecurrenceKind;
@@ -100,8 +102,8 @@ pub fn claims() -> Vec<Claim> {
 }
 
 /// Agreement of a claim with the simulation results: whether it holds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(into = "HoldsRecord")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "HoldsRecord", from = "HoldsRecord")]
 pub enum Agreement {
     /// The claim holds.
     Yes,
@@ -114,10 +116,10 @@ pub enum Agreement {
 }
 
 /// JSON form of [`Agreement`].
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct HoldsRecord {
     /// Whether the claim holds: `yes`, `partly`, `no` or `unknown`.
-    holds: &'static str,
+    holds: Cow<'static, str>,
     /// Share to which the claim holds, 0 to 1.
     share: f64,
 }
@@ -125,8 +127,19 @@ struct HoldsRecord {
 impl From<Agreement> for HoldsRecord {
     fn from(holds: Agreement) -> Self {
         Self {
-            holds: holds.name(),
+            holds: holds.name().into(),
             share: holds.share(),
+        }
+    }
+}
+
+impl From<HoldsRecord> for Agreement {
+    fn from(HoldsRecord { holds, share }: HoldsRecord) -> Self {
+        match &*holds {
+            "yes" => Self::Yes,
+            "partly" => Self::Partly(share),
+            "no" => Self::No,
+            _ => Self::Unknown,
         }
     }
 }
@@ -172,10 +185,10 @@ impl Agreement {
 }
 
 /// Finding on a claim: its comparison with the simulation results.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// The claim.
-    #[serde(flatten, serialize_with = "claim_record")]
+    #[serde(flatten, with = "ClaimRecord")]
     pub claim: Claim,
     /// The published value as text.
     pub published: String,
@@ -189,25 +202,42 @@ pub struct Finding {
 }
 
 /// JSON form of a claim.
-fn claim_record<S: Serializer>(claim: &Claim, serializer: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Record<'a> {
-        /// Identifier (id) of the claim.
-        id: &'a str,
-        /// Place in the paper: figure or section.
-        place: &'a str,
-        /// Statement of the claim.
-        statement: &'a str,
-        /// Weight of the claim in the score.
-        weight: f64,
+#[derive(Serialize, Deserialize)]
+struct ClaimRecord {
+    /// Identifier (id) of the claim.
+    id: String,
+    /// Place in the paper: figure or section.
+    place: String,
+    /// Statement of the claim.
+    statement: String,
+    /// Weight of the claim in the score.
+    weight: f64,
+}
+
+impl ClaimRecord {
+    fn serialize<S: Serializer>(claim: &Claim, to: S) -> Result<S::Ok, S::Error> {
+        let record = Self {
+            id: claim.id.clone(),
+            place: claim.place.clone(),
+            statement: claim.statement.clone(),
+            weight: claim.weight,
+        };
+        Serialize::serialize(&record, to)
     }
-    let record = Record {
-        id: &claim.id,
-        place: &claim.place,
-        statement: &claim.statement,
-        weight: claim.weight,
-    };
-    record.serialize(serializer)
+
+    /// Reads the claim, with the criterion of the present version.
+    fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Claim, D::Error> {
+        let record = <Self as Deserialize>::deserialize(from)?;
+        let claim = claims().into_iter().find(|claim| claim.id == record.id);
+        let claim = claim
+            .ok_or_else(|| serde::de::Error::custom(format!("unknown claim `{}`", record.id)))?;
+        Ok(Claim {
+            place: record.place,
+            statement: record.statement,
+            weight: record.weight,
+            ..claim
+        })
+    }
 }
 
 /// Compares every claim with the simulation results.

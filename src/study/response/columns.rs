@@ -7,6 +7,7 @@ use crate::analysis::{
 };
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
+use crate::serial::{infinite, minus_infinite};
 use crate::study::StabilityAt;
 
 /// A module for `serde(with)` that serialises a type through its columns.
@@ -149,10 +150,13 @@ impl Columns for Lines {
 #[derive(Serialize, Deserialize)]
 struct Exponents {
     /// Largest Lyapunov exponents, 1/s.
+    #[serde(deserialize_with = "minus_infinite")]
     exponent_per_s: Vec<f64>,
     /// Half-widths of the 95 % intervals of the exponents, 1/s.
+    #[serde(deserialize_with = "infinite")]
     exponent_half_width_per_s: Vec<f64>,
     /// Resolution of the exponents, 1/s: a smaller magnitude cannot be distinguished from zero.
+    #[serde(deserialize_with = "infinite")]
     exponent_resolution_per_s: f64,
     /// Averaging time of the exponents, s.
     exponent_time_s: f64,

@@ -185,7 +185,7 @@ pub struct PoincareSection {
 ///
 /// Amplitudes, levels and distances are in the unit of the signal, times in seconds. The signal itself and
 /// data used only for figures are not serialised.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignalAnalysis {
     /// The signal.
     #[serde(skip)]

@@ -1,12 +1,13 @@
 //! Result of a sweep: the points, and the parameter intervals of each regime.
 
-use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 
-use super::row::Row;
+use serde::{Deserialize, Serialize};
+
 use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 
 /// Result of a sweep.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct SweepResult<'a> {
     /// Labels of the axes, with units.
     pub axes: Vec<String>,
@@ -26,12 +27,11 @@ pub struct SweepResult<'a> {
     /// Hysteresis: parameter values at which upward and downward continuation reach different regimes.
     pub hysteresis: Vec<f64>,
     /// The points in ascending order of index.
-    #[serde(serialize_with = "rows")]
-    pub points: &'a [SweepPoint],
+    pub points: Cow<'a, [SweepPoint]>,
 }
 
 /// An interval of the parameter with a single regime.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegimeInterval {
     /// Start of its points.
     pub start: Start,
@@ -64,7 +64,7 @@ impl<'a> SweepResult<'a> {
             regime_intervals: regime_intervals(single_axis),
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
-            points,
+            points: points.into(),
         }
     }
 }
@@ -96,35 +96,4 @@ fn hysteresis(points: &[SweepPoint]) -> Vec<f64> {
         })
     });
     differ.map(|up| up.place.values[0]).collect()
-}
-
-/// A point in JSON.
-#[derive(Serialize)]
-struct Record {
-    /// Row of the point in the table.
-    #[serde(flatten)]
-    row: Row,
-    /// Number of unstable linear modes.
-    unstable_modes: Option<usize>,
-}
-
-/// Serialises points without portraits and final states, which only the table has.
-fn rows<S: Serializer>(points: &[SweepPoint], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(points.iter().map(|point| {
-        let linear = point
-            .outcome
-            .as_ref()
-            .ok()
-            .and_then(|found| found.linear.as_ref());
-        let unstable_modes = linear.map(|linear| linear.unstable().count());
-        let mut point = point.clone();
-        if let Ok(found) = &mut point.outcome {
-            found.portrait = None;
-            found.state.clear();
-        }
-        Record {
-            row: Row::new(&point),
-            unstable_modes,
-        }
-    }))
 }

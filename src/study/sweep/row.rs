@@ -154,3 +154,37 @@ impl Row {
         }
     }
 }
+
+/// A point in JSON: without the portrait and the final state, which only the table has.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Record {
+    /// Row of the point in the table.
+    #[serde(flatten)]
+    row: Row,
+    /// Number of unstable linear modes.
+    unstable_modes: Option<usize>,
+}
+
+impl From<SweepPoint> for Record {
+    fn from(mut point: SweepPoint) -> Self {
+        let mut unstable_modes = None;
+        if let Ok(found) = &mut point.outcome {
+            let linear = found.linear.as_ref();
+            unstable_modes = linear.map(|linear| linear.unstable().count());
+            found.portrait = None;
+            found.state.clear();
+        }
+        Self {
+            row: Row::new(&point),
+            unstable_modes,
+        }
+    }
+}
+
+impl TryFrom<Record> for SweepPoint {
+    type Error = String;
+
+    fn try_from(record: Record) -> Result<Self, String> {
+        record.row.into_point()
+    }
+}

@@ -1,12 +1,12 @@
 //! Transitions between the regimes of neighbouring points of a sweep.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Start, SweepPoint};
 use crate::analysis::Regime;
 
 /// A transition between two neighbouring values of the parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transition {
     /// Start of both points.
     pub start: Start,
