@@ -76,6 +76,19 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd
             first,
             out,
         } = self;
+        if const { S::F64_LANES == 1 && (K > 1 || M < MAX_MODES) } {
+            for first in first..first + K {
+                without_simd(MatrixFreeProduct::<AXES, 1, MAX_MODES> {
+                    nodes,
+                    kept,
+                    vectors,
+                    width,
+                    first,
+                    out: &mut *out,
+                });
+            }
+            return;
+        }
         let modes = if M < MAX_MODES { M } else { nodes.modes };
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; K]; M];
@@ -142,6 +155,12 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd
             }
         }
     }
+}
+
+/// The product on a machine without SIMD; compiled once for all sizes.
+#[inline(never)]
+fn without_simd<const AXES: usize>(product: MatrixFreeProduct<'_, AXES, 1, MAX_MODES>) {
+    product.with_simd(pulp::Scalar::new());
 }
 
 impl<S: Simd> NodeSlopes<S> {
@@ -284,9 +303,15 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
         weights: &[Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
-        for i in (0..m).step_by(TILE) {
+        // Without SIMD the speed does not matter: a single tile saves compile time.
+        let side = if const { S::F64_LANES == 1 } { 1 } else { TILE };
+        for i in (0..m).step_by(side) {
             let columns = if Self::AXES == 0 { i + 1 } else { m };
-            for j in (0..columns).step_by(TILE) {
+            for j in (0..columns).step_by(side) {
+                if const { S::F64_LANES == 1 } {
+                    self.tile::<S, 1, 1>(simd, [i, j], units.clone(), weights);
+                    continue;
+                }
                 macro_rules! tile {
                     ($($rows:literal: [$($columns:literal)*])*) => {
                         match (TILE.min(m - i), TILE.min(m - j)) {
