@@ -23,7 +23,7 @@ use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
 use crate::scene::{Parameter, Scene};
-use crate::study::paper::{Agreement, Finding, compare, paper_evidence, paper_plan, score};
+use crate::study::paper::{Finding, Score, Verdict, compare, paper_evidence, paper_plan};
 use crate::study::sweep::{Start, SweepPlan};
 use crate::text::paper as words;
 
@@ -103,7 +103,7 @@ fn execute(
     let captions = figures.iter().filter(|_| args.figure.is_some());
     let result = PaperResult {
         start: args.start,
-        score: score(&claims),
+        score: Score::of(&claims),
         claims,
         captions: captions.map(|figure| figure.caption.clone()).collect(),
     };
@@ -115,7 +115,7 @@ fn execute(
         let ending = shown.unwrap_or(&Format::Pdf).ending();
         let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
         let start = (&**scene, &*result.start.to_string());
-        let page = words::page(start, &figures, ending, (result.score, &result.claims));
+        let page = words::page(start, &figures, ending, (&result.score, &result.claims));
         written.push(write(&args.out.join(PAGE), &page)?);
     }
     let document = Document::new(&result, &written).with_scene(scene);
@@ -164,8 +164,9 @@ fn write(path: &Path, text: &str) -> Result<WrittenFile, CliError> {
 pub(super) struct PaperResult {
     /// Initial states of the sweep over the tilt.
     start: Start,
-    /// Score: weighted share of the claims that hold, 0 to 1.
-    score: f64,
+    /// Agreement with the paper.
+    #[serde(flatten)]
+    score: Score,
     /// Claims in the order of the paper.
     claims: Vec<Finding>,
     /// Caption (Markdown) of the figure selected with `--figure`.
@@ -178,26 +179,26 @@ fn text(scene: &str, result: &PaperResult) -> String {
     if !result.claims.is_empty() {
         let _ = writeln!(
             text,
-            "{HEADING}{}{HEADING:#} (start: {}): {:.0} % of the paper's claims hold, by weight",
+            "{HEADING}{}{HEADING:#} (start: {}): {}",
             escape::line(scene),
             result.start,
-            100.0 * result.score
+            words::score_text(&result.score)
         );
     }
     for finding in &result.claims {
-        let style = match finding.holds {
-            Agreement::Yes => MET,
-            Agreement::No => NOT_MET,
+        let style = match finding.verdict {
+            Verdict::Met => MET,
+            Verdict::NotMet => NOT_MET,
             _ => Style::new(),
         };
         let _ = writeln!(
             text,
             "  {:<13} {}\n  {:<13}   paper {}, simulation {}: {style}{}{style:#}",
-            finding.claim.place,
-            finding.claim.statement,
+            finding.place,
+            finding.statement,
             "",
-            finding.published,
-            finding.simulated,
+            finding.expected,
+            finding.measured,
             words::verdict(finding)
         );
     }
@@ -208,6 +209,7 @@ fn text(scene: &str, result: &PaperResult) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::paper::claims;
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::Axis;
 
@@ -251,32 +253,32 @@ mod tests {
             "{page}"
         );
         assert!(
-            page.contains("| Fig. 4a | Four unstable modes at a tilt of 2.0 deg | 4 | 4 | yes |"),
+            page.contains(
+                "| Fig. 4a | Four unstable modes at a tilt of 2.0 deg | 4 | 4 | met | 1 |"
+            ),
             "{page}"
         );
         assert!(page.contains(
-            "| Fig. 6a | Five unstable modes at a tilt of 3.5 deg | 5 | not found | unknown |"
+            "| Fig. 6a | Five unstable modes at a tilt of 3.5 deg | 5 | not found | not comparable | 1 |"
         ));
         let json = std::fs::read(folder.path().join("paper.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
-        assert_eq!(report["claims"].as_array().unwrap().len(), 34);
-        assert!(
-            report["score"].as_f64().unwrap() < 0.6,
-            "{}",
-            report["score"]
-        );
+        assert_eq!(report["claims"].as_array().unwrap().len(), claims().len());
+        let [strict, partial] = ["strict_score", "partial_score"].map(|name| report[name].as_f64());
+        assert!(strict <= partial && strict < Some(0.6), "{report}");
         let claim = &report["claims"][0];
         for field in [
             "id",
             "place",
             "statement",
-            "published",
-            "simulated",
-            "holds",
+            "quote",
+            "expected",
+            "measured",
+            "verdict",
         ] {
             assert!(claim[field].is_string(), "{field} of {claim}");
         }
-        assert!(claim["weight"].is_number() && claim["share"].is_number());
+        assert!(claim["weight"].is_number());
         // A second run reuses the sweep and draws only the selected figure.
         args.figure = Some(9);
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();

@@ -5,7 +5,7 @@ use minijinja::value::Value;
 
 use super::or_error_text;
 use super::template::fill;
-use crate::study::paper::{Agreement, Finding};
+use crate::study::paper::{Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
 use crate::table::Table;
 use crate::{VERSION, escape};
@@ -22,14 +22,12 @@ pub fn caption(
         .filter(|finding| differs_from_paper(finding, number));
     let words = |finding: &Finding| {
         let Finding {
-            published,
-            simulated,
+            statement,
+            expected,
+            measured,
             ..
         } = finding;
-        format!(
-            "{}: published {published}, computed {simulated}",
-            finding.claim.statement
-        )
+        format!("{statement}: published {expected}, computed {measured}")
     };
     let motion = motion.map(|(tilt, response)| motion_values(tilt, response));
     let values = context! {
@@ -64,15 +62,15 @@ fn motion_values(tilt: f64, response: &SettledResponse) -> Value {
 
 /// Whether a figure differs from the paper's statement about it.
 fn differs_from_paper(finding: &Finding, number: u8) -> bool {
-    let place = &finding.claim.place;
+    let place = &finding.place;
     let mut figures = place.split([',', ';']).filter_map(|part| {
         let digits = part.trim().trim_start_matches("Fig. ");
         let end = digits.find(|c: char| !c.is_ascii_digit());
         digits[..end.unwrap_or(digits.len())].parse::<u8>().ok()
     });
-    let is_known = !matches!(finding.holds, Agreement::Yes | Agreement::Unknown);
+    let differs = matches!(finding.verdict, Verdict::Partly { .. } | Verdict::NotMet);
     let is_there = place.starts_with("Fig.") && figures.any(|figure| figure == number);
-    is_there && is_known && finding.simulated != finding.published
+    is_there && differs && finding.measured != finding.expected
 }
 
 /// The page of figures, given by names and captions, with the table of claims. `scene` and `start` are
@@ -81,21 +79,21 @@ pub fn page(
     (scene, start): (&str, &str),
     figures: &[(&str, &str)],
     ending: &str,
-    (score, findings): (f64, &[Finding]),
+    (score, findings): (&Score, &[Finding]),
 ) -> String {
     let mut table = Table::default()
         .left("reference")
         .left("claim")
         .left("published");
-    table = table.left("computed").left("holds");
+    table = table.left("computed").left("verdict").right("weight");
     for finding in findings {
-        let claim = &finding.claim;
         table.row([
-            claim.place.clone(),
-            claim.statement.clone(),
-            finding.published.clone(),
-            finding.simulated.clone(),
+            finding.place.clone(),
+            finding.statement.clone(),
+            finding.expected.clone(),
+            finding.measured.clone(),
             verdict(finding),
+            finding.weight.to_string(),
         ]);
     }
     let figures = figures.iter();
@@ -105,17 +103,32 @@ pub fn page(
         version => VERSION,
         figures => figures.map(|&(name, caption)| context! { name, caption }).collect::<Vec<_>>(),
         ending,
-        score => format!("{:.0}", 100.0 * score),
+        score => score_text(score),
         claims => table.markdown(),
     };
     or_error_text(fill("paper/page", values))
 }
 
-/// Whether a claim holds, with the deviation of its number or the degree to which it holds.
+/// The strict score, the numbers of claims by verdict, and the score with partial credit.
+pub fn score_text(score: &Score) -> String {
+    or_error_text(fill(
+        "paper/score",
+        context! {
+            strict => format!("{:.0}", 100.0 * score.strict_score),
+            partial => format!("{:.0}", 100.0 * score.partial_score),
+            met => score.met,
+            partly => score.partly,
+            not_met => score.not_met,
+            not_comparable => score.not_comparable,
+        },
+    ))
+}
+
+/// The verdict on a claim, with the deviation of its number or the share of the tilts at which it holds.
 pub fn verdict(finding: &Finding) -> String {
-    let name = finding.holds.name();
-    match (finding.holds, finding.deviation) {
-        (Agreement::Partly(share), _) => format!("{name}, {:.0} %", 100.0 * share),
+    let name = finding.verdict.name();
+    match (finding.verdict, finding.deviation) {
+        (Verdict::Partly { share }, _) => format!("{name}, {:.0} %", 100.0 * share),
         (_, Some(off)) => format!("{name} ({:+.1} %)", 100.0 * off),
         (_, None) => name.to_owned(),
     }

@@ -12,7 +12,7 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use super::paper::{Evidence, Finding, compare, fitness, score};
+use super::paper::{Evidence, Finding, Score, compare, fitness};
 use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
 use super::response::{InitialState, ResponsePlan, response};
 use super::sweep::chain_of_causes;
@@ -69,12 +69,12 @@ pub struct Trial {
     pub number: usize,
     /// The candidate: a parameter set.
     pub candidate: Candidate,
-    /// Score: weighted share of the claims that hold, 0 to 1. ([`score`]).
+    /// Strict score ([`Score`]): share of the comparable claims that are met, by weight, 0 to 1.
     pub score: f64,
     /// Fitness by which candidates are ranked, 0 to 1 ([`fitness`]): how close the claims are to holding.
     #[serde(rename = "fitness")]
     pub fitness: f64,
-    /// Claims claims_held: the name of each claim that holds, with the share to which it holds, 0 to 1.
+    /// Claims held: the name of each claim that is met or partly met, with the share to which it holds, 0 to 1.
     #[serde(rename = "claims_held")]
     pub claims_held: Vec<(String, f64)>,
     /// Error message if the candidate could not be simulated; then no claim holds.
@@ -219,12 +219,12 @@ fn evaluate(
     let trial = |findings: &[Finding], error| Trial {
         number,
         candidate: candidate.clone(),
-        score: rounded(score(findings)),
+        score: rounded(Score::of(findings).strict_score),
         fitness: rounded(fitness(findings)),
         claims_held: findings
             .iter()
-            .filter(|finding| finding.holds.share() > 0.0 && finding.claim.weight > 0.0)
-            .map(|finding| (finding.claim.id.clone(), rounded(finding.holds.share())))
+            .filter(|finding| finding.verdict.share() > 0.0)
+            .map(|finding| (finding.id.clone(), rounded(finding.verdict.share())))
             .collect(),
         error,
     };

@@ -1,98 +1,126 @@
-//! Claims compared with synthetic results.
+//! Claims compared with signals that are made of the paper's own numbers and measured like a simulation.
+
+use std::collections::BTreeMap;
 
 use super::*;
-use crate::analysis::RecurrenceKind::{Beat, Doubled, Finest};
-use crate::analysis::{RecurrencePeriod, RecurrencePeriods, Regime, SpectralLine};
-use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
+use crate::analysis::Regime;
+use crate::analysis::test_signals::{coordinate, roessler, sines};
+use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
+use crate::scene::Scene;
 use crate::study::StabilityAt;
-use crate::study::response::SettledResponse;
+use crate::study::response::{SettledResponse, measured};
 
-/// A response with spectral lines (Hz), exponents (1/s, half-width 1/s) and a number of unstable modes.
-fn response(regime: Regime, lines: &[f64], exponents: &[f64], unstable: usize) -> SettledResponse {
-    let mode = |k: usize| NamedMode {
-        frequency_hz: 1000.0 * (k + 1) as f64,
-        growth: if k < unstable { 700.0 } else { -10.0 },
-        label: format!("mode {k}"),
-        unstable: k < unstable,
+/// Sample rate, Hz, and number of samples of a signal.
+const RATE: f64 = 200e3;
+const SAMPLES: usize = 60_000;
+
+/// Lines of the torus, Hz: Fig. 6d.
+const TORUS: [f64; 3] = [3870.0, 12_180.0, 570.0];
+
+/// The published motion of one kind: its displacement (m) and its exponents, 1/s.
+fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
+    let tones = |tones: &[(f64, f64)]| {
+        let tones: Vec<_> = tones.iter().map(|&(hz, size)| (hz, size, 0.3)).collect();
+        sines(RATE, SAMPLES, &tones)
     };
-    SettledResponse {
-        transient: 0.1,
-        settled: true,
-        amplitude: 7e-7,
-        rms_velocity: 0.01,
-        peak_velocity: 0.0178,
-        maxima: vec![7e-7],
-        section: Vec::new(),
-        lines: lines
-            .iter()
-            .map(|&frequency| SpectralLine {
-                frequency,
-                amplitude: 1e-7,
-                label: String::new(),
-            })
-            .collect(),
-        curves: None,
-        doubling: 0,
-        broadband_share: 0.0,
-        exponents: Some(LyapunovSpectrum {
-            exponents: exponents
-                .iter()
-                .map(|&value| Exponent {
-                    value,
-                    half_width: 1.0,
-                })
-                .collect(),
-            time: 1.0,
-            dimension: 22,
-            resolution: 2.3,
-            kaplan_yorke: None,
-        }),
-        recurrence: None,
-        recurrence_periods: RecurrencePeriods::default(),
-        linear: Some(StabilityAt {
-            tilt: 0.0,
-            modes: (0..11).map(mode).collect(),
-        }),
-        regime,
-        confidence: 0.9,
-        portrait: None,
-        state: Vec::new(),
-        stats: SolverStats::default(),
+    let [f1, f2, difference] = TORUS;
+    match kind {
+        "4.1 kHz" => {
+            let signal = tones(&[(4100.0, 7e-7), (8200.0, 2e-7), (12_300.0, 1e-7)]);
+            (signal, &[0.1, -50.0, -90.0])
+        }
+        "12.48 kHz" => (tones(&[(12_480.0, 3e-7)]), &[0.1, -50.0, -90.0]),
+        "torus" => {
+            let signal = tones(&[(f1, 6e-7), (f2, 3e-7), (difference, 1e-7)]);
+            (signal, &[0.1, 0.0, -50.0])
+        }
+        "doubled torus" => {
+            let half = 0.5 * difference;
+            let signal = tones(&[
+                (f1, 6e-7),
+                (f2, 3e-7),
+                (difference, 1e-7),
+                (f1 - half, 1e-7),
+                (f1 + half, 1e-7),
+            ]);
+            (signal, &[0.1, 0.0, -50.0])
+        }
+        // The chaotic oscillator of Roessler with its peak at f1, and the second line.
+        _ => {
+            let turns = f1 / RATE;
+            let states = roessler(SAMPLES, 2.0 * 2.92 * turns, [0.2, 0.2, 9.0], [1.0; 3]);
+            let signal = coordinate(&states, 0);
+            let second = sines(RATE, SAMPLES, &[(f2, 1.5e-7, 0.3)]);
+            let both = signal.iter().zip(&second).map(|(a, b)| 5e-8 * a + b);
+            (both.collect(), &[90.0, 60.0, 30.0])
+        }
     }
 }
 
-/// Synthetic results that agree with all claims of the paper.
+/// Linear modes at the published frequencies, of which some are unstable.
+fn linear(unstable: &[f64]) -> StabilityAt {
+    let modes = [1698.0, 4093.0, 4501.0, 7545.0, 9737.0, 9917.0, 12_448.0];
+    let mode = |hz: f64| NamedMode {
+        frequency_hz: hz,
+        growth: if unstable.contains(&hz) { 700.0 } else { -10.0 },
+        label: format!("{hz} Hz"),
+        unstable: unstable.contains(&hz),
+    };
+    StabilityAt {
+        tilt: 0.0,
+        modes: modes.map(mode).to_vec(),
+    }
+}
+
+/// A response measured from a published motion, with the linear modes that the paper gives.
+fn response(kind: &str, tilt: f64) -> SettledResponse {
+    let scene = Scene::load("paper").unwrap();
+    let (signal, exponents) = published(kind);
+    let mut response = measured(&scene, RATE, &signal).unwrap();
+    let four = [1698.0, 4093.0, 7545.0, 12_448.0];
+    response.linear = Some(match tilt < 3.25 {
+        true => linear(&four),
+        false => linear(&[&four[..], &[4501.0]].concat()),
+    });
+    response.exponents = Some(LyapunovSpectrum {
+        exponents: exponents
+            .iter()
+            .map(|&value| Exponent {
+                value,
+                half_width: 1.0,
+            })
+            .collect(),
+        time: 1.0,
+        dimension: 22,
+        resolution: 2.3,
+        kaplan_yorke: None,
+    });
+    response
+}
+
+/// The kind of motion that the paper shows at a tilt in degrees.
+fn kind(tilt: f64) -> &'static str {
+    match tilt {
+        tilt if tilt < 2.9 => "4.1 kHz",
+        tilt if tilt < 3.1 => "12.48 kHz",
+        tilt if tilt < 3.55 => "torus",
+        tilt if tilt < 4.1 => "doubled torus",
+        _ => "chaos",
+    }
+}
+
+/// The results that the paper describes, measured.
 fn as_published() -> Evidence {
-    let mut tilts: Vec<f64> = (0..=35).map(|k| 1.0 + 0.2 * f64::from(k)).collect();
+    let mut tilts: Vec<f64> = (5..=40).map(|k| f64::from(2 * k) / 10.0).collect();
     tilts.push(3.5);
+    let mut measured: BTreeMap<(&str, bool), SettledResponse> = BTreeMap::new();
     let responses = tilts.into_iter().map(|tilt| {
-        let tilt = (10.0_f64 * tilt).round() / 10.0;
-        let mut found = match tilt {
-            t if t < 2.9 => response(Regime::Periodic, &[4100.0, 8200.0], &[0.1, -50.0], 4),
-            t if t < 3.4 => response(Regime::Periodic, &[12_480.0], &[0.1, -50.0], 4),
-            t if t < 4.1 => response(
-                Regime::QuasiPeriodic,
-                &[3870.0, 12_180.0, 570.0],
-                &[0.1, 0.0, -50.0],
-                5,
-            ),
-            _ => response(Regime::Chaotic, &[3870.0], &[90.0, 60.0, 30.0], 5),
-        };
-        let periods: &[_] = match tilt {
-            t if t < 2.9 => &[(Finest, 2.44e-4)],
-            t if t < 3.1 => &[(Finest, 8e-5)],
-            t if t < 3.55 => &[(Finest, 8e-5), (Beat, 1.75e-3)],
-            t if t < 4.1 => &[(Finest, 8e-5), (Beat, 1.75e-3), (Doubled, 3.5e-3)],
-            _ => &[],
-        };
-        let periods = periods.iter().map(|&(kind, period)| RecurrencePeriod {
-            kind,
-            period,
-            uncertainty: 1e-3 * period,
-            share: 0.5,
-        });
-        found.recurrence_periods = periods.collect();
+        let key = (kind(tilt), tilt < 3.25);
+        let found = measured
+            .entry(key)
+            .or_insert_with(|| response(key.0, tilt))
+            .clone();
         (tilt, found)
     });
     let mut evidence = Evidence::new(responses);
@@ -116,68 +144,153 @@ fn as_published() -> Evidence {
     evidence
 }
 
-fn holds(findings: &[Finding], id: &str) -> Agreement {
-    findings
-        .iter()
-        .find(|finding| finding.claim.id == id)
-        .unwrap()
-        .holds
+fn finding<'f>(findings: &'f [Finding], id: &str) -> &'f Finding {
+    findings.iter().find(|finding| finding.id == id).unwrap()
 }
 
 #[test]
 fn the_claims_parse_and_each_has_one_statement() {
     let claims = claims();
-    assert_eq!(claims.len(), 34);
     let mut ids: Vec<&str> = claims.iter().map(|claim| &*claim.id).collect();
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len(), claims.len());
+    for claim in &claims {
+        assert!(claim.weight > 0.0 && !claim.quote.is_empty(), "{claim:?}");
+        assert_eq!(claim.tolerance > 0.0, !claim.reason.is_empty(), "{claim:?}");
+    }
     // A claim has exactly one key besides the common ones; a misspelt key would be a second one.
     let file: toml::Table = CLAIMS.parse().unwrap();
-    for claim in file["claim"].as_array().unwrap() {
-        let common = ["id", "where", "statement", "weight", "within"];
+    let all = file["claim"].as_array().unwrap();
+    assert_eq!(all.len(), claims.len());
+    for claim in all {
+        let common = [
+            "id",
+            "where",
+            "quote",
+            "statement",
+            "weight",
+            "within",
+            "reason",
+        ];
         let keys = claim.as_table().unwrap().keys();
         let statements = keys.filter(|key| !common.contains(&key.as_str()));
         assert_eq!(statements.count(), 1, "{claim}");
     }
 }
 
+/// Signals made of the paper's numbers meet its claims when they are measured like a simulation.
 #[test]
-fn the_published_results_meet_all_claims() {
+fn the_published_motions_meet_the_claims() {
     let findings = compare(&as_published());
     for finding in &findings {
-        let expected = match &*finding.claim.id {
+        let expected = match &*finding.id {
             // Its unit is unknown.
-            "lag" => Agreement::Unknown,
-            _ => Agreement::Yes,
+            "lag" => Verdict::NotComparable,
+            _ => Verdict::Met,
         };
-        assert_eq!(finding.holds, expected, "{finding:?}");
-        assert!(!finding.simulated.is_empty() && !finding.published.is_empty());
+        assert_eq!(finding.verdict, expected, "{finding:?}");
     }
-    assert_eq!(score(&findings), 1.0);
+    let score = Score::of(&findings);
+    assert_eq!((score.strict_score, score.not_comparable), (1.0, 1));
+}
+
+/// Motions that resemble the published ones without being them do not meet the claims.
+#[test]
+fn similar_motions_do_not_meet_the_claims() {
+    let scene = Scene::load("paper").unwrap();
+    let of = |tones: &[(f64, f64)]| {
+        let tones: Vec<_> = tones.iter().map(|&(hz, size)| (hz, size, 0.3)).collect();
+        let signal = sines(RATE, SAMPLES, &tones);
+        measured(&scene, RATE, &signal).unwrap()
+    };
+    // A tone of 4.06 kHz has its third harmonic at f2, and a torus has other lines 0.57 kHz apart.
+    let third = of(&[(4060.0, 6e-7), (12_180.0, 3e-7), (570.0, 1e-7)]);
+    let chaos = response("chaos", 2.0);
+    let torus = response("torus", 3.0);
+    let evidence = Evidence::new([(2.0, chaos), (3.0, torus), (3.5, third)]);
+    let findings = compare(&evidence);
+    for id in [
+        "periodic-2.0",
+        "tone-2.0",
+        "harmonics-2.0",
+        "periodic-3.0",
+        "tone-3.0",
+        "torus-f1",
+        "torus-f2",
+        "torus-difference",
+        "order",
+    ] {
+        let finding = finding(&findings, id);
+        assert_eq!(finding.verdict, Verdict::NotMet, "{finding:?}");
+    }
+    assert_eq!(
+        finding(&findings, "chaos-5.0").verdict,
+        Verdict::NotComparable
+    );
 }
 
 #[test]
-fn different_results_do_not_meet_the_claims() {
-    let silent = Evidence::new([(2.0, response(Regime::Silent, &[], &[-50.0], 0))]);
-    let findings = compare(&silent);
-    assert_eq!(holds(&findings, "periodic-2.0"), Agreement::No);
-    assert_eq!(holds(&findings, "unstable-2.0"), Agreement::No);
-    assert_eq!(holds(&findings, "tone-2.0"), Agreement::Unknown);
-    assert_eq!(holds(&findings, "chaos-5.0"), Agreement::Unknown);
-    assert_eq!(score(&findings), 0.0);
-    // Regimes in the wrong order hold in part.
-    let order = [
-        Regime::Chaotic,
-        Regime::Periodic,
-        Regime::QuasiPeriodic,
-        Regime::QuasiPeriodic,
-    ];
-    let responses = order.into_iter().enumerate();
-    let responses = responses.map(|(k, regime)| (k as f64, response(regime, &[4100.0], &[0.0], 4)));
-    let findings = compare(&Evidence::new(responses));
-    assert_eq!(holds(&findings, "order"), Agreement::Partly(0.75));
-    assert!(matches!(holds(&findings, "exponent-zero"), Agreement::Yes));
-    let finding = findings.iter().find(|f| f.claim.id == "order").unwrap();
-    assert_eq!(finding.simulated, "chaotic, periodic, quasi-periodic");
+fn an_order_holds_strictly_or_in_part() {
+    let of = |order: &[&str]| {
+        let responses = order.iter().enumerate().map(|(k, regime)| {
+            let mut response = response("12.48 kHz", 2.0);
+            response.regime = match *regime {
+                "periodic" => Regime::Periodic,
+                "torus" => Regime::QuasiPeriodic,
+                _ => Regime::Chaotic,
+            };
+            (k as f64, response)
+        });
+        let findings = compare(&Evidence::new(responses));
+        finding(&findings, "order").verdict
+    };
+    assert_eq!(
+        of(&["periodic", "periodic", "torus", "chaos"]),
+        Verdict::Met
+    );
+    assert_eq!(
+        of(&["chaos", "periodic", "torus", "torus"]),
+        Verdict::NotMet
+    );
+    assert_eq!(
+        of(&["periodic", "torus", "chaos", "periodic"]),
+        Verdict::NotMet
+    );
+    assert_eq!(
+        of(&["periodic", "chaos", "torus", "chaos"]),
+        Verdict::Partly { share: 0.75 }
+    );
+    assert_eq!(of(&["periodic", "chaos"]), Verdict::NotMet);
+}
+
+#[test]
+fn the_strict_score_counts_what_is_met_and_can_be_compared() {
+    let with = |weight, verdict| Finding {
+        id: String::new(),
+        place: String::new(),
+        quote: String::new(),
+        statement: String::new(),
+        weight,
+        tolerance: 0.0,
+        expected: String::new(),
+        measured: String::new(),
+        deviation: None,
+        verdict,
+    };
+    let score = Score::of(&[
+        with(1.0, Verdict::Met),
+        with(2.0, Verdict::Partly { share: 0.5 }),
+        with(1.0, Verdict::NotMet),
+        with(5.0, Verdict::NotComparable),
+    ]);
+    let expected = Score {
+        strict_score: 0.25,
+        partial_score: 0.5,
+        met: 1,
+        partly: 1,
+        not_met: 1,
+        not_comparable: 1,
+    };
+    assert_eq!(score, expected);
 }

@@ -1,0 +1,584 @@
+//! What a claim states, and its comparison with the simulation results.
+
+use serde::Deserialize;
+
+use super::claims::Verdict;
+use super::evidence::Evidence;
+use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
+use crate::dynamics::{Exponent, Sign};
+use crate::study::response::SettledResponse;
+
+/// Minimum amplitude of a line that counts, relative to the strongest line.
+const MIN_LINE_AMPLITUDE: f64 = 0.05;
+
+/// An exponent is nearly zero if its whole interval lies within this distance of zero, 1/s: about a tenth of
+/// the largest exponent in chaos.
+const NEARLY_ZERO: f64 = 10.0;
+
+/// The claimed value of a measurable quantity. Angles are tilts of the load.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Criterion {
+    /// A mode of the finite-element model has this natural frequency.
+    NaturalFrequency { mode: String, hz: f64 },
+    /// Number of unstable modes of steady sliding.
+    UnstableModes { tilt_deg: f64, count: usize },
+    /// The motion has one of these regimes.
+    Regime { tilt_deg: f64, is: Vec<String> },
+    /// Lines that are no harmonics of the strongest one are weaker than a share of it.
+    NearlyPeriodic { tilt_deg: f64, share: f64 },
+    /// Frequency of the strongest spectral line, Hz.
+    StrongestLine { tilt_deg: f64, hz: f64 },
+    /// Frequency of some spectral line, Hz.
+    Line { tilt_deg: f64, hz: f64 },
+    /// Frequency of some spectral line that is no harmonic of another line, Hz.
+    IndependentLine { tilt_deg: f64, hz: f64 },
+    /// A line at an integer combination of two other lines, Hz.
+    Combination {
+        tilt_deg: f64,
+        hz: f64,
+        base_hz: [f64; 2],
+        orders: [i32; 2],
+    },
+    /// All lines are harmonics of this frequency (Hz), and there is more than one.
+    Harmonics { tilt_deg: f64, hz: f64 },
+    /// The strongest lines at one tilt are lines at another tilt, too.
+    SameLines {
+        tilt_deg: f64,
+        as_deg: f64,
+        count: usize,
+    },
+    /// Least share of the power between the lines.
+    Broadband { tilt_deg: f64, share: f64 },
+    /// Most unstable modes have no line near their frequency that is no harmonic of another.
+    LinearMismatch { tilts_deg: Vec<f64> },
+    /// Delay of the embedding.
+    Lag { tilt_deg: f64, samples: f64 },
+    /// Embedding dimension.
+    Dimension { tilt_deg: f64, is: usize },
+    /// Distance between the diagonal lines of the recurrence plot, s.
+    RecurrencePeriod {
+        from_deg: f64,
+        to_deg: f64,
+        s: f64,
+        kind: RecurrenceKind,
+    },
+    /// The recurrence plot has no period.
+    NoRecurrencePeriod { from_deg: f64, to_deg: f64 },
+    /// Form of the Poincare section.
+    Section {
+        from_deg: f64,
+        to_deg: f64,
+        is: SectionForm,
+    },
+    /// The largest Lyapunov exponent is nearly zero.
+    ExponentZero { from_deg: f64, to_deg: f64 },
+    /// Number of positive Lyapunov exponents.
+    ExponentsPositive {
+        from_deg: f64,
+        to_deg: f64,
+        count: usize,
+    },
+    /// Order of the regimes with increasing tilt.
+    Order { regimes: Vec<String> },
+    /// Number of base frequencies of each type of motion, over all tilts.
+    BaseFrequencies {
+        periodic: usize,
+        #[serde(rename = "quasi-periodic")]
+        quasi_periodic: usize,
+        chaotic: usize,
+    },
+}
+
+/// Form of a Poincare section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, strum::Display)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "lowercase")]
+pub(super) enum SectionForm {
+    /// A few points.
+    Points,
+    /// One closed curve.
+    Circle,
+    /// Neither points nor closed curves.
+    Scattered,
+}
+
+/// A comparison without its claim.
+pub(super) struct Comparison {
+    pub expected: String,
+    pub measured: String,
+    pub deviation: Option<f64>,
+    pub verdict: Verdict,
+}
+
+/// Some tilts in degrees with their responses.
+type Points<'e> = [(f64, &'e SettledResponse)];
+
+impl Comparison {
+    /// A comparison of a value that is not a number.
+    fn new(expected: impl ToString, measured: Option<String>, verdict: Verdict) -> Self {
+        Self {
+            expected: expected.to_string(),
+            measured: measured.unwrap_or_else(nothing),
+            deviation: None,
+            verdict,
+        }
+    }
+
+    /// Compares a frequency with a published one, Hz. Without a result the claim cannot be compared;
+    /// a response without such a line does not meet it.
+    fn frequency(published: f64, measured: Option<Option<f64>>, within: f64) -> Self {
+        let off = |hz: f64| hz / published - 1.0;
+        let verdict = Verdict::when(measured, |hz| hz.is_some_and(|hz| off(hz).abs() <= within));
+        let measured = measured.flatten();
+        Self {
+            deviation: measured.map(off),
+            ..Self::new(khz(published), measured.map(khz), verdict)
+        }
+    }
+
+    /// Compares each of some points; `look` returns whether a point agrees, and its value as text.
+    fn of_points(
+        expected: impl ToString,
+        points: &Points<'_>,
+        look: impl Fn(&SettledResponse) -> (bool, String),
+    ) -> Self {
+        let seen: Vec<_> = points.iter().map(|(tilt, r)| (tilt, look(r))).collect();
+        let holding = seen.iter().filter(|(_, (is_so, _))| *is_so).count();
+        let measured = match &seen[..] {
+            [] => None,
+            [(_, (_, shown))] => Some(shown.clone()),
+            _ => {
+                let other = seen.iter().find(|(_, (is_so, _))| !is_so);
+                let first = other.map(|(tilt, (_, shown))| format!("; at {tilt} deg {shown}"));
+                let first = first.unwrap_or_default();
+                Some(format!("{holding} of {} tilts{first}", seen.len()))
+            }
+        };
+        Self::new(expected, measured, Verdict::of(holding, seen.len()))
+    }
+}
+
+fn nothing() -> String {
+    "not found".to_owned()
+}
+
+fn khz(hz: f64) -> String {
+    format!("{:.3} kHz", 1e-3 * hz)
+}
+
+impl Criterion {
+    /// Compares the claim with the evidence. `within` is the relative tolerance of numbers.
+    pub fn compare(&self, within: f64, evidence: &Evidence) -> Comparison {
+        let at = |tilt: f64| evidence.at(tilt);
+        let one = |tilt: f64| -> Vec<_> { at(tilt).map(|r| (tilt, r)).into_iter().collect() };
+        let range = |from: f64, to: f64| evidence.between(from, to);
+        match *self {
+            Self::NaturalFrequency { ref mode, hz } => {
+                natural_frequency(mode, hz, within, evidence)
+            }
+            Self::UnstableModes { tilt_deg, count } => unstable_modes(count, &one(tilt_deg)),
+            Self::Regime { tilt_deg, ref is } => regimes(is, &one(tilt_deg)),
+            Self::NearlyPeriodic { tilt_deg, share } => nearly_periodic(share, &one(tilt_deg)),
+            Self::StrongestLine { tilt_deg, hz } => {
+                let line = at(tilt_deg).map(|r| r.lines.first().map(|line| line.frequency));
+                Comparison::frequency(hz, line, within)
+            }
+            Self::Line { tilt_deg, hz } => {
+                let line = at(tilt_deg).map(|r| nearest(&strong_lines(r), hz));
+                Comparison::frequency(hz, line, within)
+            }
+            Self::IndependentLine { tilt_deg, hz } => {
+                let line = at(tilt_deg).map(|r| nearest(&independent_lines(r), hz));
+                Comparison::frequency(hz, line, within)
+            }
+            Self::Combination {
+                tilt_deg,
+                hz,
+                base_hz,
+                orders,
+            } => combination(at(tilt_deg), hz, (base_hz, orders), within),
+            Self::Harmonics { tilt_deg, hz } => harmonics(hz, within, &one(tilt_deg)),
+            Self::SameLines {
+                tilt_deg,
+                as_deg,
+                count,
+            } => same_lines(at(tilt_deg), at(as_deg), count, within),
+            Self::Broadband { tilt_deg, share } => {
+                let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+                let expected = format!("at least {}", percent(share));
+                Comparison::of_points(expected, &one(tilt_deg), |response| {
+                    let found = response.broadband_share;
+                    (found >= share, percent(found))
+                })
+            }
+            Self::LinearMismatch { ref tilts_deg } => {
+                let points: Vec<_> = tilts_deg.iter().flat_map(|&tilt| one(tilt)).collect();
+                linear_mismatch(&points, within)
+            }
+            Self::Lag { tilt_deg, samples } => {
+                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
+                let measured = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
+                // The paper does not state the sampling interval, so the delays cannot be compared.
+                let expected = format!("{samples} samples");
+                Comparison::new(expected, measured, Verdict::NotComparable)
+            }
+            Self::Dimension { tilt_deg, is } => {
+                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
+                let found = found.map(|delay| delay.dimension);
+                let verdict = Verdict::when(found, |dimension| dimension == is);
+                Comparison::new(is, found.map(|dimension| dimension.to_string()), verdict)
+            }
+            Self::RecurrencePeriod {
+                from_deg,
+                to_deg,
+                s,
+                kind,
+            } => recurrence_period((s, kind), within, &range(from_deg, to_deg)),
+            Self::NoRecurrencePeriod { from_deg, to_deg } => {
+                no_recurrence_period(&range(from_deg, to_deg))
+            }
+            Self::Section {
+                from_deg,
+                to_deg,
+                is,
+            } => Comparison::of_points(is, &range(from_deg, to_deg), |response| {
+                let found = section_form(response);
+                (
+                    found == Some(is),
+                    found.map_or_else(nothing, |form| form.to_string()),
+                )
+            }),
+            Self::ExponentZero { from_deg, to_deg } => exponent_zero(&range(from_deg, to_deg)),
+            Self::ExponentsPositive {
+                from_deg,
+                to_deg,
+                count,
+            } => exponents_positive(count, &range(from_deg, to_deg)),
+            Self::Order { ref regimes } => order(regimes, &evidence.all()),
+            Self::BaseFrequencies {
+                periodic,
+                quasi_periodic,
+                chaotic,
+            } => base_frequencies([periodic, quasi_periodic, chaotic], &evidence.all()),
+        }
+    }
+}
+
+fn natural_frequency(mode: &str, hz: f64, within: f64, evidence: &Evidence) -> Comparison {
+    let found = evidence.natural_frequencies.iter();
+    let found = found.filter(|(label, _)| label == mode).map(|(_, hz)| *hz);
+    Comparison::frequency(hz, found.min_by(f64::total_cmp).map(Some), within)
+}
+
+fn unstable_modes(count: usize, points: &Points<'_>) -> Comparison {
+    Comparison::of_points(count, points, |response| {
+        let linear = response.linear.as_ref();
+        let found = linear.map_or(0, |linear| linear.unstable().count());
+        (found == count, found.to_string())
+    })
+}
+
+/// Compares the regimes of points with the allowed ones.
+fn regimes(allowed: &[String], points: &Points<'_>) -> Comparison {
+    Comparison::of_points(allowed.join(" or "), points, |response| {
+        let found = response.regime.to_string();
+        (allowed.contains(&found), found)
+    })
+}
+
+/// Whether a frequency is a multiple of another one, within a relative tolerance.
+fn is_multiple(hz: f64, of: f64, within: f64) -> bool {
+    let ratio = hz / of;
+    ratio > 0.5 && (ratio / ratio.round() - 1.0).abs() <= within
+}
+
+/// Relative tolerance of a multiple of a measured line.
+const MULTIPLE: f64 = 2e-3;
+
+fn nearly_periodic(share: f64, points: &Points<'_>) -> Comparison {
+    let expected = format!("other lines below {:.0} %", 100.0 * share);
+    Comparison::of_points(expected, points, |response| {
+        let Some(strongest) = response.lines.first() else {
+            return (false, "no lines".to_owned());
+        };
+        let others = response.lines.iter();
+        let others = others.filter(|l| !is_multiple(l.frequency, strongest.frequency, MULTIPLE));
+        let largest = others
+            .map(|l| l.amplitude / strongest.amplitude)
+            .fold(0.0, f64::max);
+        let is_regular = matches!(response.regime, Regime::Periodic | Regime::QuasiPeriodic);
+        let measured = format!(
+            "{}, other lines at {:.0} %",
+            response.regime,
+            100.0 * largest
+        );
+        (is_regular && largest < share, measured)
+    })
+}
+
+/// Frequencies of the lines that count, Hz: among many weak lines, one is close to any frequency.
+fn strong_lines(response: &SettledResponse) -> Vec<f64> {
+    let strongest = response.lines.first().map_or(0.0, |line| line.amplitude);
+    let lines = response.lines.iter();
+    let lines = lines.filter(|line| line.amplitude >= MIN_LINE_AMPLITUDE * strongest);
+    lines.map(|line| line.frequency).collect()
+}
+
+/// Frequencies of the lines that count and are no harmonics of other such lines, Hz.
+fn independent_lines(response: &SettledResponse) -> Vec<f64> {
+    let lines = strong_lines(response);
+    let is_harmonic = |hz: f64| {
+        let lower = lines.iter().filter(|&&of| of < 0.75 * hz);
+        lower.into_iter().any(|&of| is_multiple(hz, of, MULTIPLE))
+    };
+    lines
+        .iter()
+        .copied()
+        .filter(|&hz| !is_harmonic(hz))
+        .collect()
+}
+
+/// The line nearest to a frequency.
+fn nearest(lines: &[f64], hz: f64) -> Option<f64> {
+    let off = |line: f64| (line - hz).abs();
+    let lines = lines.iter().copied();
+    lines.min_by(|a, b| off(*a).total_cmp(&off(*b)))
+}
+
+fn combination(
+    response: Option<&SettledResponse>,
+    hz: f64,
+    (base_hz, orders): ([f64; 2], [i32; 2]),
+    within: f64,
+) -> Comparison {
+    let measured = response.map(|response| {
+        let all: Vec<f64> = response.lines.iter().map(|line| line.frequency).collect();
+        let bases = base_hz.map(|base| nearest(&strong_lines(response), base));
+        let [Some(first), Some(second)] = bases else {
+            return None;
+        };
+        // The bases are those of the claim, not any lines.
+        let off = |line: f64, base: f64| (line / base - 1.0).abs();
+        if off(first, base_hz[0]) > BASE || off(second, base_hz[1]) > BASE {
+            return None;
+        }
+        let sum = f64::from(orders[0]) * first + f64::from(orders[1]) * second;
+        nearest(&all, sum.abs()).filter(|line| (line - sum.abs()).abs() <= MULTIPLE * second)
+    });
+    Comparison::frequency(hz, measured, within)
+}
+
+/// Relative tolerance of the base frequencies of a combination.
+const BASE: f64 = 0.015;
+
+fn harmonics(hz: f64, within: f64, points: &Points<'_>) -> Comparison {
+    Comparison::of_points(format!("multiples of {}", khz(hz)), points, |response| {
+        let lines = strong_lines(response);
+        let others = lines
+            .iter()
+            .filter(|&&line| !is_multiple(line, hz, within))
+            .count();
+        let measured = match others {
+            0 => format!("{} multiples", lines.len()),
+            others => format!("{others} of {} lines are no multiples", lines.len()),
+        };
+        (others == 0 && lines.len() > 1, measured)
+    })
+}
+
+fn same_lines(
+    response: Option<&SettledResponse>,
+    model: Option<&SettledResponse>,
+    count: usize,
+    within: f64,
+) -> Comparison {
+    let expected = model.map(|model| {
+        let lines = model.lines.iter().take(count);
+        lines.map(|line| line.frequency).collect::<Vec<_>>()
+    });
+    let found = response.zip(expected.as_ref()).map(|(response, expected)| {
+        let lines = strong_lines(response);
+        expected
+            .iter()
+            .filter_map(|&hz| nearest(&lines, hz).filter(|line| (line / hz - 1.0).abs() <= within))
+            .collect::<Vec<_>>()
+    });
+    let list = |lines: &Vec<f64>| match lines.len() {
+        0 => nothing(),
+        _ => lines
+            .iter()
+            .map(|&hz| khz(hz))
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    let verdict = Verdict::when(found.as_ref(), |found| found.len() == count);
+    let shown = expected.as_ref().map_or_else(nothing, list);
+    Comparison::new(shown, found.as_ref().map(list), verdict)
+}
+
+/// Whether most unstable modes have no line near their frequency.
+fn linear_mismatch(points: &Points<'_>, within: f64) -> Comparison {
+    Comparison::of_points("most unstable modes silent", points, |response| {
+        let lines = independent_lines(response);
+        let modes = response.linear.as_ref().map_or_else(Vec::new, |linear| {
+            linear.unstable().map(|mode| mode.frequency_hz).collect()
+        });
+        let is_silent = |hz: &&f64| {
+            let line = nearest(&lines, **hz);
+            line.is_none_or(|line| (line / **hz - 1.0).abs() > within)
+        };
+        let silent = modes.iter().filter(is_silent).count();
+        let measured = format!("{silent} of {} unstable modes without a line", modes.len());
+        (2 * silent > modes.len(), measured)
+    })
+}
+
+fn recurrence_period(
+    (published, kind): (f64, RecurrenceKind),
+    within: f64,
+    points: &Points<'_>,
+) -> Comparison {
+    Comparison::of_points(milliseconds(published), points, |response| {
+        let found = response
+            .recurrence_periods
+            .last(kind)
+            .map(|found| found.period);
+        let is_so = found.is_some_and(|period| (period / published - 1.0).abs() <= within);
+        (is_so, found.map_or_else(|| "none".to_owned(), milliseconds))
+    })
+}
+
+fn no_recurrence_period(points: &Points<'_>) -> Comparison {
+    Comparison::of_points("none", points, |response| {
+        let periods: Vec<String> = response
+            .recurrence_periods
+            .iter()
+            .map(|found| milliseconds(found.period))
+            .collect();
+        match periods.is_empty() {
+            true => (true, "none".to_owned()),
+            false => (false, periods.join(", ")),
+        }
+    })
+}
+
+fn milliseconds(period: f64) -> String {
+    format!("{:.3} ms", 1e3 * period)
+}
+
+/// Form of the Poincare section of a response; `None` if it has too few points.
+fn section_form(response: &SettledResponse) -> Option<SectionForm> {
+    let points: Vec<&[f64]> = response.section.iter().map(|point| &point[..]).collect();
+    match section_shape(&points, 2.0 * response.amplitude) {
+        SectionShape::TooFew => None,
+        SectionShape::Points(_) => Some(SectionForm::Points),
+        _ => Some(match response.curves {
+            Some(curves) if curves.count == 1 => SectionForm::Circle,
+            _ => SectionForm::Scattered,
+        }),
+    }
+}
+
+fn exponent_zero(points: &Points<'_>) -> Comparison {
+    Comparison::of_points("nearly zero", points, |response| {
+        let largest = largest(response);
+        let is_so = largest.is_some_and(|e| e.low() > -NEARLY_ZERO && e.high() < NEARLY_ZERO);
+        (is_so, shown(largest))
+    })
+}
+
+fn exponents_positive(count: usize, points: &Points<'_>) -> Comparison {
+    let expected = match count {
+        1 => "positive".to_owned(),
+        count => format!("{count} positive"),
+    };
+    Comparison::of_points(expected, points, |response| {
+        let is_so = (0..count).all(|k| sign(response, k) == Some(Sign::Positive));
+        (is_so, shown(largest(response)))
+    })
+}
+
+/// Compares the regimes along the tilt with an order, which holds if each regime occurs and none returns
+/// after a later one. If the motion begins and ends as claimed, the claim holds in part: the share is the
+/// length of the longest subsequence of tilts in that order relative to all tilts.
+fn order(regimes: &[String], points: &Points<'_>) -> Comparison {
+    let seen: Vec<String> = points.iter().map(|(_, r)| r.regime.to_string()).collect();
+    let mut successive = seen.clone();
+    successive.dedup();
+    let verdict = if seen.is_empty() {
+        Verdict::NotComparable
+    } else if successive == regimes {
+        Verdict::Met
+    } else if seen.first() == regimes.first()
+        && seen.last() == regimes.last()
+        && regimes.iter().all(|regime| seen.contains(regime))
+    {
+        Verdict::Partly {
+            share: longest_in_order(regimes, &seen) as f64 / seen.len() as f64,
+        }
+    } else {
+        Verdict::NotMet
+    };
+    let measured = (!seen.is_empty()).then(|| successive.join(", "));
+    Comparison::new(regimes.join(", then "), measured, verdict)
+}
+
+/// Length of the longest subsequence whose regimes never go backwards in an order, by dynamic programming.
+fn longest_in_order(regimes: &[String], seen: &[String]) -> usize {
+    let mut best = vec![0; regimes.len()];
+    for regime in seen {
+        let Some(place) = regimes.iter().position(|r| r == regime) else {
+            continue;
+        };
+        let before = best[..=place].iter().copied().max().unwrap_or(0);
+        best[place] = before + 1;
+    }
+    best.into_iter().max().unwrap_or(0)
+}
+
+/// Compares the number of base frequencies of each point with that of its regime; points of other regimes do
+/// not count.
+fn base_frequencies(
+    [periodic, quasi_periodic, chaotic]: [usize; 3],
+    points: &Points<'_>,
+) -> Comparison {
+    let expected_of = |regime| match regime {
+        Regime::Periodic => Some(periodic),
+        Regime::QuasiPeriodic => Some(quasi_periodic),
+        Regime::Chaotic => Some(chaotic),
+        _ => None,
+    };
+    let of_regimes: Vec<_> = points
+        .iter()
+        .copied()
+        .filter(|(_, response)| expected_of(response.regime).is_some())
+        .collect();
+    let expected = format!("{periodic}, {quasi_periodic}, {chaotic}");
+    Comparison::of_points(expected, &of_regimes, |response| {
+        let labels = || response.lines.iter().map(|line| &*line.label);
+        let bases = ["f1", "f2"].into_iter();
+        let found = bases
+            .filter(|base| labels().any(|label| label.contains(base)))
+            .count();
+        let measured = format!("{} with {found}", response.regime);
+        (Some(found) == expected_of(response.regime), measured)
+    })
+}
+
+fn sign(response: &SettledResponse, k: usize) -> Option<Sign> {
+    let spectrum = response.exponents.as_ref()?;
+    (k < spectrum.exponents.len()).then(|| spectrum.sign(k))
+}
+
+fn largest(response: &SettledResponse) -> Option<Exponent> {
+    response.exponents.as_ref()?.exponents.first().copied()
+}
+
+fn shown(exponent: Option<Exponent>) -> String {
+    exponent.map_or_else(nothing, |e| {
+        // For a small exponent the text must show whether the interval contains zero.
+        let places = if e.half_width < 2.0 { 2 } else { 0 };
+        format!("{:.places$} +- {:.places$} 1/s", e.value, e.half_width)
+    })
+}
