@@ -44,12 +44,7 @@ pub(super) struct AnalysedFile<'a> {
 ///
 /// # Errors
 /// Bad input before any work; failure while drawing or recording; an interrupt.
-pub(super) fn analyse(args: &AnalyseArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let [save, json] = check_all(
         Some(args.file.as_os_str()),
         [

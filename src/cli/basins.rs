@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicBool;
 use super::document::Document;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
-use super::interrupt;
 use super::lyapunov_text::title;
 use super::report;
 use super::study_args::BasinsArgs;
@@ -27,12 +26,7 @@ use crate::table::Table;
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
-pub(super) fn basins(args: &BasinsArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_study_warnings(&plan.scene);
     if let Ok(joint) = plan.scene.joint() {

@@ -35,12 +35,7 @@ const MAX_SETS: usize = 5;
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
-pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
     base.ball_on_beam()?;
     report::print_study_warnings(&base);

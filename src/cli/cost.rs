@@ -31,12 +31,7 @@ const RECORDING: &str = "cost.rrd";
 ///
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt.
-pub(super) fn run(args: &CostArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &CostArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &CostArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     let files = Files::check(args)?;
     resources::check_memory()?;

@@ -28,12 +28,7 @@ use crate::{escape, number};
 ///
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt.
-pub(super) fn run(args: &GrowthArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     report::print_study_warnings(&scene);
     if let Ok(joint) = scene.joint() {

@@ -36,8 +36,7 @@ const POLL_PERIOD: Duration = Duration::from_millis(25);
 ///
 /// # Errors
 /// Bad input before any work; failure while running; an interrupt, after the files are complete.
-pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
+pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
@@ -77,7 +76,7 @@ pub(super) fn run(args: &LiveArgs) -> Result<(), CliError> {
         }
     };
     let keys = !args.no_keys && stdin().is_terminal() && stdout().is_terminal();
-    let ended = control(&session, &stop, keys, page.as_ref())?;
+    let ended = control(&session, stop, keys, page.as_ref())?;
     let closed = page.map_or(Ok(()), Page::close);
     let mut files = session.saved();
     // After a failed run, do not also report recordings that had not started.

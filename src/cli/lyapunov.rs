@@ -31,12 +31,7 @@ use crate::study::lyapunov::{
 /// # Errors
 /// Bad input before any work; failure while running or drawing; an interrupt, after the results are
 /// written.
-pub(super) fn lyapunov(args: &LyapunovArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &LyapunovArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
     let outputs = Outputs::check(args)?;

@@ -55,11 +55,14 @@ mod terminal;
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::FromArgMatches;
 
 use crate::escape;
 use crate::pipeline::panic_message;
+use crate::study::paper::paper_plan;
 
 use args::{Args, Command, RunArgs};
 
@@ -113,25 +116,35 @@ fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
 }
 
 fn dispatch(args: Args) -> Result<(), CliError> {
-    match args.command {
-        None => run::run(&RunArgs::default()),
-        Some(Command::Run(args)) => run::run(&args),
-        Some(Command::Live(args)) => live::run(&args),
-        Some(Command::Scenes(args)) => scenes::scenes(&args),
-        Some(Command::Stability(args)) => stability::stability(&args),
-        Some(Command::Lyapunov(args)) => lyapunov::lyapunov(&args),
-        Some(Command::Sweep(args)) => sweep::run(&args),
-        Some(Command::Basins(args)) => basins::basins(&args),
-        Some(Command::Paper(args)) => paper::run(&args),
-        Some(Command::Calibrate(args)) => calibrate::run(&args),
-        Some(Command::Cost(args)) => cost::run(&args),
-        Some(Command::Growth(args)) => growth::run(&args),
-        Some(Command::Merge(args)) => sweep::merge(&args),
-        Some(Command::Model(args)) => model::model(&args),
-        Some(Command::Analyse(args)) => analyse::analyse(&args),
-        Some(Command::Completions(args)) => shell::completions(&args),
-        Some(Command::Man(args)) => shell::man(&args),
+    let command = match args.command {
+        None => Command::Run(RunArgs::default()),
+        Some(command) => command,
+    };
+    match command {
+        Command::Run(args) => interruptible(|stop| run::execute(&args, stop)),
+        Command::Live(args) => interruptible(|stop| live::run(&args, stop)),
+        Command::Scenes(args) => scenes::scenes(&args),
+        Command::Stability(args) => stability::stability(&args),
+        Command::Lyapunov(args) => interruptible(|stop| lyapunov::execute(&args, stop)),
+        Command::Sweep(args) => interruptible(|stop| sweep::execute(&args, stop)),
+        Command::Basins(args) => interruptible(|stop| basins::execute(&args, stop)),
+        Command::Paper(args) => interruptible(|stop| paper::execute(&args, stop, paper_plan)),
+        Command::Calibrate(args) => interruptible(|stop| calibrate::execute(&args, stop)),
+        Command::Cost(args) => interruptible(|stop| cost::execute(&args, stop)),
+        Command::Growth(args) => interruptible(|stop| growth::execute(&args, stop)),
+        Command::Merge(args) => sweep::merge(&args),
+        Command::Model(args) => model::model(&args),
+        Command::Analyse(args) => interruptible(|stop| analyse::execute(&args, stop)),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     }
+}
+
+/// Runs a command that an interrupt ends in an orderly way.
+fn interruptible(
+    command: impl FnOnce(&Arc<AtomicBool>) -> Result<(), CliError>,
+) -> Result<(), CliError> {
+    command(&interrupt::install_handler()?)
 }
 
 #[cfg(test)]

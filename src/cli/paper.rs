@@ -23,7 +23,7 @@ use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
 use crate::scene::{Parameter, Scene};
-use crate::study::paper::{Finding, Score, Verdict, compare, paper_evidence, paper_plan};
+use crate::study::paper::{Finding, Score, Verdict, compare, paper_evidence};
 use crate::study::sweep::{Start, SweepPlan};
 use crate::text::paper as words;
 
@@ -48,12 +48,7 @@ const NOT_MET: Style = AnsiColor::Red.on_default();
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
-pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop, paper_plan)
-}
-
-fn execute(
+pub(super) fn execute(
     args: &PaperArgs,
     stop: &AtomicBool,
     plan: impl FnOnce(Scene, Start) -> SweepPlan,

@@ -80,12 +80,7 @@ struct Outputs {
 ///
 /// # Errors
 /// Bad input before any work; failure while running; an interrupt, after the results are written.
-pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let scene = scene(args)?;
     report::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {

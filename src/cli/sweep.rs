@@ -45,12 +45,7 @@ const MAX_ROWS: usize = 100;
 /// # Errors
 /// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
-pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
-    let stop = interrupt::install_handler()?;
-    execute(args, &stop)
-}
-
-fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
+pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
     report::print_study_warnings(&plan.scene);

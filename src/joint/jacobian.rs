@@ -68,6 +68,9 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        if const { S::F64_LANES == 1 && (K > 1 || M < MAX_MODES) } {
+            return self.one_by_one();
+        }
         let Self {
             nodes,
             kept,
@@ -76,19 +79,6 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd
             first,
             out,
         } = self;
-        if const { S::F64_LANES == 1 && (K > 1 || M < MAX_MODES) } {
-            for first in first..first + K {
-                without_simd(MatrixFreeProduct::<AXES, 1, MAX_MODES> {
-                    nodes,
-                    kept,
-                    vectors,
-                    width,
-                    first,
-                    out: &mut *out,
-                });
-            }
-            return;
-        }
         let modes = if M < MAX_MODES { M } else { nodes.modes };
         let zero = Vector::splat(simd, 0.0);
         let mut sums = [[zero; K]; M];
@@ -157,7 +147,22 @@ impl<const AXES: usize, const K: usize, const M: usize> WithSimd
     }
 }
 
-/// The product on a machine without SIMD; compiled once for all sizes.
+impl<const AXES: usize, const K: usize, const M: usize> MatrixFreeProduct<'_, AXES, K, M> {
+    /// The product on a machine without SIMD, with a kernel that is compiled once for all sizes.
+    fn one_by_one(self) {
+        for first in self.first..self.first + K {
+            without_simd(MatrixFreeProduct::<AXES, 1, MAX_MODES> {
+                nodes: self.nodes,
+                kept: self.kept,
+                vectors: self.vectors,
+                width: self.width,
+                first,
+                out: &mut *self.out,
+            });
+        }
+    }
+}
+
 #[inline(never)]
 fn without_simd<const AXES: usize>(product: MatrixFreeProduct<'_, AXES, 1, MAX_MODES>) {
     product.with_simd(pulp::Scalar::new());
