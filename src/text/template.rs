@@ -29,6 +29,7 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "cost/chapter",
     "paper/caption",
     "paper/page",
+    "paper/score",
     "sweep/point",
     "sweep/about",
     "narration/vibration",

@@ -46,13 +46,13 @@ fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
             ]);
             (signal, &[0.1, 0.0, -50.0])
         }
-        // The chaotic oscillator of Roessler with its peak at f1, and the second line.
+        // The chaotic oscillator of Roessler, and the lines of the torus.
         _ => {
             let turns = f1 / RATE;
             let states = roessler(SAMPLES, 2.0 * 2.92 * turns, [0.2, 0.2, 9.0], [1.0; 3]);
             let signal = coordinate(&states, 0);
-            let second = sines(RATE, SAMPLES, &[(f2, 1.5e-7, 0.3)]);
-            let both = signal.iter().zip(&second).map(|(a, b)| 5e-8 * a + b);
+            let lines = sines(RATE, SAMPLES, &[(f1, 1.5e-7, 0.3), (f2, 1.5e-7, 0.3)]);
+            let both = signal.iter().zip(&lines).map(|(a, b)| 5e-8 * a + b);
             (both.collect(), &[90.0, 60.0, 30.0])
         }
     }
