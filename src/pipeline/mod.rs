@@ -16,6 +16,7 @@ mod pending;
 mod perturbed;
 mod prepare;
 mod record_sender;
+mod reduction;
 mod run;
 mod sensitivity;
 #[cfg(test)]

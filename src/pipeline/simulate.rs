@@ -6,10 +6,11 @@ use std::time::Instant;
 
 use super::computed;
 use super::message::{
-    ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction,
-    ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
+    ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
+    MechanismPrediction, ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
 };
 use super::prepare::{initial_state, joint_integrator, kick};
+use super::reduction::FullPatch;
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
@@ -30,6 +31,10 @@ pub struct Simulation {
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
+    /// All contact nodes, if the contact is reduced.
+    full: Option<FullPatch>,
+    /// The reduction of a contact with too large an error, of which all nodes are evaluated since.
+    given_up: Option<ContactReduction>,
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
     computed: Option<Arc<MechanismPrediction>>,
@@ -128,11 +133,12 @@ impl Simulation {
         }
         let model = ball.model(loading.tilt)?;
         let joint = audited(scene, &model);
+        let full = FullPatch::new(&ball, &loading)?;
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let mut integrator = with_tangents(scene, &joint, joint_integrator(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
-        let bytes = tilted.spec.contact.nodes.div_ceil(8);
+        let bytes = joint.contact_nodes().div_ceil(8);
         let mut separated = [vec![0; bytes], vec![0; bytes]];
         joint.separated_nodes(&z[..joint.modes()], &mut separated[0]);
         let audit = Audit {
@@ -141,8 +147,14 @@ impl Simulation {
         };
         let mut jumps = tilted.jumps();
         jumps.reverse();
+        let all_nodes = match &full {
+            Some(full) => full.model(loading.tilt)?,
+            None => model,
+        };
         Ok(Self {
-            geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
+            geometry: Arc::new(patch_geometry(&ball, all_nodes, loading.tilt)),
+            full,
+            given_up: None,
             computed: computed::for_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
@@ -260,14 +272,45 @@ impl Simulation {
         self.ball.set_load(loading.load);
         self.ball.set_rotation(loading.rotation);
         let model = self.ball.model(loading.tilt)?;
-        let joint = audited(&self.scene, &model);
+        self.replace_joint(&model)?;
+        let all_nodes = match &mut self.full {
+            Some(full) => full.set_loading(&loading)?,
+            None => model,
+        };
+        self.geometry = Arc::new(patch_geometry(&self.ball, all_nodes, loading.tilt));
+        self.loading = loading;
+        self.sensitivity.parameters_changed(time);
+        Ok(())
+    }
+
+    /// Continues with the joint of another model. The change of energy is not work of friction.
+    fn replace_joint(&mut self, model: &Model) -> Result<(), PipelineError> {
+        let joint = audited(&self.scene, model);
         let z = self.integrator.state();
         self.audit.added += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(patch_geometry(&self.ball, &model, loading.tilt));
-        self.loading = loading;
-        self.sensitivity.parameters_changed(time);
+        Ok(())
+    }
+
+    /// Continues with all nodes from a time (s) on if the error of the reduced contact exceeded its tolerance.
+    fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
+        let Some(full) = self.full.take_if(|full| full.report().is_exceeded()) else {
+            return Ok(());
+        };
+        if time > 0.0 {
+            self.integrator.integrate_to(&self.joint, time)?;
+        }
+        self.given_up = Some(ContactReduction {
+            all_nodes_since_s: Some(time),
+            ..*full.report()
+        });
+        self.ball = full.into_ball();
+        self.replace_joint(&self.ball.model(self.loading.tilt)?)?;
+        let bytes = self.joint.contact_nodes().div_ceil(8);
+        self.separated = [vec![0; bytes], vec![0; bytes]];
+        let q = &self.integrator.state()[..self.joint.modes()];
+        self.joint.separated_nodes(q, &mut self.separated[0]);
         Ok(())
     }
 
@@ -314,7 +357,8 @@ impl Simulation {
         }
         let modes = self.joint.modes();
         let (q, v) = self.z[..2 * modes].split_at(modes);
-        let snapshot = patch_snapshot(&self.joint, time, q, v);
+        let joint = self.full.as_ref().map_or(&self.joint, FullPatch::joint);
+        let snapshot = patch_snapshot(joint, time, q, v);
         if counts {
             let sample = ContactSample::of(&snapshot, &self.counted);
             frame.contacts.push(sample);
@@ -363,7 +407,10 @@ impl Source for Simulation {
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        match self.advance_loading(t0) {
+        match self
+            .advance_loading(t0)
+            .and_then(|()| self.check_reduction(t0))
+        {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }
@@ -398,6 +445,9 @@ impl Source for Simulation {
             frame.transitions += transitions(&self.joint, q, &mut self.separated);
             let due = [count_every, picture_every].map(|every| is_due(every, index));
             self.follow_contacts(time, due, &mut frame);
+            if let Some(full) = &mut self.full {
+                full.follow(&self.joint, index, &self.z);
+            }
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
             }
@@ -427,6 +477,11 @@ impl Source for Simulation {
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.stats = self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
+        frame.reduction = self
+            .full
+            .as_ref()
+            .map(|full| *full.report())
+            .or(self.given_up);
         frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))
@@ -474,12 +529,12 @@ impl ControllableSource for Simulation {
     }
 }
 
-fn patch_geometry(ball: &BallJoint, model: &Model, tilt: f64) -> PatchGeometry {
+fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> PatchGeometry {
     PatchGeometry {
-        positions: model.positions.clone(),
-        normals: model.normals.clone(),
-        areas: model.areas.clone(),
-        pre_stress: model.pre_stress.clone(),
+        positions: model.positions,
+        normals: model.normals,
+        areas: model.areas,
+        pre_stress: model.pre_stress,
         direction: ball.direction(tilt),
         radius: ball.patch_radius(),
     }
