@@ -120,7 +120,8 @@ pub struct Contact {
 pub enum Quadrature {
     /// Rings of cells of equal area.
     Rings,
-    /// Gauss rule with the Hertz weight along the radius, equal angles in each ring.
+    /// Gauss rule along the radius, exact for the Hertz pressure and for a uniform stiffness; equal angles in
+    /// each ring.
     Gauss,
 }
 

@@ -122,7 +122,7 @@ keys! {
     Contact |table| {
         /// Number of contact nodes.
         nodes = "nodes": Count(1, 10_000), default 100;
-        /// Layout of the nodes: rings of cells of equal area, or a Gauss rule weighted by the Hertz pressure.
+        /// Layout of the nodes: rings of cells of equal area, or a Gauss rule for the Hertz pressure and a uniform stiffness.
         quadrature = "quadrature": choice::<Quadrature>(), default "rings";
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
         stiffness_factor = "stiffness_factor": number(ONE, Positive(1e4)), default 1.0;

@@ -247,9 +247,9 @@ fn build_effects(
         "reduced contact",
         "contact.reduction",
         reduced,
-        spec.contact
-            .reduction
-            .map_or(String::new(), |tolerance| format!("tolerance {tolerance:e}")),
+        spec.contact.reduction.map_or(String::new(), |tolerance| {
+            format!("tolerance {tolerance:e}")
+        }),
         ball.clone().with_spec(&other)?.model(tilt)?,
     )];
     let BodySpec::BallOnBeam(body) = &spec.body else {
