@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::reduction::{CubatureRule, RuleError};
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::reduction::{CubatureRule, RuleError};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,

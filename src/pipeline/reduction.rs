@@ -2,8 +2,8 @@
 
 use super::PipelineError;
 use super::message::ContactReduction;
-use crate::joint::{BallJoint, ForceChecker, Joint, Model};
-use crate::scene::Loading;
+use crate::joint::reduction::ForceChecker;
+use crate::joint::{BallJoint, Joint, Model};
 
 /// Evaluations of the reduced force for each evaluation of the full force, per ratio of their numbers of nodes: the
 /// checks take 2 % of the time of the reduced force.
@@ -15,7 +15,6 @@ const EVALUATIONS_PER_SAMPLE: f64 = 4.0;
 /// The full patch beside the reduced one.
 #[derive(Debug)]
 pub(super) struct FullPatch {
-    ball: BallJoint,
     checker: ForceChecker,
     /// Number of samples between two checks.
     every: u64,
@@ -23,20 +22,19 @@ pub(super) struct FullPatch {
 }
 
 impl FullPatch {
-    /// The full patch of a joint under a loading; `None` if its contact is not reduced.
+    /// The full patch of a joint at a tilt (rad); `None` if its contact is not reduced.
     ///
     /// # Errors
     /// If the joint cannot be assembled.
-    pub fn new(ball: &BallJoint, loading: &Loading) -> Result<Option<Self>, PipelineError> {
-        let (Some(rule), Some(tolerance)) = (ball.rule(), ball.spec().contact.reduction) else {
+    pub fn new(ball: &BallJoint, tilt: f64) -> Result<Option<Self>, PipelineError> {
+        let (Some(rule), Some(tolerance)) = (ball.reduction(), ball.spec().contact.reduction)
+        else {
             return Ok(None);
         };
-        let all = ball.with_all_nodes();
-        let joint = all.joint(loading.tilt)?;
+        let joint = Joint::new(&ball.full_model(tilt)?);
         let [nodes, kept] = [joint.contact_nodes(), rule.kept().len()];
         let evaluations = EVALUATIONS_PER_CHECK * nodes as f64 / kept as f64;
         Ok(Some(Self {
-            ball: all,
             checker: ForceChecker::new(joint),
             every: (evaluations / EVALUATIONS_PER_SAMPLE).ceil() as u64,
             report: ContactReduction::new(nodes, kept, tolerance),
@@ -48,34 +46,14 @@ impl FullPatch {
         self.checker.full()
     }
 
-    /// The model with all nodes at a tilt (rad).
-    ///
-    /// # Errors
-    /// If the joint cannot be assembled.
-    pub fn model(&self, tilt: f64) -> Result<Model, PipelineError> {
-        Ok(self.ball.model(tilt)?)
-    }
-
-    /// The body and patch with all nodes.
-    pub fn into_ball(self) -> BallJoint {
-        self.ball
-    }
-
     /// Comparison of the forces so far.
     pub fn report(&self) -> &ContactReduction {
         &self.report
     }
 
-    /// Rebuilds the joint under another loading, and returns its model.
-    ///
-    /// # Errors
-    /// If the joint cannot be assembled.
-    pub fn set_loading(&mut self, loading: &Loading) -> Result<Model, PipelineError> {
-        self.ball.set_load(loading.load);
-        self.ball.set_rotation(loading.rotation);
-        let model = self.ball.model(loading.tilt)?;
-        self.checker.set_full(Joint::new(&model));
-        Ok(model)
+    /// Replaces the model with all nodes after a change of the loading.
+    pub fn set_model(&mut self, model: &Model) {
+        self.checker.set_full(Joint::new(model));
     }
 
     /// Compares the forces at the state of a sample if a check is due.

@@ -133,7 +133,7 @@ impl Simulation {
         }
         let model = ball.model(loading.tilt)?;
         let joint = audited(scene, &model);
-        let full = FullPatch::new(&ball, &loading)?;
+        let full = FullPatch::new(&ball, loading.tilt)?;
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let mut integrator = with_tangents(scene, &joint, joint_integrator(scene, &joint)?)?;
@@ -148,7 +148,7 @@ impl Simulation {
         let mut jumps = tilted.jumps();
         jumps.reverse();
         let all_nodes = match &full {
-            Some(full) => full.model(loading.tilt)?,
+            Some(_) => ball.full_model(loading.tilt)?,
             None => model,
         };
         Ok(Self {
@@ -274,7 +274,11 @@ impl Simulation {
         let model = self.ball.model(loading.tilt)?;
         self.replace_joint(&model)?;
         let all_nodes = match &mut self.full {
-            Some(full) => full.set_loading(&loading)?,
+            Some(full) => {
+                let all_nodes = self.ball.full_model(loading.tilt)?;
+                full.set_model(&all_nodes);
+                all_nodes
+            }
             None => model,
         };
         self.geometry = Arc::new(patch_geometry(&self.ball, all_nodes, loading.tilt));
@@ -305,7 +309,7 @@ impl Simulation {
             all_nodes_since_s: Some(time),
             ..*full.report()
         });
-        self.ball = full.into_ball();
+        self.ball.set_reduction(None)?;
         self.replace_joint(&self.ball.model(self.loading.tilt)?)?;
         let bytes = self.joint.contact_nodes().div_ceil(8);
         self.separated = [vec![0; bytes], vec![0; bytes]];

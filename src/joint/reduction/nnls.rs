@@ -91,9 +91,8 @@ impl Problem {
             if norm(&residual) <= tolerance {
                 return;
             }
-            let free = (0..self.count()).filter(|&k| {
-                !barred[k] && norms[k] > 0.0 && !set.columns.contains(&k)
-            });
+            let free = (0..self.count())
+                .filter(|&k| !barred[k] && norms[k] > 0.0 && !set.columns.contains(&k));
             let gains = free.map(|k| (k, dot(self.column(k), &residual) / norms[k]));
             let Some((entering, gain)) = gains.max_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return;

@@ -11,7 +11,9 @@ use crate::joint::{AssemblyError, BallJoint, Joint, LANES};
 
 /// Factor on the equations of steady sliding, load and area in the choice of the nodes.
 const STEADY: f64 = 3.0;
-fn steady_factor()->f64{ std::env::var("STEADY").map_or(STEADY,|s|s.parse().unwrap()) }
+fn steady_factor() -> f64 {
+    std::env::var("STEADY").map_or(STEADY, |s| s.parse().unwrap())
+}
 
 /// Factor by which the residual may increase for the equations that are satisfied to rounding.
 const EXACT_COST: f64 = 2.0;
@@ -125,19 +127,31 @@ pub fn train(ball: &BallJoint, plan: &TrainingPlan) -> Result<TrainedRule, Train
         let mut states = plan.excitation.states_of(&joint)?;
         let additional = plan.additional.iter().filter(|(at, _)| *at == tilt);
         states.extend(additional.map(|(_, z)| z.clone()));
-        cases.push(TrainingCase { joint, states, weight: 1.0 });
+        cases.push(TrainingCase {
+            joint,
+            states,
+            weight: 1.0,
+        });
     }
     for (tilt, z) in &plan.additional {
         if !plan.tilts.contains(tilt) {
             let joint = Joint::new(&ball.full_model(*tilt)?);
-            cases.push(TrainingCase { joint, states: vec![z.clone()], weight: 1.0 });
+            cases.push(TrainingCase {
+                joint,
+                states: vec![z.clone()],
+                weight: 1.0,
+            });
         }
     }
     let mut held_out = Vec::new();
     for &tilt in &plan.held_out_tilts {
         let joint = Joint::new(&ball.full_model(tilt)?);
         let states = held_out_excitation.states_of(&joint)?;
-        held_out.push(TrainingCase { joint, states, weight: 1.0 });
+        held_out.push(TrainingCase {
+            joint,
+            states,
+            weight: 1.0,
+        });
     }
     let trainer = Trainer::new(&cases)?;
     let limit = MAX_KEPT.min(trainer.nodes() / 2);
@@ -187,7 +201,12 @@ impl Trainer {
         let nodes = first.joint.contact_nodes();
         let mut snapshots = Snapshots::new(nodes);
         let share = 1.0 / (cases.len() as f64).sqrt();
-        for TrainingCase { joint, states, weight } in cases {
+        for TrainingCase {
+            joint,
+            states,
+            weight,
+        } in cases
+        {
             assert_eq!(joint.contact_nodes(), nodes, "joints with the same patch");
             snapshots.add_states(joint, states, weight * share);
             snapshots.add_linearised(joint, LINEARISED * weight * share);
@@ -237,7 +256,9 @@ impl Trainer {
         let columns = set.columns.iter().map(|&column| self.candidates[column]);
         let mut kept: Vec<_> = columns.zip(set.weights).collect();
         kept.sort_by_key(|(node, _)| *node);
-        let kept = kept.into_iter().map(|(node, weight)| KeptNode { node, weight });
+        let kept = kept
+            .into_iter()
+            .map(|(node, weight)| KeptNode { node, weight });
         let rule = CubatureRule::new(self.nodes, kept.collect())?;
         Ok(TrainedRule {
             training: errors_of(&rule, &self.cases),
@@ -249,7 +270,7 @@ impl Trainer {
 
 /// Nodes that may be kept: all, or about [`MAX_CANDIDATES`] evenly spaced ones of a fine patch.
 fn candidates(nodes: usize) -> Vec<usize> {
-    let maxc=std::env::var("CAND").map_or(MAX_CANDIDATES,|c|c.parse().unwrap());
+    let maxc = std::env::var("CAND").map_or(MAX_CANDIDATES, |c| c.parse().unwrap());
     let count = nodes.min(maxc);
     (0..count).map(|k| k * nodes / count).collect()
 }
@@ -265,7 +286,11 @@ pub fn errors_of(rule: &CubatureRule, cases: &[TrainingCase]) -> RuleErrors {
     }
     let (mut errors, mut count) = (RuleErrors::default(), 0.0);
     for TrainingCase { joint, states, .. } in cases {
-        assert_eq!(joint.contact_nodes(), rule.full_nodes(), "the patch of the rule");
+        assert_eq!(
+            joint.contact_nodes(),
+            rule.full_nodes(),
+            "the patch of the rule"
+        );
         let mut snapshots = Snapshots::new(rule.full_nodes());
         // The scale cancels that of the average over the states.
         snapshots.add_states(joint, states, (states.len() as f64).sqrt());
@@ -276,7 +301,9 @@ pub fn errors_of(rule: &CubatureRule, cases: &[TrainingCase]) -> RuleErrors {
         }
         let mut steady = Snapshots::new(rule.full_nodes());
         steady.add_steady(joint, 1.0);
-        errors.steady = steady.errors(&weights, joint.modes()).fold(errors.steady, f64::max);
+        errors.steady = steady
+            .errors(&weights, joint.modes())
+            .fold(errors.steady, f64::max);
     }
     errors.rms = (errors.rms / f64::max(count, 1.0)).sqrt();
     errors

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
-use crate::joint::ReductionErrors;
+use crate::joint::reduction::ReductionErrors;
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

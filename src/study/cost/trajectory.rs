@@ -330,7 +330,7 @@ pub(super) fn reduction_sets(
     for (value, scene) in reduced {
         let ball = BallJoint::new(&scene.joint()?.spec)?;
         let kept = ball
-            .rule()
+            .reduction()
             .map_or(ball.spec().contact.nodes, |rule| rule.kept().len());
         let on = &mut || should_continue(points.len() as f64 / REDUCTIONS.len() as f64);
         let Some(point) = baseline.point(value, &scene, &reference, on) else {
