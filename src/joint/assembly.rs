@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::reduction::{CubatureRule, RuleError};
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::reduction::{CubatureRule, RuleError};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
@@ -328,6 +328,22 @@ impl BallJoint {
     /// As [`BallJoint::model`].
     pub fn full_model(&self, tilt: f64) -> Result<Model, AssemblyError> {
         self.model_with(None, tilt)
+    }
+
+    /// Builds the contact model with a coarser patch of `nodes` nodes; `None` if the patch is imported or has
+    /// no more nodes.
+    pub(in crate::joint) fn coarse_model(
+        &self,
+        nodes: usize,
+        tilt: f64,
+    ) -> Result<Option<Model>, AssemblyError> {
+        match &self.body {
+            Body::Meshed(meshed) if meshed.points.len() > nodes => {
+                let points = patch_points(self.spec.contact.quadrature, nodes);
+                self.hertz_model(meshed, &points, tilt).map(Some)
+            }
+            _ => Ok(None),
+        }
     }
 
     fn model_with(&self, rule: Option<&CubatureRule>, tilt: f64) -> Result<Model, AssemblyError> {

@@ -11,7 +11,7 @@ use crate::dynamics::System;
 use crate::joint::{Joint, LANES};
 
 /// Rank at which the compression of the equations stops.
-const MAX_RANK: usize = 200;
+const MAX_RANK: usize = 160;
 
 /// Relative size of the equations that the compression neglects.
 const NEGLIGIBLE: f64 = 1e-11;
@@ -152,19 +152,20 @@ impl Snapshots {
             basis.push(next);
         }
         let rank = basis.len();
-        let coefficients = Mat::from_fn(count, rank, |i, j| {
-            dot(&self.rows[i * n..][..n], &basis[j])
-        });
+        let coefficients =
+            Mat::from_fn(count, rank, |i, j| dot(&self.rows[i * n..][..n], &basis[j]));
         let qr = coefficients.qr();
         let factor = qr.thin_R();
         let rows = factor.nrows();
         let row = |i: usize, of: &dyn Fn(&[f64]) -> f64| -> f64 {
             (i..rank).map(|j| factor[(i, j)] * of(&basis[j])).sum()
         };
-        let columns = candidates.iter().flat_map(|&k| {
-            (0..rows).map(move |i| (i, k))
-        });
-        let columns = columns.map(|(i, k)| row(i, &|direction| direction[k])).collect();
+        let columns = candidates
+            .iter()
+            .flat_map(|&k| (0..rows).map(move |i| (i, k)));
+        let columns = columns
+            .map(|(i, k)| row(i, &|direction| direction[k]))
+            .collect();
         let target = (0..rows).map(|i| row(i, &|direction| direction.iter().sum()));
         Problem::new(columns, target.collect())
     }
@@ -181,8 +182,8 @@ fn contributions(joint: &Joint, z: &[f64]) -> Vec<f64> {
         for (i, row) in rows.iter().enumerate() {
             let [s, t, r] = action.friction;
             let lane = k % LANES;
-            out[i * n + k] = row.s.0[lane] * s + row.t.0[lane] * t
-                + row.r.0[lane] * (r - action.normal);
+            out[i * n + k] =
+                row.s.0[lane] * s + row.t.0[lane] * t + row.r.0[lane] * (r - action.normal);
         }
     }
     out
