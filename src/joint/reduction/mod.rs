@@ -26,6 +26,7 @@
 //!   slowly with the number of kept nodes, as does that of the full patch.
 
 mod certificate;
+mod error;
 mod nnls;
 mod rule;
 mod selection;
@@ -38,8 +39,9 @@ mod training;
 mod tests;
 
 pub use certificate::{ForceCheck, ForceChecker, ReductionErrors};
+pub use error::TrainingError;
 pub use rule::{CubatureRule, KeptNode, RuleError};
-pub use selection::{RuleSource, TrainingError, TrainingPlan, reduce, train};
+pub use selection::{RuleSource, TrainingPlan, reduce, train};
 pub use shipped::shipped_rules;
 pub use states::Excitation;
 pub use training::{RuleErrors, TrainedRule, Trainer, TrainingCase, errors_of};

@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::training::{TrainedRule, Trainer, TrainingCase, errors_of};
-use super::{Excitation, RuleError, shipped_rules};
-use crate::dynamics::DynamicsError;
-use crate::joint::{AssemblyError, BallJoint, Joint, LANES};
+use super::{Excitation, TrainingError, shipped_rules};
+use crate::joint::{BallJoint, Joint, LANES};
 
 /// Largest number of kept nodes.
 const MAX_KEPT: usize = 96;
@@ -58,38 +57,6 @@ pub enum RuleSource {
     Trained,
 }
 
-/// A rule cannot be trained.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainingError {
-    /// The joint cannot be built at a tilt.
-    #[error("the training of the contact reduction cannot build the joint")]
-    Assembly(#[from] AssemblyError),
-    /// A simulation for training failed.
-    #[error("a simulation for the training of the contact reduction failed")]
-    Simulation(#[from] DynamicsError),
-    /// There are no states to train on, or the force vanishes at all of them.
-    #[error("the contact reduction has no states to train on")]
-    NoStates,
-    /// No weights were found.
-    #[error("the training of the contact reduction found no valid weights")]
-    Rule(#[from] RuleError),
-    /// No rule with fewer nodes is accurate enough.
-    #[error(
-        "no contact reduction with up to {kept} of {nodes} nodes reaches a relative error of \
-         {tolerance:e}; the smallest error is {error:e}"
-    )]
-    Tolerance {
-        /// Nodes of the largest rule.
-        kept: usize,
-        /// Nodes of the full patch.
-        nodes: usize,
-        /// The required error.
-        tolerance: f64,
-        /// The smallest error found.
-        error: f64,
-    },
-}
-
 /// Returns the smallest shipped rule that is accurate enough for a joint, or else trains one ([`train`]). The
 /// held-out errors are those of this joint.
 ///
@@ -112,8 +79,8 @@ pub fn reduce(
     Ok((trained, RuleSource::Trained))
 }
 
-/// Trains the smallest rule whose rms error at held-out states is within the tolerance. Its number of nodes is
-/// a multiple of eight, the length of a vector.
+/// Trains the smallest rule whose rms error at held-out states is within the tolerance. Its number of nodes is,
+/// where possible, a multiple of eight, the length of a vector.
 ///
 /// The result depends on the arguments only.
 ///

@@ -120,8 +120,8 @@ impl Snapshots {
         })
     }
 
-    /// The least-squares problem of the weights of the candidate nodes, compressed to the numerical rank of the equations by
-    /// Gram-Schmidt orthogonalisation with row pivoting.
+    /// The least-squares problem of the weights of the candidate nodes, compressed to the numerical rank of the
+    /// equations by Gram-Schmidt orthogonalisation with row pivoting.
     pub fn problem(&self, candidates: &[usize]) -> Problem {
         let (n, count) = (self.nodes, self.count());
         let mut rest = self.rows.clone();

@@ -17,7 +17,7 @@ const EXACT_COST: f64 = 2.0;
 /// Factor on the equations of the linearised force.
 const LINEARISED: f64 = 1.0;
 
-/// Largest number of candidates.
+/// Largest number of candidates. More make the weights fit the states of the training better, others hardly.
 const MAX_CANDIDATES: usize = 256;
 
 /// A joint with states for training or for a check.
