@@ -330,6 +330,22 @@ impl BallJoint {
         self.model_with(None, tilt)
     }
 
+    /// Builds the contact model with a coarser patch of `nodes` nodes; `None` if the patch is imported or has
+    /// no more nodes.
+    pub(in crate::joint) fn coarse_model(
+        &self,
+        nodes: usize,
+        tilt: f64,
+    ) -> Result<Option<Model>, AssemblyError> {
+        match &self.body {
+            Body::Meshed(meshed) if meshed.points.len() > nodes => {
+                let points = patch_points(self.spec.contact.quadrature, nodes);
+                self.hertz_model(meshed, &points, tilt).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
     fn model_with(&self, rule: Option<&CubatureRule>, tilt: f64) -> Result<Model, AssemblyError> {
         match &self.body {
             Body::Meshed(meshed) => match rule {

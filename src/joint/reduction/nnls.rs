@@ -264,3 +264,108 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(super) fn norm(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    fn random(rows: usize, count: usize, seed: u64) -> Problem {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut numbers =
+            |count| -> Vec<f64> { (0..count).map(|_| rng.random_range(-1.0..1.0)).collect() };
+        Problem::new(numbers(rows * count), numbers(rows))
+    }
+
+    fn solved(problem: &Problem) -> ActiveSet {
+        let mut set = ActiveSet::default();
+        problem.grow(&mut set, usize::MAX, 0.0);
+        set
+    }
+
+    /// The unconstrained solution has a negative weight, which is zero in the solution.
+    #[test]
+    fn a_negative_weight_becomes_zero() {
+        let problem = Problem::new(vec![1.0, 0.0, 1.0, 1.0], vec![2.0, -1.0]);
+        let set = solved(&problem);
+        assert_eq!(set.columns, [0]);
+        assert!((set.weights[0] - 2.0).abs() < 1e-15);
+        assert!((problem.residual_norm(&set) - 1.0).abs() < 1e-15);
+    }
+
+    /// The residual is the smallest of all subsets of columns with positive weights.
+    #[test]
+    fn the_solution_is_the_best_of_all_subsets() {
+        for seed in 0..40 {
+            let problem = random(8, 7, seed);
+            let best = (0_u32..1 << 7)
+                .map(|bits| {
+                    let columns: Vec<_> = (0..7).filter(|k| bits >> k & 1 == 1).collect();
+                    let weights = if columns.is_empty() {
+                        vec![]
+                    } else {
+                        problem.weights(&columns)
+                    };
+                    ActiveSet { columns, weights }
+                })
+                .filter(|set| set.weights.iter().all(|weight| *weight > 0.0))
+                .map(|set| problem.residual_norm(&set))
+                .fold(f64::INFINITY, f64::min);
+            let found = problem.residual_norm(&solved(&problem));
+            assert!((found - best).abs() < 1e-12, "seed {seed}: {found} {best}");
+        }
+    }
+
+    /// A target that is a sum of few columns is found exactly.
+    #[test]
+    fn a_sparse_solution_is_found() {
+        let mut problem = random(12, 40, 3);
+        let exact = ActiveSet {
+            columns: vec![4, 17, 30],
+            weights: vec![0.5, 2.0, 1.0],
+        };
+        problem.target.fill(0.0);
+        problem.target = problem.residual(&exact).iter().map(|x| -x).collect();
+        assert!(problem.residual_norm(&solved(&problem)) < 1e-12);
+    }
+
+    #[test]
+    fn exchanges_reduce_the_residual() {
+        let mut improved = 0;
+        for seed in 0..10 {
+            let problem = random(12, 60, seed);
+            let mut set = ActiveSet::default();
+            problem.grow(&mut set, 5, 0.0);
+            let (before, size) = (problem.residual_norm(&set), set.columns.len());
+            problem.exchange(&mut set);
+            assert_eq!(set.columns.len(), size);
+            assert!(set.weights.iter().all(|weight| *weight > 0.0));
+            assert!(problem.residual_norm(&set) <= before);
+            improved += usize::from(problem.residual_norm(&set) < 0.99 * before);
+        }
+        assert!(improved >= 3, "{improved}");
+    }
+
+    #[test]
+    fn equations_are_satisfied_to_rounding() {
+        let mut problem = random(12, 6, 5);
+        let set = ActiveSet {
+            columns: (0..6).collect(),
+            weights: vec![-10.0; 6],
+        };
+        // Near the solution with weights of 10.
+        problem.target = problem.residual(&set);
+        // The sum of all weights, and a weighted sum.
+        let exact = [
+            1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 60.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 210.0,
+        ];
+        let set = problem.with_exact(&set, &exact).expect("positive weights");
+        for equation in exact.chunks_exact(7) {
+            let error = dot(&equation[..6], &set.weights) - equation[6];
+            assert!(error.abs() < 1e-11, "{error:e}");
+        }
+        assert_eq!(problem.with_exact(&set, &exact.repeat(3)), None);
+    }
+}

@@ -11,7 +11,7 @@ use crate::dynamics::System;
 use crate::joint::{Joint, LANES};
 
 /// Rank at which the compression of the equations stops.
-const MAX_RANK: usize = 200;
+const MAX_RANK: usize = 160;
 
 /// Relative size of the equations that the compression neglects.
 const NEGLIGIBLE: f64 = 1e-11;
@@ -120,8 +120,8 @@ impl Snapshots {
         })
     }
 
-    /// The least-squares problem of the weights of the candidate nodes, compressed to the numerical rank of the equations by
-    /// Gram-Schmidt orthogonalisation with row pivoting.
+    /// The least-squares problem of the weights of the candidate nodes, compressed to the numerical rank of the
+    /// equations by Gram-Schmidt orthogonalisation with row pivoting.
     pub fn problem(&self, candidates: &[usize]) -> Problem {
         let (n, count) = (self.nodes, self.count());
         let mut rest = self.rows.clone();

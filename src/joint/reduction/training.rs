@@ -1,19 +1,15 @@
-//! Training of cubature rules.
+//! Training of cubature rules from states of joints with the same patch.
 
 use serde::{Deserialize, Serialize};
 
 use super::nnls::{ActiveSet, Problem};
 use super::snapshots::Snapshots;
-use super::states::Excitation;
-use super::{CubatureRule, KeptNode, RuleError};
-use crate::dynamics::{DynamicsError, System};
-use crate::joint::{AssemblyError, BallJoint, Joint, LANES};
+use super::{CubatureRule, KeptNode, TrainingError};
+use crate::dynamics::System;
+use crate::joint::Joint;
 
 /// Factor on the equations of steady sliding, load and area in the choice of the nodes.
 const STEADY: f64 = 3.0;
-fn steady_factor() -> f64 {
-    std::env::var("STEADY").map_or(STEADY, |s| s.parse().unwrap())
-}
 
 /// Factor by which the residual may increase for the equations that are satisfied to rounding.
 const EXACT_COST: f64 = 2.0;
@@ -21,11 +17,8 @@ const EXACT_COST: f64 = 2.0;
 /// Factor on the equations of the linearised force.
 const LINEARISED: f64 = 1.0;
 
-/// Largest number of candidates.
+/// Largest number of candidates. More make the weights fit the states of the training better, others hardly.
 const MAX_CANDIDATES: usize = 256;
-
-/// Largest number of kept nodes.
-const MAX_KEPT: usize = 96;
 
 /// A joint with states for training or for a check.
 #[derive(Clone, Debug)]
@@ -58,117 +51,6 @@ pub struct TrainedRule {
     pub training: RuleErrors,
     /// Errors at states that were not used in the training.
     pub held_out: RuleErrors,
-}
-
-/// Parameters of [`train`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrainingPlan {
-    /// Largest permitted rms of the relative error of the force at the held-out states.
-    pub tolerance: f64,
-    /// Tilts for training, rad.
-    pub tilts: Vec<f64>,
-    /// Tilts of the held-out states, rad.
-    pub held_out_tilts: Vec<f64>,
-    /// Simulations at each tilt. The held-out states have the next seed.
-    pub excitation: Excitation,
-    /// Additional states for training, for example those at which a rule was not accurate enough, with
-    /// their tilts (rad).
-    pub additional: Vec<(f64, Vec<f64>)>,
-}
-
-/// A rule cannot be trained.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainingError {
-    /// The joint cannot be built at a tilt.
-    #[error("the training of the contact reduction cannot build the joint")]
-    Assembly(#[from] AssemblyError),
-    /// A simulation for training failed.
-    #[error("a simulation for the training of the contact reduction failed")]
-    Simulation(#[from] DynamicsError),
-    /// There are no states to train on, or the force vanishes at all of them.
-    #[error("the contact reduction has no states to train on")]
-    NoStates,
-    /// No weights were found.
-    #[error("the training of the contact reduction found no valid weights")]
-    Rule(#[from] RuleError),
-    /// No rule with fewer nodes is accurate enough.
-    #[error(
-        "no contact reduction with up to {kept} of {nodes} nodes reaches a relative error of \
-         {tolerance:e}; the smallest error is {error:e}"
-    )]
-    Tolerance {
-        /// Nodes of the largest rule.
-        kept: usize,
-        /// Nodes of the full patch.
-        nodes: usize,
-        /// The required error.
-        tolerance: f64,
-        /// The smallest error found.
-        error: f64,
-    },
-}
-
-/// Trains the smallest rule whose rms error at held-out states is within the tolerance. Its number of nodes is
-/// a multiple of eight, the length of a vector.
-///
-/// The result depends on the arguments only.
-///
-/// # Errors
-/// [`TrainingError::Tolerance`] if no rule with at most 96 nodes, and with at most half of all nodes, is
-/// accurate enough. Otherwise if the joint cannot be built or simulated.
-pub fn train(ball: &BallJoint, plan: &TrainingPlan) -> Result<TrainedRule, TrainingError> {
-    let held_out_excitation = Excitation {
-        seed: plan.excitation.seed + 1,
-        ..plan.excitation.clone()
-    };
-    let mut cases = Vec::new();
-    for &tilt in &plan.tilts {
-        let joint = Joint::new(&ball.full_model(tilt)?);
-        let mut states = plan.excitation.states_of(&joint)?;
-        let additional = plan.additional.iter().filter(|(at, _)| *at == tilt);
-        states.extend(additional.map(|(_, z)| z.clone()));
-        cases.push(TrainingCase {
-            joint,
-            states,
-            weight: 1.0,
-        });
-    }
-    for (tilt, z) in &plan.additional {
-        if !plan.tilts.contains(tilt) {
-            let joint = Joint::new(&ball.full_model(*tilt)?);
-            cases.push(TrainingCase {
-                joint,
-                states: vec![z.clone()],
-                weight: 1.0,
-            });
-        }
-    }
-    let mut held_out = Vec::new();
-    for &tilt in &plan.held_out_tilts {
-        let joint = Joint::new(&ball.full_model(tilt)?);
-        let states = held_out_excitation.states_of(&joint)?;
-        held_out.push(TrainingCase {
-            joint,
-            states,
-            weight: 1.0,
-        });
-    }
-    let trainer = Trainer::new(&cases)?;
-    let limit = MAX_KEPT.min(trainer.nodes() / 2);
-    let mut smallest = f64::INFINITY;
-    for size in (LANES..=limit).step_by(LANES) {
-        let trained = trainer.rule(size, &held_out)?;
-        if trained.held_out.rms <= plan.tolerance {
-            return Ok(trained);
-        }
-        smallest = smallest.min(trained.held_out.rms);
-    }
-    Err(TrainingError::Tolerance {
-        kept: limit,
-        nodes: trainer.nodes(),
-        tolerance: plan.tolerance,
-        error: smallest,
-    })
 }
 
 /// Equations of the weights for some joints with the same patch.
@@ -210,8 +92,8 @@ impl Trainer {
             assert_eq!(joint.contact_nodes(), nodes, "joints with the same patch");
             snapshots.add_states(joint, states, weight * share);
             snapshots.add_linearised(joint, LINEARISED * weight * share);
-            snapshots.add_steady(joint, steady_factor() * weight * share);
-            snapshots.add_area_and_load(joint, steady_factor() * weight * share);
+            snapshots.add_steady(joint, STEADY * weight * share);
+            snapshots.add_area_and_load(joint, STEADY * weight * share);
         }
         if snapshots.is_empty() {
             return Err(TrainingError::NoStates);
@@ -270,8 +152,7 @@ impl Trainer {
 
 /// Nodes that may be kept: all, or about [`MAX_CANDIDATES`] evenly spaced ones of a fine patch.
 fn candidates(nodes: usize) -> Vec<usize> {
-    let maxc = std::env::var("CAND").map_or(MAX_CANDIDATES, |c| c.parse().unwrap());
-    let count = nodes.min(maxc);
+    let count = nodes.min(MAX_CANDIDATES);
     (0..count).map(|k| k * nodes / count).collect()
 }
 
