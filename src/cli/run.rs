@@ -346,15 +346,21 @@ fn reduction_text(reduction: &ContactReduction) -> String {
         nodes,
         kept_nodes,
         errors,
+        retrained_at_s,
         all_nodes_since_s,
         ..
     } = reduction;
-    let until = all_nodes_since_s.map_or(String::new(), |time| {
-        format!("; all nodes from {} ms on", significant(1e3 * time, 4))
-    });
+    let from = |what: &str, time: &Option<f64>| {
+        let text = time.map(|time| format!("; {what} from {} ms on", significant(1e3 * time, 4)));
+        text.unwrap_or_default()
+    };
+    let (retrained, all) = (
+        from("retrained nodes", retrained_at_s),
+        from("all nodes", all_nodes_since_s),
+    );
     format!(
         "  contact reduced from {nodes} to {kept_nodes} nodes: relative error of the force at most {:.1e}, \
-         rms {:.1e}, in {} checks{until}\n",
+         rms {:.1e}, in {} checks{retrained}{all}\n",
         errors.max, errors.rms, errors.checks
     )
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
-use super::reduction::{CubatureRule, RuleError};
+use super::reduction::{CubatureRule, RuleError, TrainingError, requested_rule};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
@@ -59,6 +59,11 @@ pub enum AssemblyError {
         /// The difference.
         problem: ImportedModesError,
     },
+    /// No rule reduces the contact with the requested tolerance.
+    #[error(
+        "contact.reduction is out of reach for this joint; increase it, or remove it to evaluate all nodes"
+    )]
+    Reduction(#[from] Box<TrainingError>),
     /// The operation requires a mesh, and the modes are imported.
     #[error(
         "the mesh of ball and beam is required, but the modes are imported from `{file}`; choose a \
@@ -116,7 +121,7 @@ impl BallJoint {
                 )?;
                 Self::on_beam(modes, body, spec)
             }
-            BodySpec::Imported(modes) => Ok(Self {
+            BodySpec::Imported(modes) => Self {
                 spec: spec.clone(),
                 frequencies_hz: modes
                     .omega()
@@ -125,7 +130,8 @@ impl BallJoint {
                     .collect(),
                 body: Body::Own(Arc::clone(modes)),
                 reduction: None,
-            }),
+            }
+            .with_requested_reduction(),
         }
     }
 
@@ -170,7 +176,7 @@ impl BallJoint {
             .collect::<Result<Vec<_>, _>>()?;
         let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Ok(Self {
+        Self {
             spec: spec.clone(),
             frequencies_hz,
             body: Body::Meshed(Meshed {
@@ -180,12 +186,23 @@ impl BallJoint {
                 points,
             }),
             reduction: None,
+        }
+        .with_requested_reduction()
+    }
+
+    /// Applies the rule for `contact.reduction`.
+    fn with_requested_reduction(self) -> Result<Self, AssemblyError> {
+        let rule = requested_rule(&self).map_err(Box::new)?;
+        Ok(Self {
+            reduction: rule,
+            ..self
         })
     }
 
     /// Restricts the models of this joint to the nodes and weights of a cubature rule, or removes the
     /// restriction. The rule remains valid for any tilt, azimuth, load and rotation, since its nodes are
-    /// fixed in the coordinates of the patch. [`BallJoint::with_spec`] removes it.
+    /// fixed in the coordinates of the patch. [`BallJoint::with_spec`] replaces it by that for
+    /// `contact.reduction`.
     ///
     /// # Errors
     /// [`RuleError::OtherPatch`] if the rule is for another number of nodes.
@@ -195,6 +212,11 @@ impl BallJoint {
         }
         self.reduction = rule;
         Ok(self)
+    }
+
+    /// Removes the cubature rule.
+    pub fn evaluate_all_nodes(&mut self) {
+        self.reduction = None;
     }
 
     /// The cubature rule, if there is one.

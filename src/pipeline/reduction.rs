@@ -1,9 +1,13 @@
 //! A run with a reduced contact: pictures of all nodes, and the check of the reduced force.
 
+use std::sync::Arc;
+
 use super::PipelineError;
 use super::message::ContactReduction;
-use crate::joint::reduction::ForceChecker;
+use crate::dynamics::System;
+use crate::joint::reduction::{ForceChecker, refine};
 use crate::joint::{BallJoint, Joint, Model};
+use crate::scene::Loading;
 
 /// Evaluations of the reduced force for each evaluation of the full force, per ratio of their numbers of nodes: the
 /// checks take 2 % of the time of the reduced force.
@@ -12,6 +16,9 @@ const EVALUATIONS_PER_CHECK: f64 = 50.0;
 /// Least number of evaluations of the force between two samples.
 const EVALUATIONS_PER_SAMPLE: f64 = 4.0;
 
+/// Largest number of states for a new training.
+const MAX_STATES: usize = 32;
+
 /// The full patch beside the reduced one.
 #[derive(Debug)]
 pub(super) struct FullPatch {
@@ -19,6 +26,8 @@ pub(super) struct FullPatch {
     /// Number of samples between two checks.
     every: u64,
     report: ContactReduction,
+    /// Tilts (rad) and states with errors above the tolerance, for a new training.
+    inaccurate: Vec<(f64, Vec<f64>)>,
 }
 
 impl FullPatch {
@@ -38,6 +47,7 @@ impl FullPatch {
             checker: ForceChecker::new(joint),
             every: (evaluations / EVALUATIONS_PER_SAMPLE).ceil() as u64,
             report: ContactReduction::new(nodes, kept, tolerance),
+            inaccurate: Vec::new(),
         }))
     }
 
@@ -56,10 +66,39 @@ impl FullPatch {
         self.checker.set_full(Joint::new(model));
     }
 
-    /// Compares the forces at the state of a sample if a check is due.
-    pub fn follow(&mut self, reduced: &Joint, index: u64, z: &[f64]) {
-        if index.is_multiple_of(self.every) {
-            self.report.errors.add(&self.checker.check(reduced, z));
+    /// Compares the forces at the state of a sample, at a tilt (rad), if a check is due.
+    pub fn follow(&mut self, reduced: &Joint, tilt: f64, index: u64, z: &[f64]) {
+        if !index.is_multiple_of(self.every) {
+            return;
         }
+        let check = self.checker.check(reduced, z);
+        self.report.errors.add(&check);
+        if check.relative_error > self.report.tolerance && self.inaccurate.len() < MAX_STATES {
+            self.inaccurate
+                .push((tilt, z[..2 * reduced.modes()].to_vec()));
+        }
+    }
+
+    /// A joint with nodes retrained at a time (s) with the states at which the present nodes were inaccurate;
+    /// `None` if they have been retrained before, or no such nodes are found.
+    pub fn retrained(
+        &mut self,
+        ball: &BallJoint,
+        loading: &Loading,
+        time: f64,
+    ) -> Option<BallJoint> {
+        if self.report.retrained_at_s.is_some() {
+            return None;
+        }
+        let inaccurate = std::mem::take(&mut self.inaccurate);
+        let trained = refine(ball, self.report.tolerance, inaccurate).ok()?;
+        let ball = ball
+            .clone()
+            .with_reduction(Some(Arc::new(trained.rule)))
+            .ok()?;
+        let mut full = Self::new(&ball, loading.tilt).ok()??;
+        full.report.retrained_at_s = Some(time);
+        *self = full;
+        Some(ball)
     }
 }

@@ -297,19 +297,29 @@ impl Simulation {
         Ok(())
     }
 
-    /// Continues with all nodes from a time (s) on if the error of the reduced contact exceeded its tolerance.
+    /// Continues with retrained nodes from a time (s) on if the error of the reduced contact exceeded its
+    /// tolerance, or with all nodes if that is of no use.
     fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
-        let Some(full) = self.full.take_if(|full| full.report().is_exceeded()) else {
+        let is_exceeded = |full: &mut FullPatch| full.report().is_exceeded();
+        let Some(mut full) = self.full.take_if(is_exceeded) else {
             return Ok(());
         };
         if time > 0.0 {
             self.integrator.integrate_to(&self.joint, time)?;
         }
-        self.given_up = Some(ContactReduction {
-            all_nodes_since_s: Some(time),
-            ..*full.report()
-        });
-        self.ball.set_reduction(None)?;
+        match full.retrained(&self.ball, &self.loading, time) {
+            Some(ball) => {
+                self.ball = ball;
+                self.full = Some(full);
+            }
+            None => {
+                self.ball.evaluate_all_nodes();
+                self.given_up = Some(ContactReduction {
+                    all_nodes_since_s: Some(time),
+                    ..*full.report()
+                });
+            }
+        }
         self.replace_joint(&self.ball.model(self.loading.tilt)?)?;
         let bytes = self.joint.contact_nodes().div_ceil(8);
         self.separated = [vec![0; bytes], vec![0; bytes]];
@@ -450,7 +460,7 @@ impl Source for Simulation {
             let due = [count_every, picture_every].map(|every| is_due(every, index));
             self.follow_contacts(time, due, &mut frame);
             if let Some(full) = &mut self.full {
-                full.follow(&self.joint, index, &self.z);
+                full.follow(&self.joint, self.loading.tilt, index, &self.z);
             }
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));

@@ -105,7 +105,11 @@ pub struct ContactReduction {
     /// Errors of the force at sampled states of the motion.
     #[serde(flatten)]
     pub errors: ReductionErrors,
-    /// Time from which all nodes are evaluated, because an error exceeded the tolerance, s; `None` if none did.
+    /// Time from which retrained nodes are evaluated, because the error exceeded the tolerance, s. The errors are
+    /// those since then.
+    pub retrained_at_s: Option<f64>,
+    /// Time from which all nodes are evaluated, because the error of retrained nodes exceeded the tolerance,
+    /// too, or none were found, s. The errors are those until then.
     pub all_nodes_since_s: Option<f64>,
 }
 
@@ -117,13 +121,15 @@ impl ContactReduction {
             kept_nodes,
             tolerance,
             errors: ReductionErrors::default(),
+            retrained_at_s: None,
             all_nodes_since_s: None,
         }
     }
 
-    /// Whether an error of the force exceeds the tolerance.
+    /// Whether the rms error of the force exceeds the tolerance, which is that of the training.
     pub fn is_exceeded(&self) -> bool {
-        self.errors.checks > 0 && !self.errors.within(self.tolerance)
+        // Negated, so that NaN exceeds it.
+        self.errors.checks > 0 && !(self.errors.rms <= self.tolerance)
     }
 }
 
