@@ -12,11 +12,11 @@ mod interactive;
 mod latest;
 pub mod message;
 mod motion_changes;
+mod patch;
 mod pending;
 mod perturbed;
 mod prepare;
 mod record_sender;
-mod reduction;
 mod run;
 mod sensitivity;
 #[cfg(test)]

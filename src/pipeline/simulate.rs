@@ -9,8 +9,8 @@ use super::message::{
     ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
     MechanismPrediction, ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
 };
+use super::patch::{FullPatch, patch_geometry, patch_snapshot};
 use super::prepare::{initial_state, joint_integrator, kick};
-use super::reduction::FullPatch;
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
@@ -543,42 +543,6 @@ impl ControllableSource for Simulation {
     }
 }
 
-fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> PatchGeometry {
-    PatchGeometry {
-        positions: model.positions,
-        normals: model.normals,
-        areas: model.areas,
-        pre_stress: model.pre_stress,
-        direction: ball.direction(tilt),
-        radius: ball.patch_radius(),
-    }
-}
-
-fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
-    let nodes = joint.contact_nodes();
-    let mut snapshot = PatchSnapshot {
-        time,
-        states: Vec::with_capacity(nodes),
-        normal_force: Vec::with_capacity(nodes),
-        friction: Vec::with_capacity(nodes),
-    };
-    for k in 0..nodes {
-        let action = joint.node_action(k, q, v);
-        let frame = joint.node_frame(k);
-        let state = if action.normal <= 0.0 {
-            NodeState::Separated
-        } else if action.speed < joint.stick_speed(k) {
-            NodeState::Stick
-        } else {
-            NodeState::Slip
-        };
-        snapshot.states.push(state);
-        snapshot.normal_force.push(action.normal);
-        snapshot.friction.push(std::array::from_fn(|axis| {
-            (0..3)
-                .map(|along| action.friction[along] * frame[along][axis])
-                .sum()
-        }));
-    }
-    snapshot
-}
+#[cfg(test)]
+#[path = "simulate_tests.rs"]
+mod tests;

@@ -1,9 +1,9 @@
-//! A run with a reduced contact: pictures of all nodes, and the check of the reduced force.
+//! The contact patch of a run: its pictures, and the check of a reduced contact.
 
 use std::sync::Arc;
 
 use super::PipelineError;
-use super::message::ContactReduction;
+use super::message::{ContactReduction, NodeState, PatchGeometry, PatchSnapshot};
 use crate::dynamics::System;
 use crate::joint::reduction::{ForceChecker, refine};
 use crate::joint::{BallJoint, Joint, Model};
@@ -61,6 +61,12 @@ impl FullPatch {
         &self.report
     }
 
+    /// Changes the tolerance.
+    #[cfg(test)]
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        self.report.tolerance = tolerance;
+    }
+
     /// Replaces the model with all nodes after a change of the loading.
     pub fn set_model(&mut self, model: &Model) {
         self.checker.set_full(Joint::new(model));
@@ -101,4 +107,46 @@ impl FullPatch {
         *self = full;
         Some(ball)
     }
+}
+
+/// The nodes of a model at a tilt (rad).
+pub(super) fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> PatchGeometry {
+    PatchGeometry {
+        positions: model.positions,
+        normals: model.normals,
+        areas: model.areas,
+        pre_stress: model.pre_stress,
+        direction: ball.direction(tilt),
+        radius: ball.patch_radius(),
+    }
+}
+
+/// Status and forces of the nodes of a joint at modal coordinates `q` and velocities `v`.
+pub(super) fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
+    let nodes = joint.contact_nodes();
+    let mut snapshot = PatchSnapshot {
+        time,
+        states: Vec::with_capacity(nodes),
+        normal_force: Vec::with_capacity(nodes),
+        friction: Vec::with_capacity(nodes),
+    };
+    for k in 0..nodes {
+        let action = joint.node_action(k, q, v);
+        let frame = joint.node_frame(k);
+        let state = if action.normal <= 0.0 {
+            NodeState::Separated
+        } else if action.speed < joint.stick_speed(k) {
+            NodeState::Stick
+        } else {
+            NodeState::Slip
+        };
+        snapshot.states.push(state);
+        snapshot.normal_force.push(action.normal);
+        snapshot.friction.push(std::array::from_fn(|axis| {
+            (0..3)
+                .map(|along| action.friction[along] * frame[along][axis])
+                .sum()
+        }));
+    }
+    snapshot
 }
