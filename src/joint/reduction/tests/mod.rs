@@ -138,7 +138,9 @@ fn growth_rates_agree() {
                 .iter()
                 .fold(0.0_f64, |a, mode| a.max(mode.growth.abs()));
             for (a, b) in full.iter().zip(&reduced) {
-                assert!((a.frequency_hz / b.frequency_hz - 1.0).abs() < tolerance);
+                // An overdamped mode has no frequency.
+                let change = (a.frequency_hz - b.frequency_hz).abs();
+                assert!(change <= tolerance * b.frequency_hz, "{a:?} {b:?}");
                 largest = largest.max((a.growth - b.growth).abs() / scale);
                 assert_eq!(a.unstable(), b.unstable());
             }
@@ -289,11 +291,11 @@ fn additional_states_improve_a_rule() {
     let joint = ball.joint(tilt).unwrap();
     let large = Excitation {
         kicks: vec![1.5],
+        duration: 2e-4,
         states: 2,
         seed: 11,
-        ..Excitation::default()
     };
-    let state = large.states_of(&joint).unwrap().swap_remove(0);
+    let state = large.states_of(&joint).unwrap().swap_remove(1);
     let case = [TrainingCase {
         joint,
         states: vec![state.clone()],
