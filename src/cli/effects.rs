@@ -1,5 +1,6 @@
 //! `squeakscope scenes NAME --effects`: measure the CPU time of each effect and analysis of a scene.
 
+use std::cmp::Ordering;
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -100,7 +101,11 @@ fn text(scene: &str, effects: &Effects) -> String {
     text.push('\n');
     let mut table = Table::default().left("").right("us per ms").left("effect");
     table = table.left("key").left("setting");
-    for effect in &effects.effects {
+    let mut sorted: Vec<&Effect> = effects.effects.iter().collect();
+    // Active effects first, each group by cost; without a cost last.
+    let key = |effect: &Effect| (effect.on, effect.cost.map_or(f64::NEG_INFINITY, |c| c.mean));
+    sorted.sort_by(|a, b| key(b).partial_cmp(&key(a)).unwrap_or(Ordering::Equal));
+    for effect in sorted {
         let state = match effect.on {
             true => format!("{ON}on{ON:#}"),
             false => format!("{OFF}off{OFF:#}"),
@@ -116,12 +121,42 @@ fn text(scene: &str, effects: &Effects) -> String {
     text += &table.text();
     text.push_str(
         "An effect that is off is not computed; its row shows what it would cost with typical values. +- is the \
-         half-width of the 95 % interval; < is an upper bound where the scatter exceeds the cost.\n",
+         half-width of the 95 % interval.\n",
     );
-    text
+    text + &advice(effects)
 }
 
-/// CPU time in us per simulated ms: `12 +- 5`, or the bound `< 30` if the scatter exceeds the mean.
+/// Keys that change what is observed, or the numerics, but not the physics of a scene.
+const OPTIONAL: [&str; 4] = ["analysis.", "record.", "contact.reduction", "time.events"];
+
+/// Smallest share of the CPU time that is worth advice.
+const WORTH: f64 = 0.05;
+
+/// The change of an optional effect that saves most, if it saves enough.
+fn advice(effects: &Effects) -> String {
+    let saving = |effect: &&Effect| -> Option<f64> {
+        let cost = effect.cost.ok().filter(|cost| cost.is_significant())?;
+        let optional = OPTIONAL.iter().any(|key| effect.key.starts_with(key));
+        let saved = if effect.on { cost.mean } else { -cost.mean };
+        (optional && saved > WORTH * effects.whole).then_some(saved)
+    };
+    let savings = effects
+        .effects
+        .iter()
+        .filter_map(|effect| Some((effect, saving(&effect)?)));
+    let Some((effect, saved)) = savings.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return String::new();
+    };
+    let change = if effect.on { "Without" } else { "With" };
+    format!(
+        "{change} {} ({}) the scene needs {:.0} % less CPU time.\n",
+        effect.name,
+        effect.key,
+        100.0 * saved / effects.whole
+    )
+}
+
+/// CPU time in us per simulated ms: `12 +- 5`, or `within noise (< 30)` if the scatter exceeds the mean.
 fn cost(effect: &Effect) -> String {
     let Ok(measured) = effect.cost else {
         return "-".to_owned();
@@ -134,7 +169,7 @@ fn cost(effect: &Effect) -> String {
         return format!("{cost:.digits$} +- {scatter:.digits$}");
     }
     let below = cost.max(0.0) + scatter;
-    format!("< {:.*}", usize::from(below < 10.0), below)
+    format!("within noise (< {:.*})", usize::from(below < 10.0), below)
 }
 
 /// The setting, the set-up time, and the reason for a missing cost.
@@ -172,8 +207,8 @@ mod tests {
         };
         assert_eq!(cost(&effect(Ok((12.3, 4.8)))), "12 +- 5");
         assert_eq!(cost(&effect(Ok((-60.0, 0.25)))), "-60.0 +- 0.2");
-        assert_eq!(cost(&effect(Ok((-29.0, 30.0)))), "< 30");
-        assert_eq!(cost(&effect(Ok((1.0, 2.0)))), "< 3.0");
+        assert_eq!(cost(&effect(Ok((-29.0, 30.0)))), "within noise (< 30)");
+        assert_eq!(cost(&effect(Ok((1.0, 2.0)))), "within noise (< 3.0)");
         let short = effect(Err(Unavailable::ShorterThanWindow));
         assert_eq!(cost(&short), "-");
         let reason = Unavailable::ShorterThanWindow;

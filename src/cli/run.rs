@@ -21,7 +21,8 @@ use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
 use crate::escape;
 use crate::export::SamplesSink;
-use crate::pipeline::message::{SpectralLine, Summary};
+use crate::number::significant;
+use crate::pipeline::message::{ContactReduction, SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RerunSink};
 use crate::scene::{Integrator, Scene};
@@ -323,13 +324,40 @@ fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
     let tolerance = result
         .tolerance
         .map(|tolerance| format!(", tolerance {tolerance:e}"));
+    let reduction = result.summary.reduction.as_ref().map(reduction_text);
     format!(
-        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n",
+        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}",
         result.method,
         tolerance.unwrap_or_default(),
         stats.steps,
         stats.rejections,
-        stats.rhs_evals
+        stats.rhs_evals,
+        reduction.unwrap_or_default()
+    )
+}
+
+/// The reduced contact and the error of its force.
+fn reduction_text(reduction: &ContactReduction) -> String {
+    let ContactReduction {
+        nodes,
+        kept_nodes,
+        errors,
+        retrained_at_s,
+        all_nodes_since_s,
+        ..
+    } = reduction;
+    let from = |what: &str, time: &Option<f64>| {
+        let text = time.map(|time| format!("; {what} from {} ms on", significant(1e3 * time, 4)));
+        text.unwrap_or_default()
+    };
+    let (retrained, all) = (
+        from("retrained nodes", retrained_at_s),
+        from("all nodes", all_nodes_since_s),
+    );
+    format!(
+        "  contact reduced from {nodes} to {kept_nodes} nodes: relative error of the force at most {:.1e}, \
+         rms {:.1e}, in {} checks{retrained}{all}\n",
+        errors.max, errors.rms, errors.checks
     )
 }
 

@@ -53,6 +53,7 @@
 //! Numerics:
 //!
 //! * [Numerical stability](explanation::stability): stiffness, kinks, wrong solutions, and what detects them.
+//! * [Reduced contact](explanation::reduction): a few weighted nodes in place of all, with a measured error.
 //! * [Hard cases](explanation::hard_cases): the most difficult test cases with measured errors.
 //!
 //! Chaos:

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::reduction::{CubatureRule, RuleError, TrainingError, requested_rule};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
@@ -58,6 +59,11 @@ pub enum AssemblyError {
         /// The difference.
         problem: ImportedModesError,
     },
+    /// No rule reduces the contact with the requested tolerance.
+    #[error(
+        "contact.reduction is out of reach for this joint; increase it, or remove it to evaluate all nodes"
+    )]
+    Reduction(#[from] Box<TrainingError>),
     /// The operation requires a mesh, and the modes are imported.
     #[error(
         "the mesh of ball and beam is required, but the modes are imported from `{file}`; choose a \
@@ -76,6 +82,7 @@ pub struct BallJoint {
     spec: JointSpec,
     frequencies_hz: Vec<f64>,
     body: Body,
+    reduction: Option<Arc<CubatureRule>>,
 }
 
 /// Source of the mode shapes at the contact nodes.
@@ -114,7 +121,7 @@ impl BallJoint {
                 )?;
                 Self::on_beam(modes, body, spec)
             }
-            BodySpec::Imported(modes) => Ok(Self {
+            BodySpec::Imported(modes) => Self {
                 spec: spec.clone(),
                 frequencies_hz: modes
                     .omega()
@@ -122,7 +129,9 @@ impl BallJoint {
                     .map(|omega| omega / std::f64::consts::TAU)
                     .collect(),
                 body: Body::Own(Arc::clone(modes)),
-            }),
+                reduction: None,
+            }
+            .with_requested_reduction(),
         }
     }
 
@@ -167,7 +176,7 @@ impl BallJoint {
             .collect::<Result<Vec<_>, _>>()?;
         let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Ok(Self {
+        Self {
             spec: spec.clone(),
             frequencies_hz,
             body: Body::Meshed(Meshed {
@@ -176,7 +185,51 @@ impl BallJoint {
                 hertz,
                 points,
             }),
+            reduction: None,
+        }
+        .with_requested_reduction()
+    }
+
+    /// Applies the rule for `contact.reduction`.
+    fn with_requested_reduction(self) -> Result<Self, AssemblyError> {
+        let rule = requested_rule(&self).map_err(Box::new)?;
+        Ok(Self {
+            reduction: rule,
+            ..self
         })
+    }
+
+    /// Restricts the models of this joint to the nodes and weights of a cubature rule, or removes the
+    /// restriction. The rule remains valid for any tilt, azimuth, load and rotation, since its nodes are
+    /// fixed in the coordinates of the patch. [`BallJoint::with_spec`] replaces it by that for
+    /// `contact.reduction`.
+    ///
+    /// # Errors
+    /// [`RuleError::OtherPatch`] if the rule is for another number of nodes.
+    pub fn with_reduction(mut self, rule: Option<Arc<CubatureRule>>) -> Result<Self, RuleError> {
+        if let Some(rule) = &rule {
+            rule.check_patch(self.full_nodes())?;
+        }
+        self.reduction = rule;
+        Ok(self)
+    }
+
+    /// Removes the cubature rule.
+    pub fn evaluate_all_nodes(&mut self) {
+        self.reduction = None;
+    }
+
+    /// The cubature rule, if there is one.
+    pub fn reduction(&self) -> Option<&Arc<CubatureRule>> {
+        self.reduction.as_ref()
+    }
+
+    /// Number of nodes of the patch without a cubature rule.
+    pub fn full_nodes(&self) -> usize {
+        match &self.body {
+            Body::Meshed(meshed) => meshed.points.len(),
+            Body::Own(own) => own.nodes(),
+        }
     }
 
     /// Changes the load (N, positive). The radius of a Hertz patch changes with it; an imported patch is
@@ -283,13 +336,44 @@ impl BallJoint {
         )
     }
 
-    /// Builds the contact model at a tilt (rad).
+    /// Builds the contact model at a tilt (rad), with the nodes of the cubature rule if there is one.
     ///
     /// # Errors
     /// If the patch extends into the beam, or an imported patch is for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
+        self.model_with(self.reduction.as_deref(), tilt)
+    }
+
+    /// Builds the contact model at a tilt (rad) with all nodes.
+    ///
+    /// # Errors
+    /// As [`BallJoint::model`].
+    pub fn full_model(&self, tilt: f64) -> Result<Model, AssemblyError> {
+        self.model_with(None, tilt)
+    }
+
+    /// Builds the contact model with a coarser patch of `nodes` nodes; `None` if the patch is imported or has
+    /// no more nodes.
+    pub(in crate::joint) fn coarse_model(
+        &self,
+        nodes: usize,
+        tilt: f64,
+    ) -> Result<Option<Model>, AssemblyError> {
         match &self.body {
-            Body::Meshed(meshed) => self.hertz_model(meshed, tilt),
+            Body::Meshed(meshed) if meshed.points.len() > nodes => {
+                let points = patch_points(self.spec.contact.quadrature, nodes);
+                self.hertz_model(meshed, &points, tilt).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn model_with(&self, rule: Option<&CubatureRule>, tilt: f64) -> Result<Model, AssemblyError> {
+        match &self.body {
+            Body::Meshed(meshed) => match rule {
+                Some(rule) => self.hertz_model(meshed, &rule.points(&meshed.points), tilt),
+                None => self.hertz_model(meshed, &meshed.points, tilt),
+            },
             Body::Own(own) => {
                 let direction = self.direction(tilt);
                 own.check_load(self.spec.load, direction)
@@ -297,14 +381,23 @@ impl BallJoint {
                         file: own.name().to_owned(),
                         problem,
                     })?;
-                Ok(own.model(&self.spec, direction))
+                let model = own.model(&self.spec, direction);
+                Ok(match rule {
+                    Some(rule) => model.weighted_nodes(rule),
+                    None => model,
+                })
             }
         }
     }
 
     /// Builds the contact model of a Hertz patch.
-    fn hertz_model(&self, meshed: &Meshed, tilt: f64) -> Result<Model, AssemblyError> {
-        let (body, points, hertz) = (&meshed.modes, &meshed.points, &meshed.hertz);
+    fn hertz_model(
+        &self,
+        meshed: &Meshed,
+        points: &[PatchPoint],
+        tilt: f64,
+    ) -> Result<Model, AssemblyError> {
+        let (body, hertz) = (&meshed.modes, &meshed.hertz);
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
         let direction = self.direction(tilt);
         let m = self.frequencies_hz.len();

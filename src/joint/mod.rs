@@ -18,6 +18,7 @@ mod node_slopes;
 mod nodes;
 mod optional_terms;
 mod patch;
+pub mod reduction;
 mod separation;
 mod simd;
 mod spec;

@@ -5,6 +5,8 @@
 //! `p0 sqrt(1 - s^2/a^2)`. With `x = s^2/a^2` the load is `F = integral of (3/2) F sqrt(1 - x) dx` over
 //! `[0, 1]`; equal intervals in `x` are equal areas.
 
+use nalgebra::DMatrix;
+
 use super::Quadrature;
 use super::vector::{add_scaled, cross, scale};
 
@@ -15,7 +17,7 @@ pub struct PatchPoint {
     pub radius: f64,
     /// Polar angle in the patch, rad.
     pub angle: f64,
-    /// Area divided by the area of the patch; the areas of all points sum to about 1.
+    /// Area divided by the area of the patch; the areas of all points sum to 1.
     pub area: f64,
     /// Load divided by the total load; the loads of all points sum to 1.
     pub load: f64,
@@ -89,8 +91,7 @@ fn ring_angles(ring: usize, n: usize) -> impl Iterator<Item = f64> {
     (0..n).map(move |k| offset + step * k as f64)
 }
 
-/// Gauss points in `x` for the weight `sqrt(1 - x)`, with equal angles in each ring. The area of a node is
-/// its load divided by the pressure at its radius.
+/// Gauss points along the radius, with equal angles in each ring.
 fn gauss_rings(count: usize) -> Vec<PatchPoint> {
     if count < 3 {
         // Too few points for a ring with points in all directions.
@@ -99,13 +100,14 @@ fn gauss_rings(count: usize) -> Vec<PatchPoint> {
     // About pi times as many points in a ring as rings gives an even spacing; at least 3 in a ring.
     let rings =
         ((count as f64 / std::f64::consts::TAU).sqrt().round() as usize).clamp(1, count / 3);
-    let rule = gauss_sqrt(rings);
-    let total: f64 = rule.iter().map(|g| g.x.sqrt()).sum();
+    let rule = gauss_rule(rings);
+    let radius = |point: &GaussPoint| (1.0 - point.pressure.powi(2)).sqrt();
+    let total: f64 = rule.iter().map(radius).sum();
     let spare = count - 3 * rings;
     let mut points = Vec::with_capacity(count);
     let (mut share, mut given) = (0.0, 0);
     for (ring, gauss) in rule.iter().enumerate() {
-        share += gauss.x.sqrt() / total;
+        share += radius(gauss) / total;
         let upto = if ring + 1 == rings {
             spare
         } else {
@@ -113,72 +115,60 @@ fn gauss_rings(count: usize) -> Vec<PatchPoint> {
         };
         let n = 3 + upto - given;
         given = upto;
-        let load = gauss.weight / n as f64;
-        // p/p_mean = (3/2) sqrt(1 - x), so area = load / that.
-        let area = load / (1.5 * (1.0 - gauss.x).sqrt());
+        let area = gauss.area / n as f64;
         for angle in ring_angles(ring, n) {
             points.push(PatchPoint {
-                radius: gauss.x.sqrt(),
+                radius: radius(gauss),
                 angle,
                 area,
-                load,
+                load: 1.5 * gauss.pressure * area,
             });
         }
     }
     points
 }
 
-/// A point of the Gauss rule on `[0, 1]` for the weight `(3/2) sqrt(1 - x)`.
+/// A point of the Gauss rule along the radius.
 struct GaussPoint {
-    x: f64,
-    weight: f64,
+    /// Hertz pressure relative to that at the centre, `y = sqrt(1 - x)`.
+    pressure: f64,
+    /// Share of the area of the patch.
+    area: f64,
 }
 
-/// The `n`-point Gauss rule for the weight `(3/2) sqrt(1 - x)` on `[0, 1]`, ascending in `x`.
+/// The `n`-point Gauss rule in `y = sqrt(1 - x)`, from the centre outwards.
 ///
-/// With `1 - x = y^2` the weight becomes `3 y^2 dy`: the rule is the positive half of the
-/// Gauss-Legendre rule with `2n + 1` points, whose central point `y = 0` has zero weight.
-fn gauss_sqrt(n: usize) -> Vec<GaussPoint> {
-    let order = 2 * n + 1;
-    (0..n)
-        .map(|k| {
-            // Newton iteration from Tricomi's estimate of the k-th largest root of the Legendre polynomial.
-            let guess = std::f64::consts::PI * (k as f64 + 0.75) / (order as f64 + 0.5);
-            let mut y = guess.cos();
-            let mut slope = 0.0;
-            for _ in 0..8 {
-                let legendre = legendre(order, y);
-                slope = legendre.slope;
-                y -= legendre.value / legendre.slope;
-            }
-            let weight = 2.0 / ((1.0 - y * y) * slope * slope);
-            GaussPoint {
-                x: 1.0 - y * y,
-                weight: 3.0 * y * y * weight,
-            }
+/// The contact force has two parts, the pre-stress `(3/2) y` and the stiffness, which is 1 for a uniform
+/// one. Both are integrated over `dx = -2 y dy`. The Gauss rule for the weight `2 y` on `[0, 1]` is exact
+/// for polynomials in `y` up to degree `2n - 1`: for polynomials in `x` up to degree `n - 1` times either
+/// part. A Gauss rule in `x` for one of them converges slowly for the other, whose ratio to it has a
+/// singularity at the rim.
+///
+/// The rule consists of the eigenvalues of the Jacobi matrix and the squared first components of its
+/// eigenvectors (Golub and Welsch, *Math. Comp.* 23 (1969) 221), here for the Jacobi weight `1 + t` with
+/// `t = 2 y - 1`.
+fn gauss_rule(n: usize) -> Vec<GaussPoint> {
+    let jacobi = DMatrix::from_fn(n, n, |row, column| {
+        let k = row.max(column) as f64;
+        match row.abs_diff(column) {
+            0 => 1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)),
+            1 => (k * (k + 1.0)).sqrt() / (2.0 * k + 1.0),
+            _ => 0.0,
+        }
+    });
+    let eigen = jacobi.symmetric_eigen();
+    let pairs = eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.row(0).iter());
+    let mut rule: Vec<_> = pairs
+        .map(|(t, first)| GaussPoint {
+            pressure: 0.5 * (1.0 + t),
+            area: first * first,
         })
-        .collect()
-}
-
-struct Legendre {
-    value: f64,
-    slope: f64,
-}
-
-fn legendre(order: usize, y: f64) -> Legendre {
-    let (mut before, mut value) = (1.0, y);
-    for k in 2..=order {
-        let k = k as f64;
-        (before, value) = (
-            value,
-            ((2.0 * k - 1.0) * y * value - (k - 1.0) * before) / k,
-        );
-    }
-    let n = order as f64;
-    Legendre {
-        value,
-        slope: n * (y * value - before) / (y * y - 1.0),
-    }
+        .collect();
+    rule.sort_by(|a, b| b.pressure.total_cmp(&a.pressure));
+    rule
 }
 
 /// Unit vector from the centre of the ball to the centre of the patch: the +z pole opposite the beam,
@@ -241,14 +231,13 @@ mod tests {
         }
     }
 
-    /// The areas sum to that of the patch: exactly for cells, within the error of the rule for Gauss points.
     #[test]
     fn areas_cover_the_patch() {
-        for count in COUNTS {
-            let area = |q| patch_points(q, count).iter().map(|p| p.area).sum::<f64>();
-            assert!((area(Quadrature::Rings) - 1.0).abs() < 1e-12);
-            if count >= 91 {
-                assert!((area(Quadrature::Gauss) - 1.0).abs() < 0.02, "{count}");
+        for quadrature in [Quadrature::Rings, Quadrature::Gauss] {
+            for count in COUNTS {
+                let points = patch_points(quadrature, count);
+                let area: f64 = points.iter().map(|p| p.area).sum();
+                assert!((area - 1.0).abs() < 1e-12, "{quadrature:?} {count}: {area}");
             }
         }
     }
@@ -282,15 +271,25 @@ mod tests {
         }
     }
 
+    /// The integrals of x^j and of (3/2) sqrt(1 - x) x^j, which is (3/2) B(j + 1, 3/2).
     #[test]
-    fn gauss_rule_is_exact_for_polynomials() {
-        // Integral of (3/2) sqrt(1-x) x^j = (3/2) B(j+1, 3/2).
-        let rule = gauss_sqrt(6);
-        let mut exact = 1.0;
-        for j in 0..12 {
-            let sum: f64 = rule.iter().map(|g| g.weight * g.x.powi(j)).sum();
-            assert!((sum - exact).abs() < 1e-14, "degree {j}");
-            exact *= f64::from(j + 1) / (f64::from(j) + 2.5);
+    fn gauss_rule_is_exact_for_uniform_and_hertz_weights() {
+        let rule = gauss_rule(6);
+        let mut loaded = 1.0;
+        for j in 0..6 {
+            let sum = |weight: &dyn Fn(&GaussPoint) -> f64| -> f64 {
+                let terms = rule
+                    .iter()
+                    .map(|g| weight(g) * (1.0 - g.pressure.powi(2)).powi(j));
+                terms.sum()
+            };
+            let (uniform, hertz) = (sum(&|g| g.area), sum(&|g| 1.5 * g.pressure * g.area));
+            assert!(
+                (uniform - 1.0 / f64::from(j + 1)).abs() < 1e-14,
+                "degree {j}"
+            );
+            assert!((hertz - loaded).abs() < 1e-14, "degree {j}");
+            loaded *= f64::from(j + 1) / (f64::from(j) + 2.5);
         }
     }
 

@@ -107,6 +107,9 @@ pub struct Contact {
     pub unilateral: bool,
     /// Damping of the normal contact.
     pub damping: ContactDamping,
+    /// Relative error of the contact force up to which a few weighted nodes replace all nodes; `None` for all
+    /// nodes.
+    pub reduction: Option<f64>,
 }
 
 /// Quadrature of the patch.
@@ -117,7 +120,8 @@ pub struct Contact {
 pub enum Quadrature {
     /// Rings of cells of equal area.
     Rings,
-    /// Gauss rule with the Hertz weight along the radius, equal angles in each ring.
+    /// Gauss rule along the radius, exact for the Hertz pressure and for a uniform stiffness; equal angles in
+    /// each ring.
     Gauss,
 }
 

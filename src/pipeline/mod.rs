@@ -12,6 +12,7 @@ mod interactive;
 mod latest;
 pub mod message;
 mod motion_changes;
+mod patch;
 mod pending;
 mod perturbed;
 mod prepare;

@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use super::computed;
 use super::message::{
-    ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction,
-    ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
+    ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
+    MechanismPrediction, ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
 };
+use super::patch::{FullPatch, patch_geometry, patch_snapshot};
 use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
@@ -30,6 +31,10 @@ pub struct Simulation {
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
+    /// All contact nodes, if the contact is reduced.
+    full: Option<FullPatch>,
+    /// The reduction of a contact with too large an error, of which all nodes are evaluated since.
+    given_up: Option<ContactReduction>,
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
     computed: Option<Arc<MechanismPrediction>>,
@@ -128,11 +133,12 @@ impl Simulation {
         }
         let model = ball.model(loading.tilt)?;
         let joint = audited(scene, &model);
+        let full = FullPatch::new(&ball, loading.tilt)?;
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let mut integrator = with_tangents(scene, &joint, joint_integrator(scene, &joint)?)?;
         integrator.start(&joint, 0.0, &z)?;
-        let bytes = tilted.spec.contact.nodes.div_ceil(8);
+        let bytes = joint.contact_nodes().div_ceil(8);
         let mut separated = [vec![0; bytes], vec![0; bytes]];
         joint.separated_nodes(&z[..joint.modes()], &mut separated[0]);
         let audit = Audit {
@@ -141,8 +147,14 @@ impl Simulation {
         };
         let mut jumps = tilted.jumps();
         jumps.reverse();
+        let all_nodes = match &full {
+            Some(_) => ball.full_model(loading.tilt)?,
+            None => model,
+        };
         Ok(Self {
-            geometry: Arc::new(patch_geometry(&ball, &model, loading.tilt)),
+            geometry: Arc::new(patch_geometry(&ball, all_nodes, loading.tilt)),
+            full,
+            given_up: None,
             computed: computed::for_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
@@ -260,14 +272,59 @@ impl Simulation {
         self.ball.set_load(loading.load);
         self.ball.set_rotation(loading.rotation);
         let model = self.ball.model(loading.tilt)?;
-        let joint = audited(&self.scene, &model);
+        self.replace_joint(&model)?;
+        let all_nodes = match &mut self.full {
+            Some(full) => {
+                let all_nodes = self.ball.full_model(loading.tilt)?;
+                full.set_model(&all_nodes);
+                all_nodes
+            }
+            None => model,
+        };
+        self.geometry = Arc::new(patch_geometry(&self.ball, all_nodes, loading.tilt));
+        self.loading = loading;
+        self.sensitivity.parameters_changed(time);
+        Ok(())
+    }
+
+    /// Continues with the joint of another model. The change of energy is not work of friction.
+    fn replace_joint(&mut self, model: &Model) -> Result<(), PipelineError> {
+        let joint = audited(&self.scene, model);
         let z = self.integrator.state();
         self.audit.added += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
         self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(patch_geometry(&self.ball, &model, loading.tilt));
-        self.loading = loading;
-        self.sensitivity.parameters_changed(time);
+        Ok(())
+    }
+
+    /// Continues with retrained nodes from a time (s) on if the error of the reduced contact exceeded its
+    /// tolerance, or with all nodes if that is of no use.
+    fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
+        let is_exceeded = |full: &mut FullPatch| full.report().is_exceeded();
+        let Some(mut full) = self.full.take_if(is_exceeded) else {
+            return Ok(());
+        };
+        if time > 0.0 {
+            self.integrator.integrate_to(&self.joint, time)?;
+        }
+        match full.retrained(&self.ball, &self.loading, time) {
+            Some(ball) => {
+                self.ball = ball;
+                self.full = Some(full);
+            }
+            None => {
+                self.ball.evaluate_all_nodes();
+                self.given_up = Some(ContactReduction {
+                    all_nodes_since_s: Some(time),
+                    ..*full.report()
+                });
+            }
+        }
+        self.replace_joint(&self.ball.model(self.loading.tilt)?)?;
+        let bytes = self.joint.contact_nodes().div_ceil(8);
+        self.separated = [vec![0; bytes], vec![0; bytes]];
+        let q = &self.integrator.state()[..self.joint.modes()];
+        self.joint.separated_nodes(q, &mut self.separated[0]);
         Ok(())
     }
 
@@ -314,7 +371,8 @@ impl Simulation {
         }
         let modes = self.joint.modes();
         let (q, v) = self.z[..2 * modes].split_at(modes);
-        let snapshot = patch_snapshot(&self.joint, time, q, v);
+        let joint = self.full.as_ref().map_or(&self.joint, FullPatch::joint);
+        let snapshot = patch_snapshot(joint, time, q, v);
         if counts {
             let sample = ContactSample::of(&snapshot, &self.counted);
             frame.contacts.push(sample);
@@ -363,7 +421,10 @@ impl Source for Simulation {
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        match self.advance_loading(t0) {
+        match self
+            .advance_loading(t0)
+            .and_then(|()| self.check_reduction(t0))
+        {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }
@@ -398,6 +459,9 @@ impl Source for Simulation {
             frame.transitions += transitions(&self.joint, q, &mut self.separated);
             let due = [count_every, picture_every].map(|every| is_due(every, index));
             self.follow_contacts(time, due, &mut frame);
+            if let Some(full) = &mut self.full {
+                full.follow(&self.joint, self.loading.tilt, index, &self.z);
+            }
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
             }
@@ -427,6 +491,11 @@ impl Source for Simulation {
         self.busy_seconds += began.elapsed().as_secs_f64();
         frame.stats = self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
+        frame.reduction = self
+            .full
+            .as_ref()
+            .map(|full| *full.report())
+            .or(self.given_up);
         frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))
@@ -474,42 +543,6 @@ impl ControllableSource for Simulation {
     }
 }
 
-fn patch_geometry(ball: &BallJoint, model: &Model, tilt: f64) -> PatchGeometry {
-    PatchGeometry {
-        positions: model.positions.clone(),
-        normals: model.normals.clone(),
-        areas: model.areas.clone(),
-        pre_stress: model.pre_stress.clone(),
-        direction: ball.direction(tilt),
-        radius: ball.patch_radius(),
-    }
-}
-
-fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
-    let nodes = joint.contact_nodes();
-    let mut snapshot = PatchSnapshot {
-        time,
-        states: Vec::with_capacity(nodes),
-        normal_force: Vec::with_capacity(nodes),
-        friction: Vec::with_capacity(nodes),
-    };
-    for k in 0..nodes {
-        let action = joint.node_action(k, q, v);
-        let frame = joint.node_frame(k);
-        let state = if action.normal <= 0.0 {
-            NodeState::Separated
-        } else if action.speed < joint.stick_speed(k) {
-            NodeState::Stick
-        } else {
-            NodeState::Slip
-        };
-        snapshot.states.push(state);
-        snapshot.normal_force.push(action.normal);
-        snapshot.friction.push(std::array::from_fn(|axis| {
-            (0..3)
-                .map(|along| action.friction[along] * frame[along][axis])
-                .sum()
-        }));
-    }
-    snapshot
-}
+#[cfg(test)]
+#[path = "simulate_tests.rs"]
+mod tests;

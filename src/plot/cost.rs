@@ -50,7 +50,10 @@ pub fn cost_figures(study: &CostStudy) -> Vec<Figure> {
             .map(|(_, panel)| panel)
             .collect();
         let title = match setting {
-            CostSetting::Integrator | CostSetting::Events | CostSetting::Nodes => format!(
+            CostSetting::Integrator
+            | CostSetting::Events
+            | CostSetting::Nodes
+            | CostSetting::Reduction => format!(
                 "{}: {}, over {:.3} ms",
                 study.scene,
                 setting.name(),

@@ -239,11 +239,7 @@ impl ImportedModes {
     /// # Errors
     /// [`ImportedModesError::Load`] and [`ImportedModesError::Direction`].
     pub fn check_load(&self, load: f64, direction: [f64; 3]) -> Result<(), ImportedModesError> {
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for ((area, stress), normal) in self.areas.iter().zip(&self.pre_stress).zip(&self.normals) {
-            total += area * stress;
-            sum = add_scaled(sum, area * stress, *normal);
-        }
+        let (sum, total) = self.load();
         let along = norm(sum);
         if load < along * (1.0 - LOAD_TOLERANCE) || load > total * (1.0 + LOAD_TOLERANCE) {
             return Err(ImportedModesError::Load {
@@ -253,16 +249,32 @@ impl ImportedModes {
         }
         let angle = norm(cross(sum, direction)).atan2(dot(sum, direction));
         if angle > DIRECTION_TOLERANCE {
-            let [x, y, z] = sum;
+            let [x, y, _] = sum;
             // Rounding first avoids the output of minus zero.
             let rounded = |deg: f64| (1e3 * deg).round() / 1e3 + 0.0;
             return Err(ImportedModesError::Direction {
-                tilt_deg: rounded(x.hypot(y).atan2(z).to_degrees()),
+                tilt_deg: rounded(self.tilt().to_degrees()),
                 azimuth_deg: rounded(y.atan2(x).to_degrees()),
                 angle_deg: angle.to_degrees(),
             });
         }
         Ok(())
+    }
+
+    /// Vector sum of the pressures and sum of their magnitudes, N.
+    fn load(&self) -> ([f64; 3], f64) {
+        let (mut sum, mut total) = ([0.0; 3], 0.0);
+        for ((area, stress), normal) in self.areas.iter().zip(&self.pre_stress).zip(&self.normals) {
+            total += area * stress;
+            sum = add_scaled(sum, area * stress, *normal);
+        }
+        (sum, total)
+    }
+
+    /// Tilt of the load of the patch, rad.
+    pub fn tilt(&self) -> f64 {
+        let ([x, y, z], _) = self.load();
+        x.hypot(y).atan2(z)
     }
 
     /// Hash (FNV-1a) of all numbers that affect the motion.

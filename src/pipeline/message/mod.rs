@@ -14,8 +14,8 @@ pub use computed::{
     Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
 };
 pub use frame::{
-    ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
-    PatchSnapshot, PerturbedSamples,
+    ContactReduction, ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState,
+    PatchGeometry, PatchSnapshot, PerturbedSamples,
 };
 pub use header::{
     AnalysisKind, Header, JointInfo, ModeInfo, SectionCoordinate, SignalInfo, SmallInfo,

@@ -13,6 +13,7 @@ mod named_lines;
 mod narration;
 mod quantification;
 mod recurrence;
+mod reduction;
 mod regime;
 mod section;
 mod spectrogram;
@@ -30,6 +31,7 @@ use chatter::ChatterStage;
 use divergence::DivergenceStage;
 use exponents::ExponentsStage;
 use lesson::LessonStage;
+use reduction::ReductionStage;
 use summary::SummaryStage;
 
 use super::message::Header;
@@ -69,6 +71,7 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
             DivergenceStage::new(*spec, rate)
         }),
         boxed(&joint, |_| ChatterStage::default()),
+        boxed(&joint, |_| ReductionStage::default()),
         LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
         Some(Box::new(summary) as Box<dyn Stage>),
     ];

@@ -122,7 +122,7 @@ keys! {
     Contact |table| {
         /// Number of contact nodes.
         nodes = "nodes": Count(1, 10_000), default 100;
-        /// Layout of the nodes: rings of cells of equal area, or a Gauss rule weighted by the Hertz pressure.
+        /// Layout of the nodes: rings of cells of equal area, or a Gauss rule for the Hertz pressure and a uniform stiffness.
         quadrature = "quadrature": choice::<Quadrature>(), default "rings";
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
         stiffness_factor = "stiffness_factor": number(ONE, Positive(1e4)), default 1.0;
@@ -132,11 +132,13 @@ keys! {
         radius_factor = "radius_factor": number(ONE, Closed(0.1, 5.0)), default 1.0;
         /// Whether contact nodes can separate, Eq. (2).
         unilateral = "unilateral": Flag, default true;
+        /// Relative error of the contact force up to which a few weighted nodes replace all nodes.
+        reduction = "reduction": number(ONE, Closed(1e-7, 1e-2)), else "all nodes";
         /// Damping of the normal contact.
         ..damping: Option<ContactDamping> => "contact_damping";
     } => {
         let damping = damping.unwrap_or_default();
-        Contact { nodes, quadrature, stiffness_factor, stiffness, radius_factor, unilateral, damping }
+        Contact { nodes, quadrature, stiffness_factor, stiffness, radius_factor, unilateral, reduction, damping }
     };
 }
 

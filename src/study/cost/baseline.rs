@@ -36,12 +36,13 @@ impl CostPlan {
         };
         let beam = scene.ball_on_beam().is_ok();
         let joint = scene.joint().is_ok();
+        let fits = |setting: &CostSetting| match setting {
+            CostSetting::Reduction => joint,
+            setting => beam || !of_beam(setting),
+        };
         Self {
             scene: scene.without_analyses(),
-            settings: CostSetting::ALL
-                .into_iter()
-                .filter(|setting| beam || !of_beam(setting))
-                .collect(),
+            settings: CostSetting::ALL.into_iter().filter(fits).collect(),
             repeats: 5,
             // Enough periods; the small systems are slower.
             horizon: if joint { 4e-3 } else { 50e-3 },

@@ -8,12 +8,17 @@ use crate::study::OnProgress;
 /// Cause of a failed run.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Number of rounds; each variant runs once per round. One more round comes first to warm up the caches and
-/// is not counted.
-const ROUNDS: usize = 4;
+/// Least and largest number of rounds; each variant runs once per round. One more round comes first to warm up
+/// the caches and is not counted. Rounds are added until all differences are measured well enough.
+const MIN_ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 10;
 
-/// Student's t for this number of rounds at 95 %.
-const STUDENT: f64 = 3.18;
+/// Half-width of a difference that is small enough: relative to the difference, and to the time itself.
+const SMALL: f64 = 0.25;
+const SMALL_SHARE: f64 = 0.02;
+
+/// Student's t at 95 % for 2 to 10 values.
+const STUDENT: [f64; 9] = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26];
 
 /// Number of stages in the progress.
 const STAGES: f64 = 5.0;
@@ -36,7 +41,8 @@ impl Measured {
         let deviation = (squares / (n - 1.0).max(1.0)).sqrt();
         Self {
             mean,
-            half_width: STUDENT * deviation / n.sqrt(),
+            half_width: STUDENT[values.len().clamp(2, STUDENT.len() + 1) - 2] * deviation
+                / n.sqrt(),
         }
     }
 
@@ -67,19 +73,23 @@ impl Bench<'_> {
         (self.watch)(((self.stage + share) / STAGES).min(1.0))
     }
 
-    /// Runs every variant once per round; `run` returns the time of a variant. `None` if stopped.
+    /// Runs every variant once per round; `run` returns the time of a variant. The first variant is the one that
+    /// others are compared with. `None` if stopped.
     pub fn rounds(
         &mut self,
         variants: usize,
         run: &mut dyn FnMut(usize) -> Result<f64, Cause>,
     ) -> Result<Option<Rounds>, Cause> {
-        let mut taken = vec![Vec::with_capacity(ROUNDS); variants];
-        for round in 0..=ROUNDS {
-            for (variant, taken) in taken.iter_mut().enumerate() {
+        let mut rounds = Rounds(vec![Vec::with_capacity(MAX_ROUNDS); variants]);
+        for round in 0..=MAX_ROUNDS {
+            if round > MIN_ROUNDS && rounds.are_enough() {
+                break;
+            }
+            for (variant, taken) in rounds.0.iter_mut().enumerate() {
                 let found = run(variant);
                 // A stopped run has neither a valid time nor a valid error.
                 let done = (round * variants + variant + 1) as f64;
-                if !self.should_continue(done / ((ROUNDS + 1) * variants) as f64) {
+                if !self.should_continue(done / ((MAX_ROUNDS + 1) * variants) as f64) {
                     return Ok(None);
                 }
                 if round > 0 {
@@ -90,7 +100,7 @@ impl Bench<'_> {
             }
         }
         self.stage += 1.0;
-        Ok(Some(Rounds(taken)))
+        Ok(Some(rounds))
     }
 }
 
@@ -98,6 +108,16 @@ impl Bench<'_> {
 pub(super) struct Rounds(pub Vec<Vec<f64>>);
 
 impl Rounds {
+    /// Whether the difference of each variant from the first one has a small interval.
+    fn are_enough(&self) -> bool {
+        let whole = self.of(0).mean;
+        (1..self.0.len()).all(|variant| {
+            let difference = self.difference(variant, 0);
+            let small = (SMALL * difference.mean.abs()).max(SMALL_SHARE * whole);
+            difference.half_width <= small
+        })
+    }
+
     /// Time of a variant.
     pub fn of(&self, variant: usize) -> Measured {
         Measured::of(&self.0[variant])

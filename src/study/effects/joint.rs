@@ -25,6 +25,7 @@ const STRIBECK: Stribeck = Stribeck {
 };
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
+const REDUCTION: f64 = 1e-5;
 /// The smallest mode set used for comparison.
 const BENDING: Families = Families {
     bending_pairs: 2,
@@ -239,8 +240,20 @@ fn build_effects(
     ball: &BallJoint,
     tilt: f64,
 ) -> Result<Vec<SwitchedModel>, Cause> {
+    let reduced = spec.contact.reduction.is_some();
+    let mut other = spec.clone();
+    other.contact.reduction = (!reduced).then_some(REDUCTION);
+    let mut all: Vec<SwitchedModel> = vec![(
+        "reduced contact",
+        "contact.reduction",
+        reduced,
+        spec.contact.reduction.map_or(String::new(), |tolerance| {
+            format!("tolerance {tolerance:e}")
+        }),
+        ball.clone().with_spec(&other)?.model(tilt)?,
+    )];
     let BodySpec::BallOnBeam(body) = &spec.body else {
-        return Ok(Vec::new());
+        return Ok(all);
     };
     let spread = spec.contact.stiffness == StiffnessLaw::LikePreStress;
     let mut other = spec.clone();
@@ -248,13 +261,13 @@ fn build_effects(
         true => StiffnessLaw::Uniform,
         false => StiffnessLaw::LikePreStress,
     };
-    let mut all: Vec<SwitchedModel> = vec![(
+    all.push((
         "stiffness distributed like the pre-stress",
         "contact.stiffness_distribution",
         spread,
         setting_text(spread, "pre-stress"),
         ball.clone().with_spec(&other)?.model(tilt)?,
-    )];
+    ));
     let families = body.families;
     let paper = PUBLISHED;
     let fewer = families.count() < paper.count();

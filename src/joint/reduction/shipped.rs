@@ -1,0 +1,68 @@
+//! Cubature rules that ship with the program.
+//!
+//! The files are written by the ignored test `write_shipped_rules`:
+//!
+//! ```text
+//! cargo test --release --no-default-features --lib write_shipped_rules -- --ignored --nocapture
+//! ```
+
+use serde::Deserialize;
+
+use super::{CubatureRule, KeptNode, RuleErrors, TrainedRule};
+use crate::joint::Contact;
+
+/// The rules of one patch in ascending order of their numbers of nodes.
+#[derive(Deserialize)]
+struct RuleFile {
+    quadrature: String,
+    full_nodes: usize,
+    rules: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    training: RuleErrors,
+    held_out: RuleErrors,
+    nodes: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+const FILES: [(usize, &str); 2] = [
+    (
+        100,
+        include_str!("../../../assets/reduction/rings-100.toml"),
+    ),
+    (
+        1000,
+        include_str!("../../../assets/reduction/rings-1000.toml"),
+    ),
+];
+
+/// Shipped rules for a patch, in ascending order of their numbers of nodes; none for most patches. Training
+/// and held-out errors are those over several joints, loads and tilts.
+pub fn shipped_rules(contact: &Contact) -> Vec<TrainedRule> {
+    let quadrature: &str = contact.quadrature.into();
+    let files = FILES.iter().filter(|(nodes, _)| *nodes == contact.nodes);
+    let files = files.map(|(_, text)| toml::from_str::<RuleFile>(text).expect("a valid rule file"));
+    files
+        .filter(|file| file.quadrature == quadrature)
+        .flat_map(|file| {
+            let full_nodes = file.full_nodes;
+            file.rules
+                .into_iter()
+                .map(move |entry| entry.rule(full_nodes))
+        })
+        .collect()
+}
+
+impl Entry {
+    fn rule(self, full_nodes: usize) -> TrainedRule {
+        let kept = self.nodes.into_iter().zip(self.weights);
+        let kept = kept.map(|(node, weight)| KeptNode { node, weight });
+        TrainedRule {
+            rule: CubatureRule::new(full_nodes, kept.collect()).expect("a valid shipped rule"),
+            training: self.training,
+            held_out: self.held_out,
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! The contact patch of a run: its pictures, and the check of a reduced contact.
+
+use std::sync::Arc;
+
+use super::PipelineError;
+use super::message::{ContactReduction, NodeState, PatchGeometry, PatchSnapshot};
+use crate::dynamics::System;
+use crate::joint::reduction::{ForceChecker, refine};
+use crate::joint::{BallJoint, Joint, Model};
+use crate::scene::Loading;
+
+/// Evaluations of the reduced force for each evaluation of the full force, per ratio of their numbers of nodes: the
+/// checks take 2 % of the time of the reduced force.
+const EVALUATIONS_PER_CHECK: f64 = 50.0;
+
+/// Least number of evaluations of the force between two samples.
+const EVALUATIONS_PER_SAMPLE: f64 = 4.0;
+
+/// Largest number of states for a new training.
+const MAX_STATES: usize = 32;
+
+/// The full patch beside the reduced one.
+#[derive(Debug)]
+pub(super) struct FullPatch {
+    checker: ForceChecker,
+    /// Number of samples between two checks.
+    every: u64,
+    report: ContactReduction,
+    /// Tilts (rad) and states with errors above the tolerance, for a new training.
+    inaccurate: Vec<(f64, Vec<f64>)>,
+}
+
+impl FullPatch {
+    /// The full patch of a joint at a tilt (rad); `None` if its contact is not reduced.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled.
+    pub fn new(ball: &BallJoint, tilt: f64) -> Result<Option<Self>, PipelineError> {
+        let (Some(rule), Some(tolerance)) = (ball.reduction(), ball.spec().contact.reduction)
+        else {
+            return Ok(None);
+        };
+        let joint = Joint::new(&ball.full_model(tilt)?);
+        let [nodes, kept] = [joint.contact_nodes(), rule.kept().len()];
+        let evaluations = EVALUATIONS_PER_CHECK * nodes as f64 / kept as f64;
+        Ok(Some(Self {
+            checker: ForceChecker::new(joint),
+            every: (evaluations / EVALUATIONS_PER_SAMPLE).ceil() as u64,
+            report: ContactReduction::new(nodes, kept, tolerance),
+            inaccurate: Vec::new(),
+        }))
+    }
+
+    /// The joint with all nodes.
+    pub fn joint(&self) -> &Joint {
+        self.checker.full()
+    }
+
+    /// Comparison of the forces so far.
+    pub fn report(&self) -> &ContactReduction {
+        &self.report
+    }
+
+    /// Changes the tolerance.
+    #[cfg(test)]
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        self.report.tolerance = tolerance;
+    }
+
+    /// Replaces the model with all nodes after a change of the loading.
+    pub fn set_model(&mut self, model: &Model) {
+        self.checker.set_full(Joint::new(model));
+    }
+
+    /// Compares the forces at the state of a sample, at a tilt (rad), if a check is due.
+    pub fn follow(&mut self, reduced: &Joint, tilt: f64, index: u64, z: &[f64]) {
+        if !index.is_multiple_of(self.every) {
+            return;
+        }
+        let check = self.checker.check(reduced, z);
+        self.report.errors.add(&check);
+        if check.relative_error > self.report.tolerance && self.inaccurate.len() < MAX_STATES {
+            self.inaccurate
+                .push((tilt, z[..2 * reduced.modes()].to_vec()));
+        }
+    }
+
+    /// A joint with nodes retrained at a time (s) with the states at which the present nodes were inaccurate;
+    /// `None` if they have been retrained before, or no such nodes are found.
+    pub fn retrained(
+        &mut self,
+        ball: &BallJoint,
+        loading: &Loading,
+        time: f64,
+    ) -> Option<BallJoint> {
+        if self.report.retrained_at_s.is_some() {
+            return None;
+        }
+        let inaccurate = std::mem::take(&mut self.inaccurate);
+        let trained = refine(ball, self.report.tolerance, inaccurate).ok()?;
+        let ball = ball
+            .clone()
+            .with_reduction(Some(Arc::new(trained.rule)))
+            .ok()?;
+        let mut full = Self::new(&ball, loading.tilt).ok()??;
+        full.report.retrained_at_s = Some(time);
+        *self = full;
+        Some(ball)
+    }
+}
+
+/// The nodes of a model at a tilt (rad).
+pub(super) fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> PatchGeometry {
+    PatchGeometry {
+        positions: model.positions,
+        normals: model.normals,
+        areas: model.areas,
+        pre_stress: model.pre_stress,
+        direction: ball.direction(tilt),
+        radius: ball.patch_radius(),
+    }
+}
+
+/// Status and forces of the nodes of a joint at modal coordinates `q` and velocities `v`.
+pub(super) fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
+    let nodes = joint.contact_nodes();
+    let mut snapshot = PatchSnapshot {
+        time,
+        states: Vec::with_capacity(nodes),
+        normal_force: Vec::with_capacity(nodes),
+        friction: Vec::with_capacity(nodes),
+    };
+    for k in 0..nodes {
+        let action = joint.node_action(k, q, v);
+        let frame = joint.node_frame(k);
+        let state = if action.normal <= 0.0 {
+            NodeState::Separated
+        } else if action.speed < joint.stick_speed(k) {
+            NodeState::Stick
+        } else {
+            NodeState::Slip
+        };
+        snapshot.states.push(state);
+        snapshot.normal_force.push(action.normal);
+        snapshot.friction.push(std::array::from_fn(|axis| {
+            (0..3)
+                .map(|along| action.friction[along] * frame[along][axis])
+                .sum()
+        }));
+    }
+    snapshot
+}
