@@ -157,10 +157,8 @@ fn gauss_rule(n: usize) -> Vec<GaussPoint> {
         }
     });
     let eigen = jacobi.symmetric_eigen();
-    let pairs = eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.row(0).iter());
+    let first = eigen.eigenvectors.row(0);
+    let pairs = eigen.eigenvalues.iter().zip(first.iter());
     let mut rule: Vec<_> = pairs
         .map(|(t, first)| GaussPoint {
             pressure: 0.5 * (1.0 + t),

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::computed;
 use super::message::{
     ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
-    MechanismPrediction, ModeInfo, NodeState, PatchGeometry, PatchSnapshot, Subject,
+    MechanismPrediction, ModeInfo, NodeState, PatchGeometry, Subject,
 };
 use super::patch::{FullPatch, patch_geometry, patch_snapshot};
 use super::prepare::{initial_state, joint_integrator, kick};

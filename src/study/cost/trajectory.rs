@@ -344,7 +344,7 @@ pub(super) fn reduction_sets(
     Ok(Some(vec![WorkPrecisionSet {
         setting: CostSetting::Reduction,
         family: "reduced contact".to_owned(),
-        parameter: "tolerance of the contact force",
+        parameter: "tolerance of the contact force".into(),
         floor: Some(floor),
         points,
     }]))

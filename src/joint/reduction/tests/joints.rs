@@ -37,6 +37,7 @@ fn torus() -> JointSpec {
             stiffness_factor: 2.75,
             stiffness: StiffnessLaw::Uniform,
             radius_factor: 1.0,
+            reduction: None,
             unilateral: true,
             damping: ContactDamping::None,
         },
