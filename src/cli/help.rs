@@ -185,16 +185,16 @@ static TASKS: [Task; 6] = [
             name: "analyse",
             examples: &[
                 [
-                    "Classify the motion in a sound file, and draw all figures",
+                    "List what sounds when in a sound file, classify the motion, and draw all figures",
                     "squeakscope analyse squeak.wav --figures figures",
+                ],
+                [
+                    "Analyse the motion within the second tonal event",
+                    "squeakscope analyse squeak.wav --event 2",
                 ],
                 [
                     "Analyse one column of a table from 0.2 s on, sampled at 50 kHz",
                     "squeakscope analyse data.csv --column velocity --rate 50000 --from 0.2",
-                ],
-                [
-                    "Fix the embedding and the recurrence threshold",
-                    "squeakscope analyse data.npz --lag 5 --dimension 3 --threshold spread:0.2",
                 ],
             ],
         }],
