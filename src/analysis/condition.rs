@@ -30,6 +30,9 @@ const FLATNESS: f64 = 1e-4;
 /// Least range of samples in which clipping and dropouts can be seen, in steps of quantisation.
 const LEAST_STEPS: f64 = 64.0;
 
+/// Smallest step of quantisation, relative to the range of the samples: smaller differences are rounding.
+const ROUNDING: f64 = 1e-10;
+
 /// A step into or out of a flat top, in units of its flatness. At the top of a parabola, `n` samples within
 /// `q` are followed by a step of less than `(1 + 4 / n) q`.
 const EDGE: f64 = 4.0;
@@ -47,54 +50,47 @@ const NEAR_S: f64 = 0.01;
 /// Level of silence relative to the largest deviation.
 const SILENT: f64 = 1e-4;
 
-/// Determines the condition of a recording at `rate_hz`. Wow follows from the tonal events instead:
-/// [`TonalEvents::wow`](super::TonalEvents::wow).
+/// Determines the condition of a recording at `rate_hz`.
 pub fn recording_condition(samples: &[f64], rate_hz: f64) -> RecordingCondition {
     let count = samples.len().max(1) as f64;
     let offset = samples.iter().sum::<f64>() / count;
     let power = samples.iter().map(|x| (x - offset).powi(2)).sum::<f64>() / count;
-    let tops = flat_tops(samples);
-    let flat: usize = tops.iter().map(|(first, end)| end - first).sum();
-    let silence = silences(samples, offset, rate_hz);
-    let dropouts = dropouts(samples, rate_hz).into_iter();
-    let dropouts = dropouts.filter(|run| !tops.contains(run));
+    let (tops, flat) = flat_tops(samples, (JOIN_S * rate_hz) as usize);
     RecordingCondition {
         clipped_share: flat as f64 / count,
-        clipped: spans(tops.iter().copied(), rate_hz, JOIN_S),
+        clipped: spans(&tops, rate_hz),
         offset,
         relative_offset: if power > 0.0 {
             offset / power.sqrt()
         } else {
             0.0
         },
-        dropouts: spans(dropouts, rate_hz, 0.0),
-        silence: spans(silence.into_iter(), rate_hz, 0.0),
+        dropouts: spans(&dropouts(samples, rate_hz), rate_hz),
+        silence: spans(&silences(samples, offset, rate_hz), rate_hz),
     }
 }
 
-/// Ranges of samples as spans; those closer than `join` (s) become one.
-fn spans(ranges: impl Iterator<Item = (usize, usize)>, rate_hz: f64, join: f64) -> Vec<Span> {
-    let mut out: Vec<Span> = Vec::new();
-    for (first, end) in ranges {
-        let (start_s, end_s) = (first as f64 / rate_hz, end as f64 / rate_hz);
-        match out.last_mut() {
-            Some(last) if start_s - last.end_s < join => last.end_s = end_s,
-            _ => out.push(Span { start_s, end_s }),
-        }
-    }
-    out
+/// Ranges of samples as spans.
+fn spans(ranges: &[(usize, usize)], rate_hz: f64) -> Vec<Span> {
+    let second = |index: usize| index as f64 / rate_hz;
+    let span = |&(first, end): &(usize, usize)| Span {
+        start_s: second(first),
+        end_s: second(end),
+    };
+    ranges.iter().map(span).collect()
 }
 
-/// Runs of at least [`FLAT_SAMPLES`] samples at the highest or the lowest value, with a step at one end.
-fn flat_tops(samples: &[f64]) -> Vec<(usize, usize)> {
+/// Runs of at least [`FLAT_SAMPLES`] samples at the highest or the lowest value, with a step at one end: ranges of
+/// samples in which they are less than `join` samples apart, and number of samples in the runs.
+fn flat_tops(samples: &[f64], join: usize) -> (Vec<(usize, usize)>, usize) {
     let [low, high] = super::range(samples.iter().copied());
     let flatness = FLATNESS * (high - low);
     // Of few steps of quantisation, many are at the top without clipping.
     if high - low < LEAST_STEPS * quantum(samples) {
-        return Vec::new();
+        return (Vec::new(), 0);
     }
-    let mut out = Vec::new();
-    let mut first = 0;
+    let mut out: Vec<(usize, usize)> = Vec::new();
+    let (mut first, mut flat) = (0, 0);
     while first < samples.len() {
         let side = |x: f64| (high - x <= flatness, x - low <= flatness);
         let top = side(samples[first]);
@@ -112,12 +108,16 @@ fn flat_tops(samples: &[f64]) -> Vec<(usize, usize)> {
                 0.0
             };
             if into.max(out_of) > EDGE * flatness {
-                out.push((first, end));
+                flat += length;
+                match out.last_mut() {
+                    Some(last) if first - last.1 < join => last.1 = end,
+                    _ => out.push((first, end)),
+                }
             }
         }
         first = end;
     }
-    out
+    (out, flat)
 }
 
 /// Maximal runs of at least `least` samples of which any two neighbours satisfy a condition.
@@ -133,7 +133,8 @@ fn runs(samples: &[f64], least: usize, same: impl Fn(&f64, &f64) -> bool) -> Vec
     out
 }
 
-/// Runs between [`DROPOUT_S`] and [`SILENCE_S`] at one value, with sound of many steps of quantisation on both sides.
+/// Runs between [`DROPOUT_S`] and [`SILENCE_S`] at one value that is not the highest or lowest, with sound of many steps
+/// of quantisation on both sides.
 fn dropouts(samples: &[f64], rate_hz: f64) -> Vec<(usize, usize)> {
     let [least, most] = [DROPOUT_S, SILENCE_S].map(|s| (s * rate_hz).ceil() as usize);
     let near = (NEAR_S * rate_hz) as usize;
@@ -142,19 +143,24 @@ fn dropouts(samples: &[f64], rate_hz: f64) -> Vec<(usize, usize)> {
         let [low, high] = super::range(part.iter().copied());
         !part.is_empty() && high - low > loud
     };
+    let [low, high] = super::range(samples.iter().copied());
+    let flatness = FLATNESS * (high - low);
     let mut found = runs(samples, least, |a, b| a == b);
     found.retain(|&(first, end)| {
+        let value = samples[first];
         end - first < most
+            && (value - low).min(high - value) > flatness
             && sounds(&samples[first.saturating_sub(near)..first])
             && sounds(&samples[end..(end + near).min(samples.len())])
     });
     found
 }
 
-/// Smallest difference of neighbouring samples that is not 0: a step of quantisation, or infinity.
-fn quantum(samples: &[f64]) -> f64 {
+/// Smallest difference of neighbouring samples that is not 0 nor rounding: a step of quantisation, or infinity.
+pub(super) fn quantum(samples: &[f64]) -> f64 {
+    let [low, high] = super::range(samples.iter().copied());
     let steps = samples.windows(2).map(|w| (w[1] - w[0]).abs());
-    let steps = steps.filter(|step| *step > 0.0);
+    let steps = steps.filter(|step| *step > ROUNDING * (high - low));
     steps.fold(f64::INFINITY, f64::min)
 }
 

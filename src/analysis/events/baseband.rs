@@ -1,7 +1,6 @@
 //! A partial brought to zero frequency along its ridge: ends, frequency and level in fine steps of time.
 
 use std::f64::consts::{LN_2, PI, TAU};
-use std::ops::Range;
 
 use rustfft::num_complex::Complex64;
 
@@ -14,12 +13,28 @@ const MARGIN_S: f64 = 0.4;
 /// Half of the time over which power is averaged for the ends, s.
 const HALF_SMOOTH_S: f64 = 0.02;
 
-/// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s.
-const END_SHARE: f64 = 0.1;
+/// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s; a little less, for the last
+/// peak above a tenth is averaged with what follows.
+const END_SHARE: f64 = 0.075;
 const LOUDEST_S: f64 = 0.1;
 
-/// Largest power that counts for the loudest part, relative to the median.
-const LOUDEST_RATIO: f64 = 5.0;
+/// Largest ratio of the mean power to the median in the loudest 0.1 s: that of a knock is greater.
+const MEAN_RATIO: f64 = 2.0;
+
+/// Largest power of a tone relative to its median; what is greater is a knock. A modulation to the depth of 1 has
+/// peaks of 4 times the mean.
+const KNOCK_RATIO: f64 = 5.0;
+
+/// Least signal-to-noise ratio of a tone whose loudest 0.1 s are seen; otherwise, the loudest 0.3 s count.
+const STRONG: f64 = 20.0;
+const STEADY_S: f64 = 0.3;
+
+/// Largest gain of a step of a strong tone for the ends, and largest loss.
+const LOBE: f64 = 0.7;
+const DIP: f64 = 0.5;
+
+/// Largest gain of a step of a faint tone for the ends.
+const LARGEST_GAIN: f64 = 2.0;
 
 /// A partial at zero frequency.
 pub(super) struct Baseband {
@@ -31,8 +46,6 @@ pub(super) struct Baseband {
     carriers: Vec<f64>,
     /// Noise power in the low-pass.
     noise: f64,
-    /// Values within the ridge.
-    ridge: Range<usize>,
     /// Length of the low-pass, s.
     window_s: f64,
 }
@@ -84,10 +97,8 @@ impl Baseband {
             terms.sum::<Complex64>() * scale
         };
         let noise = median(&ridge.points.iter().map(|p| p.noise).collect::<Vec<_>>());
-        let index = |time: f64| (((time - first_s) / STEP_S) as usize).min(carriers.len() - 1);
         Self {
             first_s,
-            ridge: index(ridge.start())..index(ridge.end()) + 1,
             values: (0..carriers.len()).map(value).collect(),
             carriers,
             // The one-sided density acts on both quadratures: a sine of amplitude A has the power A^2 / 2.
@@ -110,28 +121,16 @@ impl Baseband {
             .map(|i| 0.5 * self.values[i].norm_sqr() / self.noise)
             .collect();
         let deviation = 1.0 / (ratios.len() as f64).sqrt();
-        ratios.len() > 1 && median(&ratios) > 1.5 * LN_2 + 4.0 * deviation
+        ratios.len() > 1 && median(&ratios) > 2.0 * LN_2 + 4.0 * deviation
     }
 
-    /// The partial between its ends: the steps that maximise the sum of the logarithms of power over its
-    /// threshold, which is a tenth of the loudest 0.1 s, or the power at which tone and noise are equally
-    /// likely if that is greater.
+    /// The partial between its ends, without the power of knocks.
     pub fn partial(&self, window_noise: f64) -> Option<Partial> {
         let power: Vec<f64> = self.values.iter().map(|v| 0.5 * v.norm_sqr()).collect();
-        let half = (HALF_SMOOTH_S / STEP_S) as usize;
-        let smooth = averages(&power, half);
-        // Not the power of a knock: modulation to the depth of 1 has peaks of 4 times the mean.
-        let loud = LOUDEST_RATIO * median(&power[self.ridge.clone()]);
-        let limited: Vec<f64> = power.iter().map(|p| p.min(loud)).collect();
-        let loudest = averages(&limited, (0.5 * LOUDEST_S / STEP_S) as usize);
-        let loudest = loudest.iter().fold(0.0, |m: f64, p| m.max(*p));
-        let ratio = ((loudest - self.noise) / self.noise).max(0.5);
-        let equal = ratio.ln_1p() * (1.0 + ratio) / ratio;
-        let threshold = self.noise * equal.max(END_SHARE * ratio + 1.0);
-        let gains = smooth
-            .iter()
-            .map(|p| (p / threshold).max(1e-30).ln().clamp(-1.5, 1.5));
-        let (first, end) = largest_sum(gains)?;
+        let (first, end) = self.ends(&power)?;
+        let limit = KNOCK_RATIO * median(&power[first..end]);
+        let power: Vec<f64> = power.iter().map(|p| p.min(limit)).collect();
+        let (first, end) = self.ends(&power)?;
         let own = |i: usize| (power[i] - self.noise).max(0.0);
         let count = (end - first) as f64;
         let power_mean = (first..end).map(|i| power[i] - self.noise).sum::<f64>() / count;
@@ -155,12 +154,43 @@ impl Baseband {
         })
     }
 
+    /// Ends of the tone: the steps that maximise the sum of a function of power that is positive above a threshold,
+    /// which is a tenth of the loudest 0.1 s, or the power at which tone and noise are equally likely if that
+    /// is greater. A tone in noise has the excess of power, the logarithm of the likelihood ratio up to a
+    /// factor; a strong one the logarithm of power within limits: a dip of a modulation counts less than a peak beside it.
+    fn ends(&self, power: &[f64]) -> Option<(usize, usize)> {
+        let smooth = averages(power, (HALF_SMOOTH_S / STEP_S) as usize);
+        let ratio = |length_s: f64| (loudest(power, length_s) / self.noise - 1.0).max(0.5);
+        let ratio = match ratio(LOUDEST_S) {
+            strong if strong > STRONG => strong,
+            _ => ratio(STEADY_S),
+        };
+        let equal = ratio.ln_1p() * (1.0 + ratio) / ratio;
+        let relative = equal.max(END_SHARE * ratio + 1.0);
+        let gain = |p: &f64| {
+            let share = p / (self.noise * relative);
+            match ratio > STRONG {
+                true => share.max(1e-30).ln().clamp(-DIP, LOBE),
+                false => (share - 1.0).min(LARGEST_GAIN),
+            }
+        };
+        largest_sum(smooth.iter().map(gain))
+    }
+
     /// Frequency relative to the carrier, mean over steps from `first` to before `end` weighted by power, Hz.
     fn offset(&self, first: usize, end: usize) -> f64 {
         let pairs = self.values[first..end].windows(2);
         let sum: Complex64 = pairs.map(|pair| pair[1] * pair[0].conj()).sum();
         sum.arg() / (TAU * STEP_S)
     }
+}
+
+/// Largest mean power over a time, that of a knock excepted.
+fn loudest(power: &[f64], length_s: f64) -> f64 {
+    let length = ((length_s / STEP_S) as usize).min(power.len());
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / length as f64;
+    let steady = |part: &[f64]| mean(part).min(MEAN_RATIO * median(part));
+    power.windows(length).map(steady).fold(0.0, f64::max)
 }
 
 /// The median of at least one value.
@@ -171,7 +201,7 @@ fn median(values: &[f64]) -> f64 {
 }
 
 /// Averages over `half` values on each side.
-fn averages(values: &[f64], half: usize) -> Vec<f64> {
+pub(super) fn averages(values: &[f64], half: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     for value in values {
         sums.push(sums[sums.len() - 1] + value);

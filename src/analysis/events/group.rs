@@ -2,8 +2,14 @@
 
 use super::partial::Partial;
 
-/// Largest relative deviation of a partial from a multiple of the fundamental.
+/// Largest relative deviation of a partial from a multiple of the fundamental; of a faint one, whose frequency is less
+/// certain.
 const DEVIATION: f64 = 0.004;
+const FAINT_DEVIATION: f64 = 0.01;
+
+/// Largest power of a faint partial relative to the fundamental, and multiple above which there are other tones near.
+const FAINT: f64 = 0.1;
+const HIGH: f64 = 6.5;
 
 /// Least share of a partial's duration in which its fundamental sounds.
 const LEAST_TOGETHER: f64 = 0.6;
@@ -56,8 +62,10 @@ pub(super) fn groups(
         let multiple = |group: &Group| {
             let (ratio, share) = partial.ratio_to(group.fundamental())?;
             let multiple = ratio.round();
+            let is_faint = ratio < HIGH && partial.power < FAINT * group.fundamental().power;
+            let deviation = if is_faint { FAINT_DEVIATION } else { DEVIATION };
             let fits = (2.0..=MOST_HARMONICS).contains(&multiple)
-                && (ratio / multiple - 1.0).abs() < DEVIATION
+                && (ratio / multiple - 1.0).abs() < deviation
                 && share > LEAST_TOGETHER
                 && group.fundamental().power > LEAST_FUNDAMENTAL * partial.power;
             fits.then_some(multiple as usize)
@@ -81,8 +89,8 @@ fn completed(
     others: &[Group],
 ) -> Group {
     let is_known = |below: &Partial| {
-        let with = |other: &Group| below.ratio_to(other.fundamental());
-        let mut ratios = others.iter().filter_map(with);
+        let all = others.iter().flat_map(|group| &group.partials);
+        let mut ratios = all.filter_map(|(_, other)| below.ratio_to(other));
         ratios.any(|(ratio, _)| (ratio - 1.0).abs() < SAME)
     };
     let fits = |below: &Partial| {

@@ -90,10 +90,10 @@ pub(super) fn paths(peaks: &Peaks, threshold: f64) -> Vec<Path> {
 /// Computes the scores from a column on, until they agree with those before.
 fn update(peaks: &Peaks, nodes: &mut [Vec<Node>], best: &mut [Option<(usize, f64)>], from: usize) {
     let mut unchanged = 0;
-    for t in from..nodes.len() {
+    for (t, best_end_here) in best.iter_mut().enumerate().skip(from) {
         let (past, rest) = nodes.split_at_mut(t);
         let mut is_changed = false;
-        best[t] = None;
+        *best_end_here = None;
         for (i, peak) in peaks.columns[t].iter().enumerate() {
             let node = &mut rest[0][i];
             let old = (node.score, node.before);
@@ -102,8 +102,8 @@ fn update(peaks: &Peaks, nodes: &mut [Vec<Node>], best: &mut [Option<(usize, f64
                 false => (0.0, None),
             };
             is_changed |= old != (node.score, node.before) || !node.is_free;
-            if best[t].is_none_or(|(_, score)| node.score > score) && node.is_free {
-                best[t] = Some((i, node.score));
+            if best_end_here.is_none_or(|(_, score)| node.score > score) && node.is_free {
+                *best_end_here = Some((i, node.score));
             }
         }
         unchanged = if is_changed { 0 } else { unchanged + 1 };

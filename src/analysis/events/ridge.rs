@@ -116,11 +116,6 @@ impl Ridge {
         self.points.iter().map(|p| p.power).sum::<f64>() / self.points.len() as f64
     }
 
-    /// Time during which two ridges sound together, s.
-    pub fn overlap(&self, other: &Self) -> f64 {
-        self.end().min(other.end()) - self.start().max(other.start())
-    }
-
     /// Share of the points of this ridge that satisfy a condition on (frequency, power) of both, its own first,
     /// at times of the other, with its half window to spare.
     pub fn share(&self, other: &Self, is: impl Fn((f64, f64), (f64, f64)) -> bool) -> f64 {

@@ -59,6 +59,15 @@ fn events(samples: &[f64]) -> TonalEvents {
     tonal_events(samples, RATE, &EventOptions::default()).unwrap()
 }
 
+/// Start, end (s), frequency (Hz), signal-to-noise ratio (dB) and number of harmonics of events.
+fn summary(events: &[TonalEvent]) -> Vec<[f64; 5]> {
+    let numbers = |e: &TonalEvent| {
+        let harmonics = e.harmonics as f64;
+        [e.start_s, e.end_s, e.frequency_hz, e.snr_db, harmonics]
+    };
+    events.iter().map(numbers).collect()
+}
+
 #[test]
 fn an_ordinary_squeak_is_one_event_with_its_ends_harmonics_and_modulation() {
     let found = events(&ordinary()).events;
@@ -155,6 +164,86 @@ fn noise_and_knocks_are_no_events() {
         }
         assert_eq!(events(&samples).events, [], "{seed}");
     }
+}
+
+/// Knocks at the given times (s): resonances of 20 ms at 1500 Hz.
+fn knocks(samples: &mut [f64], times: &[f64]) {
+    for time in times {
+        for (i, x) in samples.iter_mut().enumerate() {
+            let t = i as f64 / RATE - time;
+            if t >= 0.0 {
+                *x += 0.5 * (-t / 0.02).exp() * (TAU * 1500.0 * t).sin();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_short_loud_squeak_among_knocks_is_an_event() {
+    let mut samples = background(11, 5.0);
+    knocks(&mut samples, &[0.4, 0.9, 1.3, 2.6, 3.1, 3.7, 4.4]);
+    tone(&mut samples, [1.8, 2.2], &[1.0, 0.3], |_| 2300.0, |_| 0.1);
+    let found = events(&samples).events;
+    let [event] = &found[..] else {
+        panic!("{} events", found.len())
+    };
+    assert!((event.frequency_hz - 2300.0).abs() < 3.0);
+    assert!((event.start_s - 1.8).abs() < 0.05 && (event.end_s - 2.2).abs() < 0.05);
+}
+
+#[test]
+fn struck_notes_are_no_events_and_a_squeak_among_them_is_one() {
+    let mut samples = background(12, 6.0);
+    for (k, pitch) in [440.0, 554.4, 659.3, 880.0, 554.4, 440.0, 493.9, 587.3]
+        .into_iter()
+        .enumerate()
+    {
+        let start = 0.3 + 0.6 * k as f64;
+        let fall = |t: f64| 0.1 * (-(t - start) / 0.25).exp();
+        tone(
+            &mut samples,
+            [start, start + 0.6],
+            &[1.0, 0.5, 0.3],
+            |_| pitch,
+            fall,
+        );
+    }
+    assert_eq!(events(&samples).events, []);
+    tone(&mut samples, [2.0, 4.0], &[1.0], |_| 3700.0, |_| 0.05);
+    let found = events(&samples).events;
+    assert_eq!(found.len(), 1);
+    assert!((found[0].frequency_hz - 3700.0).abs() < 3.0);
+}
+
+#[test]
+fn a_steady_tone_at_a_multiple_of_the_mains_is_an_event_and_no_hum() {
+    let mut samples = noise(13, 3 * 44_100, 0.01);
+    tone(&mut samples, [1.0, 2.5], &[0.5], |_| 1000.0, |_| 1.0);
+    let found = events(&samples);
+    assert_eq!(found.hum, None);
+    assert_eq!(found.events.len(), 1);
+    assert!((found.events[0].frequency_hz - 1000.0).abs() < 0.5);
+}
+
+#[test]
+fn above_a_low_pass_there_is_no_event() {
+    let mut samples = background(16, 4.0);
+    tone(
+        &mut samples,
+        [1.0, 3.0],
+        &[1.0, 0.3, 0.2, 0.1],
+        |_| 2000.0,
+        |_| 0.1,
+    );
+    let low = crate::analysis::band_pass(&samples, RATE, [30.0, 5000.0]);
+    let coded: Vec<f64> = low
+        .samples
+        .iter()
+        .map(|x| (x * 32_768.0).round() / 32_768.0)
+        .collect();
+    let found = events(&coded).events;
+    assert_eq!(found.len(), 1, "{:?}", summary(&found));
+    assert!((found[0].frequency_hz - 2000.0).abs() < 2.0);
 }
 
 #[test]
@@ -255,4 +344,20 @@ fn the_condition_of_a_recording_is_recognised() {
         .map(|x| x.round().clamp(-1.0, 1.0))
         .collect();
     assert!(recording_condition(&few, RATE).clipped.is_empty());
+}
+
+#[test]
+fn quantised_quiet_parts_are_no_dropouts() {
+    let step = 1.0 / 32_768.0;
+    let mut samples = noise(15, 2 * 44_100, 0.7 * step);
+    tone(&mut samples, [0.5, 1.5], &[0.5], |_| 1000.0, |_| 1.0);
+    for x in &mut samples {
+        *x = (*x / step).round() * step;
+    }
+    assert!(recording_condition(&samples, RATE).dropouts.is_empty());
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    samples.iter_mut().for_each(|x| *x -= mean + 1e-17);
+    assert!(recording_condition(&samples, RATE).dropouts.is_empty());
+    samples[44_000..44_100].fill(0.0);
+    assert_eq!(recording_condition(&samples, RATE).dropouts.len(), 1);
 }

@@ -68,7 +68,7 @@ fn study(first: u64, number: u64, report: impl Fn(String)) -> Counts {
 #[ignore = "takes some minutes; writes the counts of the guide"]
 fn judging() {
     // Seeds that the quick tests do not use.
-    let counts = study(JUDGING_SEEDS.start + 1000, 30, |_| ());
+    let counts = study(JUDGING_SEEDS.start + 7000, 30, |_| ());
     let text = counts.csv("squeakscope");
     println!("{text}");
     if std::env::var_os("SQUEAKSCOPE_WRITE").is_some() {
