@@ -34,7 +34,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let report = analyse_signal(signal, &SignalOptions::default(), &mut progress)?
         .expect("the analysis is never interrupted");
 
-    let verdict = &report.verdict;
+    for event in report.events() {
+        let (start, end) = (event.start_s, event.end_s);
+        println!("{start:.3} to {end:.3} s: {:.1} Hz", event.frequency_hz);
+    }
+    let verdict = report.verdict.get()?;
     println!("{}", verdict.summary());
     for evidence in &verdict.evidence {
         println!("  {}", evidence.explanation());
@@ -44,10 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!(
         "tau = {:.0} us, m = {}, DET = {:.3}, K = {:.2}",
-        1e6 * report.embedding.lag_s,
-        report.embedding.choice.dimension,
-        report.recurrence.measures.determinism.unwrap_or(0.0),
-        report.zero_one.k
+        1e6 * report.embedding.get()?.lag_s,
+        report.embedding.get()?.choice.dimension,
+        report.recurrence.get()?.measures.determinism.unwrap_or(0.0),
+        report.zero_one.get()?.k
     );
     Ok(())
 }

@@ -93,7 +93,7 @@
 //! };
 //! let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true)?;
 //! let report = report.expect("the analysis was not stopped");
-//! assert_eq!(report.verdict.regime, Regime::Periodic);
+//! assert_eq!(report.verdict.get()?.regime, Regime::Periodic);
 //! println!("{:.1} Hz", report.tones.lines[0].line.frequency);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

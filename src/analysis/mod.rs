@@ -34,8 +34,11 @@
 
 mod change_point;
 mod chaos;
+mod condition;
 mod delay;
 mod error;
+mod events;
+mod filter;
 mod line_fit;
 mod moments;
 mod neighbours;
@@ -48,8 +51,11 @@ mod tones;
 
 pub use change_point::{BlockMeans, Channel, FALSE_ALARM, MAX_CHANNELS, change_points};
 pub use chaos::*;
+pub use condition::{RecordingCondition, recording_condition};
 pub use delay::*;
 pub use error::AnalysisError;
+pub use events::*;
+pub use filter::{Filtered, band_pass};
 pub use line_fit::{Fit, LineFit};
 pub use moments::{deviation, mean, range};
 pub use neighbours::{Neighbour, NeighbourTree};

@@ -74,6 +74,7 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
+        event: args.event.map(|number| number as usize),
     };
     let progress = Progress::of_phases();
     let report = analyse_signal(signal, &search, &mut |share, name| {
@@ -191,6 +192,7 @@ fn play(
         start: signal.start,
         span: range(signal.samples.iter().copied()),
         highest_frequency: highest_frequency(report),
+        events: report.events().to_vec(),
     };
     let analysis = live_analysis(report);
     let playback = SignalSource::new(title, info, &signal.samples, signal.rate, analysis);

@@ -29,6 +29,11 @@ pub struct AnalyseArgs {
     /// Refuse a selection of more samples than this; each sample takes 8 bytes of memory.
     #[arg(long, value_name = "N", default_value_t = MAX_SAMPLES, value_parser = max_samples, help_heading = "Input")]
     pub max_samples: usize,
+    /// Analyse the motion within this tonal event, by its number in the table of events [default: the event
+    /// with the largest energy].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..),
+        help_heading = "Analysis")]
+    pub event: Option<u32>,
     /// Embedding delay [default: the first minimum of the mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]

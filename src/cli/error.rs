@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::output::OutputError;
-use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
 use crate::fem::FemError;
 use crate::import::ImportError;
@@ -16,6 +15,7 @@ use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
 use crate::study::ThreadSpawnError;
+use crate::study::signal::SignalError;
 use crate::study::sweep::TableError;
 
 /// An error of another module, as the source of a [`CliError`].
@@ -40,7 +40,7 @@ pub enum CliError {
         /// Path of the signal.
         path: PathBuf,
         /// Error of the analysis.
-        reason: AnalysisError,
+        reason: SignalError,
     },
     /// An output cannot be written.
     #[error(transparent)]

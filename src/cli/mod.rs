@@ -46,6 +46,7 @@ mod scenes;
 mod shell;
 mod signal_text;
 mod sound_args;
+mod sound_text;
 mod stability;
 mod steps;
 mod study_args;

@@ -5,14 +5,16 @@ use std::path::Path;
 use anstyle::Style;
 
 use super::report::HEADING;
+use super::sound_text::sound_text;
 use crate::analysis::{
-    Bases, Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, Verdict,
+    Bases, Divergence, LagReason, Measures, RecurrencePeriod, SectionShape, Threshold, TonalEvent,
+    Verdict,
 };
 use crate::escape;
 use crate::number::{significant, time};
 use crate::study::signal::{
-    DelayEmbedding, PoincareSection, RecurrenceAnalysis, SignalAnalysis, SignalStatistics,
-    SpectralLines,
+    AnalysedStretch, DelayEmbedding, Outcome, PoincareSection, RecurrenceAnalysis, SignalAnalysis,
+    SignalStatistics, SkipReason, SpectralLines,
 };
 use crate::table::Table;
 
@@ -21,23 +23,76 @@ const FAINT: Style = Style::new().dimmed();
 /// Number of significant digits.
 const DIGITS: usize = 4;
 
-/// The report on the signal of a file, one paragraph per analysis.
+/// Remark on a stretch with clipped samples.
+const CLIPPED: &str =
+    "  samples are clipped: harmonics may be artefacts of the recording, not of the motion\n";
+
+/// The report on the signal of a file: what sounds when, then one paragraph per analysis.
 pub(super) fn text(file: &Path, report: &SignalAnalysis) -> String {
     let unit = escape::line(&report.facts.unit);
     let amount = |value: f64| {
         let text = format!("{} {unit}", significant(value, DIGITS));
         text.trim_end().to_owned()
     };
-    [
+    let sound = report.sound.as_ref();
+    let sound = sound.map(|sound| sound_text(sound, report.facts.duration_s, &amount));
+    let paragraphs = [
         signal_text(file, &report.facts, &amount),
+        stretch_text(&report.stretch, report.event()),
         verdict_text(&report.verdict),
         spectrum_text(&report.tones, &amount),
-        embedding_text(&report.embedding, report.nonlinear_samples),
-        recurrence_text(&report.recurrence, &amount),
-        section_text(&report.section, &amount),
+        match report.embedding.get() {
+            Ok(embedding) => embedding_text(embedding, report.nonlinear_samples),
+            Err(reason) => skipped("delay embedding", reason),
+        },
+        match report.recurrence.get() {
+            Ok(recurrence) => recurrence_text(recurrence, &amount),
+            Err(reason) => skipped("recurrence", reason),
+        },
+        match report.section.get() {
+            Ok(section) => section_text(section, &amount),
+            Err(reason) => skipped("Poincare section", reason),
+        },
         chaos_text(report),
-    ]
-    .join("\n")
+    ];
+    let paragraphs: Vec<String> = sound.into_iter().chain(paragraphs).collect();
+    paragraphs.join("\n")
+}
+
+/// An analysis that was skipped.
+fn skipped(name: &str, reason: SkipReason) -> String {
+    format!("{HEADING}{name}{HEADING:#} skipped: {reason}\n")
+}
+
+/// The analysed stretch; nothing for the whole of a signal without events.
+fn stretch_text(stretch: &AnalysedStretch, event: Option<&TonalEvent>) -> String {
+    let span = format!("{:.3} to {:.3} s", stretch.start_s, stretch.end_s);
+    let Some((number, event)) = stretch.event.zip(event) else {
+        return match stretch.clipped {
+            true => format!("{HEADING}analysed{HEADING:#} {span}, the whole signal\n{CLIPPED}"),
+            false => format!("{HEADING}analysed{HEADING:#} {span}, the whole signal\n"),
+        };
+    };
+    let mut text = format!("{HEADING}analysed{HEADING:#} {span}, in event {number}");
+    if stretch.demodulated {
+        let frequency = significant(event.frequency_hz, 6);
+        text += &format!(", demodulated along its ridge to {frequency} Hz");
+    }
+    if let Some([low, high]) = stretch.band_hz {
+        let [low, high] = [low, high].map(|hz| significant(hz, DIGITS));
+        text += &format!(", filtered to {low} to {high} Hz");
+    }
+    text.push('\n');
+    if stretch.clipped {
+        text += CLIPPED;
+    }
+    if let Some(modulation) = &event.modulation {
+        text += &format!(
+            "  the amplitude is modulated at {} Hz: sidebands at this distance are no second frequency of the motion by themselves\n",
+            significant(modulation.modulation_hz, 3)
+        );
+    }
+    text
 }
 
 fn signal_text(file: &Path, facts: &SignalStatistics, amount: &dyn Fn(f64) -> String) -> String {
@@ -56,7 +111,11 @@ fn signal_text(file: &Path, facts: &SignalStatistics, amount: &dyn Fn(f64) -> St
     )
 }
 
-fn verdict_text(verdict: &Verdict) -> String {
+fn verdict_text(verdict: &Outcome<Verdict>) -> String {
+    let verdict = match verdict.get() {
+        Ok(verdict) => verdict,
+        Err(reason) => return skipped("type of motion", reason),
+    };
     let limitations = match verdict.limitations[..] {
         [] => String::new(),
         _ => format!("  {}\n", verdict.limitations_text()),
@@ -220,18 +279,28 @@ fn chaos_text(report: &SignalAnalysis) -> String {
         ),
         None => format!("  {name:<10}  none: nearby trajectories do not diverge exponentially\n"),
     };
-    let test = &report.zero_one;
-    let sampling = match test.stride {
-        1 => "every sample".to_owned(),
-        stride => format!("one sample in {stride}"),
+    let exponents = match (report.rosenstein.get(), report.kantz.get()) {
+        (Ok(rosenstein), Ok(kantz)) => format!(
+            "{HEADING}largest Lyapunov exponent{HEADING:#}\n{}{}",
+            method("Rosenstein", rosenstein),
+            method("Kantz", kantz)
+        ),
+        (Err(reason), _) | (_, Err(reason)) => skipped("largest Lyapunov exponent", reason),
     };
-    format!(
-        "{HEADING}largest Lyapunov exponent{HEADING:#}\n{}{}\n\
-         {HEADING}0-1 test{HEADING:#} K = {:.3} (0: regular, 1: chaos or noise), from {sampling}\n",
-        method("Rosenstein", &report.rosenstein),
-        method("Kantz", &report.kantz),
-        test.k
-    )
+    let test = match report.zero_one.get() {
+        Ok(test) => {
+            let sampling = match test.stride {
+                1 => "every sample".to_owned(),
+                stride => format!("one sample in {stride}"),
+            };
+            format!(
+                "{HEADING}0-1 test{HEADING:#} K = {:.3} (0: regular, 1: chaos or noise), from {sampling}\n",
+                test.k
+            )
+        }
+        Err(reason) => skipped("0-1 test", reason),
+    };
+    format!("{exponents}\n{test}")
 }
 
 fn duration(seconds: f64) -> String {

@@ -60,6 +60,7 @@
 //!
 //! * [Lyapunov exponents](explanation::exponents): definition, computation, confidence intervals, zeros.
 //! * [Settled responses](explanation::responses): end of the transient, starts, coexisting attractors.
+//! * [Tonal events](explanation::events): what sounds when in a recording, and how reliably it is found.
 //! * [Types of motion](explanation::regimes): the classifier and its evidence.
 //! * [Recurrence](explanation::recurrence): delay vectors, recurrence plots, recurrence quantification.
 //!
@@ -161,6 +162,10 @@ pub mod explanation {
 
     #[doc = include_str!("explanation/responses.md")]
     pub mod responses {}
+
+    #[doc = include_str!("explanation/events.md")]
+    #[doc = include_str!("explanation/events.html")]
+    pub mod events {}
 
     #[doc = include_str!("explanation/regimes.md")]
     pub mod regimes {}

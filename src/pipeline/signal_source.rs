@@ -124,6 +124,7 @@ mod tests {
             start: START,
             span: [-1.0, 1.0],
             highest_frequency: 10e3,
+            events: Vec::new(),
         };
         SignalSource::new("a squeak", info, samples, RATE, all_analyses())
     }

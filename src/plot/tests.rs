@@ -106,6 +106,7 @@ fn report(name: &str) -> SignalAnalysis {
         start: 0.0,
         samples: samples.clone(),
     };
+    let event = event();
     let choice = DelayChoice {
         lag: 12,
         reason: LagReason::FirstMinimum,
@@ -130,8 +131,8 @@ fn report(name: &str) -> SignalAnalysis {
         tones: SpectralLines::new(&spectrum, &lines, naming),
         spectrum,
         spectrogram: columns,
-        embedding: DelayEmbedding::new(choice, rate),
-        recurrence: RecurrenceAnalysis {
+        embedding: Outcome::Computed(DelayEmbedding::new(choice, rate)),
+        recurrence: Outcome::Computed(RecurrenceAnalysis {
             rule: RecurrenceCriterion {
                 norm: Norm::Euclidean,
                 threshold: Threshold::Rate(0.05),
@@ -161,19 +162,19 @@ fn report(name: &str) -> SignalAnalysis {
                 recurrent: recurrences.pixels,
                 ..RecurrenceImage::default()
             },
-        },
-        section: PoincareSection {
+        }),
+        section: Outcome::Computed(PoincareSection {
             level: 0.0,
             shape: SectionShape::Loop,
             mean_return_s: Some(48.6 / rate),
             passages: passages.collect(),
-        },
-        rosenstein: divergence(0.008).in_seconds(rate),
-        kantz: Divergence {
+        }),
+        rosenstein: Outcome::Computed(divergence(0.008).in_seconds(rate)),
+        kantz: Outcome::Computed(Divergence {
             region: None,
             ..divergence(0.01).in_seconds(rate)
-        },
-        zero_one: ZeroOne {
+        }),
+        zero_one: Outcome::Computed(ZeroOne {
             k: 0.03,
             by_frequency: (0..100)
                 .map(|k| [0.63 + 0.019 * f64::from(k), 0.1 * f64::from(k).sin()])
@@ -183,8 +184,8 @@ fn report(name: &str) -> SignalAnalysis {
                 .collect(),
             stride: 12,
             samples: 500,
-        },
-        verdict: Verdict {
+        }),
+        verdict: Outcome::Computed(Verdict {
             regime: Regime::QuasiPeriodic,
             confidence: 0.93,
             likeliest: vec![Regime::QuasiPeriodic],
@@ -195,8 +196,47 @@ fn report(name: &str) -> SignalAnalysis {
                     Evidence::new(what, weight, says, weight, words.to_owned())
                 })
                 .collect(),
-        },
+        }),
         nonlinear_samples: samples.len(),
+        stretch: AnalysedStretch::new(event.span(), Some(1), false),
+        part: None,
+        sound: Some(MeasuredSound {
+            tonal: TonalEvents {
+                events: vec![event],
+                ..TonalEvents::default()
+            },
+            ..MeasuredSound::default()
+        }),
+    }
+}
+
+/// An event from 0.02 to 0.08 s with three harmonics.
+fn event() -> TonalEvent {
+    let ridge = (0..=60).map(|k| RidgePoint {
+        time_s: 0.02 + 1e-3 * f64::from(k),
+        frequency_hz: 4110.0 + 60.0 * (0.1 * f64::from(k)).sin(),
+        level_db_fs: -3.0,
+    });
+    TonalEvent {
+        start_s: 0.02,
+        end_s: 0.08,
+        frequency_hz: 4110.0,
+        frequency_low_hz: 4050.0,
+        frequency_high_hz: 4170.0,
+        harmonics: 3,
+        level_db_fs: -3.0,
+        snr_db: 40.0,
+        modulation: None,
+        vibrato: None,
+        ridge: ridge.collect(),
+    }
+}
+
+/// The result of an analysis that was not skipped.
+fn result<T>(outcome: &mut Outcome<T>) -> &mut T {
+    match outcome {
+        Outcome::Computed(result) => result,
+        Outcome::Skipped { skipped } => panic!("{skipped}"),
     }
 }
 
@@ -264,18 +304,58 @@ fn figures_without_data_are_valid() {
     let mut empty = report("empty");
     empty.tones.lines.clear();
     empty.spectrogram.clear();
-    empty.section.passages.clear();
-    empty.recurrence.along.clear();
-    empty.recurrence.picture.size = 0;
-    empty.rosenstein.region = None;
-    empty.zero_one.by_frequency.clear();
-    empty.zero_one.path.clear();
-    empty.verdict.evidence.clear();
+    result(&mut empty.section).passages.clear();
+    result(&mut empty.recurrence).along.clear();
+    result(&mut empty.recurrence).picture.size = 0;
+    result(&mut empty.rosenstein).region = None;
+    result(&mut empty.zero_one).by_frequency.clear();
+    result(&mut empty.zero_one).path.clear();
+    result(&mut empty.verdict).evidence.clear();
+    empty.sound = None;
     empty.signal.samples = vec![0.0; 40];
     for figure in signal_figures(&empty) {
         let png = figure.png(&LOOK).unwrap();
         assert!(size(&png)[0] > 0);
         assert!(is_finite(&figure), "{}", figure.name);
+    }
+}
+
+#[test]
+fn events_are_drawn_over_the_spectrogram() {
+    let mut report = report("squeak");
+    let figure = &signal_figures(&report)[0];
+    let layers = |figure: &Figure| -> Vec<String> {
+        let layers = figure.rows[0][0].layers.iter();
+        layers.map(|layer| layer.id.clone()).collect()
+    };
+    let drawn = ["image", "ridges", "starts", "ends", "numbers"];
+    assert_eq!(layers(figure), drawn);
+    report.sound = Some(MeasuredSound::default());
+    let figure = &signal_figures(&report)[0];
+    assert_eq!(layers(figure), ["image"]);
+    assert!(figure.svg(&LOOK).contains("no tonal events"));
+}
+
+#[test]
+fn figures_of_skipped_analyses_say_why() {
+    fn skip<T>(outcome: &mut Outcome<T>) {
+        let skipped = SkipReason::NotStationary;
+        *outcome = Outcome::Skipped { skipped };
+    }
+    let mut report = report("squeak");
+    skip(&mut report.embedding);
+    skip(&mut report.recurrence);
+    skip(&mut report.section);
+    skip(&mut report.rosenstein);
+    skip(&mut report.kantz);
+    skip(&mut report.zero_one);
+    skip(&mut report.verdict);
+    let figures = signal_figures(&report);
+    let names: Vec<&str> = figures.iter().map(|f| &*f.name).collect();
+    assert_eq!(names, SIGNAL_FIGURES);
+    for figure in &figures[4..] {
+        let svg = figure.svg(&LOOK);
+        assert!(svg.contains("no stationary stretch"), "{}", figure.name);
     }
 }
 

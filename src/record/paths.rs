@@ -115,6 +115,10 @@ pub const SPECTRUM_COMPUTED: &str = "spectrum/computed";
 
 /// Spectrogram.
 pub const SPECTROGRAM: &str = "spectrogram";
+/// Ridges of the tonal events of a sound: the fundamental over time.
+pub const SPECTROGRAM_RIDGES: &str = "spectrogram/events/ridges";
+/// Numbers of the tonal events, at their starts.
+pub const SPECTROGRAM_NUMBERS: &str = "spectrogram/events/numbers";
 
 /// Recurrence plot.
 pub const RECURRENCE: &str = "recurrence";

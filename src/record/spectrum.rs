@@ -11,6 +11,7 @@ use super::{
     style::{self, ColorMap, Quantity, Unit, short},
 };
 use crate::{
+    analysis::TonalEvent,
     pipeline::message::{Header, SignalInfo, SpectralLine, Subject},
     plot::{Axis, Color, Layer, Panel},
 };
@@ -166,6 +167,9 @@ impl Spectrogram {
             let at = Transform3D::from_translation([(tile * TILE) as f32, 0.0, 0.0]);
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
         }
+        if let Subject::Signal(signal) = &header.subject {
+            draw_events(rec, &picture.plot, header, &signal.events)?;
+        }
         Ok(Self {
             picture,
             map: ColorMap::inferno(),
@@ -283,6 +287,36 @@ impl Spectrogram {
         let image = Image::from_rgb24(pixels, [TILE as u32, HEIGHT as u32]);
         stream::log_at(rec, paths::spectrogram_tile(tile), self.time, &image)
     }
+}
+
+/// Draws the ridges of tonal events over the spectrogram, with their numbers.
+fn draw_events(
+    rec: &RecordingStream,
+    plot: &Plot,
+    header: &Header,
+    events: &[TonalEvent],
+) -> Result<(), RecordError> {
+    let time = Quantity::Time.unit(header.duration).per_si;
+    let frequency = Quantity::Frequency.unit(highest_frequency(header)).per_si;
+    let ridges = events.iter().map(|event| {
+        let points = event.ridge.iter();
+        let points = points.map(|p| plot.at(time * p.time_s, frequency * p.frequency_hz));
+        points.collect::<Vec<_>>()
+    });
+    let ridges = LineStrips2D::new(ridges)
+        .with_colors([style::ACCENT])
+        .with_radii([Radius::new_ui_points(0.8)]);
+    rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges)?;
+    let starts = events.iter().map(|event| {
+        let start = event.frequency_at(event.start_s);
+        plot.at(time * event.start_s, frequency * start)
+    });
+    let numbers = Points2D::new(starts)
+        .with_labels((1..=events.len()).map(|number| number.to_string()))
+        .with_show_labels(true)
+        .with_colors([style::ACCENT])
+        .with_radii([Radius::new_ui_points(2.5)]);
+    rec.log_static(paths::SPECTROGRAM_NUMBERS, &numbers)
 }
 
 /// The plot of a spectrogram and its scales.

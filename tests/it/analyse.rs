@@ -101,6 +101,171 @@ fn lorenz(count: usize) -> Vec<f64> {
     states.skip(2000).take(count).map(|s| s[0]).collect()
 }
 
+/// Random numbers from -1 to 1: a linear congruential generator (Knuth's MMIX).
+fn noise(seed: u64) -> impl Iterator<Item = f64> {
+    let next = |state: &u64| {
+        let next = state.wrapping_mul(6_364_136_223_846_793_005);
+        Some(next.wrapping_add(1_442_695_040_888_963_407))
+    };
+    let states = std::iter::successors(Some(seed), next).skip(10);
+    states.map(|state| (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+}
+
+/// An ordinary squeak of 10 s at 44.1 kHz: 4.1 kHz that drifts by +-15 Hz, with an amplitude modulation of
+/// 12 Hz, from 3 to 7 s, in rumble and a little noise.
+fn squeak(amplitude: f64) -> Vec<f64> {
+    let rate = 44_100.0;
+    let (mut phase, mut rumble) = (0.0, [0.0; 2]);
+    let sample = |(k, noise): (usize, f64)| {
+        let t = k as f64 / rate;
+        phase += TAU * (4100.0 + 15.0 * (TAU * 0.3 * t).sin()) / rate;
+        // Two first-order low-pass filters of 40 Hz.
+        let share = TAU * 40.0 / rate;
+        rumble[0] += share * (noise - rumble[0]);
+        rumble[1] += share * (rumble[0] - rumble[1]);
+        let sounding = ((t - 3.0) / 0.02).clamp(0.0, 1.0) * ((7.0 - t) / 0.02).clamp(0.0, 1.0);
+        let modulated = 1.0 + 0.4 * (TAU * 12.0 * t).sin();
+        amplitude * sounding * modulated * phase.sin() + 2.0 * rumble[1] + 0.005 * noise
+    };
+    (0..441_000).zip(noise(7)).map(sample).collect()
+}
+
+/// 16-bit samples; what exceeds full scale is clipped.
+fn quantised(samples: &[f64]) -> Vec<i16> {
+    let whole = samples.iter().map(|x| (x * 32768.0).round());
+    whole.map(|x| x.clamp(-32768.0, 32767.0) as i16).collect()
+}
+
+#[test]
+fn an_ordinary_squeak_is_an_event() {
+    let dir = TestDir::new();
+    dir.wav("squeak.wav", 44_100, 1, &quantised(&squeak(0.2)));
+    let json = dir.analyse("squeak.wav --figures figures");
+    let events = json["events"].as_array().expect("a list");
+    assert_eq!(events.len(), 1, "{events:?}");
+    let value = |name: &str| number(&events[0][name]);
+    assert!((value("start_s") - 3.0).abs() < 0.1);
+    assert!((value("end_s") - 7.0).abs() < 0.1);
+    assert!((value("frequency_hz") / 4100.0 - 1.0).abs() < 1e-3);
+    assert!((value("frequency_low_hz") - 4085.0).abs() < 4.0);
+    assert!((value("frequency_high_hz") - 4115.0).abs() < 4.0);
+    assert_eq!(events[0]["harmonics"], 1);
+    // Mean power of 0.2 (1 + 0.4 sin), relative to a sine of amplitude 1.
+    let level = 10.0 * (0.04 * (1.0 + 0.08_f64)).log10();
+    assert!((value("level_db_fs") - level).abs() < 1.0);
+    assert!(value("snr_db") > 20.0);
+    assert!((value("modulation_hz") - 12.0).abs() < 0.5);
+    assert!((value("modulation_depth") - 0.4).abs() < 0.08);
+    assert_eq!(json["condition"]["clipped"], Value::Array(Vec::new()));
+
+    let stretch = &json["stretch"];
+    assert_eq!(stretch["event"], 1);
+    assert_eq!(stretch["demodulated"], true);
+    assert!(number(&stretch["start_s"]) > 2.9 && number(&stretch["end_s"]) < 7.1);
+    assert!(number(&stretch["end_s"]) - number(&stretch["start_s"]) > 3.0);
+    // Rumble is filtered out; demodulated, the tone is one line.
+    assert!(number(&stretch["band_hz"][0]) > 1000.0);
+    let line = number(&json["spectrum"]["lines"][0]["frequency_hz"]);
+    assert!((line - value("frequency_hz")).abs() < 0.5, "{line}");
+    assert_ne!(json["verdict"]["regime"], "noise");
+    let figure = json["files"][0]["path"].as_str().expect("text");
+    assert!(figure.ends_with("events.png"), "{figure}");
+
+    let same = dir.analyse("squeak.wav --event 1");
+    assert_eq!(same["stretch"], json["stretch"]);
+    assert_eq!(same["verdict"], json["verdict"]);
+    let report = dir.run("squeak.wav").success();
+    let text = String::from_utf8(report.get_output().stdout.clone()).expect("text");
+    assert!(text.starts_with("tonal events\n"), "{text}");
+    assert!(text.contains("in event 1, demodulated"), "{text}");
+    let message = dir.rejection("squeak.wav --event 9");
+    assert!(
+        message.contains("one tonal event was found; give 1"),
+        "{message}"
+    );
+    dir.run("squeak.wav --event 0").code(2).stdout("");
+}
+
+#[test]
+fn times_of_events_are_those_of_the_file() {
+    let dir = TestDir::new();
+    dir.wav("squeak.wav", 44_100, 1, &quantised(&squeak(0.2)));
+    let json = dir.analyse("squeak.wav --from 2 --to 8");
+    let event = &json["events"][0];
+    assert!((number(&event["start_s"]) - 3.0).abs() < 0.1, "{event}");
+    assert!((number(&event["end_s"]) - 7.0).abs() < 0.1, "{event}");
+    assert!((number(&event["ridge"][0]["time_s"]) - 3.0).abs() < 0.2);
+    let stretch = &json["stretch"];
+    assert!(number(&stretch["start_s"]) > 2.9 && number(&stretch["end_s"]) < 7.1);
+}
+
+#[test]
+fn clipping_is_no_dynamics() {
+    let dir = TestDir::new();
+    dir.wav("clipped.wav", 44_100, 1, &quantised(&squeak(1.5)));
+    let json = dir.analyse("clipped.wav");
+    let event = &json["events"][0];
+    assert!(
+        (number(&event["frequency_hz"]) / 4100.0 - 1.0).abs() < 1e-3,
+        "{event}"
+    );
+    assert!(number(&json["condition"]["clipped_share"]) > 0.01);
+    let clipped = &json["condition"]["clipped"][0];
+    assert!((number(&clipped["start_s"]) - 3.0).abs() < 0.1, "{clipped}");
+    assert_eq!(json["stretch"]["clipped"], true);
+    for method in ["rosenstein", "kantz", "zero_one"] {
+        assert_eq!(json[method]["skipped"], "clipped", "{method}");
+    }
+    let report = dir.run("clipped.wav").success();
+    let text = String::from_utf8(report.get_output().stdout.clone()).expect("text");
+    assert!(text.contains("harmonics may be artefacts"), "{text}");
+}
+
+/// Noise has no event, and one cannot be requested.
+#[test]
+fn a_recording_without_an_event_is_analysed_as_a_whole() {
+    let dir = TestDir::new();
+    let hiss: Vec<f64> = noise(3).take(88_200).map(|x| 0.1 * x).collect();
+    dir.wav("hiss.wav", 44_100, 1, &quantised(&hiss));
+    let json = dir.analyse("hiss.wav");
+    assert_eq!(json["events"], Value::Array(Vec::new()));
+    assert_eq!(json["stretch"]["event"], Value::Null);
+    assert_eq!(json["verdict"]["regime"], "noise");
+    let message = dir.rejection("hiss.wav --event 1");
+    assert!(message.contains("no tonal event was found"), "{message}");
+    // Half of it silent.
+    let quiet: Vec<f64> = (0..88_200)
+        .zip(&hiss)
+        .map(|(k, x)| if k < 44_100 { *x } else { 0.0 })
+        .collect();
+    dir.wav("quiet.wav", 44_100, 1, &quantised(&quiet));
+    let silence = &dir.analyse("quiet.wav")["condition"]["silence"];
+    assert_eq!(silence.as_array().map(Vec::len), Some(1), "{silence}");
+    assert!(
+        (number(&silence[0]["start_s"]) - 1.0).abs() < 0.01,
+        "{silence}"
+    );
+    assert!(
+        (number(&silence[0]["end_s"]) - 2.0).abs() < 0.01,
+        "{silence}"
+    );
+}
+
+/// Simulated samples and slow data are no sound.
+#[test]
+fn events_are_searched_only_in_sound() {
+    let dir = TestDir::new();
+    let samples: Vec<f64> = (0..3000).map(|k| (0.1 * f64::from(k)).sin()).collect();
+    dir.npy("a.npy", &samples);
+    for rate in ["1", "200000"] {
+        let json = dir.analyse(&format!("a.npy --rate {rate}"));
+        assert!(json.get("events").is_none() && json.get("condition").is_none());
+        assert_eq!(json["verdict"]["regime"], "periodic");
+        let message = dir.rejection(&format!("a.npy --rate {rate} --event 1"));
+        assert!(message.contains("8000 to 192000 Hz"), "{message}");
+    }
+}
+
 #[test]
 fn a_tone_is_periodic() {
     let dir = TestDir::new();

@@ -3,6 +3,7 @@
 //! `UPDATE_GUIDE=1 cargo test --release --test it json` rewrites the page.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -50,10 +51,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     // The points of the sweep come from an earlier run, which `prepare` writes.
     ("paper", "paper --figure 4 --out paper"),
-    (
-        "analyse",
-        "analyse b.npz --column u --from 0.01 --json a.json",
-    ),
+    ("analyse", "analyse sound.wav --json a.json"),
 ];
 
 /// A field of a struct in the source.
@@ -287,6 +285,31 @@ fn result(folder: &Path, words: &str) -> Value {
     document
 }
 
+/// A sound of 3 s for the results of `analyse`: a modulated tone from 0.5 to 2.5 s, with hum and noise.
+fn write_sound(file: &Path) {
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: 44_100,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut writer = hound::WavWriter::create(file, spec).unwrap();
+    let mut noise = 1_u32;
+    for k in 0..3 * spec.sample_rate {
+        let t = f64::from(k) / f64::from(spec.sample_rate);
+        let sine = |hz: f64| (TAU * hz * t).sin();
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(noise >> 16) / 32768.0 - 1.0;
+        let envelope = ((t - 0.5) / 0.02).clamp(0.0, 1.0) * ((2.5 - t) / 0.02).clamp(0.0, 1.0);
+        let tone = 6000.0 * envelope * (1.0 + 0.4 * sine(12.0)) * (TAU * 1513.0 * t).sin();
+        let hum = 2000.0 * (sine(50.0) + 0.5 * sine(100.0) + 0.3 * sine(150.0));
+        writer
+            .write_sample((tone + hum + 200.0 * noise).round() as i16)
+            .unwrap();
+    }
+    writer.finalize().unwrap();
+}
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -308,6 +331,7 @@ It also reads each result as its Rust type and compares what that writes. `merge
 fn the_guide_lists_every_field_of_every_result() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
+    write_sound(&folder.path().join("sound.wav"));
     let structs = structs();
     let mut page = HEAD.to_owned();
     let mut undescribed = BTreeSet::new();

@@ -47,5 +47,6 @@ mod shown;
 mod small;
 #[cfg(feature = "cli")]
 mod sound;
+mod squeaks;
 mod stability;
 mod tangent;

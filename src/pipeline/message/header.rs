@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
+use crate::analysis::TonalEvent;
 use crate::fem::SurfaceMesh;
 
 /// A mode, for labels.
@@ -229,4 +230,6 @@ pub struct SignalInfo {
     pub span: [f64; 2],
     /// Upper limit of frequency axes, Hz.
     pub highest_frequency: f64,
+    /// Tonal events, in the time of the file; empty for a signal that is no sound.
+    pub events: Vec<TonalEvent>,
 }

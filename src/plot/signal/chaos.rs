@@ -1,10 +1,11 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
-use super::SignalFigures;
+use super::{SignalFigures, skipped_panel};
 use crate::analysis::{Divergence, ScalingRegion};
 use crate::plot::axis::extent;
 use crate::plot::figure::Bar;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
+use crate::study::signal::Outcome;
 
 impl SignalFigures<'_> {
     pub fn divergence(&self) -> Figure {
@@ -21,7 +22,11 @@ impl SignalFigures<'_> {
     }
 
     /// Mean logarithmic distance over time, with the linear scaling region.
-    fn divergence_panel(&self, title: &str, divergence: &Divergence) -> Panel {
+    fn divergence_panel(&self, title: &str, divergence: &Outcome<Divergence>) -> Panel {
+        let divergence = match divergence.get() {
+            Ok(divergence) => divergence,
+            Err(reason) => return skipped_panel(&format!("{title}: skipped"), reason),
+        };
         let ms = 1e3 * divergence.step;
         let curve = divergence.curve.iter().enumerate();
         let curve: Vec<[f64; 2]> = curve.map(|(k, &v)| [k as f64 * ms, v]).collect();
@@ -50,7 +55,10 @@ impl SignalFigures<'_> {
     }
 
     pub fn zero_one(&self) -> Figure {
-        let test = &self.report.zero_one;
+        let test = match self.report.zero_one.get() {
+            Ok(test) => test,
+            Err(reason) => return self.skipped("zero_one", "0–1 test for chaos", reason),
+        };
         let k = Panel::new(
             format!("K = {:.3}: 0 regular, 1 chaotic", test.k),
             Axis::with_margin("frequency c, rad", test.by_frequency.iter().map(|p| p[0])),
@@ -68,7 +76,10 @@ impl SignalFigures<'_> {
     }
 
     pub fn regime(&self) -> Figure {
-        let verdict = &self.report.verdict;
+        let verdict = match self.report.verdict.get() {
+            Ok(verdict) => verdict,
+            Err(reason) => return self.skipped("regime", "Type of motion", reason),
+        };
         let bars = verdict.evidence.iter().map(|piece| Bar {
             value: piece.weight,
             text: format!(

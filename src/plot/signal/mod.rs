@@ -1,20 +1,22 @@
 //! Figures of the report on a signal.
 
 mod chaos;
+mod events;
 mod recurrence;
 mod space;
 mod tones;
 
-use super::axis::extent;
-use super::figure::Figure;
+use super::axis::{Axis, extent};
+use super::figure::{Figure, Panel};
 use super::unit::Unit;
-use crate::study::signal::SignalAnalysis;
+use crate::study::signal::{SignalAnalysis, SkipReason};
 
 /// Maximum number of points of a curve; more cannot be resolved.
 const MOST_POINTS: usize = 4000;
 
 /// Names of the figures of [`signal_figures`].
-pub const SIGNAL_FIGURES: [&str; 11] = [
+pub const SIGNAL_FIGURES: [&str; 12] = [
+    "events",
     "waveform",
     "spectrum",
     "spectrogram",
@@ -32,6 +34,7 @@ pub const SIGNAL_FIGURES: [&str; 11] = [
 pub fn signal_figures(report: &SignalAnalysis) -> Vec<Figure> {
     let view = SignalFigures::new(report);
     vec![
+        view.events(),
         view.waveform(),
         view.spectrum(),
         view.spectrogram(),
@@ -84,21 +87,34 @@ impl<'a> SignalFigures<'a> {
         (signal.start + sample / signal.rate) * self.time_unit.factor
     }
 
-    /// All samples in the displayed unit. They are not copied, because a signal can fill the memory.
-    fn samples(&self) -> impl Iterator<Item = f64> + '_ {
-        let samples = self.report.signal.samples.iter();
-        samples.map(|x| x * self.unit.factor)
+    /// Samples in the displayed unit. They are not copied, because a signal can fill the memory.
+    fn scaled<'s>(&'s self, samples: &'s [f64]) -> impl Iterator<Item = f64> + 's {
+        samples.iter().map(|x| x * self.unit.factor)
     }
 
-    /// Highest frequency shown, Hz: above all lines, or the Nyquist frequency.
+    /// The figure of an analysis that was skipped, with the reason.
+    fn skipped(&self, name: &str, title: &str, reason: SkipReason) -> Figure {
+        let rows = vec![vec![skipped_panel("skipped", reason)]];
+        Figure::new(name, self.title(title), 60.0, rows)
+    }
+
+    /// Highest frequency shown, Hz: above all lines and events, or the Nyquist frequency.
     fn top(&self) -> f64 {
         let nyquist = 0.5 * self.report.signal.rate;
         let lines = self.report.tones.lines.iter().map(|l| l.line.frequency);
-        match lines.fold(0.0, f64::max) {
+        let events = self.report.events().iter();
+        let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
+        match lines.chain(events).fold(0.0, f64::max) {
             highest if highest > 0.0 => (1.25 * highest).min(nyquist),
             _ => nyquist,
         }
     }
+}
+
+/// A panel without data that says why.
+fn skipped_panel(title: &str, reason: SkipReason) -> Panel {
+    let axis = || Axis::linear("", [0.0, 1.0]);
+    Panel::new(title, axis(), axis(), Vec::new()).with_note(reason.to_string())
 }
 
 /// The curve at the resolution of the figure: minimum and maximum of each interval if there are too many

@@ -1,7 +1,7 @@
 //! Recurrence plot, and recurrence quantification over time.
 
 use super::SignalFigures;
-use crate::analysis::Measures;
+use crate::analysis::{Measures, RecurrencePeriods};
 use crate::plot::axis::extent;
 use crate::plot::color::{Rgb, colormap, colormap_index};
 use crate::plot::unit::Unit;
@@ -9,8 +9,14 @@ use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
 
 impl SignalFigures<'_> {
     pub fn recurrence(&self) -> Figure {
-        let picture = &self.report.recurrence.picture;
-        let end = self.time(self.report.signal.samples.len() as f64 - 1.0);
+        let recurrence = match self.report.recurrence.get() {
+            Ok(recurrence) => recurrence,
+            Err(reason) => return self.skipped("recurrence", "Recurrence plot", reason),
+        };
+        let picture = &recurrence.picture;
+        let analysed = self.report.analysed();
+        let end = analysed.start + (analysed.samples.len() as f64 - 1.0) / analysed.rate;
+        let end = end * self.time_unit.factor;
         let span = [end - picture.window * self.time_unit.factor, end];
         let axis = || Axis::linear(self.time_unit.after("time"), span);
         let panel = |title: String, bytes: &[u8], palette: Vec<Rgb>| {
@@ -23,7 +29,9 @@ impl SignalFigures<'_> {
                 palette: palette.into_iter().map(Swatch::uniform).collect(),
             };
             let layers = Some(Layer::image(image)).filter(|_| picture.size > 0);
-            let layers = layers.into_iter().chain(self.period_marks(span));
+            let layers = layers
+                .into_iter()
+                .chain(self.period_marks(&recurrence.periods, span));
             Panel::new(title, axis(), axis(), layers.collect()).square()
         };
         // Palette index: non-zero is recurrent; a small distance is dark.
@@ -56,9 +64,8 @@ impl SignalFigures<'_> {
     }
 
     /// The diagonals at the recurrence periods that fit in the plot, above the line of identity.
-    fn period_marks(&self, [start, end]: [f64; 2]) -> Vec<Layer> {
-        let periods = self.report.recurrence.periods.iter().enumerate();
-        let inside = periods.filter_map(|(k, found)| {
+    fn period_marks(&self, periods: &RecurrencePeriods, [start, end]: [f64; 2]) -> Vec<Layer> {
+        let inside = periods.iter().enumerate().filter_map(|(k, found)| {
             let offset = found.period * self.time_unit.factor;
             let label = format!("{}: {:.4} ms", found.kind, 1e3 * found.period);
             let line = vec![[start, start + offset], [end - offset, end]];
@@ -72,7 +79,11 @@ impl SignalFigures<'_> {
     }
 
     pub fn measures(&self) -> Figure {
-        let along = &self.report.recurrence.along;
+        let title = "Recurrence quantification over time";
+        let along = match self.report.recurrence.get() {
+            Ok(recurrence) => &recurrence.along,
+            Err(reason) => return self.skipped("measures", title, reason),
+        };
         let curve = |value: &dyn Fn(&Measures) -> Option<f64>| -> Vec<[f64; 2]> {
             let points = along.iter();
             let points = points
@@ -119,7 +130,6 @@ impl SignalFigures<'_> {
             vec![Layer::line(entropy, Color::Ink)],
         );
         let rows = vec![vec![shares], vec![lengths], vec![entropy]];
-        let title = self.title("Recurrence quantification over time");
-        Figure::new("measures", title, 145.0, rows)
+        Figure::new("measures", self.title(title), 145.0, rows)
     }
 }

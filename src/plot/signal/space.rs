@@ -6,7 +6,10 @@ use crate::plot::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_in
 
 impl SignalFigures<'_> {
     pub fn delay(&self) -> Figure {
-        let delay = &self.report.embedding.choice;
+        let delay = match self.report.embedding.get() {
+            Ok(embedding) => &embedding.choice,
+            Err(reason) => return self.skipped("delay", "Delay and dimension", reason),
+        };
         let mutual = mutual_information(delay, "samples", 1.0);
         let mutual = mutual.with_top_label(format!("τ = {}", delay.lag));
         let neighbours = false_neighbours(delay);
@@ -16,13 +19,16 @@ impl SignalFigures<'_> {
     }
 
     pub fn portrait(&self) -> Figure {
-        let samples = &self.report.signal.samples;
-        let lag = self.report.embedding.choice.lag;
+        let lag = match self.report.embedding.get() {
+            Ok(embedding) => embedding.choice.lag,
+            Err(reason) => return self.skipped("portrait", "Delay portrait", reason),
+        };
+        let samples = &self.report.analysed().samples;
         let count = samples.len().saturating_sub(lag);
         let newest = count.saturating_sub(2 * MOST_POINTS)..count;
         let points = newest.map(|k| [k, k + lag].map(|k| samples[k] * self.unit.factor));
         let points: Vec<[f64; 2]> = points.collect();
-        let axis = |name: &str| Axis::with_margin(self.unit.after(name), self.samples());
+        let axis = |name: &str| Axis::with_margin(self.unit.after(name), self.scaled(samples));
         let panel = Panel::new(
             format!("delay {lag} samples, the last {}", points.len()),
             axis("y(t)"),
@@ -34,8 +40,12 @@ impl SignalFigures<'_> {
     }
 
     pub fn section(&self) -> Figure {
+        let section = match self.report.section.get() {
+            Ok(section) => section,
+            Err(reason) => return self.skipped("section", "Poincaré section", reason),
+        };
         let scaled = |c: usize| {
-            let passages = self.report.section.passages.iter();
+            let passages = section.passages.iter();
             passages.map(move |passage| passage.at[c] * self.unit.factor)
         };
         let (first, third): (Vec<f64>, Vec<f64>) = (scaled(0).collect(), scaled(1).collect());

@@ -30,7 +30,7 @@ impl SignalFigures<'_> {
             curve.iter_mut().for_each(|[_, y]| *y *= self.unit.factor);
             let times = [self.time(from as f64), self.time(count as f64 - 1.0)];
             let x = Axis::linear(self.time_unit.after("time"), times);
-            let y = Axis::with_margin(self.unit.after("signal"), self.samples());
+            let y = Axis::with_margin(self.unit.after("signal"), self.scaled(all));
             Panel::new(
                 title,
                 x,
@@ -89,6 +89,12 @@ impl SignalFigures<'_> {
     }
 
     pub fn spectrogram(&self) -> Figure {
+        let rows = vec![vec![self.spectrogram_panel()]];
+        Figure::new("spectrogram", self.title("Spectrogram"), 88.0, rows)
+    }
+
+    /// The spectrogram of the whole signal as a panel.
+    pub fn spectrogram_panel(&self) -> Panel {
         let columns = &self.report.spectrogram;
         let image = columns.first().zip(columns.last()).map(|(first, last)| {
             let shown = ((self.top() / first.bin).ceil() as usize).clamp(1, first.amplitude.len());
@@ -110,13 +116,7 @@ impl SignalFigures<'_> {
             Axis::linear(self.frequency_unit.after("frequency"), y),
             image.map(Layer::image).into_iter().collect(),
         );
-        let panel = panel.with_note(note);
-        Figure::new(
-            "spectrogram",
-            self.title("Spectrogram"),
-            88.0,
-            vec![vec![panel]],
-        )
+        panel.with_note(note)
     }
 }
 

@@ -184,6 +184,9 @@ fn a_signal_is_drawn_without_a_joint() {
     let (entities, blueprint) = read(&path, paths::TIMELINE);
     assert!(blueprint > 20, "the blueprint has {blueprint} chunks");
     assert_eq!(entities[paths::WAVEFORM].rows, demo::samples(duration));
+    for path in [paths::SPECTROGRAM_RIDGES, paths::SPECTROGRAM_NUMBERS] {
+        assert!(entities.contains_key(path), "{path}");
+    }
     let pictures = [
         paths::SPECTRUM_CURVE,
         paths::RECURRENCE_IMAGE,

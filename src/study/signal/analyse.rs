@@ -1,18 +1,20 @@
 //! All analyses of one signal, one after another.
 
+use super::sound::MeasuredSound;
+use super::stretch::{Selected, select};
 use super::{
-    DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES, MIN_SAMPLES, MeasuresAt,
-    NamedLine, PoincareSection, RecurrenceAnalysis, SignalAnalysis, SignalOptions,
-    SignalStatistics, SpectralLines,
+    AnalysedStretch, DelayEmbedding, MAX_NONLINEAR_SAMPLES, MAX_SPECTRUM_SAMPLES, MIN_SAMPLES,
+    MeasuresAt, NamedLine, Outcome, PoincareSection, RecurrenceAnalysis, SignalAnalysis,
+    SignalError, SignalOptions, SignalStatistics, SkipReason, SpectralLines,
 };
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, Norm, RateBase,
-    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, RegimeSearch,
-    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Window, ZeroOneTest, choose_delay,
-    classify, delay_section, deviation, divergence, false_neighbours, identify_lines, mean,
-    quantify, range, section_shape, zero_one,
+    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, Regime, RegimeSearch,
+    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Verdict, Window, ZeroOne,
+    ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence, false_neighbours,
+    identify_lines, mean, quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -62,6 +64,7 @@ const MANY_SAMPLES: usize = 50_000;
 /// whether to continue; the result is `None` if it returns `false`.
 ///
 /// # Errors
+/// [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
 /// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`], [`AnalysisError::Constant`] for a constant signal,
 /// [`AnalysisError::SampleRange`] for samples whose squares overflow or underflow, [`AnalysisError::Memory`] if the
 /// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold.
@@ -69,7 +72,7 @@ pub fn analyse_signal(
     signal: Signal,
     search: &SignalOptions,
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
-) -> Result<Option<SignalAnalysis>, AnalysisError> {
+) -> Result<Option<SignalAnalysis>, SignalError> {
     match run(signal, search, progress) {
         Ok(report) => Ok(Some(report)),
         Err(End::Stopped) => Ok(None),
@@ -80,12 +83,12 @@ pub fn analyse_signal(
 /// Reason why an analysis ends early.
 enum End {
     Stopped,
-    Failed(AnalysisError),
+    Failed(SignalError),
 }
 
-impl From<AnalysisError> for End {
-    fn from(error: AnalysisError) -> Self {
-        Self::Failed(error)
+impl<E: Into<SignalError>> From<E> for End {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
     }
 }
 
@@ -119,59 +122,112 @@ fn run(
     progress: &mut dyn FnMut(f64, &'static str) -> bool,
 ) -> Result<SignalAnalysis, End> {
     check(&signal.samples)?;
-    let (samples, rate) = (&signal.samples[..], signal.rate);
-    let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
     let mut step = |share, name| match progress(share, name) {
         true => Ok(()),
         false => Err(End::Stopped),
     };
-    step(0.0, "spectrum")?;
-    let (spectrum, tones) = tones(&signal)?;
-    step(0.05, "delay and dimension")?;
-    let delay = delay(newest, search)?;
-    let period = period_of(&tones.lines, &delay, rate);
-    step(0.25, "spectrogram")?;
+    step(0.0, "tonal events")?;
+    let sound = MeasuredSound::of(&signal)?;
+    let Selected {
+        stretch,
+        part,
+        obstacle,
+    } = select(&signal, sound.as_ref(), search.event)?;
+    let studied = part.as_ref().unwrap_or(&signal);
+    let (samples, rate) = (&studied.samples[..], studied.rate);
+    let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
+    step(0.1, "spectrum")?;
+    let (spectrum, tones) = tones(studied)?;
+    step(0.15, "delay and dimension")?;
+    let delay = Outcome::unless(obstacle, || delay(newest, search))?;
+    let lag = delay.get().ok().map(|delay| delay.lag);
+    let event = stretch.event.zip(sound.as_ref());
+    let event_hz = event.map(|(number, sound)| sound.tonal.events[number - 1].frequency_hz);
+    let period = period_of(event_hz, &tones.lines, lag, rate);
+    step(0.3, "spectrogram")?;
     let spectrogram = spectrogram(&signal, period)?;
-    step(0.35, "recurrence")?;
-    let plan = Plan::new(&delay, search, newest.len());
-    let mut recurrence = plan.quantify(&signal, newest, period)?;
-    step(0.55, "recurrence along the signal")?;
-    recurrence.along = plan.along(&signal)?;
+    step(0.4, "recurrence")?;
+    let recurrence = delay.try_map(|delay| {
+        let plan = Plan::new(delay, search, newest.len());
+        let mut recurrence = plan.quantify(studied, newest, period)?;
+        step(0.55, "recurrence along the signal")?;
+        recurrence.along = plan.along(studied)?;
+        Ok::<_, End>(recurrence)
+    })?;
     step(0.65, "section")?;
-    let section = section(&signal, newest, delay.lag)?;
-    step(0.7, "divergence (Rosenstein)")?;
-    let rosenstein = divergence_by(newest, &delay, DivergenceMethod::Rosenstein)?;
-    step(0.78, "divergence (Kantz)")?;
-    let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
-    let kantz = divergence_by(newest, &delay, DivergenceMethod::Kantz { radius })?;
-    step(0.88, "0-1 test")?;
-    let most = (newest.len() / ZeroOneTest::MIN_SAMPLES).max(1);
-    let stride = ZeroOneTest::recommended_stride(newest)
-        .max(delay.lag)
-        .min(most);
-    let zero_one = zero_one(newest, &ZeroOneTest::with_stride(stride))?;
-    step(0.94, "regime")?;
-    let search = RegimeSearch {
-        sample_rate: rate,
-        silence: 0.0,
+    let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
+    step(0.68, "type of motion")?;
+    let has_events = sound.as_ref().is_some_and(|s| !s.tonal.events.is_empty());
+    let verdict = regime(newest, rate, has_events, obstacle)?;
+    let steady = match unsteady(&verdict, &stretch) {
+        Some(skipped) => Outcome::Skipped { skipped },
+        None => delay.clone(),
     };
-    let verdict = classify(newest, &search)?;
+    step(0.75, "divergence (Rosenstein)")?;
+    let rosenstein =
+        steady.try_map(|delay| divergence_by(newest, delay, DivergenceMethod::Rosenstein, rate))?;
+    step(0.82, "divergence (Kantz)")?;
+    let radius = KANTZ_RADII[usize::from(newest.len() >= MANY_SAMPLES)];
+    let method = DivergenceMethod::Kantz { radius };
+    let kantz = steady.try_map(|delay| divergence_by(newest, delay, method, rate))?;
+    step(0.92, "0-1 test")?;
+    let zero_one = steady.try_map(|delay| test_zero_one(newest, delay.lag))?;
     step(1.0, "done")?;
     Ok(SignalAnalysis {
         facts: SignalStatistics::of(&signal),
+        stretch,
         verdict,
         spectrum,
         tones,
         spectrogram,
         nonlinear_samples: newest.len(),
-        embedding: DelayEmbedding::new(delay, rate),
+        embedding: delay.map(|choice| DelayEmbedding::new(choice, rate)),
         recurrence,
         section,
-        rosenstein: rosenstein.in_seconds(rate),
-        kantz: kantz.in_seconds(rate),
+        rosenstein,
+        kantz,
         zero_one,
+        sound,
+        part,
         signal,
     })
+}
+
+/// Type of motion in the stretch. If there are tonal events, *noise* only means that the noise hides the motion.
+fn regime(
+    samples: &[f64],
+    rate: f64,
+    has_events: bool,
+    obstacle: Option<SkipReason>,
+) -> Result<Outcome<Verdict>, AnalysisError> {
+    let search = RegimeSearch {
+        sample_rate: rate,
+        silence: 0.0,
+    };
+    let verdict = Outcome::unless(obstacle, || classify(samples, &search))?;
+    let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);
+    Ok(match is_noise && has_events {
+        true => Outcome::Skipped {
+            skipped: SkipReason::Noise,
+        },
+        false => verdict,
+    })
+}
+
+/// Why averages over the divergence of trajectories are meaningless; `None` if they are not.
+fn unsteady(verdict: &Outcome<Verdict>, stretch: &AnalysedStretch) -> Option<SkipReason> {
+    match verdict.get() {
+        Err(reason) => Some(reason),
+        Ok(_) if stretch.clipped => Some(SkipReason::Clipped),
+        Ok(verdict) if verdict.regime == Regime::Transient => Some(SkipReason::Transient),
+        Ok(_) => None,
+    }
+}
+
+fn test_zero_one(samples: &[f64], lag: usize) -> Result<ZeroOne, AnalysisError> {
+    let most = (samples.len() / ZeroOneTest::MIN_SAMPLES).max(1);
+    let stride = ZeroOneTest::recommended_stride(samples).max(lag).min(most);
+    zero_one(samples, &ZeroOneTest::with_stride(stride))
 }
 
 impl SignalStatistics {
@@ -277,11 +333,19 @@ fn delay(samples: &[f64], search: &SignalOptions) -> Result<DelayChoice, Analysi
     Ok(choice)
 }
 
-/// Period that sets the span of pictures, samples: that of the strongest line, or four delays, because the
-/// mutual information has its first minimum near a quarter period.
-pub(super) fn period_of(lines: &[NamedLine], delay: &DelayChoice, rate: f64) -> f64 {
-    let strongest = lines.first();
-    strongest.map_or(4.0 * delay.lag as f64, |named| rate / named.line.frequency)
+/// Period that sets the span of pictures, samples: that of the analysed event, of the strongest line, or four
+/// delays, because the mutual information has its first minimum near a quarter period.
+pub(super) fn period_of(
+    event_hz: Option<f64>,
+    lines: &[NamedLine],
+    lag: Option<usize>,
+    rate: f64,
+) -> f64 {
+    let frequency = event_hz.or_else(|| Some(lines.first()?.line.frequency));
+    match frequency {
+        Some(frequency) => rate / frequency,
+        None => 4.0 * lag.unwrap_or(1) as f64,
+    }
 }
 
 /// How the states for recurrence are sampled.
@@ -471,101 +535,14 @@ fn divergence_by(
     samples: &[f64],
     delay: &DelayChoice,
     method: DivergenceMethod,
+    rate: f64,
 ) -> Result<Divergence, AnalysisError> {
     let rules =
         DivergenceSearch::for_delay(delay.lag, delay.dimension, delay.theiler, samples.len());
-    divergence(samples, &DivergenceSearch { method, ..rules })
+    let divergence = divergence(samples, &DivergenceSearch { method, ..rules })?;
+    Ok(divergence.in_seconds(rate))
 }
 
 #[cfg(test)]
-mod tests {
-    use std::fmt::Debug;
-
-    use serde::Serialize;
-    use serde::de::DeserializeOwned;
-
-    use super::*;
-    use crate::analysis::ZeroOne;
-    use crate::analysis::test_signals::{noise, sines};
-
-    fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, AnalysisError> {
-        let signal = Signal {
-            name: "u".to_owned(),
-            unit: String::new(),
-            rate: 1000.0,
-            start: 0.0,
-            samples,
-        };
-        let search = SignalOptions {
-            threshold: Some(threshold),
-            ..SignalOptions::default()
-        };
-        let report = analyse_signal(signal, &search, &mut |_, _| true);
-        report.map(|report| report.expect("the callback never stops it"))
-    }
-
-    #[test]
-    fn the_picture_uses_the_requested_threshold() {
-        let tone = sines(1000.0, 1500, &[(23.0, 1.0, 0.2)]);
-        let signal: Vec<f64> = tone
-            .iter()
-            .zip(noise(1, 1500, 0.02))
-            .map(|(a, b)| a + b)
-            .collect();
-        let share = |threshold| {
-            let recurrence = report(signal.clone(), threshold).unwrap().recurrence;
-            let pixels = recurrence.picture.recurrent;
-            let black = pixels.iter().filter(|&&p| p == 255).count() as f64;
-            black / pixels.len() as f64
-        };
-        // All distances are below this threshold.
-        assert_eq!(share(Threshold::Distance(100.0)), 1.0);
-        assert_eq!(share(Threshold::Spread(100.0)), 1.0);
-        assert_eq!(share(Threshold::Neighbours(10_000)), 1.0);
-        assert!((share(Threshold::Rate(0.3)) - 0.3).abs() < 0.01);
-    }
-
-    fn assert_read_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(result: &T) {
-        let json = serde_json::to_value(result).unwrap();
-        assert_eq!(&T::deserialize(json).unwrap(), result);
-    }
-
-    #[test]
-    fn results_survive_a_json_round_trip() {
-        let tones = sines(1000.0, 3000, &[(23.0, 1.0, 0.2), (37.3, 0.6, 1.0)]);
-        for threshold in [Threshold::Spread(0.3), Threshold::Neighbours(20)] {
-            let report = report(tones.clone(), threshold).unwrap();
-            assert_read_back(&report.facts);
-            assert_read_back(&report.verdict);
-            assert_read_back(&report.tones);
-            assert_read_back(&report.embedding);
-            assert_read_back(&report.section);
-            assert_read_back(&report.rosenstein);
-            assert_read_back(&report.kantz);
-            assert_read_back(&ZeroOne {
-                path: Vec::new(),
-                ..report.zero_one
-            });
-            assert_read_back(&RecurrenceAnalysis {
-                picture: RecurrenceImage::default(),
-                ..report.recurrence
-            });
-        }
-    }
-
-    #[test]
-    fn samples_whose_squares_overflow_or_underflow_are_rejected() {
-        let tone = sines(1000.0, 600, &[(23.0, 1.0, 0.2)]);
-        for factor in [1e-200, 1e-145, 1e145, 1e300] {
-            let scaled = tone.iter().map(|x| factor * x).collect();
-            let error = report(scaled, Threshold::Rate(0.05)).unwrap_err();
-            assert_eq!(error, AnalysisError::SampleRange, "{factor}");
-        }
-        for factor in [1e-130, 1e130] {
-            let scaled = tone.iter().map(|x| factor * x).collect();
-            let report = report(scaled, Threshold::Rate(0.05)).unwrap();
-            assert_eq!(report.embedding.choice.dimension, 2, "{factor}");
-            assert!((report.tones.lines[0].line.frequency - 23.0).abs() < 0.01);
-        }
-    }
-}
+#[path = "analyse_tests.rs"]
+mod tests;

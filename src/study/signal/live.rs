@@ -1,7 +1,7 @@
 //! Settings of the sliding analyses, derived from the analysis of the whole signal.
 
-use super::SignalAnalysis;
 use super::analyse::{period_of, spectrogram_window};
+use super::{DelayEmbedding, RecurrenceAnalysis, SignalAnalysis};
 use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch};
 use crate::scene::{
     AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
@@ -27,29 +27,37 @@ const REGIME_SAMPLES: [f64; 2] = [2000.0, 40_000.0];
 /// the signal; delay and dimension from the report.
 pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
     let fit = Fit::new(report);
+    let embedding = report.embedding.get().ok();
+    let recurrence = embedding.zip(report.recurrence.get().ok());
+    // A filtered stretch has another mean than the signal.
+    let level = match (&report.part, report.section.get()) {
+        (None, Ok(section)) => section.level,
+        _ => report.facts.mean,
+    };
     AnalysisSpec {
         spectrum: Some(SpectrumSpec {
             sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, EVALUATIONS),
             rest: None,
         }),
         spectrogram: Some(fit.spectrogram()),
-        delay: Some(fit.delay()),
-        recurrence: Some(RecurrenceSpec {
+        delay: embedding.map(|embedding| fit.delay(embedding)),
+        recurrence: recurrence.map(|(embedding, recurrence)| RecurrenceSpec {
             sliding: fit.sliding(PLOT_PERIODS * fit.period, EVALUATIONS),
             size: 288,
-            embedding: fit.embedding(),
-            criterion: fit.criterion(),
+            embedding: embedding_spec(embedding),
+            criterion: criterion(recurrence),
         }),
-        quantification: Some(fit.quantification()),
-        section: Some(SectionSpec {
+        quantification: recurrence
+            .map(|(embedding, recurrence)| fit.quantification(embedding, recurrence)),
+        section: embedding.map(|embedding| SectionSpec {
             every: fit.duration / EVALUATIONS,
             surface: SectionSurface::Delay {
-                lag: AutoOr::Given(report.embedding.lag_s),
-                level: report.section.level,
+                lag: AutoOr::Given(embedding.lag_s),
+                level,
             },
             direction: Direction::Rising,
         }),
-        chaos: Some(fit.chaos()),
+        chaos: embedding.map(|embedding| fit.chaos(embedding)),
         regime: Some(RegimeSpec {
             sliding: fit.sliding(fit.long(REGIME_PERIODS, REGIME_SAMPLES), EVALUATIONS / 4.0),
             silence: 0.0,
@@ -73,11 +81,17 @@ struct Fit<'a> {
 impl<'a> Fit<'a> {
     fn new(report: &'a SignalAnalysis) -> Self {
         let rate = report.signal.rate;
+        let event = report.event().map(|event| event.frequency_hz);
+        let lag = report
+            .embedding
+            .get()
+            .ok()
+            .map(|embedding| embedding.choice.lag);
         let mut fit = Self {
             report,
             rate,
             duration: report.signal.duration(),
-            period: period_of(&report.tones.lines, &report.embedding.choice, rate) / rate,
+            period: period_of(event, &report.tones.lines, lag, rate) / rate,
             divergence_window: 0.0,
         };
         fit.divergence_window = fit.long(CHAOS_PERIODS, CHAOS_SAMPLES);
@@ -103,21 +117,6 @@ impl<'a> Fit<'a> {
         (self.divergence_window.min(self.duration / 4.0) * self.rate) as usize
     }
 
-    fn embedding(&self) -> EmbeddingSpec {
-        EmbeddingSpec {
-            lag: AutoOr::Given(self.report.embedding.lag_s),
-            dimension: AutoOr::Given(self.report.embedding.choice.dimension),
-        }
-    }
-
-    fn criterion(&self) -> ThresholdSpec {
-        let rule = self.report.recurrence.rule;
-        ThresholdSpec {
-            norm: rule.norm,
-            threshold: rule.threshold,
-        }
-    }
-
     fn spectrogram(&self) -> SpectrogramSpec {
         let samples = self.report.signal.samples.len();
         let window = spectrogram_window(samples, self.period * self.rate) as f64 / self.rate;
@@ -127,8 +126,8 @@ impl<'a> Fit<'a> {
         }
     }
 
-    fn delay(&self) -> DelaySpec {
-        let lag = self.report.embedding.lag_s;
+    fn delay(&self, embedding: &DelayEmbedding) -> DelaySpec {
+        let lag = embedding.lag_s;
         DelaySpec {
             sliding: self.sliding(self.divergence_window, EVALUATIONS / 10.0),
             largest_lag: (4.0 * lag)
@@ -140,21 +139,25 @@ impl<'a> Fit<'a> {
         }
     }
 
-    fn quantification(&self) -> QuantificationSpec {
-        let step = self.report.recurrence.stride_samples as f64 / self.rate;
+    fn quantification(
+        &self,
+        embedding: &DelayEmbedding,
+        recurrence: &RecurrenceAnalysis,
+    ) -> QuantificationSpec {
+        let step = recurrence.stride_samples as f64 / self.rate;
         QuantificationSpec {
             sliding: self.sliding(1000.0 * step, EVALUATIONS),
             step,
-            embedding: self.embedding(),
-            criterion: self.criterion(),
-            theiler: self.report.embedding.lag_s,
+            embedding: embedding_spec(embedding),
+            criterion: criterion(recurrence),
+            theiler: embedding.lag_s,
             least_diagonal: 2,
             least_vertical: 2,
         }
     }
 
-    fn chaos(&self) -> ChaosSpec {
-        let choice = &self.report.embedding.choice;
+    fn chaos(&self, embedding: &DelayEmbedding) -> ChaosSpec {
+        let choice = &embedding.choice;
         let rules = DivergenceSearch::for_delay(
             choice.lag,
             choice.dimension,
@@ -163,19 +166,36 @@ impl<'a> Fit<'a> {
         );
         ChaosSpec {
             sliding: self.sliding(self.divergence_window, EVALUATIONS / 5.0),
-            embedding: self.embedding(),
-            theiler: self.report.embedding.theiler_s,
+            embedding: embedding_spec(embedding),
+            theiler: embedding.theiler_s,
             horizon: rules.horizon as f64 / self.rate,
             method: DivergenceMethod::Rosenstein,
         }
     }
 }
 
-/// Upper frequency limit for display, Hz: 1.5 times the highest line, or the Nyquist frequency.
+fn embedding_spec(embedding: &DelayEmbedding) -> EmbeddingSpec {
+    EmbeddingSpec {
+        lag: AutoOr::Given(embedding.lag_s),
+        dimension: AutoOr::Given(embedding.choice.dimension),
+    }
+}
+
+fn criterion(recurrence: &RecurrenceAnalysis) -> ThresholdSpec {
+    ThresholdSpec {
+        norm: recurrence.rule.norm,
+        threshold: recurrence.rule.threshold,
+    }
+}
+
+/// Upper frequency limit for display, Hz: 1.5 times the highest line or harmonic of an event, or the Nyquist
+/// frequency.
 pub fn highest_frequency(report: &SignalAnalysis) -> f64 {
     let nyquist = 0.5 * report.signal.rate;
     let lines = report.tones.lines.iter().map(|named| named.line.frequency);
-    let highest = lines.fold(0.0, f64::max);
+    let events = report.events().iter();
+    let events = events.map(|event| event.harmonics as f64 * event.frequency_high_hz);
+    let highest = lines.chain(events).fold(0.0, f64::max);
     if highest > 0.0 {
         (1.5 * highest).min(nyquist)
     } else {

@@ -3,6 +3,12 @@
 //! [`analyse_signal`] makes all choices by the rules of [`SignalOptions`] and reports them in the
 //! [`SignalAnalysis`]. [`live_analysis`] gives the corresponding settings of the sliding analyses.
 //!
+//! Of a sound, the tonal events are found first ([`MeasuredSound`]): what sounds when. Spectrum, embedding,
+//! recurrence, exponents and the type of motion then belong to the longest stationary stretch of one event
+//! ([`AnalysedStretch`]), along its ridge where the frequency drifts. They belong to the whole signal if
+//! there is no event, or if the sample rate is not that of sound. An analysis whose assumptions do not hold
+//! is skipped, and says why ([`Outcome`]).
+//!
 //! The analysis of a long signal takes about 200 MB in addition to the samples: the spectrum is an average
 //! over spans ([`MAX_SPECTRUM_SAMPLES`]), nonlinear methods use the newest samples
 //! ([`MAX_NONLINEAR_SAMPLES`]), and the analyses along the signal hold one window. A signal of 30 min at 48
@@ -10,29 +16,41 @@
 
 mod analyse;
 mod live;
+mod outcome;
+mod sound;
+mod stretch;
+
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    Column, DelayChoice, Divergence, LineIdentification, Measures, RecurrenceCriterion,
-    RecurrenceImage, RecurrencePeriods, SectionPoint, SectionShape, SpectralLine, Spectrum,
-    Threshold, Verdict, ZeroOne,
+    AnalysisError, Column, DelayChoice, Divergence, LineIdentification, Measures,
+    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, SectionPoint, SectionShape, Span,
+    SpectralLine, Spectrum, Threshold, TonalEvent, Verdict, ZeroOne,
 };
 use crate::import::Signal;
 
 pub use analyse::analyse_signal;
 pub use live::{highest_frequency, live_analysis};
+pub use outcome::{Outcome, SkipReason};
+pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 
 /// Options of a signal's analysis; the other choices follow from the signal.
 ///
 /// | choice | rule |
 /// |---|---|
-/// | spectrum | Blackman-Harris window over the whole signal; with more than [`MAX_SPECTRUM_SAMPLES`] samples the RMS average over half-overlapping spans of that length; lines are named with an uncertainty of a quarter bin |
-/// | spectrogram | Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
-/// | nonlinear methods | the newest [`MAX_NONLINEAR_SAMPLES`] samples |
+/// | tonal events | searched at sample rates from 8 to 192 kHz ([`SOUND_RATES_HZ`]) in at least 0.2 s, from 200 Hz to 12 kHz |
+/// | analysed stretch | of the event with the largest energy (mean power times duration) among those at most 40 dB below the level of the recording, or of [`SignalOptions::event`]: the longest interval in which the level, averaged over 0.2 s, stays within 6 dB, without clipped samples and dropouts where half of it remains, and of more than 2^20 samples the last; the whole signal without such an event, or if the stretch reaches within 0.1 s (a tenth of a short signal) of its ends and needs neither filter nor demodulation |
+/// | filter | if more than 1 % of the power is outside: from a third of the lowest fundamental that sounds in the stretch to half a harmonic above the highest harmonic, the harmonics counted as odd ones |
+/// | demodulation | if the fundamental drifts by more than 0.05 % and four bins of the stretch: [`demodulate`](crate::analysis::demodulate) along the ridge |
+/// | skipped | all nonlinear methods without a stationary stretch of 40 periods and 500 samples; exponents and 0-1 test with clipped samples in the stretch, in noise or a transient; the verdict *noise* if there are events |
+/// | spectrum | Blackman-Harris window over the whole stretch; with more than [`MAX_SPECTRUM_SAMPLES`] samples the RMS average over half-overlapping spans of that length; lines are named with an uncertainty of a quarter bin |
+/// | spectrogram | of the whole signal: Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
+/// | nonlinear methods | of the stretch the newest [`MAX_NONLINEAR_SAMPLES`] samples |
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::choose_delay) |
 /// | recurrence | Euclidean norm; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
-/// | along the signal | up to 120 windows of 1000 states or a third of the signal |
+/// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
 /// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
 /// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
 /// | 0-1 test | one sample per delay, or the stride of [`ZeroOneTest::recommended_stride`](crate::analysis::ZeroOneTest::recommended_stride) if larger |
@@ -44,6 +62,43 @@ pub struct SignalOptions {
     pub dimension: Option<usize>,
     /// Recurrence threshold; `None` for a recurrence rate of 5 %.
     pub threshold: Option<Threshold>,
+    /// Number of the event to analyse, from 1; `None` for the strongest.
+    pub event: Option<usize>,
+}
+
+/// Error of a signal's analysis.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SignalError {
+    /// An analysis failed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// The requested event does not exist.
+    #[error("there is no event {number}: {}", available(*found))]
+    NoEvent {
+        /// Number of the requested event.
+        number: usize,
+        /// Number of events found.
+        found: usize,
+    },
+    /// Tonal events are not searched in such a signal.
+    #[error(
+        "tonal events are searched only in sound: sample rates from {} to {} Hz and at least 0.2 s; omit \
+         the event",
+        rates.start(), rates.end()
+    )]
+    NotSound {
+        /// Sample rates of sound, Hz.
+        rates: RangeInclusive<f64>,
+    },
+}
+
+/// The events that can be requested.
+fn available(found: usize) -> String {
+    match found {
+        0 => "no tonal event was found; omit the event to analyse the whole signal".to_owned(),
+        1 => "one tonal event was found; give 1".to_owned(),
+        _ => format!("{found} tonal events were found; give 1 to {found}"),
+    }
 }
 
 /// Maximum number of samples for the nonlinear methods; they use the newest ones.
@@ -181,6 +236,38 @@ pub struct PoincareSection {
     pub passages: Vec<SectionPoint>,
 }
 
+/// The part of a signal from which spectrum, embedding, recurrence, section, exponents and verdict follow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AnalysedStretch {
+    /// Start of the stretch in the time of the file, s.
+    pub start_s: f64,
+    /// End of the stretch in the time of the file, s.
+    pub end_s: f64,
+    /// Number of the event in the list of events, from 1; `None` for the whole signal.
+    pub event: Option<usize>,
+    /// Whether the stretch was demodulated along the ridge of the event: resampled so that the fundamental
+    /// has the constant frequency of the event. Times within the stretch are stretched accordingly.
+    pub demodulated: bool,
+    /// Pass band of the filter, Hz; `None` without a filter.
+    pub band_hz: Option<[f64; 2]>,
+    /// Whether samples in the stretch are clipped: harmonics may then be artefacts of the recording.
+    pub clipped: bool,
+}
+
+impl AnalysedStretch {
+    /// A stretch with neither filter nor demodulation.
+    pub fn new(span: Span, event: Option<usize>, clipped: bool) -> Self {
+        Self {
+            start_s: span.start_s,
+            end_s: span.end_s,
+            event,
+            demodulated: false,
+            band_hz: None,
+            clipped,
+        }
+    }
+}
+
 /// Result of the analysis of a signal.
 ///
 /// Amplitudes, levels and distances are in the unit of the signal, times in seconds. The signal itself and
@@ -190,33 +277,59 @@ pub struct SignalAnalysis {
     /// The signal.
     #[serde(skip)]
     pub signal: Signal,
+    /// Tonal events of a sound, and the condition of the recording; `None` if the signal is not a sound.
+    #[serde(flatten)]
+    pub sound: Option<MeasuredSound>,
     /// The signal: its unit, sample rate and statistics.
     #[serde(rename = "signal")]
     pub facts: SignalStatistics,
+    /// The analysed stretch: all further results belong to it.
+    pub stretch: AnalysedStretch,
+    /// The samples of the stretch, filtered and demodulated; `None` if it is the whole signal.
+    #[serde(skip)]
+    pub part: Option<Signal>,
     /// Verdict on the regime of the motion, with its confidence.
-    pub verdict: Verdict,
-    /// Amplitude spectrum of the signal.
+    pub verdict: Outcome<Verdict>,
+    /// Amplitude spectrum of the stretch.
     #[serde(skip)]
     pub spectrum: Spectrum,
     /// Lines of the spectrum.
     #[serde(rename = "spectrum")]
     pub tones: SpectralLines,
-    /// Columns of the spectrogram.
+    /// Columns of the spectrogram of the whole signal.
     #[serde(skip)]
     pub spectrogram: Vec<Column>,
-    /// Number of newest samples used by the nonlinear methods: all, unless the signal has more than
+    /// Number of newest samples used by the nonlinear methods: all, unless the stretch has more than
     /// 50,000 ([`MAX_NONLINEAR_SAMPLES`]).
     pub nonlinear_samples: usize,
     /// Delay embedding: the reconstruction of the state space.
-    pub embedding: DelayEmbedding,
+    pub embedding: Outcome<DelayEmbedding>,
     /// Recurrence quantification.
-    pub recurrence: RecurrenceAnalysis,
+    pub recurrence: Outcome<RecurrenceAnalysis>,
     /// Poincaré section.
-    pub section: PoincareSection,
+    pub section: Outcome<PoincareSection>,
     /// Divergence of nearest neighbours (Rosenstein), in seconds.
-    pub rosenstein: Divergence,
+    pub rosenstein: Outcome<Divergence>,
     /// Divergence of neighbourhoods (Kantz), in seconds.
-    pub kantz: Divergence,
+    pub kantz: Outcome<Divergence>,
     /// The 0-1 test for chaos.
-    pub zero_one: ZeroOne,
+    pub zero_one: Outcome<ZeroOne>,
+}
+
+impl SignalAnalysis {
+    /// The samples that were analysed: those of the stretch, or the whole signal.
+    pub fn analysed(&self) -> &Signal {
+        self.part.as_ref().unwrap_or(&self.signal)
+    }
+
+    /// The analysed event; `None` if the whole signal was analysed because there is no event.
+    pub fn event(&self) -> Option<&TonalEvent> {
+        let number = self.stretch.event?;
+        self.events().get(number - 1)
+    }
+
+    /// The tonal events, none if the signal is not a sound.
+    pub fn events(&self) -> &[TonalEvent] {
+        self.sound.as_ref().map_or(&[], |sound| &sound.tonal.events)
+    }
 }

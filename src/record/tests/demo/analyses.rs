@@ -6,7 +6,8 @@ use super::{SAMPLE_RATE, Signal};
 use crate::{
     analysis::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
-        RecurrenceKind, RecurrencePeriod, Regime, ScalingRegion, Verdict, ZeroOne,
+        RecurrenceKind, RecurrencePeriod, Regime, RidgePoint, ScalingRegion, TonalEvent, Verdict,
+        ZeroOne,
     },
     dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{DivergenceFit, Exponents, Record, SectionPoint, TrajectoryDivergence},
@@ -16,6 +17,28 @@ use crate::{
 const LAG: usize = 12;
 /// Length of the windows, s.
 const WINDOW: f64 = 20e-3;
+
+/// A tonal event in the second half, with its second harmonic.
+pub fn event(duration: f64) -> TonalEvent {
+    let ridge = (0..=20).map(|k| RidgePoint {
+        time_s: duration * (0.5 + 0.025 * f64::from(k)),
+        frequency_hz: 4093.0 + 5.0 * f64::from(k),
+        level_db_fs: -6.0,
+    });
+    TonalEvent {
+        start_s: 0.5 * duration,
+        end_s: duration,
+        frequency_hz: 4143.0,
+        frequency_low_hz: 4093.0,
+        frequency_high_hz: 4193.0,
+        harmonics: 2,
+        level_db_fs: -6.0,
+        snr_db: 30.0,
+        modulation: None,
+        vibrato: None,
+        ridge: ridge.collect(),
+    }
+}
 
 impl Signal {
     /// Type of motion at a time (s).

@@ -223,6 +223,7 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
             start: 0.0,
             span: [1.5, 3.5],
             highest_frequency: 15e3,
+            events: vec![analyses::event(duration)],
         }),
         ..header(duration)
     };

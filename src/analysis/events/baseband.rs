@@ -1,0 +1,229 @@
+//! A partial brought to zero frequency along its ridge: ends, frequency and level in fine steps of time.
+
+use std::f64::consts::{LN_2, PI, TAU};
+
+use rustfft::num_complex::Complex64;
+
+use super::partial::{Partial, STEP_S};
+use super::ridge::Ridge;
+
+/// Time before and after the ridge in which its ends are sought, s.
+const MARGIN_S: f64 = 0.4;
+
+/// Half of the time over which power is averaged for the ends, s.
+const HALF_SMOOTH_S: f64 = 0.02;
+
+/// A partial ends where its power falls below a tenth of the mean in its loudest 0.1 s; a little less, for the last
+/// peak above a tenth is averaged with what follows.
+const END_SHARE: f64 = 0.075;
+const LOUDEST_S: f64 = 0.1;
+
+/// Largest ratio of the mean power to the median in the loudest 0.1 s: that of a knock is greater.
+const MEAN_RATIO: f64 = 2.0;
+
+/// Largest power of a tone relative to its median; what is greater is a knock. A modulation to the depth of 1 has
+/// peaks of 4 times the mean.
+const KNOCK_RATIO: f64 = 5.0;
+
+/// Least signal-to-noise ratio of a tone whose loudest 0.1 s are seen; otherwise, the loudest 0.3 s count.
+const STRONG: f64 = 20.0;
+const STEADY_S: f64 = 0.3;
+
+/// Largest gain of a step of a strong tone for the ends, and largest loss.
+const LOBE: f64 = 0.7;
+const DIP: f64 = 0.5;
+
+/// Largest gain of a step of a faint tone for the ends.
+const LARGEST_GAIN: f64 = 2.0;
+
+/// A partial at zero frequency.
+pub(super) struct Baseband {
+    /// Time of the first value, s.
+    first_s: f64,
+    /// Values of the analytic signal in steps of [`STEP_S`], low-passed; a sine of amplitude `A` gives `A`.
+    values: Vec<Complex64>,
+    /// Frequency that was brought to zero, at each value, Hz.
+    carriers: Vec<f64>,
+    /// Noise power in the low-pass.
+    noise: f64,
+    /// Length of the low-pass, s.
+    window_s: f64,
+}
+
+impl Baseband {
+    pub fn new(samples: &[f64], rate_hz: f64, ridge: &Ridge) -> Self {
+        let first_s = (ridge.start() - MARGIN_S).max(0.0);
+        let end_s = (ridge.end() + MARGIN_S).min(samples.len() as f64 / rate_hz);
+        let window_s = (1.0 / ridge.bin_hz).clamp(0.012, 0.05);
+        // Sums over blocks of the steps' fifth part, at a carrier constant over each.
+        let block_s = 0.2 * STEP_S;
+        let blocks = ((end_s - first_s) / block_s) as usize;
+        let mut phase = 0.0;
+        let mut sums = Vec::with_capacity(blocks);
+        let mut carriers = Vec::new();
+        for b in 0..blocks {
+            let time_s = first_s + (b as f64 + 0.5) * block_s;
+            let carrier = ridge.at(time_s).0;
+            if b % 5 == 0 {
+                carriers.push(ridge.at(time_s - 0.5 * block_s).0);
+            }
+            let [from, to] = [0.0, 1.0].map(|k| (first_s + (b as f64 + k) * block_s) * rate_hz);
+            let (from, to) = (
+                from.ceil() as usize,
+                (to.ceil() as usize).min(samples.len()),
+            );
+            let turn = Complex64::from_polar(1.0, -TAU * carrier / rate_hz);
+            let mut phasor = Complex64::from_polar(1.0, phase);
+            let mut sum = Complex64::ZERO;
+            for x in &samples[from.min(to)..to] {
+                sum += phasor * x;
+                phasor *= turn;
+            }
+            phase = (phase - TAU * carrier * (to - from.min(to)) as f64 / rate_hz) % TAU;
+            sums.push(sum);
+        }
+        let half = (0.5 * window_s / block_s).round();
+        let weight = |k: f64| 1.0 + (PI * k / (half + 1.0)).cos();
+        let weights: Vec<f64> = (-half as i64..=half as i64)
+            .map(|k| weight(k as f64))
+            .collect();
+        let scale = 2.0 / (weights.iter().sum::<f64>() * block_s * rate_hz);
+        let value = |i: usize| {
+            let from = 5 * i as isize - half as isize;
+            let terms = weights.iter().enumerate().filter_map(|(k, w)| {
+                let at = usize::try_from(from + k as isize).ok()?;
+                Some(*sums.get(at)? * *w)
+            });
+            terms.sum::<Complex64>() * scale
+        };
+        let noise = median(&ridge.points.iter().map(|p| p.noise).collect::<Vec<_>>());
+        Self {
+            first_s,
+            values: (0..carriers.len()).map(value).collect(),
+            carriers,
+            // The one-sided density acts on both quadratures: a sine of amplitude A has the power A^2 / 2.
+            noise: noise * 1.5 / window_s,
+            window_s,
+        }
+    }
+
+    /// Whether the power along the ridge while `of` sounds is more than noise: the median of `n` independent
+    /// exponential variables exceeds `ln 2` by four standard deviations `1 / sqrt(n)`, and by the uncertainty of the
+    /// floor. A knock does not change a median.
+    pub fn stands_out(&self, of: &Partial) -> bool {
+        let step = (0.5 * self.window_s / STEP_S).round().max(1.0) as usize;
+        let inside = |i: &usize| {
+            let time = self.first_s + STEP_S * *i as f64;
+            time > of.start_s && time < of.end_s
+        };
+        let ratios = (0..self.values.len()).step_by(step).filter(inside);
+        let ratios: Vec<f64> = ratios
+            .map(|i| 0.5 * self.values[i].norm_sqr() / self.noise)
+            .collect();
+        let deviation = 1.0 / (ratios.len() as f64).sqrt();
+        ratios.len() > 1 && median(&ratios) > 2.0 * LN_2 + 4.0 * deviation
+    }
+
+    /// The partial between its ends, without the power of knocks.
+    pub fn partial(&self, window_noise: f64) -> Option<Partial> {
+        let power: Vec<f64> = self.values.iter().map(|v| 0.5 * v.norm_sqr()).collect();
+        let (first, end) = self.ends(&power)?;
+        let limit = KNOCK_RATIO * median(&power[first..end]);
+        let power: Vec<f64> = power.iter().map(|p| p.min(limit)).collect();
+        let (first, end) = self.ends(&power)?;
+        let own = |i: usize| (power[i] - self.noise).max(0.0);
+        let count = (end - first) as f64;
+        let power_mean = (first..end).map(|i| power[i] - self.noise).sum::<f64>() / count;
+        let track: Vec<(f64, f64)> = (first..end)
+            .map(|i| {
+                (
+                    self.carriers[i]
+                        + self.offset(i.saturating_sub(3).max(first), (i + 4).min(end)),
+                    own(i),
+                )
+            })
+            .collect();
+        let weight: f64 = track.iter().map(|p| p.1).sum();
+        (weight > 0.0).then(|| Partial {
+            start_s: self.first_s + STEP_S * first as f64,
+            end_s: self.first_s + STEP_S * end as f64,
+            frequency_hz: track.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
+            power: power_mean.max(0.0),
+            noise: window_noise,
+            track,
+        })
+    }
+
+    /// Ends of the tone: the steps that maximise the sum of a function of power that is positive above a threshold,
+    /// which is a tenth of the loudest 0.1 s, or the power at which tone and noise are equally likely if that
+    /// is greater. A tone in noise has the excess of power, the logarithm of the likelihood ratio up to a
+    /// factor; a strong one the logarithm of power within limits: a dip of a modulation counts less than a peak beside it.
+    fn ends(&self, power: &[f64]) -> Option<(usize, usize)> {
+        let smooth = averages(power, (HALF_SMOOTH_S / STEP_S) as usize);
+        let ratio = |length_s: f64| (loudest(power, length_s) / self.noise - 1.0).max(0.5);
+        let ratio = match ratio(LOUDEST_S) {
+            strong if strong > STRONG => strong,
+            _ => ratio(STEADY_S),
+        };
+        let equal = ratio.ln_1p() * (1.0 + ratio) / ratio;
+        let relative = equal.max(END_SHARE * ratio + 1.0);
+        let gain = |p: &f64| {
+            let share = p / (self.noise * relative);
+            match ratio > STRONG {
+                true => share.max(1e-30).ln().clamp(-DIP, LOBE),
+                false => (share - 1.0).min(LARGEST_GAIN),
+            }
+        };
+        largest_sum(smooth.iter().map(gain))
+    }
+
+    /// Frequency relative to the carrier, mean over steps from `first` to before `end` weighted by power, Hz.
+    fn offset(&self, first: usize, end: usize) -> f64 {
+        let pairs = self.values[first..end].windows(2);
+        let sum: Complex64 = pairs.map(|pair| pair[1] * pair[0].conj()).sum();
+        sum.arg() / (TAU * STEP_S)
+    }
+}
+
+/// Largest mean power over a time, that of a knock excepted.
+fn loudest(power: &[f64], length_s: f64) -> f64 {
+    let length = ((length_s / STEP_S) as usize).min(power.len());
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / length as f64;
+    let steady = |part: &[f64]| mean(part).min(MEAN_RATIO * median(part));
+    power.windows(length).map(steady).fold(0.0, f64::max)
+}
+
+/// The median of at least one value.
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Averages over `half` values on each side.
+pub(super) fn averages(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    for value in values {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    let average = |i: usize| {
+        let (first, end) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
+        (sums[end] - sums[first]) / (end - first) as f64
+    };
+    (0..values.len()).map(average).collect()
+}
+
+/// The range with the largest sum, if it is positive (Kadane's algorithm).
+fn largest_sum(values: impl Iterator<Item = f64>) -> Option<(usize, usize)> {
+    let (mut sum, mut first, mut best) = (0.0, 0, (0.0, None));
+    for (i, value) in values.enumerate() {
+        if sum <= 0.0 {
+            (sum, first) = (0.0, i);
+        }
+        sum += value;
+        if sum > best.0 {
+            best = (sum, Some((first, i + 1)));
+        }
+    }
+    best.1
+}

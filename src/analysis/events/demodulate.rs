@@ -1,0 +1,63 @@
+//! A signal along a ridge, brought to a constant frequency.
+
+use std::f64::consts::PI;
+
+use super::{Span, TonalEvent};
+use crate::analysis::AnalysisError;
+
+/// Half of the samples used per interpolated sample.
+const HALF_TAPS: isize = 24;
+
+/// The samples of `span` in a time in which the fundamental of `event` has the constant frequency
+/// [`TonalEvent::frequency_hz`]: the warped time `tau` has `dtau / dt = f(t) / f_mean` along the ridge, so
+/// that every harmonic becomes steady, too. The rate of the result is `rate_hz`; its length is
+/// that of the span up to the ratio of the mean frequencies. Interpolation with a windowed sinc of 48
+/// samples: frequencies up to 0.45 of the rate are kept to 60 dB.
+///
+/// # Errors
+/// [`AnalysisError::TooShort`] if the span holds fewer than 16 samples.
+pub fn demodulate(
+    samples: &[f64],
+    rate_hz: f64,
+    event: &TonalEvent,
+    span: Span,
+) -> Result<Vec<f64>, AnalysisError> {
+    let first = (span.start_s * rate_hz).ceil().max(0.0) as usize;
+    let end = ((span.end_s * rate_hz).floor().max(0.0) as usize).min(samples.len());
+    if end < first + 16 {
+        return Err(AnalysisError::TooShort {
+            what: "demodulation along a ridge",
+            have: end.saturating_sub(first),
+            need: 16,
+        });
+    }
+    let mut warped = Vec::with_capacity(end - first);
+    let mut at = first as f64;
+    while at < end as f64 {
+        warped.push(interpolated(samples, at));
+        // Midpoint rule for dt = f_mean / f(t) dtau.
+        let slope = |t: f64| event.frequency_hz / event.frequency_at(t / rate_hz);
+        at += slope(at + 0.5 * slope(at));
+    }
+    Ok(warped)
+}
+
+/// The signal at a position between samples.
+fn interpolated(samples: &[f64], at: f64) -> f64 {
+    let base = at.floor();
+    let share = at - base;
+    let base = base as isize;
+    if share == 0.0 {
+        return samples[base as usize];
+    }
+    // sin(pi (share - k)) differs from sin(pi share) by its sign only.
+    let sine = (PI * share).sin() / PI;
+    let term = |k: isize| {
+        let x = share - k as f64;
+        let sample = samples.get(usize::try_from(base + k).ok()?)?;
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let window = (0.5 * PI * x / (HALF_TAPS as f64 + 1.0)).cos().powi(2);
+        Some(sample * sign * sine / x * window)
+    };
+    (1 - HALF_TAPS..=HALF_TAPS).filter_map(term).sum()
+}

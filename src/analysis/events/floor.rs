@@ -1,0 +1,129 @@
+//! The noise floor of a spectrogram from order statistics.
+//!
+//! First, the shape of the spectrum: the median over time of each bin, smoothed: the greater of the medians of 8 bins on each
+//! side, which follows slopes, resonances and the edge of a low-pass but not a line. Relative to it, the floor at a bin
+//! is the median of 24 bins on each side; the greater of the two counts (the greatest-of rule of radar
+//! detection: Hansen and Sawyers, IEEE Trans. Aerosp. Electron. Syst. 16, 115, 1980). Each median is the greater of that
+//! in the column and the median of it over 0.2 s, so that a knock raises the floor in its own columns only.
+
+use std::f64::consts::LN_2;
+
+use rayon::prelude::*;
+
+/// Bins in a block, and distance between the starts of blocks.
+const BLOCK: usize = 24;
+const STRIDE: usize = 8;
+
+/// Bins on each side of a bin that do not count for its floor: the main lobe and some spread.
+const GUARD: usize = 3;
+
+/// Half of the time over which the floor is compared, s.
+const HALF_FLOOR_S: f64 = 0.1;
+
+/// Columns from which the shape of the spectrum is determined.
+const SHAPE_COLUMNS: usize = 48;
+
+/// Bins on each side from which the shape is smoothed, and rank of the quantile among them.
+const SHAPE_BINS: usize = 8;
+const SHAPE_RANK: usize = 3;
+
+/// Smallest power relative to the mean power of all bins that is not rounding.
+const ROUNDING: f64 = 1e-22;
+
+/// Noise power of each bin in each column.
+pub(super) struct Floor {
+    shape: Vec<f64>,
+    /// Floor relative to the shape of each block in each column.
+    blocks: Vec<Vec<f64>>,
+}
+
+impl Floor {
+    /// The floor of columns of powers at a distance of `step_s`.
+    pub fn new(powers: &[Vec<f64>], step_s: f64) -> Self {
+        let shape = shape(powers);
+        let medians: Vec<Vec<f64>> = powers
+            .par_iter()
+            .map(|column| block_medians(column, &shape))
+            .collect();
+        let half = (HALF_FLOOR_S / step_s).round().max(1.0) as usize;
+        let blocks = |t: usize| {
+            let around = &medians[t.saturating_sub(half)..(t + half + 1).min(medians.len())];
+            floors(&medians[t], around)
+        };
+        Self {
+            blocks: (0..medians.len()).into_par_iter().map(blocks).collect(),
+            shape,
+        }
+    }
+
+    /// Noise power of bin `k` in column `t`.
+    pub fn at(&self, t: usize, k: usize) -> f64 {
+        let blocks = &self.blocks[t];
+        let last = blocks.len() - 1;
+        let below = k.saturating_sub(GUARD + BLOCK) / STRIDE;
+        let above = (k + GUARD + 1).div_ceil(STRIDE);
+        self.shape[k.min(self.shape.len() - 1)]
+            * blocks[below.min(last)].max(blocks[above.min(last)])
+    }
+
+    /// Smallest number of bins of a column.
+    pub const LEAST_BINS: usize = 2 * BLOCK;
+}
+
+/// The shape of the spectrum.
+fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
+    let step = powers.len().div_ceil(SHAPE_COLUMNS);
+    let columns: Vec<&Vec<f64>> = powers.iter().step_by(step).collect();
+    let bins = powers[0].len();
+    let mut values = vec![0.0; columns.len()];
+    let mut median = |k: usize| {
+        for (value, column) in values.iter_mut().zip(&columns) {
+            *value = column[k];
+        }
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let medians: Vec<f64> = (0..bins).map(&mut median).collect();
+    let least = ROUNDING * medians.iter().sum::<f64>() + f64::MIN_POSITIVE;
+    let side = |near: &[f64]| {
+        let mut sorted = [f64::INFINITY; SHAPE_BINS];
+        sorted[..near.len()].copy_from_slice(near);
+        let rank = SHAPE_RANK * near.len() / SHAPE_BINS;
+        match near.is_empty() {
+            true => 0.0,
+            false => *sorted.select_nth_unstable_by(rank, f64::total_cmp).1,
+        }
+    };
+    let smooth = |k: usize| {
+        let below = side(&medians[k.saturating_sub(SHAPE_BINS)..k]);
+        let above = side(&medians[k + 1..(k + 1 + SHAPE_BINS).min(bins)]);
+        below.max(above).max(least)
+    };
+    (0..bins).map(smooth).collect()
+}
+
+/// Noise power relative to the shape from the median of each block of bins.
+fn block_medians(power: &[f64], shape: &[f64]) -> Vec<f64> {
+    let relative: Vec<f64> = power.iter().zip(shape).map(|(p, s)| p / s).collect();
+    let mut block = [0.0; BLOCK];
+    let starts = (0..=relative.len() - BLOCK).step_by(STRIDE);
+    starts
+        .map(|start| {
+            block.copy_from_slice(&relative[start..start + BLOCK]);
+            *block.select_nth_unstable_by(BLOCK / 2, f64::total_cmp).1 / LN_2
+        })
+        .collect()
+}
+
+/// The floor of each block: that of the column, at least the median over the columns around.
+fn floors(own: &[f64], around: &[Vec<f64>]) -> Vec<f64> {
+    let mut values = vec![0.0; around.len()];
+    let middle = around.len() / 2;
+    let mut floor = |j: usize| {
+        for (value, column) in values.iter_mut().zip(around) {
+            *value = column[j];
+        }
+        own[j].max(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    };
+    (0..own.len()).map(&mut floor).collect()
+}

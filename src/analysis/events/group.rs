@@ -1,0 +1,109 @@
+//! Partials grouped under fundamentals.
+
+use super::partial::Partial;
+
+/// Largest relative deviation of a partial from a multiple of the fundamental; of a faint one, whose frequency is less
+/// certain.
+const DEVIATION: f64 = 0.004;
+const FAINT_DEVIATION: f64 = 0.01;
+
+/// Largest power of a faint partial relative to the fundamental, and multiple above which there are other tones near.
+const FAINT: f64 = 0.1;
+const HIGH: f64 = 6.5;
+
+/// Least share of a partial's duration in which its fundamental sounds.
+const LEAST_TOGETHER: f64 = 0.6;
+
+/// Least power of a fundamental relative to each of its partials.
+const LEAST_FUNDAMENTAL: f64 = 0.01;
+
+/// Relative distance of frequencies within which partials are the same.
+const SAME: f64 = 0.03;
+
+/// Least power of a fundamental that was not found itself, relative to its partial.
+const LEAST_POWER: f64 = 0.1;
+
+/// Highest multiple.
+const MOST_HARMONICS: f64 = 10.0;
+
+/// A fundamental with its higher partials.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// Partials with their multiples, by frequency; the first is the fundamental, multiple 1.
+    pub partials: Vec<(usize, Partial)>,
+}
+
+impl Group {
+    pub fn fundamental(&self) -> &Partial {
+        &self.partials[0].1
+    }
+
+    /// The partial that stands out most, with its multiple: it has the clearest ends and frequency. Partials
+    /// of another duration than the fundamental are parts.
+    pub fn leader(&self) -> &(usize, Partial) {
+        let best = self
+            .partials
+            .iter()
+            .filter(|(_, p)| p.duration() > 0.8 * self.fundamental().duration())
+            .max_by(|a, b| a.1.strength().total_cmp(&b.1.strength()));
+        best.expect("a group has a partial")
+    }
+}
+
+/// Groups partials under the lowest fundamental of which they are multiples. `below` gives the partial at a
+/// submultiple of a partial that has no fundamental otherwise, if it stands out.
+pub(super) fn groups(
+    mut partials: Vec<Partial>,
+    below: impl Fn(&Partial, usize) -> Option<Partial>,
+) -> Vec<Group> {
+    partials.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let mut out: Vec<Group> = Vec::new();
+    for partial in partials {
+        let multiple = |group: &Group| {
+            let (ratio, share) = partial.ratio_to(group.fundamental())?;
+            let multiple = ratio.round();
+            let is_faint = ratio < HIGH && partial.power < FAINT * group.fundamental().power;
+            let deviation = if is_faint { FAINT_DEVIATION } else { DEVIATION };
+            let fits = (2.0..=MOST_HARMONICS).contains(&multiple)
+                && (ratio / multiple - 1.0).abs() < deviation
+                && share > LEAST_TOGETHER
+                && group.fundamental().power > LEAST_FUNDAMENTAL * partial.power;
+            fits.then_some(multiple as usize)
+        };
+        let owner = out
+            .iter()
+            .enumerate()
+            .find_map(|(g, group)| Some((g, multiple(group)?)));
+        match owner {
+            Some((g, multiple)) => out[g].partials.push((multiple, partial)),
+            None => out.push(completed(partial, &below, &out)),
+        }
+    }
+    out
+}
+
+/// A partial with the fundamental below it, if there is one.
+fn completed(
+    partial: Partial,
+    below: impl Fn(&Partial, usize) -> Option<Partial>,
+    others: &[Group],
+) -> Group {
+    let is_known = |below: &Partial| {
+        let all = others.iter().flat_map(|group| &group.partials);
+        let mut ratios = all.filter_map(|(_, other)| below.ratio_to(other));
+        ratios.any(|(ratio, _)| (ratio - 1.0).abs() < SAME)
+    };
+    let fits = |below: &Partial| {
+        below.power > LEAST_POWER * partial.power
+            && below.duration() > LEAST_TOGETHER * partial.duration()
+            && !is_known(below)
+    };
+    let at = |k: usize| Some((k, below(&partial, k).filter(fits)?));
+    let found = [2, 3].into_iter().find_map(at);
+    Group {
+        partials: match found {
+            Some((k, fundamental)) => vec![(1, fundamental), (k, partial)],
+            None => vec![(1, partial)],
+        },
+    }
+}

@@ -1,0 +1,125 @@
+//! What the search for tonal events returns.
+
+use serde::{Deserialize, Serialize};
+
+/// An interval of time in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// Start, s in the time of the recording.
+    pub start_s: f64,
+    /// End, s in the time of the recording.
+    pub end_s: f64,
+}
+
+impl Span {
+    /// Length, s.
+    pub fn length_s(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+}
+
+/// One point of a ridge: frequency and level of a partial at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RidgePoint {
+    /// Time, s in the time of the recording.
+    pub time_s: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Level of the ridge, dB relative to a sine of full-scale amplitude.
+    pub level_db_fs: f64,
+}
+
+/// Periodic modulation of the amplitude of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Modulation {
+    /// Frequency of the modulation of the amplitude, Hz.
+    pub modulation_hz: f64,
+    /// Depth of the modulation `m` in `1 + m cos(2 pi f t)`: 0 to 1 for a sine; more for a pulsating tone.
+    pub modulation_depth: f64,
+}
+
+/// Periodic modulation of the frequency of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vibrato {
+    /// Frequency of the vibrato, Hz.
+    pub vibrato_hz: f64,
+    /// Largest deviation of the vibrato from the mean frequency, Hz.
+    pub vibrato_deviation_hz: f64,
+}
+
+/// A tonal event: a sustained tone with its harmonics, from a start to an end. The frequency may drift and
+/// vibrate, the amplitude may be modulated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TonalEvent {
+    /// Start, s in the time of the recording.
+    pub start_s: f64,
+    /// End, s in the time of the recording.
+    pub end_s: f64,
+    /// Frequency of the fundamental, mean over the event weighted by its power, Hz.
+    pub frequency_hz: f64,
+    /// Lowest frequency of the fundamental, Hz.
+    pub frequency_low_hz: f64,
+    /// Highest frequency of the fundamental, Hz.
+    pub frequency_high_hz: f64,
+    /// Number of harmonics found, the fundamental included.
+    pub harmonics: usize,
+    /// Mean power of the event with its harmonics, dB relative to a sine of full-scale amplitude.
+    pub level_db_fs: f64,
+    /// Signal-to-noise ratio: power of the fundamental over the noise in the third octave around it, dB.
+    pub snr_db: f64,
+    /// Modulation of the amplitude, where there is one.
+    #[serde(flatten)]
+    pub modulation: Option<Modulation>,
+    /// Modulation of the frequency, where there is one.
+    #[serde(flatten)]
+    pub vibrato: Option<Vibrato>,
+    /// Ridge of the fundamental, at equal steps of time.
+    pub ridge: Vec<RidgePoint>,
+}
+
+impl TonalEvent {
+    /// The interval in which the event sounds.
+    pub fn span(&self) -> Span {
+        Span {
+            start_s: self.start_s,
+            end_s: self.end_s,
+        }
+    }
+
+    /// Frequency of the fundamental at a time (s), interpolated along the ridge and constant beyond it, Hz.
+    pub fn frequency_at(&self, time_s: f64) -> f64 {
+        let after = self.ridge.partition_point(|point| point.time_s < time_s);
+        let (Some(a), Some(b)) = (
+            self.ridge.get(after.saturating_sub(1)),
+            self.ridge.get(after).or(self.ridge.last()),
+        ) else {
+            return self.frequency_hz;
+        };
+        let step = b.time_s - a.time_s;
+        if step <= 0.0 || time_s <= a.time_s {
+            return if time_s <= a.time_s { a } else { b }.frequency_hz;
+        }
+        let share = ((time_s - a.time_s) / step).min(1.0);
+        a.frequency_hz + share * (b.frequency_hz - a.frequency_hz)
+    }
+}
+
+/// Mains hum: steady lines at multiples of 50 or 60 Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hum {
+    /// Fundamental, measured near 50 or 60 Hz, Hz.
+    pub fundamental_hz: f64,
+    /// Number of multiples of the fundamental found.
+    pub harmonics: usize,
+    /// Level of all of them together, dB relative to a sine of full-scale amplitude.
+    pub level_db_fs: f64,
+}
+
+/// All tonal events of a recording, in the order of their starts, and what was recognised as no event.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TonalEvents {
+    /// The events, in the order of their starts.
+    pub events: Vec<TonalEvent>,
+    /// Mains hum, if there is any.
+    pub hum: Option<Hum>,
+}

@@ -1,0 +1,240 @@
+//! Search for tonal events.
+
+use rayon::prelude::*;
+
+use super::baseband::Baseband;
+use super::group::{Group, groups};
+use super::hum::Lines;
+use super::modulation::{modulation, vibrato};
+use super::partial::Partial;
+use super::paths::{paths, threshold};
+use super::ridge::{Ridge, select};
+use super::shape::{Company, Shape};
+use super::spectrogram::{Peaks, peaks};
+use super::{RidgePoint, TonalEvent, TonalEvents};
+use crate::analysis::condition::quantum;
+use crate::analysis::{AnalysisError, MAX_SAMPLE};
+
+/// Options of the search for tonal events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventOptions {
+    /// Lowest frequency of a fundamental, Hz.
+    pub low_hz: f64,
+    /// Highest frequency of a fundamental, Hz.
+    pub high_hz: f64,
+    /// Amplitude of full scale, in the unit of the samples.
+    pub full_scale: f64,
+    /// Shortest event, s.
+    pub shortest_s: f64,
+    /// Expected number of paths that noise produces in the spectrograms of a recording, above 0. Their shape shows that
+    /// they are no events; more of them take time, fewer cost faint events.
+    pub false_paths: f64,
+}
+
+impl Default for EventOptions {
+    /// Fundamentals from 200 Hz to 12 kHz, full scale 1, events of at least 0.2 s, one path through noise.
+    fn default() -> Self {
+        Self {
+            low_hz: 200.0,
+            high_hz: 12_000.0,
+            full_scale: 1.0,
+            shortest_s: 0.2,
+            false_paths: 1.0,
+        }
+    }
+}
+
+/// Durations of the windows, s, and the lowest frequency that each searches, Hz: a faster change of frequency
+/// needs a shorter window, and changes in hertz are larger at higher frequencies.
+const WINDOWS: [(f64, f64); 5] = [
+    (0.186, 100.0),
+    (0.093, 180.0),
+    (0.046, 450.0),
+    (0.023, 1200.0),
+    (0.012, 3500.0),
+];
+
+/// Largest ratio of a floor to the noise of quantisation that is nothing else, and least fall of the floor over an octave
+/// that makes the edge of a low-pass.
+const ROUNDING_RATIO: f64 = 4.0;
+const EDGE_RATIO: f64 = 30.0;
+
+/// Highest frequency of a partial, Hz.
+const HIGHEST_HZ: f64 = 24_000.0;
+
+/// Finds the tonal events of a recording of `samples` at `rate_hz`.
+///
+/// # Errors
+/// [`AnalysisError::TooShort`] for less than 0.2 s, [`AnalysisError::SampleRange`] for samples that are
+/// not finite or too large.
+pub fn tonal_events(
+    samples: &[f64],
+    rate_hz: f64,
+    options: &EventOptions,
+) -> Result<TonalEvents, AnalysisError> {
+    let need = (0.2 * rate_hz) as usize;
+    if samples.len() < need {
+        return Err(AnalysisError::TooShort {
+            what: "tonal events",
+            have: samples.len(),
+            need,
+        });
+    }
+    // A comparison that is false for values that are no numbers, too.
+    if !samples.iter().all(|x| x.abs() <= MAX_SAMPLE) {
+        return Err(AnalysisError::SampleRange);
+    }
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
+    let (candidates, hum) = candidates(&samples, rate_hz, options);
+    let all = Company::new(candidates.iter().map(|c| (&c.shape, c.event.start_s)));
+    let is_event = |c: &Candidate| {
+        let long = c.event.span().length_s() >= options.shortest_s;
+        long && c.shape.is_event(all.of(&c.event))
+    };
+    let events = candidates.into_iter().filter(is_event);
+    let events = events.map(|candidate| candidate.event);
+    Ok(TonalEvents {
+        events: events.collect(),
+        hum: hum.map(|hum| hum.hum(options.full_scale)),
+    })
+}
+
+/// A tone that may be an event.
+struct Candidate {
+    event: TonalEvent,
+    shape: Shape,
+}
+
+/// All tones of a recording without mean, in the order of their starts, and its hum.
+fn candidates(
+    samples: &[f64],
+    rate_hz: f64,
+    options: &EventOptions,
+) -> (Vec<Candidate>, Option<Lines>) {
+    let (mut ridges, reference) = ridges(samples, rate_hz, options);
+    let rounding = quantum(samples).powi(2) / (6.0 * rate_hz);
+    ridges.retain(|ridge| !is_above_edge(ridge, &reference, rounding));
+    let hum = Lines::find(samples, rate_hz);
+    if let Some(hum) = &hum {
+        ridges.retain(|ridge| !hum.has(ridge));
+    }
+    let partial = |ridge: &Ridge| {
+        let noise = ridge.points.iter().map(|p| p.noise).sum::<f64>() / ridge.points.len() as f64;
+        Baseband::new(samples, rate_hz, ridge).partial(noise)
+    };
+    let partials: Vec<Partial> = ridges.par_iter().filter_map(partial).collect();
+    let below = |of: &Partial, k: usize| {
+        let ridge = Ridge::below(of, k, &reference);
+        let frequency_hz = of.frequency_hz / k as f64;
+        let is_in_band = frequency_hz >= options.low_hz
+            && !hum.as_ref().is_some_and(|hum| hum.is_near(frequency_hz));
+        let stands_out = || Baseband::new(samples, rate_hz, &ridge).stands_out(of);
+        (is_in_band && stands_out()).then(|| partial(&ridge))?
+    };
+    let groups = groups(partials, below);
+    let candidates = groups
+        .iter()
+        .filter(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz))
+        .map(|group| {
+            let event = event(group, options);
+            Candidate {
+                shape: Shape::new(group, &event),
+                event,
+            }
+        });
+    (distinct(candidates.collect()), hum)
+}
+
+/// Whether a ridge is above the edge of a low-pass: its floor is `rounding`, the noise power per hertz of quantisation,
+/// and an octave below there is much more noise.
+fn is_above_edge(ridge: &Ridge, reference: &Peaks, rounding: f64) -> bool {
+    let middle = ridge.points[ridge.points.len() / 2];
+    let below = reference.noise(middle.time_s, 0.5 * middle.frequency_hz);
+    middle.noise < ROUNDING_RATIO * rounding && below > EDGE_RATIO * middle.noise
+}
+
+/// Leaves the event of the greatest energy of those that sound together within 3 % of one frequency, in the order
+/// of starts.
+fn distinct(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+    let energy = |c: &Candidate| c.event.snr_db + 10.0 * c.event.span().length_s().log10();
+    candidates.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in candidates {
+        let event = &candidate.event;
+        let is_same = |other: &Candidate| {
+            let other = &other.event;
+            let together = event.end_s.min(other.end_s) - event.start_s.max(other.start_s);
+            together > 0.0 && (event.frequency_hz / other.frequency_hz - 1.0).abs() < 0.03
+        };
+        if !kept.iter().any(is_same) {
+            kept.push(candidate);
+        }
+    }
+    kept.sort_by(|a, b| a.event.start_s.total_cmp(&b.event.start_s));
+    kept
+}
+
+/// The ridges of all resolutions, one for each partial, and the peaks of the window of the noise floor.
+fn ridges(samples: &[f64], rate_hz: f64, options: &EventOptions) -> (Vec<Ridge>, Peaks) {
+    let share = options.false_paths / WINDOWS.len() as f64;
+    // One after the other: the powers take as much memory as the samples.
+    let mut all: Vec<Peaks> = WINDOWS
+        .iter()
+        .map(|(duration, low)| peaks(samples, rate_hz, *duration, [*low, HIGHEST_HZ]))
+        .collect();
+    let ridges = |peaks: &Peaks| {
+        let least = threshold(peaks.columns.len() * peaks.bins, share);
+        let paths = paths(peaks, least);
+        paths
+            .iter()
+            .map(|path| Ridge::new(path, peaks))
+            .collect::<Vec<_>>()
+    };
+    let found: Vec<Ridge> = all.par_iter().flat_map_iter(ridges).collect();
+    (select(found), all.swap_remove(1))
+}
+
+/// The event of a group: ends and frequency from the partial that stands out most.
+fn event(group: &Group, options: &EventOptions) -> TonalEvent {
+    let partial = group.fundamental();
+    let (multiple, leader) = group.leader();
+    let frequency_hz = leader.frequency_hz / *multiple as f64;
+    // Where the tone is strong: the frequency of what is left at the ends is noise.
+    let strong = leader
+        .track
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| p.1 > 0.1 * leader.power);
+    let frequencies: Vec<f64> = strong
+        .map(|(i, _)| leader.frequency_at(leader.time(i)) / *multiple as f64)
+        .collect();
+    let third = frequency_hz * (2f64.powf(1.0 / 6.0) - 2f64.powf(-1.0 / 6.0));
+    let full = 0.5 * options.full_scale.powi(2);
+    let db = |ratio: f64| 10.0 * ratio.max(1e-20).log10();
+    let power: f64 = group.partials.iter().map(|(_, p)| p.power).sum();
+    TonalEvent {
+        start_s: leader.start_s,
+        end_s: leader.end_s,
+        frequency_hz,
+        frequency_low_hz: frequencies.iter().fold(frequency_hz, |low, f| low.min(*f)),
+        frequency_high_hz: frequencies
+            .iter()
+            .fold(frequency_hz, |high, f| high.max(*f)),
+        harmonics: group.partials.len(),
+        level_db_fs: db(power / full),
+        snr_db: db(partial.power / (partial.noise * third)),
+        modulation: modulation(leader),
+        vibrato: vibrato(leader, *multiple),
+        ridge: leader
+            .track
+            .iter()
+            .enumerate()
+            .map(|(i, p)| RidgePoint {
+                time_s: leader.time(i),
+                frequency_hz: p.0 / *multiple as f64,
+                level_db_fs: db(p.1 / full),
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,69 @@
+//! The part of an event in which it is stationary.
+
+use std::collections::VecDeque;
+
+use super::{RidgePoint, Span, TonalEvent};
+
+/// Half of the time over which frequency and level are averaged, s: modulation above 5 Hz does not count.
+const HALF_MEAN_S: f64 = 0.1;
+
+/// Largest change of the averaged level within a stationary stretch, dB.
+const LEVEL_CHANGE_DB: f64 = 6.0;
+
+/// The longest stationary stretch of an event: the longest interval in which the level, averaged over
+/// 0.2 s, stays within 6 dB. The frequency may drift: analyse the stretch of the [`demodulate`]d signal.
+/// The averages take power and not decibels, so that deep modulation faster than 5 Hz does not count.
+///
+/// [`demodulate`]: super::demodulate
+pub fn stationary_stretch(event: &TonalEvent) -> Span {
+    let (times, levels) = averaged(&event.ridge);
+    let mut best = (0, 0);
+    let mut start = 0;
+    let mut highest: VecDeque<usize> = VecDeque::new();
+    let mut lowest: VecDeque<usize> = VecDeque::new();
+    for end in 0..levels.len() {
+        while highest.back().is_some_and(|i| levels[*i] <= levels[end]) {
+            highest.pop_back();
+        }
+        while lowest.back().is_some_and(|i| levels[*i] >= levels[end]) {
+            lowest.pop_back();
+        }
+        highest.push_back(end);
+        lowest.push_back(end);
+        while levels[highest[0]] - levels[lowest[0]] > LEVEL_CHANGE_DB {
+            start += 1;
+            while highest.front().is_some_and(|i| *i < start) {
+                highest.pop_front();
+            }
+            while lowest.front().is_some_and(|i| *i < start) {
+                lowest.pop_front();
+            }
+        }
+        if end - start > best.1 - best.0 {
+            best = (start, end);
+        }
+    }
+    match best.1 > best.0 {
+        true => Span {
+            start_s: times[best.0].max(event.start_s),
+            end_s: times[best.1].min(event.end_s),
+        },
+        false => event.span(),
+    }
+}
+
+/// Times of the ridge and its level from the mean power around each of them, dB.
+fn averaged(ridge: &[RidgePoint]) -> (Vec<f64>, Vec<f64>) {
+    let mut sums = vec![0.0];
+    for point in ridge {
+        sums.push(sums[sums.len() - 1] + 10f64.powf(0.1 * point.level_db_fs));
+    }
+    let times: Vec<f64> = ridge.iter().map(|point| point.time_s).collect();
+    let level = |time: &f64| {
+        let first = times.partition_point(|t| *t < time - HALF_MEAN_S);
+        let end = times.partition_point(|t| *t <= time + HALF_MEAN_S);
+        10.0 * ((sums[end] - sums[first]) / (end - first) as f64).log10()
+    };
+    let levels = times.iter().map(level).collect();
+    (times, levels)
+}

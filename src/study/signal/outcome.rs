@@ -1,0 +1,92 @@
+//! Results that may be skipped with a reason.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// Outcome of an analysis: its result, or the reason why it was skipped. In JSON it is the result itself,
+/// or an object with the field `skipped`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Outcome<T> {
+    /// The result.
+    Computed(T),
+    /// An assumption of the analysis does not hold.
+    Skipped {
+        /// Reason why the analysis was skipped.
+        skipped: SkipReason,
+    },
+}
+
+/// Reason why an analysis was skipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SkipReason {
+    /// The event has no stationary stretch of sufficient length.
+    NotStationary,
+    /// The analysed stretch contains clipped samples.
+    Clipped,
+    /// There are tonal events, but the noise in the analysed stretch hides the motion.
+    Noise,
+    /// The motion is a transient.
+    Transient,
+}
+
+impl fmt::Display for SkipReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotStationary => "the event has no stationary stretch of sufficient length",
+            Self::Clipped => "the stretch contains clipped samples",
+            Self::Noise => "the noise in the stretch hides the motion",
+            Self::Transient => "the motion is a transient, so averages over time are meaningless",
+        })
+    }
+}
+
+impl<T> Outcome<T> {
+    /// Computes a result unless there is a reason to skip it.
+    ///
+    /// # Errors
+    /// Those of `compute`.
+    pub fn unless<E>(
+        reason: Option<SkipReason>,
+        compute: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Self, E> {
+        match reason {
+            Some(skipped) => Ok(Self::Skipped { skipped }),
+            None => compute().map(Self::Computed),
+        }
+    }
+
+    /// Computes another result from this one; if this one was skipped, so is the other.
+    ///
+    /// # Errors
+    /// Those of `compute`.
+    pub fn try_map<U, E>(&self, compute: impl FnOnce(&T) -> Result<U, E>) -> Result<Outcome<U>, E> {
+        match self {
+            Self::Computed(result) => compute(result).map(Outcome::Computed),
+            Self::Skipped { skipped } => Ok(Outcome::Skipped { skipped: *skipped }),
+        }
+    }
+
+    /// Converts the result.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Outcome<U> {
+        match self {
+            Self::Computed(result) => Outcome::Computed(convert(result)),
+            Self::Skipped { skipped } => Outcome::Skipped { skipped },
+        }
+    }
+
+    /// The result.
+    ///
+    /// # Errors
+    /// The reason, if the analysis was skipped.
+    pub fn get(&self) -> Result<&T, SkipReason> {
+        match self {
+            Self::Computed(result) => Ok(result),
+            Self::Skipped { skipped } => Err(*skipped),
+        }
+    }
+}
+
+impl std::error::Error for SkipReason {}

@@ -1,0 +1,155 @@
+//! Squeaks in recordings: what [`tonal_events`](squeakscope::analysis::tonal_events) finds in recordings whose squeaks
+//! are known, on seeds that nothing was adjusted to.
+
+mod generator;
+#[cfg(feature = "figure")]
+mod guide;
+mod score;
+mod study;
+
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use squeakscope::analysis::{EventOptions, tonal_events};
+
+use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
+use score::{Found, Score};
+
+/// The events of a recording.
+fn events(recording: &Recording) -> Vec<Found> {
+    let options = EventOptions::default();
+    let found = tonal_events(&recording.samples, recording.rate_hz, &options).expect("events");
+    let events = found.events.iter();
+    let events = events.map(|event| Found {
+        start_s: event.start_s,
+        end_s: event.end_s,
+        frequency_hz: event.frequency_hz,
+    });
+    events.collect()
+}
+
+/// Recordings of a kind and range of signal-to-noise ratios, with the score of each.
+fn scores(
+    kind: Kind,
+    snr_db: RangeInclusive<f64>,
+    seeds: std::ops::Range<u64>,
+) -> Vec<(Recording, Score)> {
+    let one = |seed| {
+        let mut recording = recording(kind, snr_db.clone(), seed);
+        let score = Score::of(&recording.squeaks, &events(&recording));
+        recording.samples.clear();
+        (recording, score)
+    };
+    seeds.into_par_iter().map(one).collect()
+}
+
+/// The sum of the scores of the first `count` seeds for judging.
+fn judged(kind: Kind, snr_db: RangeInclusive<f64>, count: u64) -> Score {
+    let seeds = JUDGING_SEEDS.start..JUDGING_SEEDS.start + count;
+    scores(kind, snr_db, seeds)
+        .iter()
+        .map(|(_, score)| *score)
+        .sum()
+}
+
+#[test]
+fn squeaks_at_10_db_or_more_are_found_with_few_false_events() {
+    let score = judged(Kind::Squeaks, 10.0..=30.0, 24);
+    assert!(score.squeaks >= 30, "{score:?}");
+    assert!(score.recall() >= 0.95, "{score:?}");
+    assert!(score.precision() >= 0.95, "{score:?}");
+}
+
+#[test]
+fn most_squeaks_at_0_db_are_found() {
+    let score = judged(Kind::Squeaks, 0.0..=0.0, 16);
+    assert!(score.squeaks >= 20, "{score:?}");
+    assert!(score.recall() >= 0.8, "{score:?}");
+}
+
+#[test]
+fn recordings_without_squeaks_have_no_events() {
+    for kind in [Kind::Noise, Kind::Speech, Kind::Music] {
+        let score = judged(kind, 0.0..=0.0, 8);
+        assert_eq!(score.with_false, 0, "{kind:?}: {score:?}");
+    }
+}
+
+#[test]
+fn recordings_are_the_same_for_a_seed_and_differ_between_seeds() {
+    let make = |seed| recording(Kind::Squeaks, 0.0..=30.0, seed).samples;
+    let start = TUNING_SEEDS.start;
+    assert!(make(start) == make(start));
+    assert!(make(start) != make(start + 1));
+    const { assert!(TUNING_SEEDS.end <= JUDGING_SEEDS.start) };
+}
+
+#[test]
+fn recordings_have_the_stated_range() {
+    for seed in TUNING_SEEDS.take(12) {
+        let recording = recording(Kind::Squeaks, -10.0..=30.0, seed);
+        let length_s = recording.samples.len() as f64 / recording.rate_hz;
+        assert!((5.0..=10.0).contains(&length_s));
+        assert!((16e3..=96e3).contains(&recording.rate_hz));
+        assert!((1..=3).contains(&recording.squeaks.len()));
+        assert!(recording.samples.iter().all(|x| x.abs() <= 1.0));
+        for squeak in &recording.squeaks {
+            assert!(
+                0.0 < squeak.start_s && squeak.end_s < length_s,
+                "{squeak:?}"
+            );
+            assert!(squeak.end_s - squeak.start_s > 0.25, "{squeak:?}");
+            let highest = 12e3f64.min(0.45 * recording.rate_hz);
+            assert!(
+                (200.0..highest).contains(&squeak.frequency_hz),
+                "{squeak:?}"
+            );
+            assert!((1..=6).contains(&squeak.harmonics), "{squeak:?}");
+            if let Some((rate_hz, depth)) = squeak.modulation {
+                assert!((4.0..=40.0).contains(&rate_hz) && (0.1..=0.8).contains(&depth));
+            }
+        }
+    }
+}
+
+/// Mean power of the samples between two times in a third octave.
+fn band_power(recording: &Recording, span_s: [f64; 2], centre_hz: f64) -> f64 {
+    let [first, last] = span_s.map(|t| (t * recording.rate_hz) as usize);
+    let n = last - first;
+    let turn = std::f64::consts::TAU / n as f64;
+    let hann = |i: usize| 0.5 - 0.5 * (turn * i as f64).cos();
+    let part = recording.samples[first..last].iter().enumerate();
+    let mut spectrum: Vec<Complex64> = part.map(|(i, x)| (x * hann(i)).into()).collect();
+    FftPlanner::new().plan_fft_forward(n).process(&mut spectrum);
+    let bin =
+        |side: f64| (centre_hz * 2f64.powf(side / 6.0) * n as f64 / recording.rate_hz) as usize;
+    let band = &spectrum[bin(-1.0) + 1..=bin(1.0)];
+    // The mean square of the window is 3/8.
+    band.iter().map(|x| x.norm_sqr()).sum::<f64>() * 2.0 / (0.375 * (n * n) as f64)
+}
+
+#[test]
+fn the_signal_to_noise_ratio_is_that_of_the_samples() {
+    let mut checked = 0;
+    for seed in TUNING_SEEDS.take(40) {
+        let recording = recording(Kind::Squeaks, 6.0..=12.0, seed);
+        // One squeak, after enough noise that stays the same.
+        let steady = |part: &&str| ["pink noise", "rumble", "hum"].contains(part);
+        let [squeak] = &recording.squeaks[..] else {
+            continue;
+        };
+        if squeak.start_s < 1.2 || !recording.parts.iter().all(steady) {
+            continue;
+        }
+        let power = |from, to| band_power(&recording, [from, to], squeak.frequency_hz);
+        let noise = power(0.0, squeak.start_s - 0.3);
+        let both = power(squeak.start_s, squeak.end_s);
+        let snr_db = 10.0 * (both / noise - 1.0).log10();
+        let error_db = snr_db - squeak.snr_db;
+        assert!(error_db.abs() < 3.0, "{seed}: {snr_db} {squeak:?}");
+        checked += 1;
+    }
+    assert!(checked >= 3, "{checked}");
+}

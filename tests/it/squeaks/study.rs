@@ -1,0 +1,95 @@
+//! The counts behind the guide's page on tonal events.
+//!
+//! ```text
+//! SQUEAKSCOPE_WRITE=1 cargo test --release --test it squeaks::study::judging -- --ignored --nocapture
+//! SQUEAKSCOPE_WRITE=1 cargo test --test it squeaks::guide
+//! ```
+//!
+//! The first writes `results.csv`, the second the page's tables and figure; without `SQUEAKSCOPE_WRITE` nothing is
+//! written. `squeaks::study::tuning` prints the same counts for the tuning seeds, and which recordings have misses or
+//! false events.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use super::generator::{JUDGING_SEEDS, Kind, TUNING_SEEDS};
+use super::score::{Counts, Score};
+use super::scores;
+
+/// Signal-to-noise ratios, dB.
+const LEVELS_DB: [i32; 9] = [-10, -5, 0, 5, 10, 15, 20, 25, 30];
+
+/// Where the counts are.
+const RESULTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/squeaks/results.csv");
+
+/// Counts on the seeds from `first`, `number` recordings of a set: by signal-to-noise ratio, by kind, and at 10 to 30 dB
+/// by what else is in the recording. Each recording with a miss or a false event is passed to `report`.
+fn study(first: u64, number: u64, report: impl Fn(String)) -> Counts {
+    let run = |kind, snr_db: i32, from: u64| {
+        let level = f64::from(snr_db);
+        let scores = scores(kind, level..=level, from..from + number);
+        for ((recording, score), seed) in scores.iter().zip(from..) {
+            if score.found < score.squeaks || score.false_events > 0 {
+                let parts = recording.parts.join(", ");
+                report(format!(
+                    "{kind:?} {snr_db} dB, seed {seed}: {score:?}; {parts}"
+                ));
+            }
+        }
+        scores
+    };
+    let mut counts = Counts::default();
+    let starts = (first..).step_by(number as usize);
+    let mut parts = BTreeMap::<&str, Vec<Score>>::new();
+    for (snr_db, from) in LEVELS_DB.into_iter().zip(starts) {
+        let scores = run(Kind::Squeaks, snr_db, from);
+        counts.push(
+            format!("{snr_db} dB"),
+            scores.iter().map(|(_, score)| *score),
+        );
+        for (recording, score) in scores.iter().filter(|_| snr_db >= 10) {
+            for part in &recording.parts {
+                parts.entry(*part).or_default().push(*score);
+            }
+        }
+    }
+    for (part, scores) in parts {
+        counts.push(format!("with {part}"), scores.into_iter());
+    }
+    for kind in [Kind::Noise, Kind::Speech, Kind::Music] {
+        let scores = run(kind, 0, first);
+        let name = format!("{kind:?}").to_lowercase();
+        counts.push(name, scores.iter().map(|(_, score)| *score));
+    }
+    counts
+}
+
+#[test]
+#[ignore = "takes some minutes; writes the counts of the guide"]
+fn judging() {
+    // Seeds that the quick tests do not use.
+    let counts = study(JUDGING_SEEDS.start + 7000, 30, |_| ());
+    let text = counts.csv("squeakscope");
+    println!("{text}");
+    if std::env::var_os("SQUEAKSCOPE_WRITE").is_some() {
+        fs::write(RESULTS, text).expect("written");
+    }
+    let sum = |sets: &[&str]| -> Score { sets.iter().map(|set| counts.of(set)).sum() };
+    let loud = sum(&["10 dB", "15 dB", "20 dB", "25 dB", "30 dB"]);
+    assert!(loud.squeaks > 200, "{loud:?}");
+    assert!(
+        loud.recall() >= 0.95 && loud.precision() >= 0.95,
+        "{loud:?}"
+    );
+    let faint = sum(&["0 dB"]);
+    assert!(faint.recall() >= 0.8, "{faint:?}");
+    let others = sum(&["noise", "speech", "music"]);
+    assert!(others.with_false_share() <= 0.02, "{others:?}");
+}
+
+#[test]
+#[ignore = "takes some minutes; for the development of the search"]
+fn tuning() {
+    let counts = study(TUNING_SEEDS.start, 30, |line| println!("{line}"));
+    println!("{}", counts.csv("squeakscope"));
+}
