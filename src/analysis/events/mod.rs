@@ -27,6 +27,7 @@ mod spectrogram;
 mod stretch;
 #[cfg(test)]
 mod tests;
+mod wow;
 
 pub use demodulate::demodulate;
 pub use result::{Hum, Modulation, RidgePoint, Span, TonalEvent, TonalEvents, Vibrato, Wow};

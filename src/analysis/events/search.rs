@@ -11,6 +11,7 @@ use super::partial::Partial;
 use super::paths::{paths, threshold};
 use super::ridge::{Ridge, select};
 use super::spectrogram::{Peaks, peaks};
+use super::wow::wow;
 use super::{RidgePoint, TonalEvent, TonalEvents};
 use crate::analysis::{AnalysisError, MAX_SAMPLE};
 
@@ -107,9 +108,9 @@ pub fn tonal_events(
         .collect();
     let events = sustained(distinct(candidates), options.shortest_s);
     Ok(TonalEvents {
+        wow: wow(&events),
         events,
         hum: hum.map(|hum| hum.hum(options.full_scale)),
-        wow: None,
     })
 }
 
