@@ -27,8 +27,9 @@ mod spectrogram;
 mod stretch;
 #[cfg(test)]
 mod tests;
+mod wow;
 
 pub use demodulate::demodulate;
-pub use result::{Hum, Modulation, RidgePoint, Span, TonalEvent, TonalEvents, Vibrato};
+pub use result::{Hum, Modulation, RidgePoint, Span, TonalEvent, TonalEvents, Vibrato, Wow};
 pub use search::{EventOptions, tonal_events};
 pub use stretch::stationary_stretch;

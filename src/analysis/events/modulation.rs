@@ -1,6 +1,9 @@
 //! Periodic modulation of the amplitude and of the frequency of an event.
 
+use std::f64::consts::TAU;
+
 use realfft::RealFftPlanner;
+use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::{Modulation, Vibrato};
@@ -9,8 +12,8 @@ use crate::analysis::Window;
 /// Range of the frequency of a modulation, Hz.
 const BAND_HZ: [f64; 2] = [2.0, 60.0];
 
-/// Highest frequency of a vibrato, Hz.
-const HIGHEST_VIBRATO_HZ: f64 = 15.0;
+/// Range of the frequency of a vibrato, Hz.
+const VIBRATO_BAND_HZ: [f64; 2] = [2.0, 15.0];
 
 /// Least number of periods.
 const LEAST_PERIODS: f64 = 3.0;
@@ -29,7 +32,7 @@ const LEAST_DEVIATION: f64 = 2e-4;
 pub(super) fn modulation(partial: &Partial) -> Option<Modulation> {
     let amplitudes: Vec<f64> = partial.track.iter().map(|p| p.1.sqrt()).collect();
     let mean = amplitudes.iter().sum::<f64>() / amplitudes.len() as f64;
-    let (modulation_hz, amplitude) = strongest(&amplitudes, BAND_HZ[1])?;
+    let (modulation_hz, amplitude) = strongest(&amplitudes, BAND_HZ)?;
     let modulation_depth = amplitude / mean;
     (modulation_depth > LEAST_DEPTH).then_some(Modulation {
         modulation_hz,
@@ -40,7 +43,7 @@ pub(super) fn modulation(partial: &Partial) -> Option<Modulation> {
 /// Modulation of the frequency of a partial, `multiple` times the fundamental.
 pub(super) fn vibrato(partial: &Partial, multiple: usize) -> Option<Vibrato> {
     let frequencies: Vec<f64> = partial.track.iter().map(|p| p.0).collect();
-    let (vibrato_hz, deviation) = strongest(&frequencies, HIGHEST_VIBRATO_HZ)?;
+    let (vibrato_hz, deviation) = strongest(&frequencies, VIBRATO_BAND_HZ)?;
     (deviation > LEAST_DEVIATION * partial.frequency_hz).then_some(Vibrato {
         vibrato_hz,
         vibrato_deviation_hz: deviation / multiple as f64,
@@ -48,11 +51,11 @@ pub(super) fn vibrato(partial: &Partial, multiple: usize) -> Option<Vibrato> {
 }
 
 /// Frequency (Hz) and amplitude of the strongest line of a function of time in steps of [`STEP_S`], without
-/// its parabola, if it stands out and ends are not its cause.
-fn strongest(values: &[f64], highest_hz: f64) -> Option<(f64, f64)> {
+/// its parabola, within a range of frequencies (Hz), if it stands out and ends are not its cause.
+pub(super) fn strongest(values: &[f64], band_hz: [f64; 2]) -> Option<(f64, f64)> {
     let count = values.len();
     let duration = count as f64 * STEP_S;
-    let lowest_hz = BAND_HZ[0].max(LEAST_PERIODS / duration);
+    let [lowest_hz, highest_hz] = [band_hz[0].max(LEAST_PERIODS / duration), band_hz[1]];
     if count < 32 || lowest_hz >= highest_hz {
         return None;
     }
@@ -84,6 +87,18 @@ fn strongest(values: &[f64], highest_hz: f64) -> Option<(f64, f64)> {
         (best as f64 + shift) / duration,
         2.0 * height / weights.iter().sum::<f64>(),
     ))
+}
+
+/// Amplitude of the line at a frequency (Hz) of a function of time in steps of [`STEP_S`], without its parabola.
+pub(super) fn line(values: &[f64], frequency_hz: f64) -> f64 {
+    let weights = Window::Hann.samples(values.len());
+    let turn = TAU * frequency_hz * STEP_S;
+    let values = without_parabola(values);
+    let terms = values.iter().zip(&weights).enumerate();
+    let sum: Complex64 = terms
+        .map(|(i, (x, w))| Complex64::from_polar(x * w, -turn * i as f64))
+        .sum();
+    2.0 * sum.norm() / weights.iter().sum::<f64>()
 }
 
 /// Values less the parabola of least squares, from Legendre polynomials.

@@ -115,6 +115,15 @@ pub struct Hum {
     pub level_db_fs: f64,
 }
 
+/// Wow: a slow variation of the speed of the recording, which shifts all tones by the same ratio.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Wow {
+    /// Frequency of the variation of speed, Hz.
+    pub wow_hz: f64,
+    /// Wow depth: the largest relative deviation of the speed.
+    pub wow_depth: f64,
+}
+
 /// All tonal events of a recording, in the order of their starts, and what was recognised as no event.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TonalEvents {
@@ -122,4 +131,6 @@ pub struct TonalEvents {
     pub events: Vec<TonalEvent>,
     /// Mains hum, if there is any.
     pub hum: Option<Hum>,
+    /// Wow common to simultaneous events, if there is any. One event alone does not tell wow from vibrato.
+    pub wow: Option<Wow>,
 }

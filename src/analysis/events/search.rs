@@ -11,6 +11,7 @@ use super::paths::{paths, threshold};
 use super::ridge::{Ridge, select};
 use super::shape::{Company, Shape};
 use super::spectrogram::{Peaks, peaks};
+use super::wow::wow;
 use super::{RidgePoint, TonalEvent, TonalEvents};
 use crate::analysis::condition::quantum;
 use crate::analysis::{AnalysisError, MAX_SAMPLE};
@@ -93,9 +94,10 @@ pub fn tonal_events(
         long && c.shape.is_event(all.of(&c.event))
     };
     let events = candidates.into_iter().filter(is_event);
-    let events = events.map(|candidate| candidate.event);
+    let events: Vec<TonalEvent> = events.map(|candidate| candidate.event).collect();
     Ok(TonalEvents {
-        events: events.collect(),
+        wow: wow(&events),
+        events,
         hum: hum.map(|hum| hum.hum(options.full_scale)),
     })
 }
