@@ -1,6 +1,6 @@
 //! Spectrum of the probe's velocity, and its spectrogram over the whole run.
 
-use rerun::{Image, Transform3D};
+use rerun::{Image, LineStrips2D, Points2D, Radius, Transform3D};
 
 use super::{
     error::RecordError,
