@@ -7,9 +7,12 @@ use super::partial::Partial;
 const DEVIATION: f64 = 0.004;
 const FAINT_DEVIATION: f64 = 0.01;
 
-/// Largest power of a faint partial relative to the fundamental, and multiple above which there are other tones near.
+/// Largest power of a faint partial relative to the fundamental.
 const FAINT: f64 = 0.1;
+
+/// Multiple above which other tones are near by chance, and largest relative deviation there.
 const HIGH: f64 = 6.5;
+const HIGH_DEVIATION: f64 = 0.002;
 
 /// Least share of a partial's duration in which its fundamental sounds.
 const LEAST_TOGETHER: f64 = 0.6;
@@ -62,8 +65,12 @@ pub(super) fn groups(
         let multiple = |group: &Group| {
             let (ratio, share) = partial.ratio_to(group.fundamental())?;
             let multiple = ratio.round();
-            let is_faint = ratio < HIGH && partial.power < FAINT * group.fundamental().power;
-            let deviation = if is_faint { FAINT_DEVIATION } else { DEVIATION };
+            let is_faint = partial.power < FAINT * group.fundamental().power;
+            let deviation = match is_faint {
+                _ if ratio > HIGH => HIGH_DEVIATION,
+                true => FAINT_DEVIATION,
+                false => DEVIATION,
+            };
             let fits = (2.0..=MOST_HARMONICS).contains(&multiple)
                 && (ratio / multiple - 1.0).abs() < deviation
                 && share > LEAST_TOGETHER

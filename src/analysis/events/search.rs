@@ -129,7 +129,9 @@ fn candidates(
     let below = |of: &Partial, k: usize| {
         let ridge = Ridge::below(of, k, &reference);
         let frequency_hz = of.frequency_hz / k as f64;
+        // A path through noise has noise below it.
         let is_in_band = frequency_hz >= options.low_hz
+            && of.strength() > third_octave(of.frequency_hz)
             && !hum.as_ref().is_some_and(|hum| hum.is_near(frequency_hz));
         let stands_out = || Baseband::new(samples, rate_hz, &ridge).stands_out(of);
         (is_in_band && stands_out()).then(|| partial(&ridge))?
@@ -197,6 +199,11 @@ fn ridges(samples: &[f64], rate_hz: f64, options: &EventOptions) -> (Vec<Ridge>,
     (select(found), all.swap_remove(1))
 }
 
+/// Width of the third octave around a frequency, Hz.
+fn third_octave(frequency_hz: f64) -> f64 {
+    frequency_hz * (2f64.powf(1.0 / 6.0) - 2f64.powf(-1.0 / 6.0))
+}
+
 /// The event of a group: ends and frequency from the partial that stands out most.
 fn event(group: &Group, options: &EventOptions) -> TonalEvent {
     let partial = group.fundamental();
@@ -211,7 +218,7 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
     let frequencies: Vec<f64> = strong
         .map(|(i, _)| leader.frequency_at(leader.time(i)) / *multiple as f64)
         .collect();
-    let third = frequency_hz * (2f64.powf(1.0 / 6.0) - 2f64.powf(-1.0 / 6.0));
+    let third = third_octave(frequency_hz);
     let full = 0.5 * options.full_scale.powi(2);
     let db = |ratio: f64| 10.0 * ratio.max(1e-20).log10();
     let power: f64 = group.partials.iter().map(|(_, p)| p.power).sum();
