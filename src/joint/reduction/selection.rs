@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::training::{TrainedRule, Trainer, TrainingCase, errors_of};
 use super::{Excitation, TrainingError, shipped_rules};
-use crate::joint::{BallJoint, Joint, LANES};
+use crate::joint::{BallJoint, BodySpec, Joint, LANES};
 
 /// Largest number of kept nodes.
 const MAX_KEPT: usize = 96;
@@ -67,12 +67,14 @@ pub fn reduce(
     plan: &TrainingPlan,
 ) -> Result<(TrainedRule, RuleSource), TrainingError> {
     let held_out = held_out_cases(ball, plan)?;
-    for mut shipped in shipped_rules(&ball.spec().contact) {
-        if shipped.rule.full_nodes() == ball.full_nodes() {
-            shipped.held_out = errors_of(&shipped.rule, &held_out);
-            if shipped.held_out.rms <= plan.tolerance {
-                return Ok((shipped, RuleSource::Shipped));
-            }
+    let shipped = match &ball.spec().body {
+        BodySpec::BallOnBeam(_) => shipped_rules(&ball.spec().contact),
+        BodySpec::Imported(_) => Vec::new(),
+    };
+    for mut shipped in shipped {
+        shipped.held_out = errors_of(&shipped.rule, &held_out);
+        if shipped.held_out.rms <= plan.tolerance {
+            return Ok((shipped, RuleSource::Shipped));
         }
     }
     let trained = smallest_rule(&training_cases(ball, plan)?, &held_out, plan.tolerance)?;
