@@ -40,7 +40,7 @@ impl Problem {
     /// A problem with the matrix column by column; its number of rows is the length of the target.
     pub fn new(columns: Vec<f64>, target: Vec<f64>) -> Self {
         let rows = target.len();
-        assert!(rows > 0 && columns.len() % rows == 0);
+        assert!(rows > 0 && columns.len().is_multiple_of(rows));
         Self {
             rows,
             columns,

@@ -70,12 +70,14 @@ pub fn reduce(
     plan: &TrainingPlan,
 ) -> Result<(TrainedRule, RuleSource), TrainingError> {
     let held_out = held_out_cases(ball, plan)?;
-    for mut shipped in shipped_rules(&ball.spec().contact) {
-        if shipped.rule.full_nodes() == ball.full_nodes() {
-            shipped.held_out = errors_of(&shipped.rule, &held_out);
-            if shipped.held_out.rms <= plan.tolerance {
-                return Ok((shipped, RuleSource::Shipped));
-            }
+    let shipped = match &ball.spec().body {
+        BodySpec::BallOnBeam(_) => shipped_rules(&ball.spec().contact),
+        BodySpec::Imported(_) => Vec::new(),
+    };
+    for mut shipped in shipped {
+        shipped.held_out = errors_of(&shipped.rule, &held_out);
+        if shipped.held_out.rms <= plan.tolerance {
+            return Ok((shipped, RuleSource::Shipped));
         }
     }
     let trained = smallest_rule(&training_cases(ball, plan)?, &held_out, plan.tolerance)?;

@@ -38,7 +38,7 @@ const FILES: [(usize, &str); 2] = [
     ),
 ];
 
-/// Shipped rules for a patch, in ascending order of their numbers of nodes; none for most patches. Training
+/// Shipped rules for a Hertz patch, in ascending order of their numbers of nodes; none for most patches. Training
 /// and held-out errors are those over several joints, loads and tilts.
 pub fn shipped_rules(contact: &Contact) -> Vec<TrainedRule> {
     let quadrature: &str = contact.quadrature.into();
