@@ -154,6 +154,9 @@ pub mod explanation {
     #[doc = include_str!("explanation/stability.md")]
     pub mod stability {}
 
+    #[doc = include_str!("explanation/reduction.md")]
+    pub mod reduction {}
+
     #[doc = include_str!("explanation/hard_cases.md")]
     pub mod hard_cases {}
 
