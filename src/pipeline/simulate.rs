@@ -14,7 +14,7 @@ use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
-use crate::dynamics::{DynamicsError, Integrator, System};
+use crate::dynamics::{DynamicsError, Integrator, SolverStats, System};
 use crate::joint::{BallJoint, Joint, Model};
 use crate::scene::{AnalysisSpec, LoadedJoint, Loading, Scene, Schedule};
 
@@ -31,6 +31,9 @@ pub struct Simulation {
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
+    /// Work of integrators that others have replaced.
+    stats: SolverStats,
+    stop: Option<Arc<AtomicBool>>,
     /// All contact nodes, if the contact is reduced.
     full: Option<FullPatch>,
     /// The reduction of a contact with too large an error, of which all nodes are evaluated since.
@@ -161,6 +164,8 @@ impl Simulation {
             ball,
             joint,
             integrator,
+            stats: SolverStats::default(),
+            stop: None,
             loading,
             jumps,
             next_sample: 0,
@@ -320,10 +325,22 @@ impl Simulation {
                 });
             }
         }
-        self.replace_joint(&self.ball.model(self.loading.tilt)?)?;
+        let z = self.integrator.state().to_vec();
+        let joint = audited(&self.scene, &self.ball.model(self.loading.tilt)?);
+        self.audit.added += joint.energy(&z).total() - self.joint.energy(&z).total();
+        self.joint = joint;
+        // The workspace of the integrator depends on the number of nodes.
+        self.stats += self.integrator.stats();
+        let integrator = joint_integrator(&self.scene, &self.joint)?;
+        self.integrator = with_tangents(&self.scene, &self.joint, integrator)?;
+        if let Some(stop) = &self.stop {
+            self.integrator.set_stop_flag(Arc::clone(stop));
+        }
+        self.integrator.start(&self.joint, time, &z)?;
+        self.sensitivity = SensitivityTracker::new(&self.scene);
         let bytes = self.joint.contact_nodes().div_ceil(8);
         self.separated = [vec![0; bytes], vec![0; bytes]];
-        let q = &self.integrator.state()[..self.joint.modes()];
+        let q = &z[..self.joint.modes()];
         self.joint.separated_nodes(q, &mut self.separated[0]);
         Ok(())
     }
@@ -412,6 +429,7 @@ impl Source for Simulation {
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
         self.integrator.set_stop_flag(Arc::clone(stop));
+        self.stop = Some(Arc::clone(stop));
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
@@ -489,7 +507,8 @@ impl Source for Simulation {
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
-        frame.stats = self.integrator.stats();
+        frame.stats = self.stats;
+        frame.stats += self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
         frame.reduction = self
             .full

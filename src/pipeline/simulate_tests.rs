@@ -100,9 +100,10 @@ fn a_run_reports_the_reduction_in_its_summary_and_solver_state() {
 fn a_tolerance_out_of_reach_is_refused() {
     let mut scene = torus(Some(1e-7), 5.0);
     scene.joint_mut().unwrap().spec.contact.nodes = 12;
-    let error = Simulation::new(&scene).unwrap_err().to_string();
+    let error = Simulation::new(&scene).unwrap_err();
+    let cause = std::error::Error::source(&error).unwrap().to_string();
     assert!(
-        error.contains("contact.reduction is out of reach"),
-        "{error}"
+        cause.contains("contact.reduction is out of reach"),
+        "{cause}"
     );
 }

@@ -118,9 +118,11 @@ fn separated_share(joint: &Joint, z: &[f64], status: &mut [u8]) -> f64 {
 pub struct ReductionErrors {
     /// Number of checks.
     pub checks: u64,
-    /// Largest relative error of the force.
+    /// Maximum relative error of the force.
+    #[serde(rename = "max_relative_error")]
     pub max: f64,
-    /// Root mean square of the relative errors of the force.
+    /// RMS relative error of the force: the root mean square over the checks.
+    #[serde(rename = "rms_relative_error")]
     pub rms: f64,
     /// Number of checks at which nodes of the full patch were separated and no kept node was.
     pub missed_separations: u64,
@@ -144,9 +146,9 @@ impl ReductionErrors {
         self.max_separated_difference = self.max_separated_difference.max(difference);
     }
 
-    /// Whether all checks are within a tolerance of the relative error. False without checks and for an error
-    /// that is not a number.
+    /// Whether the RMS relative error is within a tolerance, as in the training. False without checks and for an
+    /// error that is not a number.
     pub fn within(&self, tolerance: f64) -> bool {
-        self.checks > 0 && self.max <= tolerance
+        self.checks > 0 && self.rms <= tolerance
     }
 }

@@ -128,8 +128,7 @@ impl ContactReduction {
 
     /// Whether the rms error of the force exceeds the tolerance, which is that of the training.
     pub fn is_exceeded(&self) -> bool {
-        // Negated, so that NaN exceeds it.
-        self.errors.checks > 0 && !(self.errors.rms <= self.tolerance)
+        self.errors.checks > 0 && !self.errors.within(self.tolerance)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::*;
 use crate::analysis::Regime;
-use crate::analysis::test_signals::{coordinate, roessler, sines};
+use crate::analysis::test_signals::{coordinate, lorenz, sines};
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::scene::Scene;
@@ -15,8 +15,8 @@ use crate::study::response::{SettledResponse, measured};
 const RATE: f64 = 200e3;
 const SAMPLES: usize = 60_000;
 
-/// Lines of the torus, Hz: Fig. 6d.
-const TORUS: [f64; 3] = [3870.0, 12_180.0, 570.0];
+/// Base frequencies of the torus within the printed digits of Fig. 6d, Hz: incommensurate, as the paper says.
+const TORUS: [f64; 2] = [3870.3, 12_181.9];
 
 /// The published motion of one kind: its displacement (m) and its exponents, 1/s.
 fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
@@ -24,7 +24,8 @@ fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
         let tones: Vec<_> = tones.iter().map(|&(hz, size)| (hz, size, 0.3)).collect();
         sines(RATE, SAMPLES, &tones)
     };
-    let [f1, f2, difference] = TORUS;
+    let [f1, f2] = TORUS;
+    let difference = f2 - 3.0 * f1;
     match kind {
         "4.1 kHz" => {
             let signal = tones(&[(4100.0, 7e-7), (8200.0, 2e-7), (12_300.0, 1e-7)]);
@@ -32,27 +33,26 @@ fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
         }
         "12.48 kHz" => (tones(&[(12_480.0, 3e-7)]), &[0.1, -50.0, -90.0]),
         "torus" => {
-            let signal = tones(&[(f1, 6e-7), (f2, 3e-7), (difference, 1e-7)]);
+            let signal = tones(&[(f1, 6e-7), (f2, 1.2e-7), (difference, 4e-8)]);
             (signal, &[0.1, 0.0, -50.0])
         }
         "doubled torus" => {
             let half = 0.5 * difference;
             let signal = tones(&[
                 (f1, 6e-7),
-                (f2, 3e-7),
-                (difference, 1e-7),
-                (f1 - half, 1e-7),
-                (f1 + half, 1e-7),
+                (f2, 1.2e-7),
+                (difference, 4e-8),
+                (f1 - half, 4e-8),
+                (f1 + half, 4e-8),
             ]);
             (signal, &[0.1, 0.0, -50.0])
         }
-        // The chaotic oscillator of Roessler, and the lines of the torus.
+        // The chaotic oscillator of Lorenz, and the lines of the torus.
         _ => {
-            let turns = f1 / RATE;
-            let states = roessler(SAMPLES, 2.0 * 2.92 * turns, [0.2, 0.2, 9.0], [1.0; 3]);
-            let signal = coordinate(&states, 0);
-            let lines = sines(RATE, SAMPLES, &[(f1, 1.5e-7, 0.3), (f2, 1.5e-7, 0.3)]);
-            let both = signal.iter().zip(&lines).map(|(a, b)| 5e-8 * a + b);
+            let states = lorenz(SAMPLES, 0.63 * f1 / RATE, [1.0, 1.0, 20.0]);
+            let lines = sines(RATE, SAMPLES, &[(f1, 1.5e-7, 0.3), (f2, 1e-7, 0.3)]);
+            let both = coordinate(&states, 0).into_iter().zip(&lines);
+            let both = both.map(|(chaos, lines)| 4e-8 * chaos + lines);
             (both.collect(), &[90.0, 60.0, 30.0])
         }
     }

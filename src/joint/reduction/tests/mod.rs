@@ -250,7 +250,7 @@ fn errors_are_accumulated() {
         serde_json::from_str::<ReductionErrors>(&text).unwrap(),
         errors
     );
-    assert!(errors.within(4e-5) && !errors.within(3e-5));
+    assert!(errors.within(3.6e-5) && !errors.within(3.5e-5));
     errors.add(&ForceCheck {
         relative_error: f64::NAN,
         ..ForceCheck::default()
