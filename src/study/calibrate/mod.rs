@@ -74,7 +74,7 @@ pub struct Trial {
     /// Fitness by which candidates are ranked, 0 to 1 ([`fitness`]): how close the claims are to holding.
     #[serde(rename = "fitness")]
     pub fitness: f64,
-    /// Claims claims_held: the name of each claim that holds, with the share to which it holds, 0 to 1.
+    /// Claims held: the name of each claim that holds, with the share to which it holds, 0 to 1.
     #[serde(rename = "claims_held")]
     pub claims_held: Vec<(String, f64)>,
     /// Error message if the candidate could not be simulated; then no claim holds.
