@@ -252,11 +252,13 @@ fn time_stretch(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsString;
+
     use super::*;
     use crate::cli::steps::StepsError;
 
     fn parse(line: &str) -> Result<Args, clap::Error> {
-        Args::try_parse_from(line.split(' '))
+        crate::cli::parse(line.split(' ').map(OsString::from).collect())
     }
 
     #[test]

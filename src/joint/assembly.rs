@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
-use super::reduction::{CubatureRule, RuleError, TrainingError, requested_rule};
+use super::reduction::{CubatureRule, RuleError};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
@@ -63,7 +63,7 @@ pub enum AssemblyError {
     #[error(
         "contact.reduction is out of reach for this joint; increase it, or remove it to evaluate all nodes"
     )]
-    Reduction(#[from] Box<TrainingError>),
+    Reduction(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The operation requires a mesh, and the modes are imported.
     #[error(
         "the mesh of ball and beam is required, but the modes are imported from `{file}`; choose a \
@@ -106,11 +106,8 @@ struct Meshed {
 }
 
 impl BallJoint {
-    /// Computes the modes and the quadrature points of the patch.
-    ///
-    /// # Errors
-    /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
-    pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
+    /// Computes the modes and the quadrature points of the patch, and takes all nodes.
+    pub(in crate::joint) fn with_all_nodes(spec: &JointSpec) -> Result<Self, AssemblyError> {
         match &spec.body {
             BodySpec::BallOnBeam(body) => {
                 let modes = BodyModes::solve(
@@ -121,7 +118,7 @@ impl BallJoint {
                 )?;
                 Self::on_beam(modes, body, spec)
             }
-            BodySpec::Imported(modes) => Self {
+            BodySpec::Imported(modes) => Ok(Self {
                 spec: spec.clone(),
                 frequencies_hz: modes
                     .omega()
@@ -130,21 +127,20 @@ impl BallJoint {
                     .collect(),
                 body: Body::Own(Arc::clone(modes)),
                 reduction: None,
-            }
-            .with_requested_reduction(),
+            }),
         }
     }
 
-    /// Changes the parameters. The modes are computed again only if the body changes.
-    ///
-    /// # Errors
-    /// As [`BallJoint::new`].
-    pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
+    /// Changes the parameters and takes all nodes. The modes are computed again only if the body changes.
+    pub(in crate::joint) fn with_all_nodes_of(
+        self,
+        spec: &JointSpec,
+    ) -> Result<Self, AssemblyError> {
         match (self.body, &spec.body) {
             (Body::Meshed(before), BodySpec::BallOnBeam(body)) if self.spec.body == spec.body => {
                 Self::on_beam(before.modes, body, spec)
             }
-            _ => Self::new(spec),
+            _ => Self::with_all_nodes(spec),
         }
     }
 
@@ -176,7 +172,7 @@ impl BallJoint {
             .collect::<Result<Vec<_>, _>>()?;
         let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Self {
+        Ok(Self {
             spec: spec.clone(),
             frequencies_hz,
             body: Body::Meshed(Meshed {
@@ -186,16 +182,6 @@ impl BallJoint {
                 points,
             }),
             reduction: None,
-        }
-        .with_requested_reduction()
-    }
-
-    /// Applies the rule for `contact.reduction`.
-    fn with_requested_reduction(self) -> Result<Self, AssemblyError> {
-        let rule = requested_rule(&self).map_err(Box::new)?;
-        Ok(Self {
-            reduction: rule,
-            ..self
         })
     }
 

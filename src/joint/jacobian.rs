@@ -311,7 +311,9 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
         // Without SIMD the speed does not matter: a single tile saves compile time.
         let side = if const { S::F64_LANES == 1 } { 1 } else { TILE };
         for i in (0..m).step_by(side) {
-            let columns = if Self::AXES == 0 { i + 1 } else { m };
+            // Without friction, the tiles on and below the diagonal.
+            let below = (i / TILE + 1) * TILE;
+            let columns = if Self::AXES == 0 { below.min(m) } else { m };
             for j in (0..columns).step_by(side) {
                 if const { S::F64_LANES == 1 } {
                     self.tile::<S, 1, 1>(simd, [i, j], units.clone(), weights);
@@ -361,7 +363,7 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
         }
         store(&sums, by_q, m, [i, j]);
 
-        if Self::AXES == 0 || j > i {
+        if Self::AXES == 0 || j / TILE > i / TILE {
             return;
         }
         let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);

@@ -8,7 +8,6 @@ use super::template::fill;
 use crate::analysis::Regime;
 use crate::dynamics::LyapunovSpectrum;
 use crate::escape;
-use crate::joint::NamedMode;
 use crate::number::short;
 use crate::scene::Scene;
 use crate::study::response::{SettledResponse, section_lag};
@@ -53,7 +52,7 @@ pub fn point(place: &PointPlace<'_>, point: Option<&SweepPoint>) -> String {
 fn response(found: &SettledResponse) -> Value {
     let shown = &found.lines[..found.lines.len().min(LINES)];
     let linear = found.linear.as_ref();
-    let unstable = linear.map(|linear| linear.unstable().collect::<Vec<&NamedMode>>());
+    let unstable = linear.map(|linear| linear.unstable().collect::<Vec<_>>());
     let periods = found.recurrence_periods.iter();
     let period = |kind: String, period_s: f64| context! { kind, period_s };
     context! {

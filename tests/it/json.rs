@@ -221,11 +221,11 @@ fn rows(
         }
         Value::Object(fields) => {
             // A result may combine flattened structs: take the struct that shares most fields with the rest.
+            // Of several, take one that has no other fields.
             let shared = |candidate: &&BTreeMap<String, Field>| {
-                candidate
-                    .keys()
-                    .filter(|name| fields.contains_key(*name))
-                    .count()
+                let names = candidate.keys().filter(|name| fields.contains_key(*name));
+                let count = names.count();
+                (count, count == candidate.len())
             };
             for (name, value) in fields {
                 let candidates = structs.iter().filter(|names| names.contains_key(name));

@@ -57,9 +57,9 @@ pub struct TonalEvent {
     pub end_s: f64,
     /// Frequency of the fundamental, mean over the event weighted by its power, Hz.
     pub frequency_hz: f64,
-    /// Lowest frequency of the fundamental, Hz.
+    /// Low end of the frequency range of the fundamental, Hz.
     pub frequency_low_hz: f64,
-    /// Highest frequency of the fundamental, Hz.
+    /// High end of the frequency range of the fundamental, Hz.
     pub frequency_high_hz: f64,
     /// Number of harmonics found, the fundamental included.
     pub harmonics: usize,

@@ -7,7 +7,7 @@ use crate::dynamics::System;
 use crate::joint::contact_force::KernelInput;
 use crate::joint::{Joint, LANES};
 
-/// Force and contact status of the reduced patch compared with the full one at one state.
+/// Check of the force: force and contact status of the reduced patch compared with the full one at one state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceCheck {
     /// `|f_reduced - f| / |f|` with the generalised force `f` of all nodes minus that of steady sliding
@@ -26,7 +26,7 @@ impl ForceCheck {
     }
 }
 
-/// Compares reduced joints with a full one. One check costs one evaluation of the full force, of the reduced
+/// Checker of the force of reduced joints against that of a full one. One check costs one evaluation of the full force, of the reduced
 /// force and of both contact statuses; it allocates nothing. With 1,000 nodes that is as much as about 40
 /// evaluations of 24 nodes: one check in 300 steps of seven evaluations takes 2 % of the time.
 #[derive(Clone, Debug)]
@@ -113,7 +113,7 @@ fn separated_share(joint: &Joint, z: &[f64], status: &mut [u8]) -> f64 {
     separated / total
 }
 
-/// Errors of a cubature rule over the checks of a simulation.
+/// Errors of the reduction over the checks of a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReductionErrors {
     /// Number of checks.
@@ -124,7 +124,7 @@ pub struct ReductionErrors {
     /// RMS relative error of the force: the root mean square over the checks.
     #[serde(rename = "rms_relative_error")]
     pub rms: f64,
-    /// Number of checks at which nodes of the full patch were separated and no kept node was.
+    /// Missed separations: number of checks at which nodes of the full patch were separated and no kept node was.
     pub missed_separations: u64,
     /// Largest difference of the separated shares of the area, full minus kept, in absolute value.
     pub max_separated_difference: f64,

@@ -28,6 +28,7 @@
 mod certificate;
 mod error;
 mod nnls;
+mod request;
 mod rule;
 mod selection;
 mod shipped;
@@ -40,9 +41,9 @@ mod tests;
 
 pub use certificate::{ForceCheck, ForceChecker, ReductionErrors};
 pub use error::TrainingError;
+pub use request::refine;
 pub use rule::{CubatureRule, KeptNode, RuleError};
-pub(super) use selection::requested_rule;
-pub use selection::{RuleSource, TrainingPlan, reduce, refine, train};
+pub use selection::{RuleSource, TrainingPlan, reduce, train};
 pub use shipped::shipped_rules;
 pub use states::Excitation;
 pub use training::{RuleErrors, TrainedRule, Trainer, TrainingCase, errors_of};

@@ -21,14 +21,18 @@ pub struct KeptNode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct CubatureRule {
+    /// Number of nodes of the full patch.
     full_nodes: usize,
+    /// The kept nodes, in ascending order.
     kept: Vec<KeptNode>,
 }
 
 /// The fields of a rule as read from a file.
 #[derive(Deserialize)]
 struct Unchecked {
+    /// Number of nodes of the full patch.
     full_nodes: usize,
+    /// The kept nodes.
     kept: Vec<KeptNode>,
 }
 

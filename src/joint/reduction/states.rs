@@ -8,7 +8,7 @@ use super::snapshots::amplitudes;
 use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, System};
 use crate::joint::Joint;
 
-/// Simulations from which states are taken.
+/// Excitation of a joint: the simulations from which states are taken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excitation {
     /// Standard deviations of the initial modal velocities. With 1 a single mode moves a node as fast as

@@ -20,7 +20,7 @@ const LINEARISED: f64 = 1.0;
 /// Largest number of candidates. More make the weights fit the states of the training better, others hardly.
 const MAX_CANDIDATES: usize = 256;
 
-/// A joint with states for training or for a check.
+/// A case for training or for a check: a joint with states.
 #[derive(Clone, Debug)]
 pub struct TrainingCase {
     /// The joint with all nodes.
@@ -42,18 +42,18 @@ pub struct RuleErrors {
     pub steady: f64,
 }
 
-/// A rule with its errors.
+/// A trained rule with its errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainedRule {
     /// The rule.
     pub rule: CubatureRule,
     /// Errors at the states of the training.
     pub training: RuleErrors,
-    /// Errors at states that were not used in the training.
+    /// Errors at held-out states, which were not used in the training.
     pub held_out: RuleErrors,
 }
 
-/// Equations of the weights for some joints with the same patch.
+/// Trainer of rules: the equations of the weights for some joints with the same patch.
 #[derive(Clone, Debug)]
 pub struct Trainer {
     cases: Vec<TrainingCase>,

@@ -105,10 +105,10 @@ pub struct ContactReduction {
     /// Errors of the force at sampled states of the motion.
     #[serde(flatten)]
     pub errors: ReductionErrors,
-    /// Time from which retrained nodes are evaluated, because the error exceeded the tolerance, s. The errors are
+    /// Time at which the nodes were retrained, because the error exceeded the tolerance, s. The errors are
     /// those since then.
     pub retrained_at_s: Option<f64>,
-    /// Time from which all nodes are evaluated, because the error of retrained nodes exceeded the tolerance,
+    /// Time since which all nodes are evaluated, because the error of retrained nodes exceeded the tolerance,
     /// too, or none were found, s. The errors are those until then.
     pub all_nodes_since_s: Option<f64>,
 }

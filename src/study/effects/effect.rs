@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::bench::Measured;
-use crate::serial::by_name;
 
 /// An effect of a scene, such as lift-off or an analysis, and its cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ struct CostOrReason {
     /// CPU time per simulated second that the effect adds or would add, s/s; `null` if unavailable.
     cpu_s_per_s: Option<Measured>,
     /// Reason why the cost is unavailable; `null` if it is available.
-    unavailable: Option<Unavailable>,
+    unavailable: Option<String>,
 }
 
 impl CostOrReason {
@@ -42,7 +42,7 @@ impl CostOrReason {
     ) -> Result<S::Ok, S::Error> {
         let record = Self {
             cpu_s_per_s: cost.ok(),
-            unavailable: cost.err(),
+            unavailable: cost.err().map(|reason| reason.to_string()),
         };
         Serialize::serialize(&record, to)
     }
@@ -51,8 +51,13 @@ impl CostOrReason {
         from: D,
     ) -> Result<Result<Measured, Unavailable>, D::Error> {
         let record = <Self as Deserialize>::deserialize(from)?;
-        let cost = record.cpu_s_per_s;
-        Ok(cost.ok_or(record.unavailable.unwrap_or(Unavailable::TooShort)))
+        let is_given = |reason: &Unavailable| Some(reason.to_string()) == record.unavailable;
+        let reason = Unavailable::ALL.into_iter().find(is_given);
+        Ok(match (record.cpu_s_per_s, reason) {
+            (_, Some(reason)) => Err(reason),
+            (Some(cost), None) => Ok(cost),
+            (None, None) => return Err(D::Error::missing_field("cpu_s_per_s")),
+        })
     }
 }
 
@@ -73,19 +78,14 @@ pub enum Unavailable {
     Needed,
 }
 
-/// As its message.
-impl Serialize for Unavailable {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(self)
-    }
-}
-
-impl<'de> Deserialize<'de> for Unavailable {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        use Unavailable::{CannotAdd, Needed, ShorterThanWindow, TooShort};
-        let all = [ShorterThanWindow, TooShort, CannotAdd, Needed];
-        by_name(&all, |reason| reason.to_string(), from)
-    }
+impl Unavailable {
+    /// All reasons.
+    const ALL: [Self; 4] = [
+        Self::ShorterThanWindow,
+        Self::TooShort,
+        Self::CannotAdd,
+        Self::Needed,
+    ];
 }
 
 /// Text of an effect's setting; empty if it is inactive.

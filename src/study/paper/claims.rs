@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
 use super::evidence::Evidence;
+use super::verdict::Verdict;
 
 /// The claims as TOML.
 pub const CLAIMS: &str = include_str!("../../../assets/paper/claims.toml");
@@ -41,65 +42,6 @@ struct Claims {
 pub fn claims() -> Vec<Claim> {
     // A test parses the built-in file.
     toml::from_str::<Claims>(CLAIMS).map_or_else(|_| Vec::new(), |claims| claims.claim)
-}
-
-/// Verdict on a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "verdict", rename_all = "snake_case")]
-pub enum Verdict {
-    /// The claim holds at every tilt to which it refers.
-    Met,
-    /// The claim holds at some of these tilts.
-    Partly {
-        /// Share of the tilts at which it holds, between 0 and 1.
-        share: f64,
-    },
-    /// The claim does not hold.
-    NotMet,
-    /// The paper does not state enough to compare, or there is no result to compare with.
-    NotComparable,
-}
-
-impl Verdict {
-    /// Name in text.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Met => "met",
-            Self::Partly { .. } => "partly met",
-            Self::NotMet => "not met",
-            Self::NotComparable => "not comparable",
-        }
-    }
-
-    /// Share to which the claim holds, 0 to 1; zero if it cannot be compared.
-    pub fn share(self) -> f64 {
-        match self {
-            Self::Met => 1.0,
-            Self::Partly { share } => share,
-            Self::NotMet | Self::NotComparable => 0.0,
-        }
-    }
-
-    /// Compares a result, if there is one.
-    pub(super) fn when<T>(found: Option<T>, is_so: impl Fn(T) -> bool) -> Self {
-        match found.map(is_so) {
-            None => Self::NotComparable,
-            Some(true) => Self::Met,
-            Some(false) => Self::NotMet,
-        }
-    }
-
-    /// Compares by counts.
-    pub(super) fn of(holding: usize, all: usize) -> Self {
-        match (holding, all) {
-            (_, 0) => Self::NotComparable,
-            (0, _) => Self::NotMet,
-            (holding, all) if holding == all => Self::Met,
-            (holding, all) => Self::Partly {
-                share: holding as f64 / all as f64,
-            },
-        }
-    }
 }
 
 /// Finding on a claim: its comparison with the simulation results.
@@ -158,7 +100,7 @@ impl Finding {
     }
 }
 
-/// Agreement of a simulation with the paper.
+/// Score: the agreement of a simulation with the paper.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Strict score: share of the comparable claims that are met, by weight, 0 to 1.
@@ -171,7 +113,7 @@ pub struct Score {
     pub partly: usize,
     /// Number of claims that are not met.
     pub not_met: usize,
-    /// Number of claims that cannot be compared.
+    /// Number of claims that are not comparable.
     pub not_comparable: usize,
 }
 

@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use super::claims::Verdict;
 use super::evidence::Evidence;
+use super::verdict::Verdict;
 use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
 use crate::dynamics::{Exponent, Sign};
 use crate::study::response::SettledResponse;

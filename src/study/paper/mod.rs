@@ -4,13 +4,15 @@ mod claims;
 mod criterion;
 mod evidence;
 mod study;
+mod verdict;
 
 #[cfg(test)]
 mod tests;
 
-pub use claims::{CLAIMS, Claim, Finding, Score, Verdict, claims, compare, fitness};
+pub use claims::{CLAIMS, Claim, Finding, Score, claims, compare, fitness};
 pub use evidence::{Embedding, Evidence};
 pub use study::{
     EMBEDDING_TILT_DEG, FIGURE_TILTS_DEG, RECURRENCE_TILTS_DEG, embedding, paper_evidence,
     paper_plan,
 };
+pub use verdict::Verdict;

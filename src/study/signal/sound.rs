@@ -13,9 +13,9 @@ use crate::import::Signal;
 /// Sample rates of sound, Hz. A signal with another rate has no tonal events.
 pub const SOUND_RATES_HZ: RangeInclusive<f64> = 8e3..=192e3;
 
-/// Maximum number of samples in which events are searched at once: 87 s at 48 kHz. An event that continues
+/// Maximum number of samples in which events are searched at once: 44 s at 48 kHz. An event that continues
 /// across the border of two blocks is joined.
-const BLOCK_SAMPLES: usize = 1 << 22;
+const BLOCK_SAMPLES: usize = 1 << 21;
 
 /// Maximum distance of the two parts of an event from the border, s, and relative difference of frequency.
 const JOIN_S: f64 = 0.1;

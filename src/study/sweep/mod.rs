@@ -32,15 +32,10 @@ pub use transition::{Transition, transitions};
 
 /// A point of a sweep and its result.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "table",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(into = "row::Record", try_from = "row::Record")
-)]
 pub struct SweepPoint {
     /// Place of the point: index, start and axis values.
     pub place: Place,
-    /// The response, or the error message if there is none.
+    /// Outcome: the response, or the error message if there is none.
     pub outcome: Result<SettledResponse, String>,
 }
 

@@ -1,7 +1,8 @@
 //! A sweep point as a table row: one column per field of a [`SettledResponse`].
 
 use arrow_schema::FieldRef;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
@@ -157,7 +158,7 @@ impl Row {
 
 /// A point in JSON: without the portrait and the final state, which only the table has.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Record {
+struct Record {
     /// Row of the point in the table.
     #[serde(flatten)]
     row: Row,
@@ -165,8 +166,9 @@ pub(super) struct Record {
     unstable_modes: Option<usize>,
 }
 
-impl From<SweepPoint> for Record {
-    fn from(mut point: SweepPoint) -> Self {
+impl Serialize for SweepPoint {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut point = self.clone();
         let mut unstable_modes = None;
         if let Ok(found) = &mut point.outcome {
             let linear = found.linear.as_ref();
@@ -174,17 +176,18 @@ impl From<SweepPoint> for Record {
             found.portrait = None;
             found.state.clear();
         }
-        Self {
-            row: Row::new(&point),
+        let row = Row::new(&point);
+        let record = Record {
+            row,
             unstable_modes,
-        }
+        };
+        record.serialize(to)
     }
 }
 
-impl TryFrom<Record> for SweepPoint {
-    type Error = String;
-
-    fn try_from(record: Record) -> Result<Self, String> {
-        record.row.into_point()
+impl<'de> Deserialize<'de> for SweepPoint {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let record = Record::deserialize(from)?;
+        record.row.into_point().map_err(D::Error::custom)
     }
 }

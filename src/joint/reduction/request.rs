@@ -1,0 +1,97 @@
+//! The rule that a joint requests by `contact.reduction`.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::selection::{TrainingPlan, reduce, train};
+use super::{CubatureRule, TrainedRule, TrainingError};
+use crate::joint::{AssemblyError, BallJoint, BodySpec, JointSpec};
+
+/// Tilts between which the rule of a joint is trained, rad.
+const TILTS: [f64; 2] = [0.0, 8.0 * std::f64::consts::PI / 180.0];
+
+/// Number of rules that are remembered.
+const REMEMBERED: usize = 64;
+
+/// A rule with the joint for which it was found.
+type Remembered = (JointSpec, Arc<CubatureRule>);
+
+/// The rule for `contact.reduction` of a joint; `None` if all nodes are requested. It depends on the
+/// parameters of the joint only. The latest rules are remembered, because studies build the same joint for each
+/// of their points.
+///
+/// # Errors
+/// As [`reduce`].
+fn requested_rule(ball: &BallJoint) -> Result<Option<Arc<CubatureRule>>, TrainingError> {
+    static RULES: Mutex<VecDeque<Remembered>> = Mutex::new(VecDeque::new());
+    let spec = ball.spec();
+    let Some(tolerance) = spec.contact.reduction else {
+        return Ok(None);
+    };
+    // A panic while the lock is held leaves a valid list.
+    let remembered = || RULES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, rule)) = remembered().iter().find(|(of, _)| of == spec) {
+        return Ok(Some(Arc::clone(rule)));
+    }
+    let [first, last] = tilts(ball);
+    let (trained, _) = reduce(ball, &TrainingPlan::new(tolerance, first, last))?;
+    let rule = Arc::new(trained.rule);
+    let mut remembered = remembered();
+    if remembered.len() == REMEMBERED {
+        remembered.pop_front();
+    }
+    remembered.push_back((spec.clone(), Arc::clone(&rule)));
+    Ok(Some(rule))
+}
+
+/// First and last tilt of the training of a joint, rad.
+fn tilts(ball: &BallJoint) -> [f64; 2] {
+    match &ball.spec().body {
+        BodySpec::BallOnBeam(_) => TILTS,
+        BodySpec::Imported(modes) => [modes.tilt(); 2],
+    }
+}
+
+/// Trains a rule of a joint with states (`[q | dq/dt]` at a tilt in rad) at which its present rule was not accurate
+/// enough, besides those of its own simulations.
+///
+/// # Errors
+/// As [`train`].
+pub fn refine(
+    ball: &BallJoint,
+    tolerance: f64,
+    additional: Vec<(f64, Vec<f64>)>,
+) -> Result<TrainedRule, TrainingError> {
+    let [first, last] = tilts(ball);
+    let plan = TrainingPlan {
+        additional,
+        ..TrainingPlan::new(tolerance, first, last)
+    };
+    train(ball, &plan)
+}
+
+impl BallJoint {
+    /// Computes the modes, the quadrature points of the patch, and the rule for `contact.reduction`.
+    ///
+    /// # Errors
+    /// If the modes cannot be computed, the published frequencies are selected and one is missing, or the
+    /// contact cannot be reduced as requested.
+    pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
+        Self::with_all_nodes(spec)?.with_requested_rule()
+    }
+
+    /// Changes the parameters. The modes are computed again only if the body changes.
+    ///
+    /// # Errors
+    /// As [`BallJoint::new`].
+    pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
+        self.with_all_nodes_of(spec)?.with_requested_rule()
+    }
+
+    fn with_requested_rule(self) -> Result<Self, AssemblyError> {
+        let failed = |error: TrainingError| AssemblyError::Reduction(Box::new(error));
+        let rule = requested_rule(&self).map_err(failed)?;
+        self.with_reduction(rule)
+            .map_err(|error| failed(error.into()))
+    }
+}
