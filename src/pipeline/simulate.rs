@@ -381,6 +381,17 @@ impl Simulation {
         }
     }
 
+    /// Adds the present sample to a frame, and the nodes that have separated or closed since the previous one.
+    fn take_sample(&mut self, frame: &mut Frame) {
+        let modes = self.joint.modes();
+        let (q, v) = self.z[..2 * modes].split_at(modes);
+        frame.q.extend_from_slice(q);
+        frame.qdot.extend_from_slice(v);
+        frame.displacement.push(self.joint.probe_value(q));
+        frame.velocity.push(self.joint.probe_value(v));
+        frame.transitions += transitions(&self.joint, q, &mut self.separated);
+    }
+
     /// Counts the contact nodes at the present sample, and takes a snapshot of them, if these are due.
     fn follow_contacts(&mut self, time: f64, [counts, pictures]: [bool; 2], frame: &mut Frame) {
         if !counts && !pictures {
@@ -469,12 +480,7 @@ impl Source for Simulation {
                 let located = self.integrator.stats().steps_without_event_location == 0;
                 self.unlocated_since = (!located).then_some(time);
             }
-            let (q, v) = self.z[..2 * modes].split_at(modes);
-            frame.q.extend_from_slice(q);
-            frame.qdot.extend_from_slice(v);
-            frame.displacement.push(self.joint.probe_value(q));
-            frame.velocity.push(self.joint.probe_value(v));
-            frame.transitions += transitions(&self.joint, q, &mut self.separated);
+            self.take_sample(&mut frame);
             let due = [count_every, picture_every].map(|every| is_due(every, index));
             self.follow_contacts(time, due, &mut frame);
             if let Some(full) = &mut self.full {

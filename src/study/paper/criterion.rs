@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::evidence::Evidence;
+use super::evidence::{Embedding, Evidence};
 use super::verdict::Verdict;
 use crate::analysis::{RecurrenceKind, Regime, SectionShape, section_shape};
 use crate::dynamics::{Exponent, Sign};
@@ -204,30 +204,16 @@ impl Criterion {
                 as_deg,
                 count,
             } => same_lines(at(tilt_deg), at(as_deg), count, within),
-            Self::Broadband { tilt_deg, share } => {
-                let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-                let expected = format!("at least {}", percent(share));
-                Comparison::of_points(expected, &one(tilt_deg), |response| {
-                    let found = response.broadband_share;
-                    (found >= share, percent(found))
-                })
-            }
+            Self::Broadband { tilt_deg, share } => broadband(share, &one(tilt_deg)),
             Self::LinearMismatch { ref tilts_deg } => {
                 let points: Vec<_> = tilts_deg.iter().flat_map(|&tilt| one(tilt)).collect();
                 linear_mismatch(&points, within)
             }
             Self::Lag { tilt_deg, samples } => {
-                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
-                let measured = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
-                // The paper does not state the sampling interval, so the delays cannot be compared.
-                let expected = format!("{samples} samples");
-                Comparison::new(expected, measured, Verdict::NotComparable)
+                lag(samples, evidence.delay.filter(|_| at(tilt_deg).is_some()))
             }
             Self::Dimension { tilt_deg, is } => {
-                let found = evidence.delay.filter(|_| at(tilt_deg).is_some());
-                let found = found.map(|delay| delay.dimension);
-                let verdict = Verdict::when(found, |dimension| dimension == is);
-                Comparison::new(is, found.map(|dimension| dimension.to_string()), verdict)
+                dimension(is, evidence.delay.filter(|_| at(tilt_deg).is_some()))
             }
             Self::RecurrencePeriod {
                 from_deg,
@@ -415,6 +401,28 @@ fn same_lines(
     let verdict = Verdict::when(found.as_ref(), |found| found.len() == count);
     let shown = expected.as_ref().map_or_else(nothing, list);
     Comparison::new(shown, found.as_ref().map(list), verdict)
+}
+
+fn broadband(share: f64, points: &Points<'_>) -> Comparison {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let expected = format!("at least {}", percent(share));
+    Comparison::of_points(expected, points, |response| {
+        let found = response.broadband_share;
+        (found >= share, percent(found))
+    })
+}
+
+/// The paper does not state the sampling interval, so the delays cannot be compared.
+fn lag(samples: f64, found: Option<Embedding>) -> Comparison {
+    let measured = found.map(|delay| format!("{:.0} us", 1e6 * delay.lag));
+    let expected = format!("{samples} samples");
+    Comparison::new(expected, measured, Verdict::NotComparable)
+}
+
+fn dimension(is: usize, found: Option<Embedding>) -> Comparison {
+    let found = found.map(|delay| delay.dimension);
+    let verdict = Verdict::when(found, |dimension| dimension == is);
+    Comparison::new(is, found.map(|dimension| dimension.to_string()), verdict)
 }
 
 /// Whether most unstable modes have no line near their frequency.

@@ -38,13 +38,16 @@ fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
         }
         "doubled torus" => {
             let half = 0.5 * difference;
-            let signal = tones(&[
-                (f1, 6e-7),
-                (f2, 1.2e-7),
-                (difference, 4e-8),
-                (f1 - half, 4e-8),
-                (f1 + half, 4e-8),
-            ]);
+            let weak = [
+                difference,
+                f1 + difference,
+                f2 - difference,
+                f1 - difference,
+            ];
+            let doubled = [f1 + half, f1 - half];
+            let weak = weak.into_iter().chain(doubled).map(|hz| (hz, 4e-8));
+            let strong = [(f1, 6e-7), (f2, 1.2e-7)].into_iter();
+            let signal = tones(&strong.chain(weak).collect::<Vec<_>>());
             (signal, &[0.1, 0.0, -50.0])
         }
         // The chaotic oscillator of Lorenz, and the lines of the torus.
