@@ -134,6 +134,8 @@ pub enum Limitation {
     /// The lines are those of a modulated tone: the modulation may be imposed from outside, and is then not a
     /// second frequency of the motion itself.
     Modulation,
+    /// The broadband power is that of the background of a recording, which hides chaos and looks like it.
+    Background,
 }
 
 impl fmt::Display for Limitation {
@@ -146,6 +148,10 @@ impl fmt::Display for Limitation {
             Self::Modulation => {
                 "the lines are those of a modulated tone; this signal alone does not show whether the \
                  modulation is imposed from outside or is a second frequency of the motion itself"
+            }
+            Self::Background => {
+                "the power between the lines is that of the background of the recording, which hides chaos and \
+                 looks like it"
             }
         })
     }

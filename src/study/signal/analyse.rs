@@ -1,5 +1,6 @@
 //! All analyses of one signal, one after another.
 
+use super::background::{background_power, in_view_of};
 use super::sound::MeasuredSound;
 use super::stretch::{Selected, select};
 use super::{
@@ -157,8 +158,14 @@ fn run(
     step(0.65, "section")?;
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
     step(0.68, "type of motion")?;
-    let has_events = sound.as_ref().is_some_and(|s| !s.tonal.events.is_empty());
-    let verdict = regime(newest, rate, has_events, obstacle)?;
+    let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
+    let verdict = regime(newest, rate, !events.is_empty(), obstacle)?;
+    let background = match events.is_empty() {
+        true => None,
+        false => background_power(&signal, events, stretch.band_hz),
+    };
+    let broadband = tones.broadband_share * deviation(samples).powi(2);
+    let verdict = verdict.map(|verdict| in_view_of(background, broadband, verdict));
     let steady = match unsteady(&verdict, &stretch) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => delay.clone(),

@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::*;
+use crate::analysis::Limitation;
 use crate::analysis::test_signals::{noise, sines};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {
@@ -48,6 +49,52 @@ fn the_picture_uses_the_requested_threshold() {
 fn assert_read_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(result: &T) {
     let json = serde_json::to_value(result).unwrap();
     assert_eq!(&T::deserialize(json).unwrap(), result);
+}
+
+/// A modulated tone in noise: after ten periods nearby states differ by the noise, which is no chaos.
+#[test]
+fn a_tone_in_noise_is_not_called_chaotic() {
+    const RATE: f64 = 16_000.0;
+    let mut samples = noise(3, 64_000, 0.02);
+    for (i, x) in samples.iter_mut().enumerate() {
+        let t = i as f64 / RATE;
+        let ramp = ((t - 1.0).min(3.0 - t) / 0.02).clamp(0.0, 1.0);
+        let modulation = 1.0 + 0.4 * (std::f64::consts::TAU * 12.0 * t).cos();
+        *x += 0.1 * ramp * modulation * (std::f64::consts::TAU * 2100.0 * t).sin();
+    }
+    let signal = Signal {
+        name: "squeak".to_owned(),
+        unit: "FS".to_owned(),
+        rate: RATE,
+        start: 0.0,
+        samples,
+    };
+    let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true);
+    let report = report.unwrap().unwrap();
+    assert_eq!(report.stretch.event, Some(1));
+    let verdict = report.verdict.get().unwrap();
+    assert_ne!(verdict.regime, Regime::Chaotic, "{verdict:?}");
+}
+
+/// Broadband power above the background is evidence, with and without a modulation.
+#[test]
+fn only_broadband_power_near_the_background_is_disregarded() {
+    let chaotic = Verdict {
+        regime: Regime::Chaotic,
+        confidence: 0.9,
+        likeliest: vec![Regime::Chaotic, Regime::QuasiPeriodic],
+        limitations: Vec::new(),
+        evidence: Vec::new(),
+    };
+    let of = |background, broadband| {
+        super::super::background::in_view_of(background, broadband, chaotic.clone())
+    };
+    assert_eq!(of(None, 1.0), chaotic);
+    assert_eq!(of(Some(1.0), 4.0), chaotic);
+    let undetermined = of(Some(1.0), 2.0);
+    assert_eq!(undetermined.regime, Regime::Undetermined);
+    assert_eq!(undetermined.likeliest, [Regime::QuasiPeriodic]);
+    assert_eq!(undetermined.limitations, [Limitation::Background]);
 }
 
 #[test]

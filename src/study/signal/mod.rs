@@ -15,6 +15,7 @@
 //! kHz, 86 million samples, needs less than 1 GB.
 
 mod analyse;
+mod background;
 mod live;
 mod outcome;
 mod sound;

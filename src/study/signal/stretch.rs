@@ -1,5 +1,7 @@
 //! The part of a sound from which spectrum, embedding, recurrence, exponents and type of motion follow.
 
+use std::ops::Range;
+
 use super::sound::{MeasuredSound, SOUND_RATES_HZ, overlap, shift};
 use super::{AnalysedStretch, MIN_SAMPLES, SignalError, SkipReason};
 use crate::analysis::{Span, TonalEvent, band_pass, demodulate, stationary_stretch};
@@ -185,6 +187,13 @@ fn pass_band(events: &[TonalEvent], span: Span, rate: f64) -> [f64; 2] {
     })
 }
 
+/// Indices of the samples of a signal in an interval.
+pub(super) fn index_range(signal: &Signal, span: Span) -> Range<usize> {
+    let index = |time: f64| ((time - signal.start) * signal.rate).round().max(0.0) as usize;
+    let end = index(span.end_s).min(signal.samples.len());
+    index(span.start_s).min(end)..end
+}
+
 /// The samples around a stretch, filtered if there is power outside the pass band.
 struct Part {
     samples: Vec<f64>,
@@ -198,11 +207,13 @@ struct Part {
 impl Part {
     fn new(signal: &Signal, span: Span, band: [f64; 2]) -> Self {
         let margin = MARGIN_PERIODS / band[0];
-        let index = |time: f64| ((time - signal.start) * signal.rate).round().max(0.0) as usize;
-        let count = signal.samples.len();
-        let end = index(span.end_s + margin).min(count);
-        let first = index(span.start_s - margin).min(end);
-        let raw = &signal.samples[first..end];
+        let wider = Span {
+            start_s: span.start_s - margin,
+            end_s: span.end_s + margin,
+        };
+        let range = index_range(signal, wider);
+        let first = range.start;
+        let raw = &signal.samples[range];
         let filtered = band_pass(raw, signal.rate, band);
         let (band, samples) = match filtered.outside_share > OUTSIDE_SHARE {
             true => (Some(band), filtered.samples),

@@ -1,0 +1,59 @@
+//! The background of a recording, and what it hides.
+
+use super::stretch::index_range;
+use crate::analysis::{Limitation, Regime, Span, TonalEvent, Verdict, band_pass, deviation};
+use crate::import::Signal;
+
+/// Shortest interval without events in which the background is measured, s.
+const SHORTEST_S: f64 = 0.1;
+
+/// Distance of this interval from events, s: they end gradually, and reverberate.
+const MARGIN_S: f64 = 0.1;
+
+/// Broadband power relative to that of the background up to which it may be background.
+const RATIO: f64 = 3.0;
+
+/// Power of a recording in a band (Hz; `None` for all frequencies) in the longest interval without events, in the
+/// square of the unit of the signal; `None` if the events leave no such interval.
+pub(super) fn background_power(
+    signal: &Signal,
+    events: &[TonalEvent],
+    band: Option<[f64; 2]>,
+) -> Option<f64> {
+    let mut start_s = signal.start;
+    let mut gaps = Vec::with_capacity(events.len() + 1);
+    for event in events {
+        gaps.push([start_s, event.start_s - MARGIN_S]);
+        start_s = start_s.max(event.end_s + MARGIN_S);
+    }
+    gaps.push([start_s, signal.start + signal.duration()]);
+    let length = |gap: &[f64; 2]| gap[1] - gap[0];
+    let [start_s, end_s] = gaps
+        .into_iter()
+        .max_by(|a, b| length(a).total_cmp(&length(b)))
+        .filter(|gap| length(gap) >= SHORTEST_S)?;
+    let samples = &signal.samples[index_range(signal, Span { start_s, end_s })];
+    let deviation = match band {
+        Some(band) => deviation(&band_pass(samples, signal.rate, band).samples),
+        None => deviation(samples),
+    };
+    Some(deviation.powi(2))
+}
+
+/// The verdict in view of the background: broadband power that may be background is no evidence of chaos.
+/// `broadband` and `background` are powers.
+pub(super) fn in_view_of(background: Option<f64>, broadband: f64, verdict: Verdict) -> Verdict {
+    let explains = background.is_some_and(|background| broadband <= RATIO * background);
+    if verdict.regime != Regime::Chaotic || !explains {
+        return verdict;
+    }
+    let mut limitations = verdict.limitations;
+    limitations.insert(0, Limitation::Background);
+    let likeliest = verdict.likeliest.into_iter();
+    Verdict {
+        regime: Regime::Undetermined,
+        likeliest: likeliest.filter(|r| *r != Regime::Chaotic).collect(),
+        limitations,
+        ..verdict
+    }
+}
