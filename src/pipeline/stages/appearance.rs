@@ -104,6 +104,8 @@ pub struct RecentSamples<'a> {
     pub time: f64,
     /// The operating point of the joint now.
     pub now: OperatingPoint,
+    /// Base frequencies of the lines in a longer window, whose names are kept; `None` to name the lines anew.
+    pub bases: Bases,
     /// Velocity of the probe, m/s.
     pub velocity: &'a [f64],
     /// Displacement of the probe, m.
@@ -181,7 +183,11 @@ impl AppearanceClassifier {
         let calm = ((recent.time - self.last_change).max(Self::FIRST) * self.rate).round();
         let count = recent.velocity.len().min(calm as usize);
         let velocity = &recent.velocity[recent.velocity.len() - count..];
-        let spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, self.bases);
+        let previous = match recent.bases {
+            Bases::None => self.bases,
+            longer => longer,
+        };
+        let spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, previous);
         let appearance = change.unwrap_or_else(|| self.tones(&spectrum_lines, count));
         self.bases = spectrum_lines.naming.bases;
         let (lines, bases) = match appearance {
@@ -325,6 +331,7 @@ mod tests {
         let motion =
             Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]).with_growth(rate);
         let recent = RecentSamples {
+            bases: Bases::None,
             time,
             now: STEADY,
             velocity: &motion.velocity,
@@ -386,6 +393,7 @@ mod tests {
         ] {
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]);
             let recent = RecentSamples {
+                bases: Bases::None,
                 time: 0.0,
                 now: STEADY,
                 velocity: &motion.velocity,
@@ -403,6 +411,7 @@ mod tests {
         let motion = Motion::tones(AppearanceClassifier::FIRST, &[(4117.0, 1e-3, 0.0)]);
         let mut classifier = AppearanceClassifier::new(RATE, 0.0);
         let recent = RecentSamples {
+            bases: Bases::None,
             time: 0.0,
             now: STEADY,
             velocity: &motion.velocity,
@@ -421,6 +430,7 @@ mod tests {
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &tones);
             let mut classifier = AppearanceClassifier::new(RATE, 0.0);
             let recent = RecentSamples {
+                bases: Bases::None,
                 time: 0.0,
                 now: STEADY,
                 velocity: &motion.velocity,

@@ -34,12 +34,13 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
     let appearances = Windowed::new(
         sliding,
         velocity_and_displacement,
-        move |window, _, emit| {
+        move |window, context, emit| {
             let [velocity, displacement] = window.channels;
             let time = window.time;
             let seen = classifier.classify(&RecentSamples {
                 time,
                 now: now(window.frame),
+                bases: context.bases,
                 velocity,
                 displacement,
             })?;
@@ -61,6 +62,34 @@ mod tests {
     use super::*;
     use crate::pipeline::{Monitor, run};
     use crate::scene::Scene;
+
+    /// The narration names the tones as the spectrum does: `f2`, and not `f1 + f2` as a tone of its own.
+    #[test]
+    fn the_second_tone_is_that_of_the_spectrum() {
+        let mut records: Vec<Record> = Vec::new();
+        let scene = Scene::load("torus-3deg").unwrap();
+        run(&scene, "", &mut records, Monitor::default()).unwrap();
+        let (mut in_spectrum, mut compared) = (None, 0);
+        for record in &records {
+            match record {
+                Record::Spectrum { peaks, .. } => {
+                    let line = peaks.iter().find(|line| line.label == "f2");
+                    in_spectrum = line.map(|line| line.frequency);
+                }
+                Record::Narration {
+                    observation: Observation::Vibration(vibration),
+                    ..
+                } => {
+                    if let (Some(f2), Some(expected)) = (vibration.f2, in_spectrum) {
+                        assert!((f2 / expected - 1.0).abs() < 0.01, "{f2} {expected}");
+                        compared += 1;
+                    }
+                }
+                _ => {}
+            }
+        }
+        assert!(compared > 0);
+    }
 
     /// The headings for a preset scene, without repetitions.
     fn headings(scene: &str) -> Vec<String> {

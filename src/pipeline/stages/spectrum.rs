@@ -19,11 +19,12 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
     let mut bases = Bases::None;
-    let spectra = Windowed::new(sliding, velocity, move |window, _, emit| {
+    let spectra = Windowed::new(sliding, velocity, move |window, context, emit| {
         let [velocity] = window.channels;
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, bases);
         bases = named.naming.bases;
+        context.bases = bases;
         let peaks = match is_at_rest(velocity, rest) {
             true => Vec::new(),
             false => named.peaks_above(rest),

@@ -2,6 +2,7 @@
 
 use super::choices::DelayChoices;
 use super::clock::Clock;
+use crate::analysis::Bases;
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
 
@@ -36,6 +37,8 @@ pub struct Context {
     pub clock: Clock,
     /// Delays and dimensions chosen so far.
     pub choices: DelayChoices,
+    /// Base frequencies of the lines of the last spectrum: other stages use the same names.
+    pub bases: Bases,
 }
 
 impl Context {
@@ -44,6 +47,7 @@ impl Context {
         Self {
             clock: Clock::new(rate),
             choices: DelayChoices::default(),
+            bases: Bases::None,
         }
     }
 
