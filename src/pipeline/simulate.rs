@@ -277,7 +277,8 @@ impl Simulation {
         self.ball.set_load(loading.load);
         self.ball.set_rotation(loading.rotation);
         let model = self.ball.model(loading.tilt)?;
-        self.replace_joint(&model)?;
+        self.replace_joint(&model);
+        self.integrator.restart(&self.joint)?;
         let all_nodes = match &mut self.full {
             Some(full) => {
                 let all_nodes = self.ball.full_model(loading.tilt)?;
@@ -292,14 +293,12 @@ impl Simulation {
         Ok(())
     }
 
-    /// Continues with the joint of another model. The change of energy is not work of friction.
-    fn replace_joint(&mut self, model: &Model) -> Result<(), PipelineError> {
+    /// Replaces the joint by that of another model. The change of energy is not work of friction.
+    fn replace_joint(&mut self, model: &Model) {
         let joint = audited(&self.scene, model);
         let z = self.integrator.state();
         self.audit.added += joint.energy(z).total() - self.joint.energy(z).total();
         self.joint = joint;
-        self.integrator.restart(&self.joint)?;
-        Ok(())
     }
 
     /// Continues with retrained nodes from a time (s) on if the error of the reduced contact exceeded its
@@ -326,9 +325,7 @@ impl Simulation {
             }
         }
         let z = self.integrator.state().to_vec();
-        let joint = audited(&self.scene, &self.ball.model(self.loading.tilt)?);
-        self.audit.added += joint.energy(&z).total() - self.joint.energy(&z).total();
-        self.joint = joint;
+        self.replace_joint(&self.ball.model(self.loading.tilt)?);
         // The workspace of the integrator depends on the number of nodes.
         self.stats += self.integrator.stats();
         let integrator = joint_integrator(&self.scene, &self.joint)?;

@@ -26,9 +26,9 @@ impl ForceCheck {
     }
 }
 
-/// Checker of the force of reduced joints against that of a full one. One check costs one evaluation of the full force, of the reduced
-/// force and of both contact statuses; it allocates nothing. With 1,000 nodes that is as much as about 40
-/// evaluations of 24 nodes: one check in 300 steps of seven evaluations takes 2 % of the time.
+/// Checker of the force of reduced joints against that of a full one. One check costs one evaluation of the full
+/// force, of the reduced force and of both contact statuses; it allocates nothing. With 1,000 nodes that is as
+/// much as about 40 evaluations of 24 nodes: one check in 300 steps of seven evaluations takes 2 % of the time.
 #[derive(Clone, Debug)]
 pub struct ForceChecker {
     full: Joint,

@@ -4,7 +4,8 @@ use super::stage::{Context, Emit, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
-/// Stage that follows the reduction of the contact: emits [`Record::Warning`] when the run continues with retrained nodes, and when it continues with all nodes.
+/// Stage that follows the reduction of the contact: emits [`Record::Warning`] when the run continues with
+/// retrained nodes, and when it continues with all nodes.
 #[derive(Default)]
 pub struct ReductionStage {
     /// Time of the last change that was reported, s.

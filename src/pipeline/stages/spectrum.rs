@@ -4,7 +4,7 @@ use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, is_at_rest};
 use super::stage::Stage;
 use super::windowed::{Windowed, velocity};
-use crate::analysis::{Bases, SlidingWindow, SpectrumAnalyser};
+use crate::analysis::{SlidingWindow, SpectrumAnalyser};
 use crate::pipeline::message::Record;
 use crate::scene::SpectrumSpec;
 
@@ -18,13 +18,11 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
-    let mut bases = Bases::None;
     let spectra = Windowed::new(sliding, velocity, move |window, context, emit| {
         let [velocity] = window.channels;
         let spectrum = analyser.analyse(velocity)?;
-        let named = NamedLines::following(&spectrum, bases);
-        bases = named.naming.bases;
-        context.bases = bases;
+        let named = NamedLines::following(&spectrum, context.bases);
+        context.bases = named.naming.bases;
         let peaks = match is_at_rest(velocity, rest) {
             true => Vec::new(),
             false => named.peaks_above(rest),

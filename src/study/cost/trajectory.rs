@@ -328,10 +328,16 @@ pub(super) fn reduction_sets(
     let (reference, floor) = baseline.reference(&all_nodes)?;
     let mut points = Vec::new();
     for (value, scene) in reduced {
-        let ball = BallJoint::new(&scene.joint()?.spec)?;
+        // Chooses the rule outside the measured time, with the modes of the previous joint.
+        let spec = &scene.joint()?.spec;
+        let ball = match baseline.ball.take() {
+            Some(before) => before.with_spec(spec)?,
+            None => BallJoint::new(spec)?,
+        };
         let kept = ball
             .reduction()
             .map_or(ball.spec().contact.nodes, |rule| rule.kept().len());
+        baseline.ball = Some(ball);
         let on = &mut || should_continue(points.len() as f64 / REDUCTIONS.len() as f64);
         let Some(point) = baseline.point(value, &scene, &reference, on) else {
             return Ok(None);

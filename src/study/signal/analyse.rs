@@ -160,7 +160,7 @@ fn run(
     step(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
     let verdict = regime(newest, rate, !events.is_empty(), obstacle)?;
-    let background = match events.is_empty() {
+    let background = || match events.is_empty() {
         true => None,
         false => background_power(&signal, events, stretch.band_hz),
     };

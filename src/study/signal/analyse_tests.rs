@@ -87,7 +87,7 @@ fn only_broadband_power_near_the_background_is_disregarded() {
         evidence: Vec::new(),
     };
     let of = |background, broadband| {
-        super::super::background::in_view_of(background, broadband, chaotic.clone())
+        super::super::background::in_view_of(|| background, broadband, chaotic.clone())
     };
     assert_eq!(of(None, 1.0), chaotic);
     assert_eq!(of(Some(1.0), 4.0), chaotic);

@@ -13,6 +13,9 @@ const MARGIN_S: f64 = 0.1;
 /// Broadband power relative to that of the background up to which it may be background.
 const RATIO: f64 = 3.0;
 
+/// Largest number of samples of this interval that are used: those of the longest stretch.
+const MAX_SAMPLES: usize = super::stretch::MAX_SAMPLES;
+
 /// Power of a recording in a band (Hz; `None` for all frequencies) in the longest interval without events, in the
 /// square of the unit of the signal; `None` if the events leave no such interval.
 pub(super) fn background_power(
@@ -33,6 +36,7 @@ pub(super) fn background_power(
         .max_by(|a, b| length(a).total_cmp(&length(b)))
         .filter(|gap| length(gap) >= SHORTEST_S)?;
     let samples = &signal.samples[index_range(signal, Span { start_s, end_s })];
+    let samples = &samples[..samples.len().min(MAX_SAMPLES)];
     let deviation = match band {
         Some(band) => deviation(&band_pass(samples, signal.rate, band).samples),
         None => deviation(samples),
@@ -41,10 +45,14 @@ pub(super) fn background_power(
 }
 
 /// The verdict in view of the background: broadband power that may be background is no evidence of chaos.
-/// `broadband` and `background` are powers.
-pub(super) fn in_view_of(background: Option<f64>, broadband: f64, verdict: Verdict) -> Verdict {
-    let explains = background.is_some_and(|background| broadband <= RATIO * background);
-    if verdict.regime != Regime::Chaotic || !explains {
+/// `broadband` and `background` are powers; the background is measured only where it matters.
+pub(super) fn in_view_of(
+    background: impl FnOnce() -> Option<f64>,
+    broadband: f64,
+    verdict: Verdict,
+) -> Verdict {
+    let explains = || background().is_some_and(|background| broadband <= RATIO * background);
+    if verdict.regime != Regime::Chaotic || !explains() {
         return verdict;
     }
     let mut limitations = verdict.limitations;

@@ -11,7 +11,7 @@ use crate::import::Signal;
 const MIN_PERIODS: f64 = 40.0;
 
 /// Maximum length of a stretch, samples; of a longer one the end is used.
-const MAX_SAMPLES: usize = 1 << 20;
+pub(super) const MAX_SAMPLES: usize = 1 << 20;
 
 /// A ridge whose frequencies, without the extreme twentieth on either side, differ by more than this share
 /// drifts, unless the drift is below this number of bins of the stretch.
