@@ -43,7 +43,7 @@ pub use signal_source::SignalSource;
 pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 #[cfg(feature = "live")]
 pub(crate) use latest::LatestPerKind;
-#[cfg(test)]
+#[cfg(all(test, feature = "live"))]
 pub(crate) use record_sender::{picture as picture_record, text as text_record};
 #[cfg(feature = "live")]
 pub(crate) use run::panic_message;

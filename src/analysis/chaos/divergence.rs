@@ -35,6 +35,9 @@
 //! Periodic and quasi-periodic signals have a flat curve and no scaling region. White noise has none
 //! either: after one step its neighbours are as far apart as any two states.
 
+use std::f64::consts::LN_2;
+use std::ops::Range;
+
 use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -103,6 +106,33 @@ impl DivergenceSearch {
             max_references: 2000,
         }
     }
+
+    /// Least time between neighbours, samples.
+    fn min_separation(&self) -> usize {
+        self.theiler.max(1)
+    }
+
+    /// Whether vectors can be followed.
+    fn check(&self, vectors: &DelayVectors<'_>) -> Result<(), AnalysisError> {
+        if self.max_references == 0 {
+            return Err(AnalysisError::ZeroCount {
+                what: "divergence: the number of states followed",
+            });
+        }
+        let min_vectors = self
+            .min_separation()
+            .saturating_mul(2)
+            .saturating_add(self.horizon)
+            .saturating_add(1);
+        if vectors.len() < min_vectors {
+            return Err(AnalysisError::TooShort {
+                what: "divergence",
+                have: vectors.samples().len(),
+                need: DelayVectors::samples_for(min_vectors, self.lag, self.dimension),
+            });
+        }
+        Ok(())
+    }
 }
 
 /// Divergence curve of nearest neighbours.
@@ -151,36 +181,29 @@ impl Divergence {
 /// over the horizon span at most two Theiler windows.
 pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergence, AnalysisError> {
     let vectors = DelayVectors::new(samples, search.lag, search.dimension)?;
-    if search.max_references == 0 {
-        return Err(AnalysisError::ZeroCount {
-            what: "divergence: the number of states followed",
-        });
-    }
-    let min_separation = search.theiler.max(1);
-    let min_vectors = min_separation
-        .saturating_mul(2)
-        .saturating_add(search.horizon)
-        .saturating_add(1);
-    if vectors.len() < min_vectors {
-        return Err(AnalysisError::TooShort {
-            what: "divergence",
-            have: samples.len(),
-            need: DelayVectors::samples_for(min_vectors, search.lag, search.dimension),
-        });
-    }
-    let limit = vectors.len() - search.horizon;
-    let references = search.max_references.min(limit);
+    search.check(&vectors)?;
     let norm = match search.method {
         DivergenceMethod::Rosenstein => Norm::Euclidean,
         DivergenceMethod::Kantz { .. } => Norm::Maximum,
     };
+    divergence_in(&NeighbourTree::new(vectors, norm), search)
+}
+
+/// [`divergence`] for a tree of the delay vectors, in the norm of the method.
+pub(in crate::analysis) fn divergence_in(
+    tree: &NeighbourTree<'_>,
+    search: &DivergenceSearch,
+) -> Result<Divergence, AnalysisError> {
+    search.check(tree.vectors())?;
+    let samples = tree.vectors().samples();
+    let limit = tree.vectors().len() - search.horizon;
+    let references = search.max_references.min(limit);
     let unit = Some(largest(samples)).filter(|l| *l > 0.0).unwrap_or(1.0);
     let tracker = PairTracker {
         samples,
         search,
-        min_separation,
         limit,
-        tree: NeighbourTree::new(vectors, norm),
+        tree,
         deviation: deviation(samples),
         unit,
         arch: Arch::new(),
@@ -192,7 +215,7 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
             tracker.track(range.map(|r| r * limit / references))
         })
         .collect();
-    let mut all = LogSums::new(search.horizon, unit);
+    let mut all = LogSums::new(search, unit);
     blocks.iter().for_each(|block| all.merge(block));
     let curve = all.means();
     let blocks: Vec<Vec<f64>> = blocks.iter().map(LogSums::means).collect();
@@ -204,61 +227,87 @@ pub fn divergence(samples: &[f64], search: &DivergenceSearch) -> Result<Divergen
     })
 }
 
-/// Number of distances multiplied before the logarithm of the product is taken, because a logarithm for
-/// each would take most of the time. Each factor is above [`ROUNDING`] in the unit, which keeps products
-/// above 1e-192.
-const FACTORS_PER_LOG: usize = 16;
+/// Number of factors multiplied before the exponent of the product is split off. Each factor is above the
+/// square of [`ROUNDING`], which keeps products above 1e-288.
+const FACTORS: usize = 12;
 
-/// Sums of logarithms of distances for each time step.
+/// Time steps whose products stay in the L1 cache.
+const TILE: usize = 512;
+
+/// Bits of the mantissa of a number, and the exponent of 1.
+const MANTISSA: u64 = (1 << 52) - 1;
+const EXPONENT_OF_ONE: u64 = 1023;
+
+/// Sums of logarithms of distances for each time step: the logarithms of products of the distances or of
+/// their squares, because a root and a logarithm for each distance would take most of the time.
 struct LogSums {
     arch: Arch,
     /// Largest sample magnitude, the unit of the distances.
     unit: f64,
+    /// Whether the factors are squares of the distances.
+    squared: bool,
     /// Sums of the logarithms of distances over the unit.
     sums: Vec<f64>,
     counts: Vec<usize>,
-    /// Products of distances over the unit that are not yet in the sums.
+    /// Products of factors, without the powers of two that are in the exponents.
     products: Vec<f64>,
-    /// Number of factors in the products.
-    factors: usize,
+    exponents: Vec<u64>,
 }
 
 impl LogSums {
-    fn new(horizon: usize, unit: f64) -> Self {
+    fn new(search: &DivergenceSearch, unit: f64) -> Self {
+        let steps = search.horizon + 1;
         Self {
             arch: Arch::new(),
             unit,
-            sums: vec![0.0; horizon + 1],
-            counts: vec![0; horizon + 1],
-            products: vec![1.0; horizon + 1],
-            factors: 0,
+            squared: matches!(search.method, DivergenceMethod::Rosenstein),
+            sums: vec![0.0; steps],
+            counts: vec![0; steps],
+            products: vec![1.0; steps],
+            exponents: vec![0; steps],
         }
     }
 
-    /// Adds the distances above rounding error.
-    fn accumulate(&mut self, distances: &[f64]) {
-        let over_unit = 1.0 / self.unit;
+    /// Adds the factors of these steps that are above rounding error. After at most [`FACTORS`] calls for a
+    /// step the exponents must be split off.
+    fn accumulate(&mut self, steps: Range<usize>, factors: &[f64]) {
+        let (scale, least) = match self.squared {
+            true => ([1.0 / self.unit; 2], ROUNDING * ROUNDING),
+            false => ([1.0 / self.unit, 1.0], ROUNDING),
+        };
+        let (products, counts) = (&mut self.products[steps.clone()], &mut self.counts[steps]);
         self.arch.dispatch(|| {
-            let places = self.products.iter_mut().zip(&mut self.counts);
-            for ((product, count), &distance) in places.zip(distances) {
-                let distance = distance * over_unit;
-                let above_rounding = distance > ROUNDING;
-                *product *= if above_rounding { distance } else { 1.0 };
+            for ((product, count), factor) in products.iter_mut().zip(counts).zip(factors) {
+                let factor = factor * scale[0] * scale[1];
+                let above_rounding = factor > least;
+                *product *= if above_rounding { factor } else { 1.0 };
                 *count += usize::from(above_rounding);
             }
         });
-        self.factors += 1;
-        if self.factors == FACTORS_PER_LOG {
-            self.flush();
-        }
     }
 
-    /// Adds the logarithms of the products to the sums.
-    fn flush(&mut self) {
-        for (sum, product) in self.sums.iter_mut().zip(&mut self.products) {
-            *sum += std::mem::replace(product, 1.0).ln();
+    /// Splits the powers of two off the products.
+    fn split_exponents(&mut self, steps: Range<usize>) {
+        let products = self.products[steps.clone()].iter_mut();
+        let exponents = &mut self.exponents[steps];
+        self.arch.dispatch(|| {
+            for (product, exponent) in products.zip(exponents) {
+                let bits = product.to_bits();
+                // Wraps below 1; the sum is read as a signed number.
+                *exponent = exponent.wrapping_add((bits >> 52).wrapping_sub(EXPONENT_OF_ONE));
+                *product = f64::from_bits(bits & MANTISSA | EXPONENT_OF_ONE << 52);
+            }
+        });
+    }
+
+    /// Computes the sums, after the last factor.
+    fn finish(mut self) -> Self {
+        let power = if self.squared { 0.5 } else { 1.0 };
+        let parts = self.products.iter().zip(&self.exponents);
+        for (sum, (product, &exponent)) in self.sums.iter_mut().zip(parts) {
+            *sum = power * (product.ln() + exponent as i64 as f64 * LN_2);
         }
-        self.factors = 0;
+        self
     }
 
     fn merge(&mut self, other: &LogSums) {
@@ -284,10 +333,9 @@ impl LogSums {
 struct PairTracker<'a> {
     samples: &'a [f64],
     search: &'a DivergenceSearch,
-    min_separation: usize,
     /// Vectors before this one can be followed over the full horizon.
     limit: usize,
-    tree: NeighbourTree<'a>,
+    tree: &'a NeighbourTree<'a>,
     /// Standard deviation of the samples.
     deviation: f64,
     /// Largest sample magnitude; 1 if all samples are 0.
@@ -296,54 +344,65 @@ struct PairTracker<'a> {
 }
 
 impl PairTracker<'_> {
-    fn track(&self, references: impl Iterator<Item = usize>) -> LogSums {
-        let mut log_sums = LogSums::new(self.search.horizon, self.unit);
-        let mut distances = vec![0.0; self.search.horizon + 1];
+    fn track(&self, references: impl Iterator<Item = usize> + Clone) -> LogSums {
+        let mut log_sums = LogSums::new(self.search, self.unit);
+        let steps = 0..self.search.horizon + 1;
+        let (limit, separation) = (self.limit, self.search.min_separation());
         match self.search.method {
             DivergenceMethod::Rosenstein => {
-                let mut squares = Vec::new();
-                for i in references {
-                    if let Some(near) = self.tree.nearest(i, self.min_separation, self.limit) {
-                        self.vector_distances(i, near.index, &mut squares, &mut distances);
-                        log_sums.accumulate(&distances);
+                let near = self
+                    .tree
+                    .nearest_each(references.clone(), separation, limit);
+                let both = references.zip(near);
+                let pairs: Vec<_> = both
+                    .filter_map(|(i, near)| Some((i, near?.index)))
+                    .collect();
+                let (mut squares, mut sums) = (Vec::new(), Vec::new());
+                for from in steps.clone().step_by(TILE) {
+                    let steps = from..steps.end.min(from + TILE);
+                    for pairs in pairs.chunks(FACTORS) {
+                        for &(i, j) in pairs {
+                            sums.resize(steps.len(), 0.0);
+                            self.squared_distances(i + from, j + from, &mut squares, &mut sums);
+                            log_sums.accumulate(steps.clone(), &sums);
+                        }
+                        log_sums.split_exponents(steps.clone());
                     }
                 }
             }
             DivergenceMethod::Kantz { radius } => {
                 let radius = radius * self.deviation;
                 let mut near = Vec::new();
+                let mut means = vec![0.0; steps.len()];
                 for i in references {
                     near.clear();
                     self.tree
-                        .within(i, radius, self.min_separation, self.limit, |n| {
-                            near.push(n.index);
-                        });
+                        .within(i, radius, separation, limit, |n| near.push(n.index));
                     if near.len() >= MIN_NEIGHBOURS {
-                        self.mean_sample_distances(i, &near, &mut distances);
-                        log_sums.accumulate(&distances);
+                        self.mean_sample_distances(i, &near, &mut means);
+                        log_sums.accumulate(steps.clone(), &means);
+                        log_sums.split_exponents(steps.clone());
                     }
                 }
             }
         }
-        log_sums.flush();
-        log_sums
+        log_sums.finish()
     }
 
-    /// `|y_(i+k) - y_(j+k)|` for `k` = 0, 1, ...
-    fn vector_distances(&self, i: usize, j: usize, squares: &mut Vec<f64>, distances: &mut [f64]) {
-        let span = distances.len() + (self.search.dimension - 1) * self.search.lag;
+    /// `|y_(i+k) - y_(j+k)|^2` for `k` = 0, 1, ...
+    fn squared_distances(&self, i: usize, j: usize, squares: &mut Vec<f64>, sums: &mut [f64]) {
+        let span = sums.len() + (self.search.dimension - 1) * self.search.lag;
         let (here, there) = (&self.samples[i..][..span], &self.samples[j..][..span]);
         self.arch.dispatch(|| {
             squares.clear();
             squares.extend(here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)));
-            distances.fill(0.0);
+            sums.fill(0.0);
             // Each coordinate uses the same squares, shifted by a lag.
-            for coordinate in squares.windows(distances.len()).step_by(self.search.lag) {
-                for (sum, square) in distances.iter_mut().zip(coordinate) {
+            for coordinate in squares.windows(sums.len()).step_by(self.search.lag) {
+                for (sum, square) in sums.iter_mut().zip(coordinate) {
                     *sum += square;
                 }
             }
-            distances.iter_mut().for_each(|d| *d = d.sqrt());
         });
     }
 

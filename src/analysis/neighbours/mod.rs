@@ -22,11 +22,11 @@ use rayon::prelude::*;
 
 pub use self::search::Neighbour;
 use self::search::{Best, Euclidean, Manhattan, Maximum, Metric, Query};
-use self::tree::{BUCKET, Bucket, Tree};
+use self::tree::Tree;
 use super::{DelayVectors, Norm};
 
-/// Buckets per task of [`NeighbourTree::nearest_all`].
-const BUCKETS_A_TASK: usize = 32;
+/// Vectors per task of [`NeighbourTree::nearest_all`].
+const VECTORS_A_TASK: usize = 512;
 
 /// A k-d tree over delay vectors.
 ///
@@ -59,8 +59,8 @@ struct Nearest {
     beyond: Option<f64>,
 }
 
-/// Nearest neighbours of the vectors in some buckets.
-struct NearestOfBuckets<'t>(&'t [Bucket]);
+/// Nearest neighbours of some vectors.
+struct NearestEach<I>(I);
 
 /// All neighbours of a vector within a radius.
 struct Within<'e, F> {
@@ -84,25 +84,23 @@ impl<M: Metric> WithSimd for Search<'_, '_, M, Nearest> {
     }
 }
 
-impl<M: Metric> WithSimd for Search<'_, '_, M, NearestOfBuckets<'_>> {
-    type Output = Vec<(usize, Option<Neighbour>)>;
+impl<M: Metric, I: Iterator<Item = usize>> WithSimd for Search<'_, '_, M, NearestEach<I>> {
+    type Output = Vec<Option<Neighbour>>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
-        let NearestOfBuckets(buckets) = self.kind;
+        let NearestEach(vectors) = self.kind;
         let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
-        let mut best = Best::NONE;
-        let mut answers = Vec::with_capacity(buckets.len() * BUCKET);
-        for bucket in buckets {
-            for &i in bucket.indices.iter().filter(|&&i| i < self.limit) {
-                query.at(i);
-                // The neighbour of the previous vector is a good first guess.
-                let guess = query.guess::<M>(best);
-                best = self.tree.tree.nearest::<M>(&mut query, guess);
-                answers.push((i, best.neighbour::<M>()));
-            }
-        }
-        answers
+        let mut before = (0, Best::NONE);
+        let nearest = vectors.map(|i| {
+            query.at(i);
+            // The neighbour of the previous vector has moved on as well.
+            let guess = query.guess::<M>(before);
+            let best = self.tree.tree.nearest::<M>(&mut query, guess);
+            before = (i, best);
+            best.neighbour::<M>()
+        });
+        nearest.collect()
     }
 }
 
@@ -175,17 +173,35 @@ impl<'a> NeighbourTree<'a> {
         dispatch!(self, theiler, limit, Nearest { i, beyond })
     }
 
+    /// [`NeighbourTree::nearest`] for each of the given vectors. Fastest if they follow each other closely.
+    ///
+    /// # Panics
+    /// If a vector is not below [`DelayVectors::len`].
+    pub fn nearest_each(
+        &self,
+        vectors: impl Iterator<Item = usize>,
+        theiler: usize,
+        limit: usize,
+    ) -> Vec<Option<Neighbour>> {
+        dispatch!(self, theiler, limit, NearestEach(vectors))
+    }
+
     /// [`NeighbourTree::nearest`] for each of the vectors `0..limit` (or all vectors, if there are
     /// fewer), on all cores.
     pub fn nearest_all(&self, theiler: usize, limit: usize) -> Vec<Option<Neighbour>> {
-        let answer = |buckets| dispatch!(self, theiler, limit, NearestOfBuckets(buckets));
-        let tasks = self.tree.buckets.par_chunks(BUCKETS_A_TASK);
-        let answers: Vec<_> = tasks.map(answer).collect();
-        let mut nearest = vec![None; limit.min(self.vectors.len())];
-        for (i, neighbour) in answers.into_iter().flatten() {
-            nearest[i] = neighbour;
-        }
-        nearest
+        let count = limit.min(self.vectors.len());
+        let task = |task: usize| {
+            let first = task * VECTORS_A_TASK;
+            self.nearest_each(first..(first + VECTORS_A_TASK).min(count), theiler, limit)
+        };
+        let tasks = (0..count.div_ceil(VECTORS_A_TASK)).into_par_iter();
+        let nearest: Vec<_> = tasks.map(task).collect();
+        nearest.concat()
+    }
+
+    /// The vectors.
+    pub fn vectors(&self) -> &DelayVectors<'a> {
+        &self.vectors
     }
 
     /// Calls `each` for every neighbour of vector `i` within `radius` (inclusive) with

@@ -182,17 +182,19 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// The neighbour of another vector as a first guess for this one.
+    /// A first guess from another vector and its neighbour: the vector as long after that neighbour as this
+    /// vector is after the other one.
     #[inline(always)]
-    pub fn guess<M: Metric>(&self, other: Best) -> Best {
-        if !self.is_candidate(other.index) {
+    pub fn guess<M: Metric>(&self, (other, best): (usize, Best)) -> Best {
+        let index = best.index.wrapping_add(self.i).wrapping_sub(other);
+        if best.index == NO_INDEX || !self.is_candidate(index) {
             return Best::NONE;
         }
-        let there = self.vectors.vector(other.index);
+        let there = self.vectors.vector(index);
         let differences = there.zip(&self.centre).map(|(a, b)| a - b);
         Best {
             sum: differences.fold(0.0, M::add),
-            index: other.index,
+            index,
         }
     }
 }

@@ -6,6 +6,9 @@
 //! the motion then returns closest. Its cosine series is fitted one line at a time.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::analysis::mean;
 
@@ -24,6 +27,10 @@ const MIN_EXPLAINED: f64 = 0.75;
 const MIN_GAIN: f64 = 0.05;
 /// Highest order of a combination of modulations.
 const MAX_ORDER: i32 = 12;
+/// Frequencies of the grid per cycle within the plot.
+const GRID: usize = 16;
+/// Least square of the part of a cosine that is orthogonal to the basis. A smaller one is rounding error.
+const MIN_SQUARE: f64 = 1e-6;
 
 /// A modulation of the heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,21 +128,19 @@ impl Fit {
     fn gain(&self, frequency: f64) -> (f64, f64) {
         let new = self.orthogonal(self.cosine(frequency));
         let (product, square) = (dot(&new, &self.residual), dot(&new, &new));
-        match square > 1e-6 {
+        match square > MIN_SQUARE {
             true => (product * product / square, product / square),
             false => (0.0, 0.0),
         }
     }
 
-    /// The strongest line, if it is significant.
-    fn strongest(&self) -> Option<Line> {
+    /// The strongest line, if it is significant. `grid`: that of the weights of this fit.
+    fn strongest(&self, grid: &mut Grid) -> Option<Line> {
         let count = self.residual.len();
-        let step = 0.0625 / count as f64;
-        let least = (MIN_CYCLES - 0.5) / count as f64;
-        let steps = ((0.5 - least) / step).floor() as usize;
-        let grid = (0..=steps).map(|k| 0.5 - k as f64 * step);
-        let gains = grid.map(|frequency| (self.gain(frequency).0, frequency));
-        let (_, near) = gains.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let step = 1.0 / (GRID * count) as f64;
+        let gains = grid.gains(self).into_iter().enumerate();
+        let (nearest, _) = gains.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let near = 0.5 - nearest as f64 * step;
         let frequency = maximum(near - step, near + step, |f| self.gain(f).0).min(0.5);
         let line = self.line(frequency);
         let freedom = count as f64 - self.basis.len() as f64 - 2.0;
@@ -163,15 +168,93 @@ impl Fit {
     }
 }
 
+/// Gains of the cosines of all frequencies `0.5 - k / (GRID count)` with at least [`MIN_CYCLES`] less a half
+/// within the plot.
+///
+/// `cos(2 pi f j)` is then `(-1)^j cos(2 pi j k / (GRID count))`: the products of a function with all cosines
+/// are one Fourier transform.
+struct Grid {
+    transform: Arc<dyn RealToComplex<f64>>,
+    /// Square of the part of each cosine that is orthogonal to the basis.
+    squares: Vec<f64>,
+    /// Number of functions of the basis in the squares.
+    known: usize,
+}
+
+impl Grid {
+    fn new(weights: &[f64]) -> Self {
+        let count = weights.len();
+        let transform = RealFftPlanner::new().plan_fft_forward(GRID * count);
+        let least = (MIN_CYCLES - 0.5) * GRID as f64;
+        let size = ((GRID * count) as f64 * 0.5 - least).max(0.0) as usize + 1;
+        let mut grid = Self {
+            transform,
+            squares: vec![0.0; size],
+            known: 0,
+        };
+        // cos^2 x = (1 + cos 2 x) / 2
+        let doubled = grid.transformed(weights.iter().map(|w| w * w));
+        let constant = weights.iter().map(|w| w * w).sum::<f64>();
+        for (k, square) in grid.squares.iter_mut().enumerate() {
+            let twice = (2 * k).min(GRID * count - 2 * k);
+            *square = 0.5 * (constant + doubled[twice]);
+        }
+        grid
+    }
+
+    /// Sums of the values 1, 2, ... times `cos(2 pi j k / (GRID count))`.
+    fn transformed(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut input = self.transform.make_input_vec();
+        let mut output = self.transform.make_output_vec();
+        input[1..]
+            .iter_mut()
+            .zip(values)
+            .for_each(|(x, value)| *x = value);
+        self.transform
+            .process(&mut input, &mut output)
+            .expect("the buffers have the lengths of the plan");
+        output.iter().map(|sum| sum.re).collect()
+    }
+
+    /// Products of a function with the weighted cosines.
+    fn products(&self, fit: &Fit, function: &[f64]) -> Vec<f64> {
+        let weighted = function.iter().zip(&fit.weights).map(|(x, w)| x * w);
+        let signs = [-1.0, 1.0].into_iter().cycle();
+        self.transformed(weighted.zip(signs).map(|(x, sign)| sign * x))
+    }
+
+    /// Decrease of the sum of squares of a fit by each cosine. The fit has the weights of the grid and all
+    /// functions of the fits before.
+    fn gains(&mut self, fit: &Fit) -> Vec<f64> {
+        for new in &fit.basis[self.known..] {
+            let products = self.products(fit, new);
+            for (square, along) in self.squares.iter_mut().zip(products) {
+                *square -= along * along;
+            }
+        }
+        self.known = fit.basis.len();
+        // The residual is orthogonal to the basis.
+        let products = self.products(fit, &fit.residual);
+        let gain = |(square, product): (&f64, f64)| match *square > MIN_SQUARE {
+            true => product * product / square,
+            false => 0.0,
+        };
+        self.squares.iter().zip(products).map(gain).collect()
+    }
+}
+
 /// The modulations of the heights of the stripes 1, 2, ...: frequencies that are not harmonics, sums or
 /// differences of those found before. None if they do not explain most of the variance, as in chaos.
 pub fn modulations(heights: &[f64]) -> Vec<Modulation> {
     let mut found: Vec<Modulation> = Vec::new();
     let mut fit = Fit::new(heights);
+    let mut grid = Grid::new(&fit.weights);
     let all = fit.squares();
     let tolerance = 0.25 / heights.len() as f64;
     for _ in 0..MAX_LINES {
-        let Some(line) = fit.strongest() else { break };
+        let Some(line) = fit.strongest(&mut grid) else {
+            break;
+        };
         let half = 0.5 - line.frequency <= tolerance;
         let frequency = if half { 0.5 } else { line.frequency };
         let harmonic = is_combination(frequency, &found, tolerance);
@@ -312,14 +395,24 @@ fn is_combination(frequency: f64, known: &[Modulation], tolerance: f64) -> bool 
     })
 }
 
-/// Position of the maximum of a smooth function with one maximum in an interval.
+/// Position of the maximum of a smooth function with one maximum in an interval, by the golden section.
 fn maximum(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..40 {
-        let third = (high - low) / 3.0;
-        if value(low + third) < value(high - third) {
-            low += third;
+    const SECTION: f64 = 0.618_033_988_749_894_9;
+    let inner = |low: f64, high: f64| SECTION * (high - low);
+    let [mut left, mut right] = [high - inner(low, high), low + inner(low, high)];
+    let [mut at_left, mut at_right] = [value(left), value(right)];
+    // Reduces the interval to 1e-7 of its length.
+    for _ in 0..34 {
+        if at_left < at_right {
+            low = left;
+            (left, at_left) = (right, at_right);
+            right = low + inner(low, high);
+            at_right = value(right);
         } else {
-            high -= third;
+            high = right;
+            (right, at_right) = (left, at_left);
+            left = high - inner(low, high);
+            at_left = value(left);
         }
     }
     0.5 * (low + high)

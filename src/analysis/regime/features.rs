@@ -7,7 +7,7 @@ use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, Predicti
 use crate::analysis::{
     AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
     Line, LineCriterion, LineIdentification, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
-    ZeroOneTest, delay_section, divergence, identify_lines, mean, mutual_information, range,
+    ZeroOneTest, delay_section, divergence_in, identify_lines, mean, mutual_information, range,
     section_shape, zero_one,
 };
 
@@ -17,6 +17,9 @@ pub(super) const MIN_SECOND_TONE: f64 = 0.025;
 
 /// Largest lag tried, samples.
 const MAX_LAG: usize = 200;
+
+/// Largest lag tried first, samples.
+const FIRST_LAGS: usize = 32;
 
 /// A signal with a larger prediction error is unpredictable a quarter period ahead. It is deterministic
 /// if the nearest-neighbour error is at most this share of that of a linear map.
@@ -211,7 +214,7 @@ impl Features {
             states: vectors.len(),
             repetition: repetition.map(|(distance, period)| (distance / power.sqrt(), period)),
             zero_one: zero_one.ok().map(|result| (result.k, result.samples)),
-            exponent: exponent(&centred, lag).map(|r| [r.slope * period, r.error * period]),
+            exponent: exponent(&neighbourhood).map(|r| [r.slope * period, r.error * period]),
         })
     }
 
@@ -394,11 +397,22 @@ fn colour(floor: &[f64]) -> f64 {
 /// First clear minimum of the mutual information, else the lag at which it falls below 1/e.
 pub(super) fn lag(samples: &[f64]) -> Result<usize, AnalysisError> {
     let n = samples.len();
-    let largest = (n / 25).clamp(1, MAX_LAG);
-    let mutual = mutual_information(samples, largest, DelaySearch::for_samples(n).bins)?;
-    let minimum = mutual.first_clear_minimum();
-    let lag = minimum.or_else(|| mutual.first_below((-1.0_f64).exp()));
-    Ok(lag.unwrap_or(largest).max(1))
+    let (largest, bins) = ((n / 25).clamp(1, MAX_LAG), DelaySearch::for_samples(n).bins);
+    // A minimum at a short lag is known without the long ones.
+    let mut tried = largest.min(FIRST_LAGS);
+    loop {
+        let mutual = mutual_information(samples, tried, bins)?;
+        if let Some(lag) = mutual.first_clear_minimum() {
+            return Ok(lag);
+        }
+        if tried == largest {
+            return Ok(mutual
+                .first_below((-1.0_f64).exp())
+                .unwrap_or(largest)
+                .max(1));
+        }
+        tried = largest.min(2 * tried);
+    }
 }
 
 /// Distance (per coordinate, as for noise) between crossings that are a period or a multiple of it
@@ -436,8 +450,10 @@ fn repetition(points: &[&[f64]]) -> Option<(f64, usize)> {
 }
 
 /// Scaling region of the divergence of nearest neighbours.
-fn exponent(centred: &[f64], lag: usize) -> Option<ScalingRegion> {
-    let mut search = DivergenceSearch::for_delay(lag, DIMENSION, PERIOD * lag, centred.len());
+fn exponent(neighbourhood: &Neighbourhood<'_>) -> Option<ScalingRegion> {
+    let tree = neighbourhood.tree();
+    let (samples, lag) = (tree.vectors().samples(), tree.vectors().lag());
+    let mut search = DivergenceSearch::for_delay(lag, DIMENSION, PERIOD * lag, samples.len());
     search.max_references = EXPONENT_REFERENCES;
-    divergence(centred, &search).ok()?.region
+    divergence_in(tree, &search).ok()?.region
 }

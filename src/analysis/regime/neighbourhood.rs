@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::analysis::{DelayVectors, NeighbourTree, Norm};
+use crate::analysis::{DelayVectors, Neighbour, NeighbourTree, Norm};
 
 /// Embedding dimension, as in the paper; sufficient for any torus of two frequencies.
 pub(super) const DIMENSION: usize = 5;
@@ -62,6 +62,11 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
+    /// The tree of the states.
+    pub(super) fn tree(&self) -> &NeighbourTree<'a> {
+        &self.tree
+    }
+
     /// Prediction errors one lag and [`LONG_PERIODS`] periods ahead.
     pub(super) fn prediction_error(&self) -> PredictionError {
         let Self {
@@ -77,8 +82,9 @@ impl<'a> Neighbourhood<'a> {
         // Averaged over the last period, which removes the effect of the phase.
         let late = (0..PERIOD).map(|quarter| ahead.saturating_sub(quarter * lag));
         let (mut short, mut long, mut pairs) = (0.0, 0.0, 0.0);
-        for i in references(limit) {
-            let Some(other) = tree.nearest(i, period, limit) else {
+        let nearest = tree.nearest_each(references(limit), period, limit);
+        for (i, other) in references(limit).zip(nearest) {
+            let Some(other) = other else {
                 continue;
             };
             let difference =
@@ -137,15 +143,16 @@ impl<'a> Neighbourhood<'a> {
         let limit = count.saturating_sub(late[late.len() - 1]);
         let newest = self.vectors.coordinate(DIMENSION - 1);
         let floor = MIN_ERROR.powi(2) * self.power;
-        let growth = |i: usize| {
-            let j = self.tree.nearest(i, period, limit)?.index;
+        let growth = |(i, near): (usize, Option<Neighbour>)| {
+            let j = near?.index;
             let difference = |steps: &[usize]| {
                 let square = |k: &usize| (newest[i + k] - newest[j + k]).powi(2);
                 floor + steps.iter().map(square).sum::<f64>() / steps.len() as f64
             };
             Some(0.5 * (difference(&late) / difference(&early)).ln())
         };
-        mean(references(limit).filter_map(growth))
+        let nearest = self.tree.nearest_each(references(limit), period, limit);
+        mean(references(limit).zip(nearest).filter_map(growth))
     }
 
     /// [`Features::drift`](super::features::Features): mean over the states of the logarithm of the
@@ -153,14 +160,11 @@ impl<'a> Neighbourhood<'a> {
     pub(super) fn drift(&self) -> f64 {
         let count = self.vectors.len();
         let floor = MIN_ERROR.powi(2) * self.power * DIMENSION as f64;
-        let log_ratio = |i: usize| {
-            let square = |separation: usize| {
-                let nearest = self.tree.nearest(i, separation, count)?;
-                Some(nearest.distance.powi(2) + floor)
-            };
-            Some(0.5 * (square(count / DISTANT_DIVISOR)? / square(PERIOD * self.lag)?).ln())
-        };
-        mean(references(count).filter_map(log_ratio))
+        let nearest = |separation| self.tree.nearest_each(references(count), separation, count);
+        let square = |near: Option<Neighbour>| Some(near?.distance.powi(2) + floor);
+        let [distant, any] = [count / DISTANT_DIVISOR, PERIOD * self.lag].map(nearest);
+        let log_ratio = |(distant, any)| Some(0.5 * (square(distant)? / square(any)?).ln());
+        mean(distant.into_iter().zip(any).filter_map(log_ratio))
     }
 }
 

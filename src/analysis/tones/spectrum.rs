@@ -256,7 +256,7 @@ impl Spectrum {
         let min_amplitude = criterion.ratio_to_strongest * strongest;
         let floor = self.floor();
         let edge = self.window.half_lobe();
-        let mut lines: Vec<Line> = (edge..self.amplitude.len().saturating_sub(edge))
+        let mut peaks: Vec<usize> = (edge..self.amplitude.len().saturating_sub(edge))
             .filter(|&k| {
                 let a = self.amplitude[k];
                 a > 0.0
@@ -264,8 +264,15 @@ impl Spectrum {
                     && a > criterion.ratio_to_floor * floor[k]
                     && self.is_local_maximum(k)
             })
-            .map(|k| self.interpolate(k))
             .collect();
+        // Interpolation raises an amplitude at most as for a line between two bins: weaker ones need none.
+        let mut largest: Vec<f64> = peaks.iter().map(|&k| self.amplitude[k]).collect();
+        largest.sort_by(|a, b| b.total_cmp(a));
+        if let Some(last) = largest.get(criterion.max_lines.saturating_sub(1)) {
+            let least = last * self.window.response(0.5);
+            peaks.retain(|&k| self.amplitude[k] >= least);
+        }
+        let mut lines: Vec<Line> = peaks.into_iter().map(|k| self.interpolate(k)).collect();
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
         lines.truncate(criterion.max_lines);
         lines

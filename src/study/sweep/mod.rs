@@ -7,7 +7,7 @@ mod result;
 mod row;
 #[cfg(feature = "table")]
 mod table;
-#[cfg(test)]
+#[cfg(all(test, feature = "table"))]
 mod table_tests;
 mod transition;
 
