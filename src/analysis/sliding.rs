@@ -74,6 +74,8 @@ pub struct SlidingWindow<const C: usize> {
     min_spacing: u64,
     /// End of the last window passed on.
     last_end: Option<u64>,
+    /// Every so many windows are passed on.
+    divisor: u64,
 }
 
 impl<const C: usize> SlidingWindow<C> {
@@ -87,12 +89,18 @@ impl<const C: usize> SlidingWindow<C> {
             completed: 0,
             min_spacing: 0,
             last_end: None,
+            divisor: 1,
         }
     }
 
     /// From now on, skips windows that end less than `min_spacing` samples after the last one passed on.
     pub fn set_min_spacing(&mut self, min_spacing: u64) {
         self.min_spacing = min_spacing;
+    }
+
+    /// From now on, passes on only the windows whose number is a multiple of `divisor`, at least 1.
+    pub fn set_divisor(&mut self, divisor: u64) {
+        self.divisor = divisor;
     }
 
     /// Also passes on partly filled windows with at least `minimum` samples.
@@ -127,7 +135,8 @@ impl<const C: usize> SlidingWindow<C> {
                 let spaced = self
                     .last_end
                     .is_none_or(|last_end| due >= last_end + self.min_spacing);
-                if due >= self.minimum as u64 && spaced {
+                let counted = self.completed.is_multiple_of(self.divisor);
+                if due >= self.minimum as u64 && spaced && counted {
                     self.last_end = Some(due);
                     each(self.history.view())?;
                 }
@@ -197,6 +206,22 @@ mod tests {
                 .unwrap_or_else(|never| match never {});
         }
         assert_eq!(ends, [20, 30, 40, 50, 80, 110, 140, 160, 170, 180]);
+    }
+
+    #[test]
+    fn a_divisor_leaves_every_so_many_windows() {
+        let mut sliding = SlidingWindow::<1>::new(20, 10.0);
+        let mut ends = Vec::new();
+        for (divisor, count) in [(1, 50), (3, 100), (1, 30)] {
+            sliding.set_divisor(divisor);
+            sliding
+                .push([&vec![0.0; count]], |view| {
+                    ends.push(view.seen);
+                    Ok::<(), Infallible>(())
+                })
+                .unwrap_or_else(|never| match never {});
+        }
+        assert_eq!(ends, [20, 30, 40, 50, 60, 90, 120, 150, 160, 170, 180]);
     }
 
     #[test]

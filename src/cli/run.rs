@@ -325,14 +325,20 @@ fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
         .tolerance
         .map(|tolerance| format!(", tolerance {tolerance:e}"));
     let reduction = result.summary.reduction.as_ref().map(reduction_text);
+    let fewer = result.summary.analysis_rate.filter(|rate| *rate < 1.0);
+    let fewer = fewer.map(|rate| {
+        let percent = significant(100.0 * rate, 2);
+        format!("  analyses at {percent} % of their rate, to keep up with real time\n")
+    });
     format!(
-        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}",
+        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}{}",
         result.method,
         tolerance.unwrap_or_default(),
         stats.steps,
         stats.rejections,
         stats.rhs_evals,
-        reduction.unwrap_or_default()
+        reduction.unwrap_or_default(),
+        fewer.unwrap_or_default()
     )
 }
 

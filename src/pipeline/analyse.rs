@@ -47,6 +47,11 @@ impl Analyser {
         }
     }
 
+    /// From now on, computes only every `divisor`-th window of the analyses that are only displayed.
+    pub fn set_rate_divisor(&mut self, divisor: u64) {
+        self.context.rate_divisor = divisor;
+    }
+
     /// Passes the frame to `sink` as [`Record::Samples`], followed by the results of the analyses up to its
     /// last sample.
     ///

@@ -65,6 +65,27 @@ fn headings(records: &[Record]) -> Vec<String> {
     all
 }
 
+/// With a lower rate fewer windows are computed, and their results remain the same.
+#[test]
+fn a_lower_rate_leaves_exact_results() {
+    let motion = Motion::tones(0.03, &TORUS);
+    let mut analyser = Analyser::new(&analyses(), &header());
+    analyser.set_rate_divisor(2);
+    let mut fewer: Vec<Record> = Vec::new();
+    for frame in motion.frames(T0, 0.05, 256) {
+        analyser.push(&frame, &mut fewer).unwrap();
+    }
+    let plots = |records: &[Record]| -> Vec<String> {
+        let plots = records.iter();
+        let plots = plots.filter(|record| matches!(record, Record::Recurrence { .. }));
+        plots.map(|plot| format!("{plot:?}")).collect()
+    };
+    let (all, fewer) = (plots(&run(analyses(), &motion, 256)), plots(&fewer));
+    // Windows 3 to 12; the even ones remain.
+    assert_eq!((all.len(), fewer.len()), (10, 5));
+    assert!(all.iter().skip(1).step_by(2).eq(&fewer));
+}
+
 #[test]
 fn records_have_their_times() {
     let records = run(analyses(), &Motion::tones(0.03, &TORUS), 256);

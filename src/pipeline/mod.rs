@@ -1,6 +1,7 @@
 //! Threads, channels and messages of one run, from the simulation to the sinks.
 
 mod analyse;
+mod budget;
 mod computed;
 mod error;
 mod health;

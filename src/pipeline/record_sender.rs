@@ -72,7 +72,7 @@ impl Sink for RecordSender {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "live"))]
 pub(crate) use tests::{picture, text};
 
 #[cfg(test)]

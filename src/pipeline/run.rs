@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 
 use super::analyse::{Analyser, memory};
+use super::budget::Budget;
 use super::health::HealthMeter;
 use super::message::{Frame, Record, Summary};
 use super::record_sender::RecordSender;
@@ -85,6 +86,7 @@ pub fn drive(
         });
     }
     let analyser = Analyser::new(source.analysis(), &header);
+    let budget = Budget::new(source.analysis().budget);
     let (frame_out, frame_in) = bounded(FRAMES_WAITING);
     let (record_out, record_in) = bounded(RECORDS_WAITING);
     let outcome = std::thread::scope(|scope| {
@@ -93,7 +95,7 @@ pub fn drive(
         })?;
         let record_sender = RecordSender::new(record_out, sink.delivery());
         let analysing = spawn(scope, "analyse", move || {
-            analyse(analyser, &frame_in, record_sender)
+            analyse(analyser, budget, &frame_in, record_sender)
         })?;
         let sink = &mut *sink;
         let recording = spawn(scope, "record", move || {
@@ -145,13 +147,20 @@ fn simulate(
 
 fn analyse(
     mut analyser: Analyser,
+    mut budget: Budget,
     frames: &Receiver<Frame>,
     mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
     let mut health = HealthMeter::default();
     for frame in frames {
         let frame = Arc::new(frame);
+        let began = Instant::now();
         analyser.push(&frame, &mut record_sender)?;
+        let (span, busy) = (frame.end() - frame.t0, began.elapsed().as_secs_f64());
+        if let Some(warning) = budget.follow(frame.end(), span, busy) {
+            analyser.set_rate_divisor(budget.divisor());
+            record_sender.accept(warning).map_err(PipelineError::Sink)?;
+        }
         let measured = health.measure(
             &frame,
             frames.len(),
@@ -166,6 +175,7 @@ fn analyse(
     record_sender.flush()?;
     let mut summary = analyser.summary();
     health.complete_summary(&mut summary);
+    summary.analysis_rate = budget.rate();
     Ok(summary)
 }
 

@@ -29,8 +29,8 @@ pub use setting::{AutoOr, SectionSurface, StateCoordinate};
 pub use spec::Scene;
 pub use subject::{FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
-    AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec, PerturbedTrajectorySpec,
-    QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec, SpectrogramSpec, SpectrumSpec,
-    ThresholdSpec, WindowSpec,
+    AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
+    PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,
+    SpectrogramSpec, SpectrumSpec, ThresholdSpec, WindowSpec,
 };
 pub use tables::{Events, Integrator, IntegratorAdvice, RecordSpec, Start, key_reference};

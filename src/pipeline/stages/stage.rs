@@ -39,6 +39,8 @@ pub struct Context {
     pub choices: DelayChoices,
     /// Base frequencies of the lines of the last spectrum: other stages use the same names.
     pub bases: Bases,
+    /// Every so many windows of an analysis that is only displayed are computed.
+    pub rate_divisor: u64,
 }
 
 impl Context {
@@ -48,6 +50,7 @@ impl Context {
             clock: Clock::new(rate),
             choices: DelayChoices::default(),
             bases: Bases::None,
+            rate_divisor: 1,
         }
     }
 

@@ -48,15 +48,15 @@ pub fn sliding(spec: &WindowSpec, rate: f64) -> SlidingWindow<1> {
 }
 
 /// Calls `analyse` for each window of the signals that `input` extracts from the frames. In a live run,
-/// windows whose ends are too close ([`Frame::apart`]) are skipped, unless the stage is
-/// [complete](Windowed::complete).
+/// windows whose ends are too close ([`Frame::apart`]) are skipped, and with a budget those for which there
+/// is no time ([`Context::rate_divisor`]), unless the stage is [complete](Windowed::complete).
 pub struct Windowed<const C: usize, I, A> {
     sliding: SlidingWindow<C>,
     input: I,
     analyse: A,
     /// Number of samples of the run per sample of `input`.
     step: u64,
-    /// Whether every window is analysed even in a live run.
+    /// Whether every window is analysed even in a live run and with a budget.
     complete: bool,
 }
 
@@ -102,6 +102,7 @@ where
     ) -> Result<(), AnalyseError> {
         if !self.complete {
             self.sliding.set_min_spacing(frame.apart() / self.step);
+            self.sliding.set_divisor(context.rate_divisor);
         }
         let channels = (self.input)(frame);
         let (analyse, step) = (&mut self.analyse, self.step);

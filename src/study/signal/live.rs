@@ -4,9 +4,9 @@ use super::analyse::{period_of, spectrogram_window};
 use super::{DelayEmbedding, RecurrenceAnalysis, SignalAnalysis};
 use crate::analysis::{Direction, DivergenceMethod, DivergenceSearch};
 use crate::scene::{
-    AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec, RecurrenceSpec,
-    RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
-    WindowSpec,
+    AnalysisBudget, AnalysisSpec, AutoOr, ChaosSpec, DelaySpec, EmbeddingSpec, QuantificationSpec,
+    RecurrenceSpec, RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec,
+    ThresholdSpec, WindowSpec,
 };
 
 /// Evaluations of a window along the whole signal.
@@ -35,6 +35,7 @@ pub fn live_analysis(report: &SignalAnalysis) -> AnalysisSpec {
         _ => report.facts.mean,
     };
     AnalysisSpec {
+        budget: AnalysisBudget::default(),
         spectrum: Some(SpectrumSpec {
             sliding: fit.sliding(SPECTRUM_PERIODS * fit.period, EVALUATIONS),
             rest: None,

@@ -39,10 +39,33 @@ const FROM_START: Number = number(MILLISECOND, Closed(0.0, 1e5));
 const ONE_THRESHOLD: &str =
     "exactly one of `recurrence_rate`, `threshold_um`, `threshold_std` and `neighbours`";
 
+/// Windows that are computed if the analyses are slow.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum AnalysisBudget {
+    /// Every window that the scene requests.
+    #[default]
+    Complete,
+    /// Every second, fourth, ... window of the displayed analyses while they are slower than real time.
+    Realtime,
+}
+
 keys! {
     /// Analyses; an absent table is not computed. SI units.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AnalysisSpec {
+        /// Windows that are computed: all, or fewer of those that are only displayed while they take longer than the simulated time.
+        budget: AnalysisBudget = "budget": choice::<AnalysisBudget>(), default "complete";
         /// Sliding amplitude spectrum of the probe's velocity.
         ..spectrum: Option<SpectrumSpec> => "analysis.spectrum";
         /// Spectrogram of the probe's velocity.
