@@ -24,6 +24,9 @@
 //! The last slope of a step is stored before its transformation to `y'`. Because the coordinates of each
 //! step refer to its own start, this slope is also the first slope of the next step.
 
+use pulp::{Arch, Simd, WithSimd};
+
+use super::combination::{Combination, load, positions, store};
 use super::runge_kutta::Form;
 use super::{System, trigonometry};
 
@@ -89,13 +92,11 @@ impl Propagator {
         }
     }
 
-    /// Sets the propagator over `t` (s). `angles` is scratch space, one element per mode.
-    fn set(&mut self, linear: &LinearModes, t: f64, angles: &mut [f64]) {
-        for (angle, omega) in angles.iter_mut().zip(&linear.damped) {
-            *angle = omega * t;
-        }
-        trigonometry::sin_cos(angles, &mut self.qv, &mut self.qq);
-        let modes = angles.len();
+    /// Sets the propagator over `t` (s) from the sines and cosines of the angles `omega_d t`.
+    #[inline(always)]
+    fn set(&mut self, linear: &LinearModes, t: f64, sin: &[f64], cos: &[f64]) {
+        let modes = self.qq.len();
+        let (sin, cos) = (&sin[..modes], &cos[..modes]);
         let (qq, qv) = (&mut self.qq[..modes], &mut self.qv[..modes]);
         let (vq, vv) = (&mut self.vq[..modes], &mut self.vv[..modes]);
         let (back_q, back_v) = (&mut self.back_q[..modes], &mut self.back_v[..modes]);
@@ -106,15 +107,15 @@ impl Propagator {
             let s = if inverse[i] == 0.0 {
                 t
             } else {
-                qv[i] * inverse[i]
+                sin[i] * inverse[i]
             };
-            let (c, decay_term) = (qq[i], decay[i] * s);
-            qq[i] = c + decay_term;
+            let decay_term = decay[i] * s;
+            qq[i] = cos[i] + decay_term;
             qv[i] = s;
             vq[i] = -stiffness[i] * s;
-            vv[i] = c - decay_term;
+            vv[i] = cos[i] - decay_term;
             back_q[i] = -s;
-            back_v[i] = c + decay_term;
+            back_v[i] = cos[i] + decay_term;
         }
         if linear.is_damped {
             for i in 0..modes {
@@ -129,36 +130,8 @@ impl Propagator {
         }
     }
 
-    /// Copies a propagator with the same number of modes.
-    fn copy_from(&mut self, other: &Self) {
-        self.qq.copy_from_slice(&other.qq);
-        self.qv.copy_from_slice(&other.qv);
-        self.vq.copy_from_slice(&other.vq);
-        self.vv.copy_from_slice(&other.vv);
-        self.back_q.copy_from_slice(&other.back_q);
-        self.back_v.copy_from_slice(&other.back_v);
-    }
-
-    /// Applies `exp(t L)` to `[q | q' | ..]`.
-    fn forward(&self, y: &mut [f64]) {
-        let modes = self.qq.len();
-        let (q, v) = y.split_at_mut(modes);
-        let v = &mut v[..modes];
-        let (qq, qv) = (&self.qq[..modes], &self.qv[..modes]);
-        let (vq, vv) = (&self.vq[..modes], &self.vv[..modes]);
-        for i in 0..modes {
-            let (q0, v0) = (q[i], v[i]);
-            // Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
-            q[i] = qq[i] * q0 + qv[i] * v0 + 0.0;
-            v[i] = vq[i] * q0 + vv[i] * v0 + 0.0;
-        }
-    }
-
-    /// Applies `exp(t L)` to one state or to `width` tangent vectors.
+    /// Applies `exp(t L)` to `width` tangent vectors.
     fn forward_vectors(&self, y: &mut [f64], width: usize) {
-        if width == 1 {
-            return self.forward(y);
-        }
         let (q, v) = y.split_at_mut(self.qq.len() * width);
         let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
         for (i, (q, v)) in rows.enumerate() {
@@ -171,7 +144,7 @@ impl Propagator {
         }
     }
 
-    /// [`Propagator::backward`] for the slopes of `width` tangent vectors.
+    /// Applies `exp(-t L)` to the slopes `[0 | f | ..]` of `width` tangent vectors.
     fn backward_vectors(&self, slopes: &mut [f64], width: usize) {
         let (q, v) = slopes.split_at_mut(self.qq.len() * width);
         let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
@@ -183,18 +156,117 @@ impl Propagator {
             }
         }
     }
+}
 
-    /// Applies `exp(-t L)` to `[0 | f | ..]`.
-    fn backward(&self, force: &mut [f64]) {
-        let modes = self.qq.len();
-        let (q, v) = force.split_at_mut(modes);
-        let v = &mut v[..modes];
-        let (back_q, back_v) = (&self.back_q[..modes], &self.back_v[..modes]);
-        for i in 0..modes {
-            q[i] = back_q[i] * v[i];
-            v[i] *= back_v[i];
+/// The kernel that sets the propagators over several times (s).
+struct SetPropagators<'a> {
+    linear: &'a LinearModes,
+    times: &'a [f64],
+    propagators: &'a mut [Propagator],
+    angles: &'a mut Angles,
+}
+
+impl WithSimd for SetPropagators<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let damped = &self.linear.damped[..];
+        let modes = damped.len();
+        let count = self.times.len() * modes;
+        let Angles { angles, sin, cos } = self.angles;
+        let (angles, sin, cos) = (&mut angles[..count], &mut sin[..count], &mut cos[..count]);
+        for (angles, t) in angles.chunks_exact_mut(modes.max(1)).zip(self.times) {
+            for (angle, omega) in angles.iter_mut().zip(damped) {
+                *angle = omega * t;
+            }
+        }
+        trigonometry::sin_cos(simd, angles, sin, cos);
+        for (k, (propagator, &t)) in self.propagators.iter_mut().zip(self.times).enumerate() {
+            propagator.set(self.linear, t, &sin[k * modes..], &cos[k * modes..]);
         }
     }
+}
+
+/// The kernel that applies `exp(t L)` to a combination of slopes.
+struct Advance<'a> {
+    propagator: &'a Propagator,
+    combination: Combination<'a>,
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            propagator,
+            combination,
+            out,
+        } = self;
+        let modes = propagator.qq.len();
+        let dim = out.len();
+        combination.write(simd, 2 * modes..dim, out);
+        let (q, rest) = out.split_at_mut(modes);
+        let v = &mut rest[..modes];
+        for at in positions::<S>(modes) {
+            let q0 = combination.vector(simd, 0..modes, at);
+            let v0 = combination.vector(simd, modes..2 * modes, at);
+            let Propagator { qq, qv, vq, vv, .. } = propagator;
+            store(simd, q, at, product(simd, [qq, qv], at, [q0, v0]));
+            store(simd, v, at, product(simd, [vq, vv], at, [q0, v0]));
+        }
+    }
+}
+
+/// A row of the propagators at a position times the vectors `[q | q']`.
+#[inline(always)]
+fn product<S: Simd>(
+    simd: S,
+    [by_q, by_v]: [&[f64]; 2],
+    at: usize,
+    [q, v]: [S::f64s; 2],
+) -> S::f64s {
+    let by_q = simd.mul_f64s(load(simd, by_q, at), q);
+    let by_v = simd.mul_f64s(load(simd, by_v, at), v);
+    // Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
+    simd.add_f64s(simd.add_f64s(by_q, by_v), simd.splat_f64s(0.0))
+}
+
+/// The kernel that writes `exp(-t L) [0 | f | g]` for the force `[f | g]`.
+struct PullBack<'a> {
+    propagator: &'a Propagator,
+    force: &'a [f64],
+    slope: &'a mut [f64],
+}
+
+impl WithSimd for PullBack<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let modes = self.propagator.qq.len();
+        let (force, rest) = self.force.split_at(modes);
+        let (q, others) = self.slope.split_at_mut(modes);
+        let (v, w) = others.split_at_mut(modes);
+        w.copy_from_slice(rest);
+        for at in positions::<S>(modes) {
+            let f = load(simd, force, at);
+            let back_q = load(simd, &self.propagator.back_q, at);
+            let back_v = load(simd, &self.propagator.back_v, at);
+            store(simd, q, at, simd.mul_f64s(back_q, f));
+            store(simd, v, at, simd.mul_f64s(back_v, f));
+        }
+    }
+}
+
+/// Scratch space: angles of the modes at several times, with sines and cosines.
+#[derive(Clone, Debug)]
+struct Angles {
+    angles: Vec<f64>,
+    sin: Vec<f64>,
+    cos: Vec<f64>,
 }
 
 /// Coordinates that are constant in free vibration.
@@ -207,8 +279,10 @@ pub(super) struct IntegratingFactor {
     stages: Vec<Propagator>,
     /// Propagator from the start of the step to a sample.
     sample: Propagator,
-    /// Scratch space, one element per mode.
-    angles: Vec<f64>,
+    /// Times of the stages from the start of the step, s.
+    times: Vec<f64>,
+    angles: Angles,
+    arch: Arch,
 }
 
 impl IntegratingFactor {
@@ -224,13 +298,30 @@ impl IntegratingFactor {
             is_damped: false,
         };
         linear.read(sys);
+        let angles = vec![0.0; stages * modes];
         Self {
             linear,
             h: 0.0,
             stages: vec![Propagator::identity(modes); stages],
             sample: Propagator::identity(modes),
-            angles: zeros,
+            times: vec![0.0; stages],
+            angles: Angles {
+                sin: angles.clone(),
+                cos: angles.clone(),
+                angles,
+            },
+            arch: Arch::new(),
         }
+    }
+
+    /// Sets the propagator to a sample at `offset` (s) after the start of the step.
+    fn prepare_sample(&mut self, offset: f64) {
+        self.arch.dispatch(SetPropagators {
+            linear: &self.linear,
+            times: &[offset],
+            propagators: std::slice::from_mut(&mut self.sample),
+            angles: &mut self.angles,
+        });
     }
 }
 
@@ -250,21 +341,52 @@ impl Form for IntegratingFactor {
             return;
         }
         self.h = h;
-        for stage in 1..nodes.len() {
-            let (before, from) = self.stages.split_at_mut(stage);
-            if nodes[stage] == nodes[stage - 1] {
-                from[0].copy_from(&before[stage - 1]);
-            } else {
-                from[0].set(&self.linear, nodes[stage] * h, &mut self.angles);
-            }
+        for (time, node) in self.times.iter_mut().zip(nodes) {
+            *time = node * h;
         }
+        // The first stage is the start of the step.
+        self.arch.dispatch(SetPropagators {
+            linear: &self.linear,
+            times: &self.times[1..],
+            propagators: &mut self.stages[1..],
+            angles: &mut self.angles,
+        });
+    }
+
+    fn advance(&self, stage: usize, combination: Combination<'_>, out: &mut [f64]) {
+        self.arch.dispatch(Advance {
+            propagator: &self.stages[stage],
+            combination,
+            out,
+        });
+    }
+
+    fn advance_by(&mut self, offset: f64, combination: Combination<'_>, out: &mut [f64]) {
+        self.prepare_sample(offset);
+        self.arch.dispatch(Advance {
+            propagator: &self.sample,
+            combination,
+            out,
+        });
+    }
+
+    fn slope<Y: System + ?Sized>(
+        &self,
+        _: &Y,
+        stage: usize,
+        _: &[f64],
+        force: &[f64],
+        slope: &mut [f64],
+    ) {
+        self.arch.dispatch(PullBack {
+            propagator: &self.stages[stage],
+            force,
+            slope,
+        });
     }
 
     fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
-        match width {
-            1 => self.stages[stage].backward(slope),
-            _ => self.stages[stage].backward_vectors(slope, width),
-        }
+        self.stages[stage].backward_vectors(slope, width);
     }
 
     fn push_forward(&self, stage: usize, y: &mut [f64], width: usize) {
@@ -272,7 +394,7 @@ impl Form for IntegratingFactor {
     }
 
     fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
-        self.sample.set(&self.linear, offset, &mut self.angles);
+        self.prepare_sample(offset);
         self.sample.forward_vectors(y, width);
     }
 

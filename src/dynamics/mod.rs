@@ -72,6 +72,7 @@
 //! ```
 
 mod auto;
+mod combination;
 mod error;
 mod error_control;
 mod events;

@@ -7,6 +7,7 @@
 //! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
 //! additional stages for the dense output, which are evaluated on demand.
 
+use super::combination::Combination;
 use super::error_control::{MethodTraits, StateNorm};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::tableau::Tableau;
@@ -17,10 +18,10 @@ use super::{SolverStats, System};
 /// of the step.
 ///
 /// The transformation is linear and also applies to tangent vectors, `width` of them stored component by
-/// component. A width of 1 is a state.
+/// component.
 pub(super) trait Form {
-    /// Adds the linear part that the method integrates to a slope `[. | f | g]` at `z`. Components that
-    /// the form integrates exactly become zero.
+    /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
+    /// Components that the form integrates exactly become zero.
     fn add_linear_part<Y: System + ?Sized>(
         &self,
         sys: &Y,
@@ -32,13 +33,30 @@ pub(super) trait Form {
     /// Prepares a step of length `h` (s) with stages at the fractions `nodes` of it.
     fn prepare(&mut self, nodes: &[f64], h: f64);
 
-    /// Transforms a slope of `z` at a stage into the slope of `y`, in place.
+    /// Writes the state `z` at a stage for a combination `y`.
+    fn advance(&self, stage: usize, combination: Combination<'_>, out: &mut [f64]);
+
+    /// Writes the state `z` at `offset` (s) after the start of the step for a combination `y`.
+    fn advance_by(&mut self, offset: f64, combination: Combination<'_>, out: &mut [f64]);
+
+    /// Writes the slope of `y` for the state `z` at a stage and the force `[f | g]` there. Stage 0 is the
+    /// start of a step.
+    fn slope<Y: System + ?Sized>(
+        &self,
+        sys: &Y,
+        stage: usize,
+        z: &[f64],
+        force: &[f64],
+        slope: &mut [f64],
+    );
+
+    /// Transforms slopes of tangent vectors at a stage into slopes of `y`, in place.
     fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize);
 
-    /// Transforms `y` into the state `z` at a stage, in place.
+    /// Transforms tangent vectors from `y` to `z` at a stage, in place.
     fn push_forward(&self, stage: usize, y: &mut [f64], width: usize);
 
-    /// Transforms `y` into the state `z` at `offset` (s) after the start of the step, in place.
+    /// Transforms tangent vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
     fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize);
 
     /// Updates the linear part for a changed system with the same number of modes.
@@ -60,8 +78,12 @@ pub(super) struct RungeKutta<P, const S: usize> {
     pub step: Step,
     /// Slopes of `y` at the stages, `stages x dim`, row-major.
     pub slopes: Vec<f64>,
+    /// Force `[f | g]` at the present stage.
+    force: Vec<f64>,
     /// State at a stage of the dense output.
     scratch: Vec<f64>,
+    /// The start of a combination that is a difference.
+    zeros: Vec<f64>,
     /// The second error estimate, if the tableau has one.
     coarse_error: Vec<f64>,
     /// Whether the dense-output stages belong to the last step.
@@ -71,14 +93,17 @@ pub(super) struct RungeKutta<P, const S: usize> {
 }
 
 impl<P: Form, const S: usize> RungeKutta<P, S> {
-    /// A workspace for states of length `dim`.
-    pub fn new(tableau: &'static Tableau<S>, form: P, dim: usize) -> Self {
+    /// A workspace for a system.
+    pub fn new<Y: System + ?Sized>(tableau: &'static Tableau<S>, form: P, sys: &Y) -> Self {
+        let dim = sys.dim();
         Self {
             tableau,
             form,
             step: Step::new(dim),
             slopes: vec![0.0; S * dim],
+            force: vec![0.0; dim - sys.modes()],
             scratch: vec![0.0; dim],
+            zeros: vec![0.0; dim],
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
@@ -98,27 +123,47 @@ impl<P: Form, const S: usize> RungeKutta<P, S> {
         self.slopes[..dim].copy_from_slice(&self.step.end_slope);
     }
 
-    /// Writes the slope of the state `z` at `time` (s) for a stage, not yet transformed.
-    fn slope<Y: System + ?Sized>(
+    /// Writes the state at a stage.
+    fn advance(&mut self, stage: usize, storage: StageState) {
+        let combination = Combination {
+            start: &self.step.start,
+            h: self.step.length(),
+            slopes: &self.slopes,
+            weights: &self.tableau.stages[stage][..stage],
+        };
+        let out = match storage {
+            StageState::End => &mut self.step.end,
+            StageState::Scratch => &mut self.scratch,
+        };
+        self.form.advance(stage, combination, out);
+    }
+
+    /// Evaluates the force at a stage and writes the slope.
+    fn evaluate<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
         stage: usize,
-        time: f64,
         storage: StageState,
     ) {
         let z = match storage {
             StageState::End => &self.step.end,
             StageState::Scratch => &self.scratch,
         };
-        let dim = z.len();
-        let slope = &mut self.slopes[stage * dim..][..dim];
-        let out = &mut slope[sys.modes()..];
+        let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
-            None => force(sys, status, time, z, out),
-            Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
+            None => force(sys, status, time, z, &mut self.force),
+            Some(record) => {
+                differentiable(sys).force_recorded(status, time, z, &mut self.force, record);
+            }
         }
-        self.form.add_linear_part(sys, z, slope, 1);
+        let slope = &mut self.slopes[stage * z.len()..][..z.len()];
+        self.form.slope(sys, stage, z, &self.force, slope);
+        if stage == self.tableau.end {
+            // The same slope in the coordinates of the next step.
+            let slope = &mut self.step.end_slope;
+            self.form.slope(sys, 0, z, &self.force, slope);
+        }
     }
 }
 
@@ -158,14 +203,10 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         status: Option<&[u8]>,
         stats: &mut SolverStats,
     ) {
-        let end = self.tableau.end;
         stats.rhs_evals += 1;
-        self.slope(sys, status, end, self.step.end_time, StageState::End);
-        let dim = self.step.dim();
-        self.step
-            .end_slope
-            .copy_from_slice(&self.slopes[end * dim..][..dim]);
         self.step.full_end_time = self.step.end_time;
+        self.step.start_time = self.step.end_time;
+        self.evaluate(sys, status, self.tableau.end, StageState::End);
         // The record stays at the end; the next step takes it from there.
         self.step.start_at_end();
         self.reuse_end_slope();
@@ -196,45 +237,33 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         end_time: f64,
         stats: &mut SolverStats,
     ) {
-        let dim = self.step.dim();
         self.step.end_time = end_time;
         self.step.full_end_time = end_time;
         self.is_dense = false;
         let h = self.step.length();
         let tableau = self.tableau;
+        let end = tableau.end;
         self.form.prepare(&tableau.nodes, h);
-        for stage in 1..=tableau.end {
-            self.step.end.copy_from_slice(&self.step.start);
-            let weights = &tableau.stages[stage][..stage];
-            accumulate(&mut self.step.end, h, &self.slopes, weights);
-            self.form.push_forward(stage, &mut self.step.end, 1);
-            let time = self.step.start_time + tableau.nodes[stage] * h;
-            if let (true, Some(status)) = (stage == tableau.end, status) {
+        for stage in 1..=end {
+            self.advance(stage, StageState::End);
+            if let (true, Some(status)) = (stage == end, status) {
                 switching(sys).settle(status, end_time, &mut self.step.end);
             }
-            self.slope(sys, status, stage, time, StageState::End);
-            let slope = &mut self.slopes[stage * dim..][..dim];
-            if stage == tableau.end {
-                self.step.end_slope.copy_from_slice(slope);
-            }
-            self.form.pull_back(stage, slope, 1);
+            self.evaluate(sys, status, stage, StageState::End);
         }
-        let stages = tableau.end + 1;
-        self.step.error.fill(0.0);
-        accumulate(
-            &mut self.step.error,
+        let difference = |weights| Combination {
+            start: &self.zeros,
             h,
-            &self.slopes,
-            &tableau.error[..stages],
-        );
-        self.form.push_forward(tableau.end, &mut self.step.error, 1);
+            slopes: &self.slopes,
+            weights,
+        };
+        let error = difference(&tableau.error[..=end]);
+        self.form.advance(end, error, &mut self.step.error);
         if let Some(weights) = &tableau.coarse_error {
-            self.coarse_error.fill(0.0);
-            accumulate(&mut self.coarse_error, h, &self.slopes, &weights[..stages]);
-            self.form
-                .push_forward(tableau.end, &mut self.coarse_error, 1);
+            let error = difference(&weights[..=end]);
+            self.form.advance(end, error, &mut self.coarse_error);
         }
-        stats.rhs_evals += tableau.end as u64;
+        stats.rhs_evals += end as u64;
     }
 
     fn error(&self, omega: &[f64]) -> StateNorm {
@@ -256,16 +285,9 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
             return;
         }
         self.is_dense = true;
-        let (dim, h) = (self.step.dim(), self.step.length());
         for stage in tableau.end + 1..S {
-            self.scratch.copy_from_slice(&self.step.start);
-            let weights = &tableau.stages[stage][..stage];
-            accumulate(&mut self.scratch, h, &self.slopes, weights);
-            self.form.push_forward(stage, &mut self.scratch, 1);
-            let time = self.step.start_time + tableau.nodes[stage] * h;
-            self.slope(sys, status, stage, time, StageState::Scratch);
-            self.form
-                .pull_back(stage, &mut self.slopes[stage * dim..][..dim], 1);
+            self.advance(stage, StageState::Scratch);
+            self.evaluate(sys, status, stage, StageState::Scratch);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -275,11 +297,15 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
             out.copy_from_slice(state);
             return;
         }
-        out.copy_from_slice(&self.step.start);
         let h = self.step.length();
         let offset = t - self.step.start_time;
-        accumulate(out, h, &self.slopes, &self.tableau.weights(offset / h));
-        self.form.push_forward_by(offset, out, 1);
+        let combination = Combination {
+            start: &self.step.start,
+            h,
+            slopes: &self.slopes,
+            weights: &self.tableau.weights(offset / h),
+        };
+        self.form.advance_by(offset, combination, out);
     }
 
     fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {

@@ -2,11 +2,15 @@
 //!
 //! An exponential method evaluates sine and cosine of one angle per mode at every sample and at every
 //! change of the step. The standard library processes one angle at a time. The branch-free form below
-//! can be vectorised at the same accuracy: the angle is reduced to `[-pi/4, pi/4]` with a two-part value
+//! processes a vector of them at the same accuracy: the angle is reduced to `[-pi/4, pi/4]` with a two-part value
 //! of pi/2 (W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980), where the
 //! Taylor series are short.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+use pulp::Simd;
+
+use super::combination::{load, positions, store};
 
 /// The leading 33 bits of pi/2: a product with an integer below 2^20 is exact.
 const HALF_PI_HIGH: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
@@ -18,39 +22,71 @@ const ROUNDING_OFFSET: f64 = 1.5 * (1_u64 << 52) as f64;
 const MAX_REDUCED_ANGLE: f64 = 1e6;
 
 /// Writes the sine and the cosine of each angle (rad).
-pub(super) fn sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
-    let all = angles.iter().zip(sin).zip(cos);
-    if angles
-        .iter()
-        .fold(true, |small, x| small & (x.abs() < MAX_REDUCED_ANGLE))
-    {
-        all.for_each(|((&x, sin), cos)| (*sin, *cos) = reduced(x));
-    } else {
-        all.for_each(|((&x, sin), cos)| (*sin, *cos) = x.sin_cos());
+#[inline(always)]
+pub(super) fn sin_cos<S: Simd>(simd: S, angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
+    let is_small = |small, x: &f64| small & (x.abs() < MAX_REDUCED_ANGLE);
+    if !angles.iter().fold(true, is_small) {
+        return each_sin_cos(angles, sin, cos);
+    }
+    for at in positions::<S>(angles.len()) {
+        let [s, c] = reduced(simd, load(simd, angles, at));
+        store(simd, sin, at, s);
+        store(simd, cos, at, c);
     }
 }
 
-/// Sine and cosine of one angle below [`MAX_REDUCED_ANGLE`].
+/// [`sin_cos`] by the standard library.
+#[inline(never)]
+fn each_sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
+    for ((x, sin), cos) in angles.iter().zip(sin).zip(cos) {
+        (*sin, *cos) = x.sin_cos();
+    }
+}
+
+/// Sine and cosine of angles below [`MAX_REDUCED_ANGLE`].
 #[inline(always)]
-fn reduced(x: f64) -> (f64, f64) {
-    let rounded = x * FRAC_2_PI + ROUNDING_OFFSET;
-    let turns = rounded - ROUNDING_OFFSET;
-    let quadrant = rounded.to_bits();
-    let r = (x - turns * HALF_PI_HIGH) - turns * HALF_PI_LOW;
-    let r2 = r * r;
-    let s = r + r * r2 * series(r2, &SINE);
-    let c = 1.0 + r2 * series(r2, &COSINE);
+fn reduced<S: Simd>(simd: S, x: S::f64s) -> [S::f64s; 2] {
+    let offset = simd.splat_f64s(ROUNDING_OFFSET);
+    let rounded = multiply_add(simd, x, simd.splat_f64s(FRAC_2_PI), offset);
+    let turns = simd.sub_f64s(rounded, offset);
+    let high = multiply_add(simd, turns, simd.splat_f64s(-HALF_PI_HIGH), x);
+    let r = multiply_add(simd, turns, simd.splat_f64s(-HALF_PI_LOW), high);
+    let r2 = simd.mul_f64s(r, r);
+    let s = multiply_add(simd, simd.mul_f64s(r, r2), series(simd, r2, &SINE), r);
+    let c = multiply_add(simd, r2, series(simd, r2, &COSINE), simd.splat_f64s(1.0));
     // Multiples of pi/2: sin -> cos -> -sin -> -cos. Bit 0 exchanges the two, bit 1 changes the sign.
-    let exchange = (quadrant & 1).wrapping_neg();
-    let (s, c) = (s.to_bits(), c.to_bits());
-    let sin = (s & !exchange) | (c & exchange);
-    let cos = (c & !exchange) | (s & exchange);
-    let sin_sign = (quadrant & 2) << 62;
-    let cos_sign = (quadrant.wrapping_add(1) & 2) << 62;
-    (
-        f64::from_bits(sin ^ sin_sign),
-        f64::from_bits(cos ^ cos_sign),
-    )
+    let quadrant = simd.transmute_u64s_f64s(rounded);
+    let is_odd = has_bit(simd, quadrant, 1);
+    let sin = simd.select_f64s(is_odd, c, s);
+    let cos = simd.select_f64s(is_odd, s, c);
+    let next = simd.add_u64s(quadrant, simd.splat_u64s(1));
+    [
+        simd.select_f64s(has_bit(simd, quadrant, 2), simd.neg_f64s(sin), sin),
+        simd.select_f64s(has_bit(simd, next, 2), simd.neg_f64s(cos), cos),
+    ]
+}
+
+/// `a b + c`, with two roundings on every machine.
+#[inline(always)]
+fn multiply_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+    simd.add_f64s(simd.mul_f64s(a, b), c)
+}
+
+/// Whether the integers have the given bit.
+#[inline(always)]
+fn has_bit<S: Simd>(simd: S, integers: S::u64s, bit: u64) -> S::m64s {
+    let bit = simd.splat_u64s(bit);
+    simd.equal_u64s(simd.and_u64s(integers, bit), bit)
+}
+
+/// `sum_k coefficients[k] x^k` by Horner's rule.
+#[inline(always)]
+fn series<S: Simd>(simd: S, x: S::f64s, coefficients: &[f64; 8]) -> S::f64s {
+    let mut sum = simd.splat_f64s(0.0);
+    for &c in coefficients.iter().rev() {
+        sum = multiply_add(simd, sum, x, simd.splat_f64s(c));
+    }
+    sum
 }
 
 /// Coefficients of `(sin r - r) / r^3` in powers of `r^2`: `-1/3!, 1/5!, ..`.
@@ -76,15 +112,26 @@ const COSINE: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
 ];
 
-/// `sum_k coefficients[k] x^k` by Horner's rule.
-#[inline(always)]
-fn series(x: f64, coefficients: &[f64; 8]) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, &c| sum * x + c)
-}
-
 #[cfg(test)]
 mod tests {
+    use pulp::{Arch, WithSimd};
+
     use super::*;
+
+    /// Sines and cosines of angles.
+    struct Both<'a>(&'a [f64]);
+
+    impl WithSimd for Both<'_> {
+        type Output = [Vec<f64>; 2];
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> [Vec<f64>; 2] {
+            let zeros = vec![0.0; self.0.len()];
+            let [mut sin, mut cos] = [zeros.clone(), zeros];
+            sin_cos(simd, self.0, &mut sin, &mut cos);
+            [sin, cos]
+        }
+    }
 
     #[test]
     fn agrees_with_the_standard_library_to_two_units_in_the_last_place() {
@@ -99,8 +146,7 @@ mod tests {
             2.0 * FRAC_PI_2,
             999_999.0,
         ]);
-        let (mut sin, mut cos) = (vec![0.0; angles.len()], vec![0.0; angles.len()]);
-        sin_cos(&angles, &mut sin, &mut cos);
+        let [sin, cos] = Arch::new().dispatch(Both(&angles));
         for (i, x) in angles.iter().enumerate() {
             assert!(
                 (sin[i] - x.sin()).abs() <= 2.3e-16,
@@ -121,9 +167,7 @@ mod tests {
 
     #[test]
     fn large_angles_use_the_standard_library() {
-        let angles = [1e9, 0.5, f64::NAN];
-        let (mut sin, mut cos) = ([0.0; 3], [0.0; 3]);
-        sin_cos(&angles, &mut sin, &mut cos);
+        let [sin, cos] = Arch::new().dispatch(Both(&[1e9, 0.5, f64::NAN]));
         assert_eq!((sin[0], cos[0]), 1e9_f64.sin_cos());
         assert_eq!((sin[1], cos[1]), 0.5_f64.sin_cos());
         assert!(sin[2].is_nan() && cos[2].is_nan());

@@ -49,20 +49,19 @@ pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability
 impl Engine {
     /// Creates the workspace of a method for a system.
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
-        let dim = sys.dim();
         let derivative = || sys.differentiable().ok_or(NO_DERIVATIVE);
         let lawson54 = || {
             let form = IntegratingFactor::new(sys, TSIT5.nodes.len());
-            RungeKutta::new(&TSIT5, form, dim)
+            RungeKutta::new(&TSIT5, form, sys)
         };
         Ok(match method {
             Method::Lawson54 { .. } => Self::Lawson54(lawson54()),
-            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain, dim)),
-            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain, dim)),
-            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain, dim)),
+            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::default(), sys)),
+            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain::default(), sys)),
+            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain::default(), sys)),
             Method::Lawson853 { .. } => {
                 let form = IntegratingFactor::new(sys, DOP853.nodes.len());
-                Self::Lawson853(RungeKutta::new(&DOP853, form, dim))
+                Self::Lawson853(RungeKutta::new(&DOP853, form, sys))
             }
             Method::Rodas5P { .. } => Self::Rodas5P(Rosenbrock::new(sys, derivative()?)),
             Method::Auto { .. } => {
