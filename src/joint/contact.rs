@@ -69,11 +69,6 @@ impl Joint {
         }
     }
 
-    /// Unit vectors `[e_s, e_t, e_r]` of the sliding frame of node `k`, in Cartesian components.
-    pub fn node_frame(&self, k: usize) -> [[f64; 3]; 3] {
-        self.nodes.frames[k]
-    }
-
     /// Slip speed below which node `k` is classified as sticking, m/s; zero without friction.
     ///
     /// The limit is the creep region of the friction curve, and at most a tenth of the steady sliding
@@ -96,8 +91,7 @@ impl Joint {
     /// clamps the indicator at zero, which would hide the crossing; the clamp is omitted.
     pub fn gaps(&self, q: &[f64], gaps: &mut [f64]) {
         for (nodes, (block, rows)) in gaps.chunks_mut(LANES).zip(self.nodes.iter()) {
-            for (lane, gap) in nodes.iter_mut().enumerate() {
-                let u_r = radial(rows, lane, q);
+            for (lane, (gap, u_r)) in nodes.iter_mut().zip(radial(rows, q)).enumerate() {
                 *gap = block.pre_stress.0[lane] + block.stiffness.0[lane] * u_r;
             }
         }

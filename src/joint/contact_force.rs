@@ -210,11 +210,11 @@ impl<'a, const K: usize> Group<'a, K> {
 /// Motion of the nodes: radial displacement relative to steady sliding, m, and slip velocity in the sliding
 /// frame, m/s.
 #[derive(Clone, Copy)]
-struct Motion<S: Simd, const K: usize> {
-    u_r: Vector<S, K>,
-    slip: [Vector<S, K>; 3],
+pub(super) struct Motion<S: Simd, const K: usize> {
+    pub(super) u_r: Vector<S, K>,
+    pub(super) slip: [Vector<S, K>; 3],
     /// Approach velocity `du_r/dt`, m/s; with optional terms only.
-    rate: Vector<S, K>,
+    pub(super) rate: Vector<S, K>,
     /// Slip velocity without `Omega x u`, m/s; with optional terms only.
     unconvected: [Vector<S, K>; 3],
 }
@@ -319,7 +319,11 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
 
     /// Eq. (4) and (7) in the sliding frames.
     #[inline(always)]
-    fn motion<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Motion<S, K> {
+    pub(super) fn motion<S: Simd, const K: usize>(
+        &self,
+        simd: S,
+        group: &Group<'_, K>,
+    ) -> Motion<S, K> {
         let modes = group.modes();
         let (q, v) = (&self.query.q[..modes], &self.query.v[..modes]);
         let zero = Vector::splat(simd, 0.0);

@@ -50,8 +50,7 @@ impl Joint {
             .collect();
         let mut contact = 0.0;
         for (block, rows) in self.nodes.iter() {
-            for lane in 0..LANES {
-                let u_r = radial(rows, lane, q);
+            for (lane, u_r) in radial(rows, q).into_iter().enumerate() {
                 let (p, k) = (block.pre_stress.0[lane], block.stiffness.0[lane]);
                 let stored = if self.unilateral && p + k * u_r < 0.0 {
                     -p * (u_r + 0.5 * p / k)
@@ -84,7 +83,7 @@ impl Joint {
             let rows = &self.nodes.rows[block * m..][..m];
             let block = &self.nodes.blocks[block];
             let steady = block.pre_stress.0[lane] * block.area.0[lane];
-            let rate = radial(rows, lane, v);
+            let rate = radial(rows, v)[lane];
             contact -= (action.normal - action.dashpot - steady) * rate;
             contact_damping -= action.dashpot * rate;
         }

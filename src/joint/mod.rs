@@ -14,6 +14,7 @@ mod hertz;
 mod imported_modes;
 mod jacobian;
 mod model;
+mod node_forces;
 mod node_slopes;
 mod nodes;
 mod optional_terms;
@@ -39,6 +40,7 @@ pub use growth::{Cause, CauseOfGrowth, ExplainedMode};
 pub use hertz::Hertz;
 pub use imported_modes::{ImportedModes, ImportedModesError, MAX_NODES};
 pub use model::{MAX_MODES, Model};
+pub use node_forces::NodeForces;
 pub use patch::{PatchPoint, patch_direction, patch_points};
 pub use simd::LANES;
 pub use spec::{

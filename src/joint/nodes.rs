@@ -153,9 +153,15 @@ impl Nodes {
     }
 }
 
-/// Radial displacement `u_r` (m) of the node in a lane of a block with these rows.
-pub(crate) fn radial(rows: &[Rows], lane: usize, q: &[f64]) -> f64 {
-    rows.iter().zip(q).map(|(row, q)| row.r.0[lane] * q).sum()
+/// Radial displacements `u_r` (m) of the nodes of a block with these rows.
+pub(crate) fn radial(rows: &[Rows], q: &[f64]) -> [f64; LANES] {
+    let mut sums = [0.0; LANES];
+    for (row, q) in rows.iter().zip(q) {
+        for (sum, r) in sums.iter_mut().zip(&row.r.0) {
+            *sum += r * q;
+        }
+    }
+    sums
 }
 
 /// Sliding frame `[e_s, e_t, e_r]` of a node: `e_s` along the tangential part of the sliding velocity (a

@@ -314,11 +314,12 @@ impl<S: Simd> Vector<S> {
     /// One bit per lane, set for negative numbers.
     #[inline(always)]
     pub fn negative_bits(self) -> u8 {
-        let mut values = [0.0; LANES];
-        self.simd
-            .partial_store_f64s(&mut values[..S::F64_LANES], self.x[0]);
-        let negative = |l: usize| u8::from(values[l] < 0.0);
-        (0..S::F64_LANES).fold(0, |bits, l| bits | negative(l) << l)
+        const BIT: [f64; LANES] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
+        let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
+        let own = S::as_simd_f64s(&BIT).0[0];
+        let negative = simd.less_than_f64s(self.x[0], zero);
+        // The sum of different powers of two is exact.
+        simd.reduce_sum_f64s(simd.select_f64s(negative, own, zero)) as u8
     }
 }
 

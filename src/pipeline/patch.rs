@@ -123,30 +123,21 @@ pub(super) fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> Patch
 
 /// Status and forces of the nodes of a joint at modal coordinates `q` and velocities `v`.
 pub(super) fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
-    let nodes = joint.contact_nodes();
-    let mut snapshot = PatchSnapshot {
-        time,
-        states: Vec::with_capacity(nodes),
-        normal_force: Vec::with_capacity(nodes),
-        friction: Vec::with_capacity(nodes),
-    };
-    for k in 0..nodes {
-        let action = joint.node_action(k, q, v);
-        let frame = joint.node_frame(k);
-        let state = if action.normal <= 0.0 {
+    let forces = joint.node_forces(q, v);
+    let pairs = forces.normal.iter().zip(&forces.speed).enumerate();
+    let states = pairs.map(|(k, (&normal, &speed))| {
+        if normal <= 0.0 {
             NodeState::Separated
-        } else if action.speed < joint.stick_speed(k) {
+        } else if speed < joint.stick_speed(k) {
             NodeState::Stick
         } else {
             NodeState::Slip
-        };
-        snapshot.states.push(state);
-        snapshot.normal_force.push(action.normal);
-        snapshot.friction.push(std::array::from_fn(|axis| {
-            (0..3)
-                .map(|along| action.friction[along] * frame[along][axis])
-                .sum()
-        }));
+        }
+    });
+    PatchSnapshot {
+        time,
+        states: states.collect(),
+        normal_force: forces.normal,
+        friction: forces.friction,
     }
-    snapshot
 }
