@@ -352,6 +352,11 @@ fn reduction_text(reduction: &ContactReduction) -> String {
         all_nodes_since_s,
         ..
     } = reduction;
+    if kept_nodes == nodes {
+        return format!(
+            "  all {nodes} contact nodes: no few of them reach the tolerance of contact.reduction\n"
+        );
+    }
     let from = |what: &str, time: &Option<f64>| {
         let text = time.map(|time| format!("; {what} from {} ms on", significant(1e3 * time, 4)));
         text.unwrap_or_default()

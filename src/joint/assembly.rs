@@ -59,9 +59,9 @@ pub enum AssemblyError {
         /// The difference.
         problem: ImportedModesError,
     },
-    /// No rule reduces the contact with the requested tolerance.
+    /// No rule for the reduced contact can be chosen.
     #[error(
-        "contact.reduction is out of reach for this joint; increase it, or remove it to evaluate all nodes"
+        "the contact of this joint cannot be reduced; remove contact.reduction, or set contact.nodes, to evaluate all nodes"
     )]
     Reduction(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The operation requires a mesh, and the modes are imported.

@@ -56,6 +56,16 @@ impl FullPatch {
         self.checker.full()
     }
 
+    /// The report on a joint whose contact could not be reduced as requested; `None` for all others.
+    pub fn not_reduced(ball: &BallJoint) -> Option<ContactReduction> {
+        let tolerance = ball.spec().contact.reduction?;
+        let nodes = ball.full_nodes();
+        ball.reduction().is_none().then(|| ContactReduction {
+            all_nodes_since_s: Some(0.0),
+            ..ContactReduction::new(nodes, nodes, tolerance)
+        })
+    }
+
     /// Comparison of the forces so far.
     pub fn report(&self) -> &ContactReduction {
         &self.report

@@ -36,7 +36,7 @@ pub struct Simulation {
     stop: Option<Arc<AtomicBool>>,
     /// All contact nodes, if the contact is reduced.
     full: Option<FullPatch>,
-    /// The reduction of a contact with too large an error, of which all nodes are evaluated since.
+    /// The reduction of a contact with too large an error: all nodes are evaluated.
     given_up: Option<ContactReduction>,
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
@@ -52,7 +52,8 @@ pub struct Simulation {
     separated: [Vec<u8>; 2],
     /// States of the contact nodes at the last instant at which they were counted; empty before the first one.
     counted: Vec<NodeState>,
-    /// Samples between two updates of a loading that changes gradually: a frame of the scene. A frame of a
+    /// Samples between two updates of a loading that changes gradually, or two decisions on a reduced contact: a
+    /// frame of the scene. A frame of a
     /// live run may be shorter or longer.
     loading_every: u64,
     /// State at the present sample.
@@ -157,7 +158,7 @@ impl Simulation {
         Ok(Self {
             geometry: Arc::new(patch_geometry(&ball, all_nodes, loading.tilt)),
             full,
-            given_up: None,
+            given_up: FullPatch::not_reduced(&ball),
             computed: computed::for_joint(scene, &tilted, &ball, &joint)?,
             scene: scene.clone(),
             tilted,
@@ -305,6 +306,9 @@ impl Simulation {
     /// tolerance, or with all nodes if that is of no use.
     fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
         let is_exceeded = |full: &mut FullPatch| full.report().is_exceeded();
+        if !self.next_sample.is_multiple_of(self.loading_every) {
+            return Ok(());
+        }
         let Some(mut full) = self.full.take_if(is_exceeded) else {
             return Ok(());
         };
@@ -350,7 +354,7 @@ impl Simulation {
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
         let mut whole = left.min(self.scene.frame_samples as u64);
-        if self.tilted.varies() {
+        if self.tilted.varies() || self.full.is_some() {
             whole = whole.min(self.loading_every - self.next_sample % self.loading_every);
         }
         let next_jump = self.jumps.last();

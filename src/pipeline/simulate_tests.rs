@@ -1,6 +1,7 @@
 //! Runs with a reduced contact.
 
 use super::*;
+use crate::joint::Quadrature;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Monitor, run};
 
@@ -8,7 +9,8 @@ use crate::pipeline::{Monitor, run};
 fn torus(reduction: Option<f64>, milliseconds: f64) -> Scene {
     let scene = Scene::load("torus-3deg").unwrap();
     let mut scene = scene.with_duration(milliseconds).unwrap();
-    scene.joint_mut().unwrap().spec.contact.reduction = reduction;
+    let contact = &mut scene.joint_mut().unwrap().spec.contact;
+    (contact.nodes, contact.quadrature, contact.reduction) = (100, Quadrature::Rings, reduction);
     scene
 }
 
@@ -97,13 +99,20 @@ fn a_run_reports_the_reduction_in_its_summary_and_solver_state() {
 }
 
 #[test]
-fn a_tolerance_out_of_reach_is_refused() {
-    let mut scene = torus(Some(1e-7), 5.0);
+fn a_tolerance_out_of_reach_evaluates_all_nodes_and_says_so() {
+    let mut scene = torus(Some(1e-7), 1.0);
     scene.joint_mut().unwrap().spec.contact.nodes = 12;
-    let error = Simulation::new(&scene).unwrap_err();
-    let cause = std::error::Error::source(&error).unwrap().to_string();
-    assert!(
-        cause.contains("contact.reduction is out of reach"),
-        "{cause}"
+    let mut records: Vec<Record> = Vec::new();
+    let summary = run(&scene, "test", &mut records, Monitor::default()).unwrap();
+    let report = summary.reduction.unwrap();
+    assert_eq!((report.kept_nodes, report.nodes), (12, 12));
+    assert_eq!(report.all_nodes_since_s, Some(0.0));
+    let warnings = records.iter().filter_map(|record| match record {
+        Record::Warning { text, .. } => Some(text.as_str()),
+        _ => None,
+    });
+    assert_eq!(
+        warnings.collect::<Vec<_>>(),
+        ["no few nodes reach contact.reduction = 1e-7: all 12 nodes are evaluated"]
     );
 }

@@ -237,7 +237,8 @@ pub fn growth(
             Size::Nodes => {
                 let with = |nodes: &usize| {
                     let mut scene = held.clone();
-                    scene.joint_mut()?.spec.contact.nodes = *nodes;
+                    let contact = &mut scene.joint_mut()?.spec.contact;
+                    (contact.nodes, contact.reduction) = (*nodes, None);
                     Ok(scene)
                 };
                 timer.system(size, &plan.nodes, with, &mut should_continue)?

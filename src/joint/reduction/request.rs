@@ -13,15 +13,15 @@ const TILTS: [f64; 2] = [0.0, 8.0 * std::f64::consts::PI / 180.0];
 /// Number of rules that are remembered.
 const REMEMBERED: usize = 64;
 
-/// A rule with the joint for which it was found.
-type Remembered = (JointSpec, Arc<CubatureRule>);
+/// A joint with the rule that was found for it; `None` for all nodes.
+type Remembered = (JointSpec, Option<Arc<CubatureRule>>);
 
-/// The rule for `contact.reduction` of a joint; `None` if all nodes are requested. It depends on the
-/// parameters of the joint only. The latest rules are remembered, because studies build the same joint for each
-/// of their points.
+/// The rule for `contact.reduction` of a joint; `None` if all nodes are requested, or no rule is accurate enough.
+/// It depends on the parameters of the joint only. The latest rules are remembered, because studies build the
+/// same joint for each of their points.
 ///
 /// # Errors
-/// As [`reduce`].
+/// If the joint cannot be built or simulated for the choice of the rule.
 fn requested_rule(ball: &BallJoint) -> Result<Option<Arc<CubatureRule>>, TrainingError> {
     static RULES: Mutex<VecDeque<Remembered>> = Mutex::new(VecDeque::new());
     let spec = ball.spec();
@@ -31,17 +31,20 @@ fn requested_rule(ball: &BallJoint) -> Result<Option<Arc<CubatureRule>>, Trainin
     // A panic while the lock is held leaves a valid list.
     let remembered = || RULES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, rule)) = remembered().iter().find(|(of, _)| of == spec) {
-        return Ok(Some(Arc::clone(rule)));
+        return Ok(rule.clone());
     }
     let [first, last] = tilts(ball);
-    let (trained, _) = reduce(ball, &TrainingPlan::new(tolerance, first, last))?;
-    let rule = Arc::new(trained.rule);
+    let rule = match reduce(ball, &TrainingPlan::new(tolerance, first, last)) {
+        Ok((trained, _)) => Some(Arc::new(trained.rule)),
+        Err(TrainingError::Tolerance { .. }) => None,
+        Err(error) => return Err(error),
+    };
     let mut remembered = remembered();
     if remembered.len() == REMEMBERED {
         remembered.pop_front();
     }
-    remembered.push_back((spec.clone(), Arc::clone(&rule)));
-    Ok(Some(rule))
+    remembered.push_back((spec.clone(), rule.clone()));
+    Ok(rule)
 }
 
 /// First and last tilt of the training of a joint, rad.
@@ -71,11 +74,12 @@ pub fn refine(
 }
 
 impl BallJoint {
-    /// Computes the modes, the quadrature points of the patch, and the rule for `contact.reduction`.
+    /// Computes the modes, the quadrature points of the patch, and the rule for `contact.reduction`; all nodes are
+    /// evaluated if no rule is accurate enough.
     ///
     /// # Errors
-    /// If the modes cannot be computed, the published frequencies are selected and one is missing, or the
-    /// contact cannot be reduced as requested.
+    /// If the modes cannot be computed, the published frequencies are selected and one is missing, or the joint
+    /// cannot be simulated for the choice of the rule.
     pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         Self::with_all_nodes(spec)?.with_requested_rule()
     }

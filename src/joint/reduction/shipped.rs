@@ -9,13 +9,11 @@
 use serde::Deserialize;
 
 use super::{CubatureRule, KeptNode, RuleErrors, TrainedRule};
-use crate::joint::Contact;
+use crate::joint::{Contact, Quadrature};
 
 /// The rules of one patch in ascending order of their numbers of nodes.
 #[derive(Deserialize)]
 struct RuleFile {
-    quadrature: String,
-    full_nodes: usize,
     rules: Vec<Entry>,
 }
 
@@ -27,32 +25,35 @@ struct Entry {
     weights: Vec<f64>,
 }
 
-const FILES: [(usize, &str); 2] = [
+/// The patches for which rules are shipped, with their files.
+pub(super) const FILES: [(Quadrature, usize, &str); 3] = [
     (
+        Quadrature::Rings,
         100,
         include_str!("../../../assets/reduction/rings-100.toml"),
     ),
     (
+        Quadrature::Gauss,
+        100,
+        include_str!("../../../assets/reduction/gauss-100.toml"),
+    ),
+    (
+        Quadrature::Gauss,
         1000,
-        include_str!("../../../assets/reduction/rings-1000.toml"),
+        include_str!("../../../assets/reduction/gauss-1000.toml"),
     ),
 ];
 
 /// Shipped rules for a Hertz patch, in ascending order of their numbers of nodes; none for most patches. Training
 /// and held-out errors are those over several joints, loads and tilts.
 pub fn shipped_rules(contact: &Contact) -> Vec<TrainedRule> {
-    let quadrature: &str = contact.quadrature.into();
-    let files = FILES.iter().filter(|(nodes, _)| *nodes == contact.nodes);
-    let files = files.map(|(_, text)| toml::from_str::<RuleFile>(text).expect("a valid rule file"));
-    files
-        .filter(|file| file.quadrature == quadrature)
-        .flat_map(|file| {
-            let full_nodes = file.full_nodes;
-            file.rules
-                .into_iter()
-                .map(move |entry| entry.rule(full_nodes))
-        })
-        .collect()
+    let patch = (contact.quadrature, contact.nodes);
+    let files = FILES
+        .iter()
+        .filter(|(quadrature, nodes, _)| (*quadrature, *nodes) == patch);
+    let read = |text| toml::from_str::<RuleFile>(text).expect("a valid rule file");
+    let rules = files.flat_map(|(.., text)| read(text).rules);
+    rules.map(|entry| entry.rule(contact.nodes)).collect()
 }
 
 impl Entry {

@@ -28,18 +28,19 @@ impl Stage for ReductionStage {
         };
         self.reported = changed;
         let now = match reduction.all_nodes_since_s {
-            Some(_) => format!("all {} nodes", reduction.nodes),
-            None => format!("{} other nodes", reduction.kept_nodes),
+            Some(_) => format!("all {} nodes are evaluated", reduction.nodes),
+            None => format!("{} other nodes are evaluated", reduction.kept_nodes),
         };
-        emit(Record::Warning {
-            time,
-            text: format!(
-                "the error of the reduced contact exceeded contact.reduction = {:e}: {now} are evaluated \
-                 from {:.3} ms on",
-                reduction.tolerance,
+        let tolerance = reduction.tolerance;
+        let text = match time {
+            0.0 => format!("no few nodes reach contact.reduction = {tolerance:e}: {now}"),
+            _ => format!(
+                "the error of the reduced contact exceeded contact.reduction = {tolerance:e}: {now} from \
+                 {:.3} ms on",
                 1e3 * time
             ),
-        })
+        };
+        emit(Record::Warning { time, text })
     }
 }
 

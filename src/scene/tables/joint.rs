@@ -123,7 +123,7 @@ keys! {
         /// Number of contact nodes.
         nodes = "nodes": Count(1, 10_000), default 100;
         /// Layout of the nodes: rings of cells of equal area, or a Gauss rule for the Hertz pressure and a uniform stiffness.
-        quadrature = "quadrature": choice::<Quadrature>(), default "rings";
+        quadrature = "quadrature": choice::<Quadrature>(), default "gauss";
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
         stiffness_factor = "stiffness_factor": number(ONE, Positive(1e4)), default 1.0;
         /// Distribution of the contact stiffness over the patch: uniform, or proportional to the pre-stress.

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::super::shipped::FILES;
 use super::joints::named;
 use super::*;
+use crate::joint::Quadrature;
 
 /// Joints of the training with the factors on their errors. Where nodes separate or slip reverses, the errors
 /// of any rule are larger.
@@ -53,9 +55,15 @@ const HELD_OUT: [&str; 20] = [
 const SIZES: [usize; 6] = [16, 24, 32, 40, 48, 64];
 
 /// A joint with states of a coarse patch.
-fn case(name: &str, nodes: usize, weight: f64, excitation: &Excitation) -> TrainingCase {
-    let (spec, tilt) = named(name, nodes);
-    let coarse = BallJoint::new(&named(name, 100).0).unwrap();
+fn case(
+    name: &str,
+    patch: (Quadrature, usize),
+    weight: f64,
+    excitation: &Excitation,
+) -> TrainingCase {
+    let (mut spec, tilt) = named(name, 100);
+    let coarse = BallJoint::new(&spec).unwrap();
+    (spec.contact.quadrature, spec.contact.nodes) = patch;
     let states = excitation.states_of(&coarse.joint(tilt).unwrap()).unwrap();
     let joint = BallJoint::new(&spec).unwrap().joint(tilt).unwrap();
     TrainingCase {
@@ -75,36 +83,36 @@ fn settled() -> Excitation {
     }
 }
 
-fn held_out(name: &str, nodes: usize) -> [TrainingCase; 2] {
+fn held_out(name: &str, patch: (Quadrature, usize)) -> [TrainingCase; 2] {
     let seed = 2;
     let kicked = Excitation {
         seed,
         ..Excitation::default()
     };
-    let mut settled = case(name, nodes, 1.0, &settled());
+    let mut settled = case(name, patch, 1.0, &settled());
     settled.states.drain(..600);
-    [case(name, nodes, 1.0, &kicked), settled]
+    [case(name, patch, 1.0, &kicked), settled]
 }
 
 /// Writes the shipped rules and prints their errors: rms over kicked and over settled motion.
 #[test]
 #[ignore = "writes the shipped rules"]
 fn write_shipped_rules() {
-    for nodes in [100, 1000] {
+    for (quadrature, nodes, _) in FILES {
+        let patch = (quadrature, nodes);
         let cases: Vec<_> = TRAINING
             .iter()
-            .map(|(name, weight)| case(name, nodes, *weight, &Excitation::default()))
+            .map(|(name, weight)| case(name, patch, *weight, &Excitation::default()))
             .collect();
         let trainer = Trainer::new(&cases).unwrap();
-        let tests: Vec<_> = HELD_OUT.map(|name| held_out(name, nodes)).into();
+        let tests: Vec<_> = HELD_OUT.map(|name| held_out(name, patch)).into();
         // The rule is stated to fit the joints of the paper's body up to the azimuth.
         let stated: Vec<_> = tests[..7].iter().flatten().cloned().collect();
         let mut text = format!(
             "# Cubature rules of the contact patch, in ascending order of their numbers of nodes.\n\
              # Written by: cargo test --release --no-default-features --lib write_shipped_rules -- --ignored\n\
              # Errors: relative errors of the generalised force. The held-out states are those of tilts and\n\
-             # initial velocities that were not used in the training.\n\n\
-             quadrature = \"rings\"\nfull_nodes = {nodes}\n"
+             # initial velocities that were not used in the training.\n"
         );
         let rules = SIZES.map(|size| trainer.rule(size, &stated).unwrap());
         for TrainedRule {
@@ -129,8 +137,9 @@ fn write_shipped_rules() {
             .unwrap();
         }
         let file = format!(
-            "{}/assets/reduction/rings-{nodes}.toml",
-            env!("CARGO_MANIFEST_DIR")
+            "{}/assets/reduction/{}-{nodes}.toml",
+            env!("CARGO_MANIFEST_DIR"),
+            <&str>::from(quadrature)
         );
         std::fs::write(file, text).unwrap();
         print_errors(nodes, &rules, &tests);
