@@ -1,11 +1,14 @@
-//! Integrator settings for a required accuracy, as found by `squeakscope cost`.
+//! Settings for a required accuracy, as found by `squeakscope cost`: error budgets of all numerical settings,
+//! and the cheapest integrator alone.
 
+use toml_edit::{ArrayOfTables, InlineTable, Table, Value};
+
+use super::edit::{number, remove, set_list};
 use super::error::{Fault, Location, SceneError};
-use toml_edit::Value;
-
 use super::schema::join;
+use super::setting::{SceneSetting, SettingValue};
 use super::spec::Scene;
-use super::tables::accuracy::ADVICE;
+use super::tables::accuracy::{ADVICE, AccuracyBudget, BUDGETS};
 
 /// Maximum step of an advised adaptive method, s. The advice is determined with this limit, which is large
 /// enough not to restrict the step control.
@@ -26,11 +29,147 @@ impl Scene {
         self.with_entries(entries)
     }
 
-    /// Returns the scene with the cheapest advised integrator whose error does not exceed `error`.
+    /// Returns the scene with other values of some keys.
     ///
     /// # Errors
-    /// If the scene has no advice for an error this small.
+    /// As [`Scene::parse`].
+    pub fn with_settings(&self, settings: &[SceneSetting]) -> Result<Self, SceneError> {
+        let absent = SettingValue::Word(SceneSetting::ABSENT.to_owned());
+        let (removed, set): (Vec<_>, Vec<_>) =
+            settings.iter().partition(|setting| setting.value == absent);
+        let mut document = self.document()?;
+        for setting in removed {
+            remove(&mut document, &setting.key);
+        }
+        let scene = self.with_document(&document)?;
+        scene.with_entries(
+            set.into_iter()
+                .map(|setting| (&setting.key, value(setting))),
+        )
+    }
+
+    /// Returns the scene with new error budgets; their fingerprints are determined here.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with_budgets(&self, budgets: &[AccuracyBudget]) -> Result<Self, SceneError> {
+        let mut list = ArrayOfTables::new();
+        for budget in budgets {
+            let settings = budget.settings.iter();
+            let settings: InlineTable = settings.map(|s| (&s.key, value(s))).collect();
+            let errors = budget.errors.iter();
+            let errors: InlineTable = errors.map(|(name, e)| (name, rounded_up(*e))).collect();
+            let mut table = Table::new();
+            for (key, value) in [
+                ("error", Value::from(budget.target)),
+                (
+                    "averaging_ms",
+                    number((1e9 * budget.averaging_time).round() / 1e6),
+                ),
+                ("settings", Value::InlineTable(settings)),
+                ("errors", Value::InlineTable(errors)),
+                (
+                    "fingerprint",
+                    Value::from(self.with_settings(&budget.settings)?.fingerprint()),
+                ),
+            ] {
+                table.insert(key, toml_edit::value(value));
+            }
+            list.push(table);
+        }
+        let mut document = self.document()?;
+        set_list(&mut document, BUDGETS, list);
+        self.with_document(&document)
+    }
+
+    /// Identifies the model and its numerical settings: a change of system, initial state, integrator or
+    /// sampling rate changes the fingerprint; analyses and recording do not.
+    pub fn fingerprint(&self) -> String {
+        let Self {
+            subject,
+            start,
+            integrator,
+            sample_rate,
+            ..
+        } = self;
+        let model = format!("{subject:?} {start:?} {integrator:?} {sample_rate}");
+        // FNV-1a, 64 bits.
+        let hash = model.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+
+    /// The budget whose errors hold for this scene, to which [`Scene::with_accuracy`] applied `error`.
+    ///
+    /// # Errors
+    /// The reason why the errors are not known.
+    pub fn verified_errors(&self, error: f64) -> Result<&AccuracyBudget, String> {
+        let Some(budget) = self.budget(error) else {
+            return Err("only the integrator was chosen for this accuracy; determine the errors of all settings \
+                        with `squeakscope cost --write`"
+                .to_owned());
+        };
+        let fixed = self
+            .joint()
+            .ok()
+            .and_then(|joint| joint.fixed_at_start().description());
+        if let Some(values) = fixed {
+            return Err(format!(
+                "the budget holds for constant parameters ({values}), but they change during the run"
+            ));
+        }
+        if self.fingerprint() != budget.fingerprint {
+            return Err(
+                "the scene has changed since `squeakscope cost` determined its budget".to_owned(),
+            );
+        }
+        let window = self
+            .analysis
+            .spectrum
+            .as_ref()
+            .map(|spectrum| spectrum.sliding.window);
+        let window = window.filter(|window| *window >= budget.averaging_time * (1.0 - 1e-9));
+        let duration = budget
+            .settings
+            .iter()
+            .find(|setting| setting.key == "time.duration_ms");
+        let is_long = duration.is_none_or(|least| match least.value {
+            SettingValue::Number(ms) => 1e3 * self.duration >= ms * (1.0 - 1e-9),
+            SettingValue::Word(_) => false,
+        });
+        match window.is_some() && is_long {
+            true => Ok(budget),
+            false => Err(format!(
+                "the budget needs the settled motion of {} ms in analysis.spectrum.window_ms",
+                (1e6 * budget.averaging_time).round() / 1e3
+            )),
+        }
+    }
+
+    /// The cheapest budget for an error: the one with the largest permitted error.
+    fn budget(&self, error: f64) -> Option<&AccuracyBudget> {
+        let fitting = self
+            .budgets
+            .iter()
+            .filter(|b| b.target <= error * (1.0 + 1e-9));
+        fitting.max_by(|a, b| a.target.total_cmp(&b.target))
+    }
+
+    /// Returns the scene with the numerical settings of its error budget for `error`. Without a budget, only
+    /// the integrator is chosen: the cheapest advised one whose error does not exceed `error`.
+    ///
+    /// # Errors
+    /// If the scene has neither for an error this small.
     pub fn with_accuracy(&self, error: f64) -> Result<Self, SceneError> {
+        match self.budget(error) {
+            Some(budget) => self.with_settings(&budget.settings),
+            None => self.with_advised_integrator(error),
+        }
+    }
+
+    /// The scene with the cheapest advised integrator for `error`.
+    fn with_advised_integrator(&self, error: f64) -> Result<Self, SceneError> {
         // The advice with the largest permitted error is the cheapest.
         let fitting = self
             .advice
@@ -77,6 +216,25 @@ impl Scene {
         }
         self.with_entries(entries)
     }
+}
+
+/// The value of a setting in a scene file.
+fn value(setting: &SceneSetting) -> Value {
+    match &setting.value {
+        SettingValue::Number(x) => number(*x),
+        SettingValue::Word(word) => Value::from(word.as_str()),
+    }
+}
+
+/// A bound with two digits, not smaller than the error.
+fn rounded_up(error: f64) -> f64 {
+    if error <= 0.0 {
+        return 0.0;
+    }
+    let unit = 10f64.powf(error.log10().floor() - 1.0);
+    let digits = (error / unit).ceil();
+    // Through text, so that the decimal is short.
+    format!("{:.1e}", digits * unit).parse().unwrap_or(error)
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use setting::{AutoOr, SectionSurface, StateCoordinate};
+pub use setting::{AutoOr, SceneSetting, SectionSurface, SettingValue, StateCoordinate};
 pub use spec::Scene;
 pub use subject::{FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
@@ -33,4 +33,6 @@ pub use tables::analysis::{
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,
     SpectrogramSpec, SpectrumSpec, ThresholdSpec, WindowSpec,
 };
-pub use tables::{Events, Integrator, IntegratorAdvice, RecordSpec, Start, key_reference};
+pub use tables::{
+    AccuracyBudget, Events, Integrator, IntegratorAdvice, RecordSpec, Start, key_reference,
+};

@@ -10,6 +10,7 @@ use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, nearest};
 use super::schema::{Declared, join};
 use super::spec::Scene;
 use super::tables::SCHEMA;
+use super::tables::accuracy::BUDGETS;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 
 const LOAD_PATH: &str = "load.load_n";
@@ -102,11 +103,11 @@ impl Parameter {
     }
 }
 
-/// Whether a key can be varied: a number that is constant in time, or the angular velocity, which is varied
-/// in magnitude.
+/// Whether a key can be varied: a number that is constant in time and no result of a study, or the angular
+/// velocity, which is varied in magnitude.
 fn is_free(key: &Declared) -> bool {
-    let number = key.key.kind.is_number() && !is_schedule_key(&key.path);
-    number || key.path == ROTATION_PATH
+    let is_fixed = is_schedule_key(&key.path) || key.table == BUDGETS;
+    key.key.kind.is_number() && !is_fixed || key.path == ROTATION_PATH
 }
 
 /// Position of a parameter in messages.
@@ -195,10 +196,7 @@ impl Scene {
         &self,
         entries: impl IntoIterator<Item = (impl AsRef<str>, Value)>,
     ) -> Result<Self, SceneError> {
-        let mut document: DocumentMut = self
-            .text
-            .parse()
-            .map_err(|error| syntax(&error).at(self.place_of_override()))?;
+        let mut document = self.document()?;
         for (path, value) in entries {
             let path = &SCHEMA.current(path.as_ref());
             set(document.as_table_mut(), path, value);
@@ -208,11 +206,22 @@ impl Scene {
                 }
             }
         }
+        self.with_document(&document)
+    }
+
+    /// The scene with a changed text.
+    pub(super) fn with_document(&self, document: &DocumentMut) -> Result<Self, SceneError> {
         // The file of modes is unchanged and is not read again.
         let mut scene =
             Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())?;
         scene.deprecated_keys.clone_from(&self.deprecated_keys);
         Ok(scene)
+    }
+
+    /// The text of the scene for editing.
+    pub(super) fn document(&self) -> Result<DocumentMut, SceneError> {
+        let document = self.text.parse();
+        document.map_err(|error| syntax(&error).at(self.place_of_override()))
     }
 }
 

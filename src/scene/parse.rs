@@ -93,6 +93,7 @@ fn build(
         frame_samples: frames.frame_samples,
         integrator: run::integrator(document)?,
         advice: accuracy::advice(document)?,
+        budgets: accuracy::budgets(document)?,
         analysis: analysis::read(document, frames.sample_rate, subject.modes())?,
         record: run::record(document, frames.sample_rate, &subject)?,
         deprecated_keys: document.deprecated.clone(),

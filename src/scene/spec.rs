@@ -6,7 +6,7 @@ use super::error::{DeprecatedKey, SceneError};
 use super::mechanism::Mechanism;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
-use super::tables::{Integrator, IntegratorAdvice, RecordSpec, Start};
+use super::tables::{AccuracyBudget, Integrator, IntegratorAdvice, RecordSpec, Start};
 use crate::joint::{BallOnBeam, BodySpec, ImportedModes};
 
 /// A validated scene, in SI units and radians.
@@ -37,6 +37,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Cheapest integrators for given errors, if the scene contains this advice.
     pub advice: Vec<IntegratorAdvice>,
+    /// Error budgets: all numerical settings for given errors, if the scene contains them.
+    pub budgets: Vec<AccuracyBudget>,
     /// Analyses.
     pub analysis: AnalysisSpec,
     /// Contents and rates of the recording.

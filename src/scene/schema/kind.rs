@@ -1,5 +1,6 @@
 //! Types of values of scene keys: reading and description.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
@@ -10,7 +11,7 @@ use toml::de::DeValue;
 
 use super::unit::{ONE, Unit};
 use crate::scene::error::{CLOSE, Fault, nearest};
-use crate::scene::setting::{AutoOr, StateCoordinate};
+use crate::scene::setting::{AutoOr, SceneSetting, SettingValue, StateCoordinate};
 
 /// A mismatch of a value and its key: why the value is rejected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -155,12 +156,7 @@ impl Kind for Number {
     type Value = f64;
 
     fn read(&self, value: &DeValue<'_>) -> Result<f64, Mismatch> {
-        let stated = match value {
-            DeValue::Float(float) => float.as_str().parse().map_err(|_| Mismatch::Range)?,
-            DeValue::Integer(_) => integer(value)? as f64,
-            _ => return Err(Mismatch::Type),
-        };
-        self.accept(stated)
+        self.accept(float(value)?)
     }
 
     fn allowed(&self) -> String {
@@ -173,6 +169,15 @@ impl Kind for Number {
 
     fn as_number(&self) -> Option<Number> {
         Some(*self)
+    }
+}
+
+/// A number, written as a decimal or an integer.
+fn float(value: &DeValue<'_>) -> Result<f64, Mismatch> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().map_err(|_| Mismatch::Range),
+        DeValue::Integer(_) => Ok(integer(value)? as f64),
+        _ => Err(Mismatch::Type),
     }
 }
 
@@ -494,5 +499,54 @@ impl Kind for Tables {
 
     fn allowed(&self) -> String {
         format!("a list of 1 to {} tables", self.0)
+    }
+}
+
+/// A table of keys of the scene with a number or a word each; at least one. Paths are quoted.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings;
+
+impl Kind for Settings {
+    type Value = Vec<SceneSetting>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        let table = value.as_table().ok_or(Mismatch::Type)?;
+        let settings = table.iter().map(|(key, value)| {
+            let value = match value.get_ref().as_str() {
+                Some(word) => SettingValue::Word(word.to_owned()),
+                None => SettingValue::Number(float(value.get_ref())?),
+            };
+            let key = key.get_ref().to_string();
+            Ok(SceneSetting { key, value })
+        });
+        let settings: Self::Value = settings.collect::<Result<_, _>>()?;
+        let is_given = !settings.is_empty();
+        is_given.then_some(settings).ok_or(Mismatch::Range)
+    }
+
+    fn allowed(&self) -> String {
+        "a table of quoted keys with numbers or strings, such as { \"contact.nodes\" = 452 }"
+            .to_owned()
+    }
+}
+
+/// A table of named numbers, each in the range.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedNumbers(pub Number);
+
+impl Kind for NamedNumbers {
+    type Value = BTreeMap<String, f64>;
+
+    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
+        let table = value.as_table().ok_or(Mismatch::Type)?;
+        let numbers = table.iter().map(|(name, value)| {
+            let number = self.0.read(value.get_ref())?;
+            Ok((name.get_ref().to_string(), number))
+        });
+        numbers.collect()
+    }
+
+    fn allowed(&self) -> String {
+        format!("a table of numbers, each {}", self.0.allowed())
     }
 }

@@ -1,10 +1,86 @@
-//! Advice on integrator settings, `[accuracy]`.
+//! Settings for a required accuracy, `[accuracy]`: error budgets, and advice on the integrator.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
 
 use crate::dynamics::MethodName;
-use crate::scene::document::Document;
+use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::SceneError;
-use crate::scene::schema::kind::Text;
-use crate::scene::schema::{IfAbsent, Key};
+use crate::scene::schema::kind::Range::{Closed, Positive};
+use crate::scene::schema::kind::{NamedNumbers, Settings, Tables, Text, number};
+use crate::scene::schema::unit::{MILLISECOND, ONE};
+use crate::scene::schema::{IfAbsent, Key, Schema, keys};
+use crate::scene::setting::SceneSetting;
+
+/// Path of the list of error budgets.
+pub const BUDGETS: &str = "accuracy.budget";
+
+/// Numerical settings of a scene for a required error, with their verified errors: an error budget of
+/// `squeakscope cost`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AccuracyBudget {
+    /// Requested total relative error.
+    pub target: f64,
+    /// Numerical settings.
+    pub settings: Vec<SceneSetting>,
+    /// Time over which the settled motion is averaged, s.
+    #[serde(rename = "averaging_time_s")]
+    pub averaging_time: f64,
+    /// Verified relative error of each quantity, by its name.
+    pub errors: BTreeMap<String, f64>,
+    /// Fingerprint of the scene with these settings ([`Scene::fingerprint`](crate::scene::Scene::fingerprint)).
+    pub fingerprint: String,
+}
+
+keys! {
+    /// Error budgets: for each requested error all numerical settings, and their verified errors. `squeakscope cost --write` determines them, `--accuracy` selects one.
+    static LIST: Tables = "budget": Tables(16), else "no budget";
+
+    AccuracyBudget {
+        /// Requested total relative error.
+        target = "error": number(ONE, Positive(1.0));
+        /// Keys of the scene and their values for this error; the word `absent` removes a key.
+        settings = "settings": Settings;
+        /// Time over which the settled motion is averaged.
+        averaging_time = "averaging_ms": number(MILLISECOND, Positive(1e5));
+        /// Verified relative errors of the quantities.
+        errors = "errors": NamedNumbers(number(ONE, Closed(0.0, 1e3)));
+        /// Fingerprint of the scene; the errors are unknown if the scene has changed since.
+        fingerprint = "fingerprint": Text;
+    }
+}
+
+/// Adds the keys of `[accuracy]`.
+pub fn declare(schema: &mut Schema) {
+    for (_, key) in &ADVICE {
+        schema.add("accuracy", key);
+    }
+    schema.add("accuracy", &LIST);
+    AccuracyBudget::declare(schema, BUDGETS);
+}
+
+/// Reads the error budgets of a scene.
+pub fn budgets(document: &Document<'_>) -> Result<Vec<AccuracyBudget>, SceneError> {
+    let list = document.table("accuracy").list(&LIST)?;
+    let read = |table: Table<'_>| {
+        let budget = AccuracyBudget::read(table)?;
+        let paths = budget.settings.iter().map(|setting| &setting.key);
+        match paths
+            .into_iter()
+            .find(|key| document.schema.find(key).is_none())
+        {
+            None => Ok(budget),
+            Some(key) => Err(table.inconsistent(
+                "settings",
+                &[],
+                format!("`{key}` is not a key of a scene"),
+                "correct it, or determine the budget with `squeakscope cost --write`",
+            )),
+        }
+    };
+    list.into_iter().map(read).collect()
+}
 
 /// The advice keys with their errors.
 pub static ADVICE: [(f64, Key<Text>); 4] = [

@@ -16,7 +16,7 @@ use std::sync::LazyLock;
 use super::document::FromTable;
 use super::schema::{Declared, Schema};
 
-pub use accuracy::IntegratorAdvice;
+pub use accuracy::{AccuracyBudget, IntegratorAdvice};
 pub use axis::{check_imported_patch, check_sliding};
 pub use mechanism::demonstrated as demonstrated_mechanism;
 pub use run::{Events, Frames, Header, Integrator, RecordSpec, Start};
@@ -36,9 +36,7 @@ fn declare(schema: &mut Schema) {
     Start::declare(schema, "start");
     Frames::declare(schema, "time");
     Integrator::declare(schema, "time");
-    for (_, key) in &accuracy::ADVICE {
-        schema.add("accuracy", key);
-    }
+    accuracy::declare(schema);
     analysis::AnalysisSpec::declare(schema, "analysis");
     RecordSpec::declare(schema, "record");
 }
