@@ -53,9 +53,10 @@ pub enum Command {
     Paper(PaperArgs),
     /// Fit the parameters that the paper does not state, so that its claims hold.
     Calibrate(CalibrateArgs),
-    /// Measure accuracy against CPU time and find the cheapest integrator.
+    /// Measure accuracy against CPU time and find the cheapest settings.
     ///
-    /// The study varies one numerical setting at a time, at the first tilt of the scene.
+    /// The study varies one numerical setting at a time, and chooses all settings together for a total error
+    /// (error budget), at the first tilt of the scene.
     Cost(CostArgs),
     /// Measure how time and memory scale with the size of the problem.
     ///

@@ -29,8 +29,8 @@ impl SceneArgs {
 /// The accuracy of a command.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct AccuracyArgs {
-    /// Use the cheapest integrator for this error of the state, such as 1e-4, as the scene or `cost`
-    /// recommends.
+    /// Use the cheapest numerical settings for this relative error, such as 1e-4: all settings of the error
+    /// budget in the scene, which `cost --write` determines, or else the recommended integrator only.
     #[arg(long, value_name = "ERROR", value_parser = positive,
         help_heading = "Simulation")]
     pub accuracy: Option<f64>,

@@ -19,7 +19,8 @@ use crate::escape;
 use crate::number::short;
 use crate::plot::cost_figures;
 use crate::record::cost::save_cost;
-use crate::study::cost::{CostPlan, CostSetting, CostStudy, WorkPrecisionSet, cost};
+use crate::scene::{Scene, SceneError};
+use crate::study::cost::{CostPlan, CostSetting, CostStudy, ErrorBudget, WorkPrecisionSet, cost};
 use crate::text::cost as words;
 
 /// Name of the table in the output directory.
@@ -71,10 +72,24 @@ fn plan(args: &CostArgs) -> Result<CostPlan, CliError> {
             .retain(|setting| args.setting.contains(setting));
     }
     plan.repeats = args.repeats.into();
+    if !args.target.is_empty() {
+        plan.targets.clone_from(&args.target);
+        plan.targets.sort_by(|a, b| b.total_cmp(a));
+        plan.targets.dedup();
+    }
+    if !args.quantity.is_empty() {
+        plan.quantities.clone_from(&args.quantity);
+        plan.quantities.dedup();
+    }
     if let Some(horizon) = args.horizon {
         plan.horizon = 1e-3 * horizon;
     }
-    match args.write.is_some() && !plan.settings.contains(&CostSetting::Integrator) {
+    let advising = [CostSetting::Integrator, CostSetting::Budget];
+    let advises = plan
+        .settings
+        .iter()
+        .any(|setting| advising.contains(setting));
+    match args.write.is_some() && !advises {
         true => Err(CliError::NoAdvice),
         false => Ok(plan),
     }
@@ -132,8 +147,25 @@ fn deliver(
     all?;
     match study.stopped {
         true => Err(CliError::Interrupted),
-        false if args.write.is_some() && study.advice.is_empty() => Err(CliError::NoAdvice),
+        false if args.write.is_some() && !recommends(study) => Err(CliError::NoAdvice),
         false => Ok(()),
+    }
+}
+
+/// Whether the study found settings that `--accuracy` can use.
+fn recommends(study: &CostStudy) -> bool {
+    let budgets = study.budget.as_ref().map(ErrorBudget::verified);
+    !study.advice.is_empty() || budgets.is_some_and(|budgets| !budgets.is_empty())
+}
+
+/// The scene with the recommendations of the study.
+fn recommended(scene: &Scene, study: &CostStudy) -> Result<Scene, SceneError> {
+    let advice = study.advice.iter();
+    let advice: Vec<_> = advice.map(|a| (a.target, &*a.method, a.value)).collect();
+    let scene = scene.with_advice(&advice)?;
+    match &study.budget {
+        Some(budget) => scene.with_budgets(&budget.verified()),
+        None => Ok(scene),
     }
 }
 
@@ -160,10 +192,8 @@ fn write_all(
     save_cost(recording.path(), plan, study, &command_line())
         .map_err(|source| failed("recording", source))?;
     written.push(WrittenFile::of(&recording)?);
-    if let Some(file) = files.write.as_ref().filter(|_| !study.advice.is_empty()) {
-        let advice = study.advice.iter();
-        let advice: Vec<_> = advice.map(|a| (a.target, &*a.method, a.value)).collect();
-        written.push(write(file, &plan.scene.with_advice(&advice)?.text)?);
+    if let Some(file) = files.write.as_ref().filter(|_| recommends(study)) {
+        written.push(write(file, &recommended(&plan.scene, study)?.text)?);
     }
     if let Some(file) = &files.markdown {
         written.push(write(file, &words::chapter(study))?);
@@ -210,6 +240,13 @@ fn text(study: &CostStudy) -> String {
             words::advice(study).text()
         );
     }
+    if let Some(budget) = &study.budget {
+        let _ = write!(
+            text,
+            "{HEADING}error budget{HEADING:#} of all settings together\n{}",
+            words::budget(budget)
+        );
+    }
     text
 }
 
@@ -254,8 +291,10 @@ fn table(sets: &[WorkPrecisionSet]) -> String {
 mod tests {
     use super::*;
     use crate::cli::common_args::SceneArgs;
-    use crate::scene::Scene;
-    use crate::study::cost::{WorkPrecisionPoint, advice};
+    use crate::scene::{AccuracyBudget, SceneSetting};
+    use crate::study::cost::{
+        BudgetChoice, Quantity, QuantityValue, Source, SourceShare, WorkPrecisionPoint, advice,
+    };
 
     fn point(seconds: f64, error: Result<f64, String>) -> WorkPrecisionPoint {
         WorkPrecisionPoint {
@@ -264,6 +303,42 @@ mod tests {
             rhs_evals: (1e6 * seconds).round() as u64,
             error,
             detail: String::new(),
+        }
+    }
+
+    /// A budget with a verified choice of 201 nodes for an error of 1e-3.
+    fn example_budget() -> ErrorBudget {
+        let share = SourceShare {
+            source: Source::Nodes,
+            setting: "201 nodes in rings".to_owned(),
+            errors: vec![2e-4],
+            seconds: 1e-2,
+        };
+        let choice = BudgetChoice {
+            budget: AccuracyBudget {
+                target: 1e-3,
+                settings: vec![SceneSetting::number("contact.nodes", 201.0)],
+                averaging_time: 0.08,
+                errors: [("frequency".to_owned(), 2.5e-4)].into(),
+                fingerprint: "0".to_owned(),
+            },
+            verified: true,
+            tries: 1,
+            predicted: vec![2e-4],
+            shares: vec![share],
+            next: Some(Source::Nodes),
+            seconds: 0.1,
+            rhs_evals: 100_000,
+        };
+        let frequency = QuantityValue {
+            quantity: Quantity::Frequency,
+            value: Some(4110.8),
+            undefined: None,
+        };
+        ErrorBudget {
+            quantities: vec![frequency],
+            choices: vec![choice],
+            ..ErrorBudget::default()
         }
     }
 
@@ -292,6 +367,7 @@ mod tests {
             horizon: plan.horizon,
             exponent: None,
             stopped: false,
+            budget: Some(example_budget()),
             advice: advice(&sets),
             sets,
         }
@@ -305,6 +381,8 @@ mod tests {
             setting: Vec::new(),
             repeats: 1,
             horizon: Some(2.0),
+            target: Vec::new(),
+            quantity: Vec::new(),
             out: folder.join("cost"),
             drawn: Default::default(),
             markdown: Some(folder.join("page.md")),
@@ -367,6 +445,13 @@ mod tests {
         let mine = folder.path().join("mine.toml");
         let scene = Scene::load(&mine.to_string_lossy()).unwrap();
         assert_eq!(scene.advice.len(), 4);
+        assert_eq!(json["budget"]["choices"][0]["verified"], true);
+        assert_eq!(scene.budgets[0].errors["frequency"], 2.5e-4);
+        let accurate = scene.with_accuracy(1e-3).unwrap();
+        assert_eq!(accurate.joint().unwrap().spec.contact.nodes, 201);
+        let report = text(&example_study(&plan));
+        assert!(report.contains("201 nodes in rings"), "{report}");
+        assert!(report.contains("to improve next: nodes"), "{report}");
         assert_eq!(
             scene.with_accuracy(1e-5).unwrap().integrator.tolerance,
             1e-4

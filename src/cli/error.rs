@@ -122,8 +122,8 @@ pub enum CliError {
     },
     /// The study of costs has no recommendation for the scene.
     #[error(
-        "no recommendation to write (--write): no integrator was measured, or none reaches an error of 1e-2; \
-         include --setting integrator"
+        "no recommendation to write (--write): neither an integrator nor an error budget reaches its target; \
+         include --setting budget or --setting integrator, or raise --target"
     )]
     NoAdvice,
     /// A scene without a load has no tilt.

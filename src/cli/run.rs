@@ -1,6 +1,7 @@
 //! `squeakscope run`: simulate a scene and record it.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
 use crate::escape;
 use crate::export::SamplesSink;
-use crate::number::significant;
+use crate::number::{error, significant};
 use crate::pipeline::message::{ContactReduction, SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RerunSink};
@@ -50,10 +51,60 @@ pub(super) struct RunResult<'a> {
     audit: Option<Audit>,
     /// Quantity, place and peak level of the sound file; `null` without a sound file.
     audio: Option<String>,
+    /// Error of the settled motion for `--accuracy`; `null` without that option.
+    accuracy: Option<KnownAccuracy>,
+}
+
+/// What is known about the error of a run with `--accuracy`.
+#[derive(Serialize, Deserialize)]
+struct KnownAccuracy {
+    /// Requested relative error.
+    requested: f64,
+    /// Verified relative error of each quantity; `null` if it is not known.
+    errors: Option<BTreeMap<String, f64>>,
+    /// Reason why the errors are not known; `null` if they are.
+    unknown: Option<String>,
+}
+
+impl KnownAccuracy {
+    fn of(requested: f64, scene: &Scene, summary: &Summary) -> Self {
+        let verified = match (summary.interrupted, summary.at_rest) {
+            (true, _) => Err("the run was interrupted".to_owned()),
+            (false, true) => Err("the motion is at rest".to_owned()),
+            (false, false) => scene
+                .verified_errors(requested)
+                .map(|budget| budget.errors.clone()),
+        };
+        Self {
+            requested,
+            unknown: verified.as_ref().err().cloned(),
+            errors: verified.ok(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let reason = self.unknown.as_deref().unwrap_or_default();
+        let Some(errors) = &self.errors else {
+            return format!("  error not known: {reason}\n");
+        };
+        let parts = errors
+            .iter()
+            .map(|(name, bound)| format!("of {name} <= {}", error(*bound)));
+        let parts: Vec<String> = parts.collect();
+        format!(
+            "  error of the settled motion {} (budget of `cost`)\n",
+            parts.join(", ")
+        )
+    }
 }
 
 impl<'a> RunResult<'a> {
-    fn new(scene: &Scene, summary: &'a Summary, audio: Option<String>) -> Self {
+    fn new(
+        scene: &Scene,
+        summary: &'a Summary,
+        audio: Option<String>,
+        accuracy: Option<f64>,
+    ) -> Self {
         let Integrator {
             method, tolerance, ..
         } = scene.integrator;
@@ -65,6 +116,7 @@ impl<'a> RunResult<'a> {
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
             audio,
+            accuracy: accuracy.map(|error| KnownAccuracy::of(error, scene, summary)),
         }
     }
 }
@@ -113,7 +165,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     let files = [&outputs.save, &outputs.npz, &outputs.wav];
     let files = files.into_iter().flatten().map(WrittenFile::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    let result = RunResult::new(&scene, &summary, audio);
+    let result = RunResult::new(&scene, &summary, audio, args.accuracy.accuracy);
     Document::new(&result, &files)
         .with_scene(&scene.name)
         .deliver(&text(&scene, &result), outputs.json.as_ref())?;
@@ -272,6 +324,9 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         false => lines(&summary.peaks),
     };
     text += &integration(is_joint, result);
+    if let Some(accuracy) = &result.accuracy {
+        text += &accuracy.text();
+    }
     if let Some(exponents) = &result.exponents {
         text += &exponents.text();
     }
@@ -502,7 +557,7 @@ mod tests {
             }],
             ..Summary::default()
         };
-        let result = RunResult::new(&scene, &summary, None);
+        let result = RunResult::new(&scene, &summary, None, Some(1e-3));
         let value = serde_json::to_value(&result).expect("JSON");
         assert_eq!(value["amplitude_m"], 0.69e-6);
         assert_eq!(value["lines"][0]["frequency_hz"], 4117.0);
@@ -512,6 +567,12 @@ mod tests {
         let text = text(&scene, &result);
         assert!(text.contains("4117.0 Hz"), "{text}");
         assert!(text.contains("amplitude 0.6900 um"), "{text}");
+        // The scene has advice on the integrator, but no error budget.
+        assert!(
+            text.contains("error not known: only the integrator"),
+            "{text}"
+        );
+        assert_eq!(value["accuracy"]["errors"], serde_json::Value::Null);
     }
 
     #[test]

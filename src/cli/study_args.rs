@@ -10,7 +10,7 @@ use clap::{Args as Arguments, ValueEnum, value_parser};
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::steps::{Steps, StepsError};
-use crate::study::cost::CostSetting;
+use crate::study::cost::{CostSetting, Quantity};
 use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
@@ -172,6 +172,18 @@ pub struct CostArgs {
     #[arg(long, value_name = "MS", value_parser = horizon,
         help_heading = "Study")]
     pub horizon: Option<f64>,
+    /// Choose all settings for this total relative error; repeat the option for several [default: 1e-2,
+    /// 1e-3, 1e-4].
+    #[arg(long, value_name = "ERROR", value_parser = relative_error, help_heading = "Error budget")]
+    pub target: Vec<f64>,
+    /// Bound the error of this quantity; repeat the option for several [default: frequency, amplitude, rms].
+    #[arg(
+        long,
+        value_name = "QUANTITY",
+        value_enum,
+        help_heading = "Error budget"
+    )]
+    pub quantity: Vec<Quantity>,
     /// Write figures, table (cost.csv) and recording (cost.rrd) to this directory.
     #[arg(
         long,
@@ -183,7 +195,8 @@ pub struct CostArgs {
     /// Also write the results as a Markdown chapter, as in the guide.
     #[arg(long, value_name = "FILE.md", help_heading = "Output")]
     pub markdown: Option<PathBuf>,
-    /// Write the scene with the recommended integrators to this file, for use with `--accuracy`.
+    /// Write the scene with the error budgets and the recommended integrators to this file, for use with
+    /// `--accuracy`.
     #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
     pub write: Option<PathBuf>,
     /// Also write all points as JSON.
@@ -373,6 +386,14 @@ fn measure(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(time) if time >= 5.0 => Ok(time),
         _ => Err("give a time of at least 5 ms".to_owned()),
+    }
+}
+
+/// Parses a relative error, up to 0.1.
+fn relative_error(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(error) if (1e-8..=0.1).contains(&error) => Ok(error),
+        _ => Err("give a relative error from 1e-8 to 0.1".to_owned()),
     }
 }
 

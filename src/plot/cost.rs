@@ -59,6 +59,7 @@ pub fn cost_figures(study: &CostStudy) -> Vec<Figure> {
                 setting.name(),
                 1e3 * study.horizon
             ),
+            CostSetting::Budget => format!("{}: error budget of all settings", study.scene),
             _ => format!("{}: {}", study.scene, setting.name()),
         };
         let name = format!("cost-{}", setting.name());
@@ -90,9 +91,22 @@ fn panel(
     work: WorkMeasure,
 ) -> Panel {
     let points = || sets.iter().flat_map(|set| &set.points);
-    let x = Axis::rounded_logarithmic(work.name(), points().filter_map(|point| work.of(point)));
+    let trade_off = trade_off(study, setting, work);
+    let works = points().filter_map(|point| work.of(point));
+    let x = Axis::rounded_logarithmic(
+        work.name(),
+        works.chain(trade_off.iter().map(|point| point[0])),
+    );
     let y = errors(setting, sets);
     let mut layers = floors(sets, &x);
+    if !trade_off.is_empty() {
+        let model = Layer::line(trade_off, Color::Faint).with_line_width(1.5);
+        layers.push(
+            model
+                .with_id("trade_off")
+                .with_label("model: cheapest combinations"),
+        );
+    }
     let drawn = |set: &&WorkPrecisionSet| -> Vec<([f64; 2], String)> {
         let points = set.points.iter();
         let points = points.filter_map(|point| {
@@ -132,6 +146,22 @@ fn panel(
     }));
     layers.extend(failures(sets, &x, &y, work));
     Panel::new("", x, y, layers)
+}
+
+/// Cheapest combinations of all settings in the model of the error budget, on the range of the choices.
+fn trade_off(study: &CostStudy, setting: CostSetting, work: WorkMeasure) -> Vec<[f64; 2]> {
+    let budget = study.budget.as_ref();
+    let budget = budget.filter(|_| (setting, work) == (CostSetting::Budget, WorkMeasure::CpuTime));
+    let longest = budget.and_then(|budget| {
+        let times = budget.choices.iter().map(|choice| choice.seconds);
+        times.reduce(f64::max)
+    });
+    let points = budget.into_iter().flat_map(|budget| &budget.trade_off);
+    let points =
+        points.take_while(|point| longest.is_some_and(|longest| point[0] <= 2.0 * longest));
+    points
+        .map(|[seconds, error]| [1e3 * seconds, *error])
+        .collect()
 }
 
 /// The error axis, with space above for failed runs.
@@ -246,6 +276,8 @@ pub fn hover(set: &WorkPrecisionSet, point: &WorkPrecisionPoint) -> String {
 mod tests {
     use super::*;
     use crate::plot::{FigureOptions, Shape};
+    use crate::scene::AccuracyBudget;
+    use crate::study::cost::{BudgetChoice, ErrorBudget};
 
     fn point(value: f64, seconds: f64, error: Result<f64, &str>) -> WorkPrecisionPoint {
         WorkPrecisionPoint {
@@ -271,6 +303,7 @@ mod tests {
             horizon: 4e-3,
             exponent: None,
             stopped: false,
+            budget: None,
             advice: crate::study::cost::advice(&sets),
             sets,
         }
@@ -306,6 +339,59 @@ mod tests {
             };
             assert_eq!(points.len(), 2);
         }
+    }
+
+    #[test]
+    fn the_budget_is_drawn_over_the_cheapest_combinations_of_the_model() {
+        let mut study = study(vec![
+            point(1e-2, 1e-3, Ok(5e-3)),
+            point(1e-3, 3e-3, Ok(4e-4)),
+        ]);
+        study.sets[0].setting = CostSetting::Budget;
+        study.budget = Some(ErrorBudget {
+            choices: vec![BudgetChoice {
+                budget: AccuracyBudget {
+                    target: 1e-3,
+                    settings: Vec::new(),
+                    averaging_time: 0.1,
+                    errors: Default::default(),
+                    fingerprint: String::new(),
+                },
+                verified: true,
+                tries: 1,
+                predicted: Vec::new(),
+                shares: Vec::new(),
+                next: None,
+                seconds: 3e-3,
+                rhs_evals: 3000,
+            }],
+            trade_off: vec![[1e-3, 6e-3], [3e-3, 5e-4], [1.0, 1e-5]],
+            ..ErrorBudget::default()
+        });
+        let figures = cost_figures(&study);
+        assert_eq!(figures[0].name, "cost-budget");
+        let panels = error_panels(&study, CostSetting::Budget);
+        let model = panels[0]
+            .1
+            .layers
+            .iter()
+            .find(|layer| layer.id == "trade_off");
+        let Some(Layer {
+            shape: Shape::Lines { strips, .. },
+            ..
+        }) = model
+        else {
+            panic!("no trade-off: {model:?}");
+        };
+        // Combinations that cost much more than every choice are not drawn.
+        assert_eq!(strips[0], [[1.0, 6e-3], [3.0, 5e-4]]);
+        assert!(
+            panels[1]
+                .1
+                .layers
+                .iter()
+                .all(|layer| layer.id != "trade_off")
+        );
     }
 
     #[test]

@@ -6,8 +6,11 @@ use minijinja::value::Value;
 use super::or_error_text;
 use super::template::fill;
 use crate::escape;
-use crate::number::{self, error, short, tolerance};
-use crate::study::cost::{CostSetting, CostStudy, WorkPrecisionPoint, WorkPrecisionSet};
+use crate::number::{self, error, short, significant, tolerance};
+use crate::study::cost::{
+    BudgetChoice, CostSetting, CostStudy, ErrorBudget, QuantityValue, UnreachedTarget,
+    WorkPrecisionPoint, WorkPrecisionSet,
+};
 use crate::table::Table;
 
 /// The study as a chapter of a page: tables of values, one column per family.
@@ -108,6 +111,79 @@ pub(crate) fn advice(study: &CostStudy) -> Table {
         ]);
     }
     table
+}
+
+/// The error budget: values of the quantities, and for each target the settings, their shares and the verified
+/// errors.
+pub(crate) fn budget(budget: &ErrorBudget) -> String {
+    let mut text = String::new();
+    for QuantityValue {
+        quantity,
+        value,
+        undefined,
+    } in &budget.quantities
+    {
+        let value = match (value, undefined) {
+            (Some(value), _) => format!("{} {}", significant(*value, 6), quantity.unit()),
+            (None, reason) => format!("not defined: {}", reason.as_deref().unwrap_or_default()),
+        };
+        text += &format!("  {} {value}\n", quantity.name());
+    }
+    for choice in &budget.choices {
+        text += &budget_choice(budget, choice);
+    }
+    for UnreachedTarget { target, reason } in &budget.unreached {
+        text += &format!("  total error {target:e}: not reached; {reason}\n");
+    }
+    text
+}
+
+/// The choice for one target.
+fn budget_choice(budget: &ErrorBudget, choice: &BudgetChoice) -> String {
+    let quantities = budget
+        .quantities
+        .iter()
+        .filter(|quantity| quantity.value.is_some());
+    let names = quantities.map(|quantity| quantity.quantity.name());
+    let names: Vec<&str> = names.collect();
+    let mut table = Table::default().left("source").left("setting");
+    table = names
+        .iter()
+        .fold(table, |table, name| table.right(*name))
+        .right("CPU ms");
+    for share in &choice.shares {
+        let mut row = vec![share.source.name().to_owned(), share.setting.clone()];
+        row.extend(share.errors.iter().map(|e| error(*e)));
+        row.push(short(1e3 * share.seconds));
+        table.row(row);
+    }
+    let mut sum = vec!["sum".to_owned(), String::new()];
+    sum.extend(choice.predicted.iter().map(|e| error(*e)));
+    sum.push(short(1e3 * choice.seconds));
+    table.row(sum);
+    let mut verified = vec!["verified".to_owned(), String::new()];
+    verified.extend(names.iter().map(|name| {
+        choice
+            .budget
+            .errors
+            .get(*name)
+            .map_or_else(String::new, |e| error(*e))
+    }));
+    verified.push(String::new());
+    table.row(verified);
+    let state = match choice.verified {
+        true => "",
+        false => ", NOT VERIFIED: the difference from the finer run exceeds it",
+    };
+    let next = choice
+        .next
+        .map(|next| format!("  to improve next: {}\n", next.name()));
+    format!(
+        "  total error {:e}{state}\n{}{}",
+        choice.budget.target,
+        table.text(),
+        next.unwrap_or_default()
+    )
 }
 
 /// The values of a family, one per row. `escaped` escapes the reason of a failure.

@@ -54,6 +54,7 @@ fn study() -> CostStudy {
         horizon: 4e-3,
         exponent: None,
         stopped: false,
+        budget: None,
         advice: crate::study::cost::advice(&sets),
         sets,
     }

@@ -3,12 +3,14 @@
 use cpu_time::ProcessTime;
 
 use super::CostSetting;
+use super::budget::{BUDGET_TARGETS, Quantity};
 use crate::analysis::AnalysisError;
 use crate::dynamics::DynamicsError;
 use crate::fem::FemError;
 use crate::joint::{AssemblyError, BallJoint};
 use crate::pipeline::PipelineError;
 use crate::scene::{Scene, SceneError};
+use crate::study::StudyError;
 use crate::study::pool::ThreadSpawnError;
 use crate::study::response::ResponseError;
 
@@ -23,6 +25,12 @@ pub struct CostPlan {
     pub repeats: usize,
     /// Maximum horizon, s.
     pub horizon: f64,
+    /// Quantities of the error budget.
+    pub quantities: Vec<Quantity>,
+    /// Total relative errors for which the error budget chooses settings.
+    pub targets: Vec<f64>,
+    /// Factor on the settling and averaging times of the error budget: 1 for a vibration of some kHz.
+    pub time_factor: f64,
 }
 
 impl CostPlan {
@@ -46,6 +54,9 @@ impl CostPlan {
             repeats: 5,
             // Enough periods; the small systems are slower.
             horizon: if joint { 4e-3 } else { 50e-3 },
+            quantities: Quantity::DEFAULT.to_vec(),
+            targets: BUDGET_TARGETS.to_vec(),
+            time_factor: if joint { 1.0 } else { 3.0 },
         }
     }
 }
@@ -73,6 +84,9 @@ pub enum CostError {
         "the scene stays at rest, so there is no motion to compare; give it a kick (start.kick_mm_per_s)"
     )]
     AtRest,
+    /// The linear modes cannot be computed.
+    #[error(transparent)]
+    Linear(#[from] StudyError),
     /// The reference solution failed.
     #[error("the reference solution failed: {0}")]
     NoReference(String),
@@ -95,6 +109,8 @@ pub struct Baseline<'a> {
     pub plan: &'a CostPlan,
     /// Settled state `[q | dq/dt]`.
     pub state: Vec<f64>,
+    /// Transient time before it, s.
+    pub transient: f64,
     pub horizon: f64,
     pub ball: Option<BallJoint>,
 }

@@ -12,6 +12,7 @@ mod advice;
 mod averages;
 mod baseline;
 mod body;
+mod budget;
 mod modes;
 mod samples;
 mod set;
@@ -32,6 +33,11 @@ use baseline::Baseline;
 pub(super) use baseline::timed;
 pub use baseline::{CostError, CostPlan};
 use body::element_sets;
+pub use budget::{
+    BudgetChoice, ErrorBudget, ErrorSource, LevelCost, Quantity, QuantityValue, Source,
+    SourceLevel, SourceShare, UnreachedTarget,
+};
+use budget::{budget_sets, error_budget};
 use modes::mode_sets;
 pub(super) use samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
 pub use set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
@@ -54,6 +60,8 @@ pub struct CostStudy {
     pub sets: Vec<WorkPrecisionSet>,
     /// Advice: the cheapest integrator setting for each target error.
     pub advice: Vec<Advice>,
+    /// Error budget of all settings together; `None` if it was not requested.
+    pub budget: Option<ErrorBudget>,
     /// Whether the study was stopped early; settings that were not completed are missing.
     pub stopped: bool,
 }
@@ -100,10 +108,11 @@ pub fn cost(
     let mut baseline = Baseline {
         plan,
         state: settled.state,
+        transient: settled.transient,
         horizon: horizon(plan.horizon, exponent),
         ball,
     };
-    let (mut sets, mut stopped) = (Vec::new(), false);
+    let (mut sets, mut budget, mut stopped) = (Vec::new(), None, false);
     for (done, &setting) in plan.settings.iter().enumerate() {
         let share = |part: f64| (done as f64 + part) / plan.settings.len() as f64;
         let should_continue = &mut |part: f64| watch((setting, share(part)));
@@ -117,6 +126,10 @@ pub fn cost(
             CostSetting::Elements => element_sets(&mut baseline, should_continue)?,
             CostSetting::Exponents => exponent_sets(&mut baseline, should_continue)?,
             CostSetting::Recurrence => recurrence_sets(&mut baseline, should_continue)?,
+            CostSetting::Budget => {
+                budget = error_budget(&mut baseline, should_continue)?;
+                budget.as_ref().map(budget_sets)
+            }
         };
         let Some(new_sets) = new_sets else {
             stopped = true;
@@ -135,6 +148,7 @@ pub fn cost(
         exponent,
         advice: advice(&sets),
         sets,
+        budget,
     }))
 }
 

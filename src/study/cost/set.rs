@@ -38,6 +38,8 @@ pub enum CostSetting {
     Exponents,
     /// Number of states and threshold of recurrence quantification.
     Recurrence,
+    /// All settings together: the cheapest combination for a total error.
+    Budget,
 }
 
 /// JSON form of a setting.
@@ -68,7 +70,7 @@ impl TryFrom<SettingRecord> for CostSetting {
 
 impl CostSetting {
     /// All settings.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Integrator,
         Self::Invariants,
         Self::Events,
@@ -78,6 +80,7 @@ impl CostSetting {
         Self::Elements,
         Self::Exponents,
         Self::Recurrence,
+        Self::Budget,
     ];
 
     /// Name, as on the command line.
@@ -95,6 +98,7 @@ impl CostSetting {
             Self::Elements => "largest error of a natural frequency",
             Self::Exponents => "half-width of λ1, 1/s",
             Self::Recurrence => "error of the determinism",
+            Self::Budget => "verified total relative error",
         }
     }
 }

@@ -32,7 +32,7 @@ const NODES: [usize; 8] = [7, 16, 28, 64, 100, 201, 452, 1000];
 const REFERENCE_NODES: [usize; 2] = [4000, 2000];
 
 /// States `[q | dq/dt]` at the compared times, and the weights of their norm.
-struct Trajectory {
+pub(super) struct Trajectory {
     rows: Vec<Vec<f64>>,
     /// Angular frequencies, rad/s.
     omega: Vec<f64>,
@@ -58,7 +58,7 @@ impl Trajectory {
 }
 
 /// Integrates a scene from a state over a time (s). `stats` is set even if it fails.
-fn integrate(
+pub(super) fn integrate(
     scene: &Scene,
     state: &[f64],
     time: f64,
