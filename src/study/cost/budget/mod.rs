@@ -5,7 +5,8 @@
 //! level, with the extrapolated error of that level. The cost is a product of evaluations of the right-hand side
 //! and the time of one. Among all combinations of levels whose modelled errors are within the target, the
 //! cheapest is taken, run, and compared with a run in which every source is at its next finer level. The verified
-//! error is their difference plus the modelled error of the finer run. If it exceeds the target, the model is
+//! error is their difference plus the modelled error of the finer run, for the averaging time that of the choice,
+//! because the phase of a window is a matter of chance. If it exceeds the target, the model is
 //! corrected by the ratio of verified and modelled error, and the choice is repeated.
 
 mod ladder;
@@ -372,7 +373,7 @@ impl Runs<'_, '_> {
             observed.push(run);
         }
         let remaining = model
-            .errors(&finer)
+            .remaining(combination)
             .unwrap_or_else(|| vec![f64::INFINITY; self.quantities.len()]);
         let error = |k: usize| match (&observed[0].values[k], &observed[1].values[k]) {
             (Ok(found), Ok(fine)) => ((found - fine) / fine).abs() + remaining[k],

@@ -237,6 +237,16 @@ impl Model<'_> {
             .collect()
     }
 
+    /// Errors that remain undetected when a combination is compared with the finer one: those of the finer one,
+    /// but with the averaging time of the combination, because the phases of the two windows differ by chance.
+    pub fn remaining(&self, combination: &[usize]) -> Option<Vec<f64>> {
+        let mut finer = self.finer(combination);
+        if let Some(index) = self.index(Source::Averaging) {
+            finer[index] = combination[index];
+        }
+        self.errors(&finer)
+    }
+
     /// The source whose refinement reduces the error of a quantity most per added time; `None` if none reduces it.
     pub fn next(&self, combination: &[usize], quantity: usize) -> Option<Source> {
         let error = |combination: &[usize]| Some(self.errors(combination)?[quantity]);
