@@ -108,11 +108,11 @@ fn write_shipped_rules() {
         let tests: Vec<_> = HELD_OUT.map(|name| held_out(name, patch)).into();
         // The rule is stated to fit the joints of the paper's body up to the azimuth.
         let stated: Vec<_> = tests[..7].iter().flatten().cloned().collect();
-        let mut text = format!(
+        let mut text = String::from(
             "# Cubature rules of the contact patch, in ascending order of their numbers of nodes.\n\
              # Written by: cargo test --release --no-default-features --lib write_shipped_rules -- --ignored\n\
              # Errors: relative errors of the generalised force. The held-out states are those of tilts and\n\
-             # initial velocities that were not used in the training.\n"
+             # initial velocities that were not used in the training.\n",
         );
         let rules = SIZES.map(|size| trainer.rule(size, &stated).unwrap());
         for TrainedRule {

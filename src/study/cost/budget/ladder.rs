@@ -61,11 +61,11 @@ pub struct Ladder {
 const TOLERANCES: [f64; 8] = [1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 const STEPS: [f64; 6] = [6.4e-6, 3.2e-6, 1.6e-6, 8e-7, 4e-7, 2e-7];
 
-/// Numbers of contact nodes: those of the Gauss rule, and of the rings with the reference.
-const GAUSS: [usize; 4] = [28, 64, 201, 452];
-const RINGS: [usize; 7] = [28, 64, 100, 201, 452, 1000, 2000];
+/// Numbers of contact nodes: those of the rings, and of the Gauss rule with the reference.
+const RINGS: [usize; 4] = [28, 64, 201, 452];
+const GAUSS: [usize; 7] = [28, 64, 100, 201, 452, 1000, 2000];
 
-/// Numbers of nodes in rings for which cubature rules are shipped.
+/// Numbers of Gauss nodes for which cubature rules are shipped.
 const REDUCIBLE: [usize; 2] = [100, 1000];
 
 /// Tolerances of the reduced contact.
@@ -170,7 +170,7 @@ fn contact() -> [Ladder; 2] {
             SceneSetting::number("contact.nodes", count as f64),
             SceneSetting::word("contact.quadrature", name),
         ];
-        let reducible = quadrature == Quadrature::Rings && REDUCIBLE.contains(&count);
+        let reducible = quadrature == Quadrature::Gauss && REDUCIBLE.contains(&count);
         Level {
             label: format!("{count} nodes {place}"),
             settings,
@@ -180,11 +180,11 @@ fn contact() -> [Ladder; 2] {
     };
     let gauss = GAUSS.map(|count| nodes(Quadrature::Gauss, count));
     let rings = RINGS.map(|count| nodes(Quadrature::Rings, count));
-    let mut levels: Vec<Level> = gauss.into_iter().chain(rings).collect();
+    let mut levels: Vec<Level> = rings.into_iter().chain(gauss).collect();
     let last = levels.len() - 1;
     for (k, level) in levels.iter_mut().enumerate() {
-        // The finest Gauss rule is compared with the reference.
-        level.finer = if k + 1 == GAUSS.len() {
+        // The finest rings are compared with the reference.
+        level.finer = if k + 1 == RINGS.len() {
             last
         } else {
             last.min(k + 1)
