@@ -62,7 +62,7 @@ struct KnownAccuracy {
     requested: f64,
     /// Verified relative error of each quantity; `null` if it is not known.
     errors: Option<BTreeMap<String, f64>>,
-    /// Reason why the errors are not known; `null` if they are.
+    /// Reason why the errors are unknown; `null` if they are known.
     unknown: Option<String>,
 }
 

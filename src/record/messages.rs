@@ -191,7 +191,7 @@ impl<R: Read> Iterator for Chunks<BufReader<R>> {
         let reason = match without_panic(|| self.next_chunk()) {
             Some(Ok(chunk)) => return chunk,
             Some(Err(reason)) => reason,
-            None => "the decoder panicked".to_owned(),
+            None => "the data cannot be decoded".to_owned(),
         };
         self.damage = Some(Damage {
             at: self.start,

@@ -130,7 +130,7 @@ pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadErro
     without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
         Err(ReadError::Format {
             path: path.to_owned(),
-            reason: "the decoder panicked".to_owned(),
+            reason: "the data cannot be decoded".to_owned(),
         })
     })
 }

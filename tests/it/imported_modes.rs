@@ -147,7 +147,7 @@ fn an_exported_model_reproduces_its_joint() {
 #[test]
 fn the_default_probe_is_the_centre_of_the_patch() {
     let folder = TestFolder::new();
-    let rings = "[contact]\nnodes = 61\n";
+    let rings = "[contact]\nnodes = 61\nquadrature = \"rings\"\n";
     folder.put("rings.toml", &format!("{rings}{REST}"));
     let beam = model(&folder.scene("rings.toml"));
     let path = folder.path("modes.npz");

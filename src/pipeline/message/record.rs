@@ -232,7 +232,7 @@ pub struct Summary {
     /// Final distance of the perturbed trajectory; `None` if not requested.
     #[serde(rename = "divergence")]
     pub divergence: Option<TrajectoryDivergence>,
-    /// Mean share of the windows of the displayed analyses that were computed; `None` if all were, without a
+    /// Mean rate of the displayed analysis: share of its windows that was computed; `None` if all were, without a
     /// budget.
     pub analysis_rate: Option<f64>,
     /// Whether the run was stopped before its planned end.

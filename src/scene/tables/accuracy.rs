@@ -20,7 +20,7 @@ pub const BUDGETS: &str = "accuracy.budget";
 /// `squeakscope cost`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyBudget {
-    /// Requested total relative error.
+    /// The target: the requested total relative error.
     pub target: f64,
     /// Numerical settings.
     pub settings: Vec<SceneSetting>,
@@ -38,7 +38,7 @@ keys! {
     static LIST: Tables = "budget": Tables(16), else "no budget";
 
     AccuracyBudget {
-        /// Requested total relative error.
+        /// The target: the requested total relative error.
         target = "error": number(ONE, Positive(1.0));
         /// Keys of the scene and their values for this error; the word `absent` removes a key.
         settings = "settings": Settings;

@@ -49,10 +49,11 @@ fn tighter_tolerances_need_more_evaluations_and_are_more_accurate() {
 fn more_nodes_reduce_the_error() {
     let study = run_study("torus-3deg", CostSetting::Nodes);
     let [rings, gauss] = ["rings", "gauss"].map(|family| errors(&study, family));
-    assert!(rings[7] < 0.1 * rings[0], "{rings:?}");
-    assert!(gauss[7] <= gauss[0], "{gauss:?}");
-    // The Gauss rule is exact for the load and for a uniform stiffness.
-    assert!(gauss[0] < 0.1 * rings[0], "{gauss:?} {rings:?}");
+    for found in [&rings, &gauss] {
+        assert!(found[7] < 0.1 * found[0], "{found:?}");
+    }
+    // With a few rings the Gauss rule is exact for the load and for a uniform stiffness.
+    assert!(gauss[1] < 0.2 * rings[1], "{gauss:?} {rings:?}");
 }
 
 /// Error of the state and number of kept nodes at each tolerance.

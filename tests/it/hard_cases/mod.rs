@@ -28,12 +28,13 @@ use squeakscope::scene::Scene;
 /// Energy floor of the audit in scenes, J.
 const FLOOR: f64 = 1e-12;
 
-/// The joint of `torus-3deg`, sampled every 5 us, without analyses.
-const BASE: [(&str, &str); 15] = [
+/// The joint of `torus-3deg` with nodes in rings, sampled every 5 us, without analyses.
+const BASE: [(&str, &str); 16] = [
     ("load.load_n", "150"),
     ("load.azimuth_deg", "0"),
     ("load.tilt_deg", "3"),
     ("contact.nodes", "100"),
+    ("contact.quadrature", "\"rings\""),
     ("contact.stiffness_factor", "2.75"),
     ("friction.mu_s", "0.55"),
     ("friction.mu_d", "0.25"),

@@ -157,8 +157,10 @@ fn a_trajectory_agrees() {
         (100, 16, 2.1e-5),
         (100, 24, 2e-6),
         (100, 32, 1e-6),
-        (1000, 24, 1e-5),
-        (1000, 32, 3e-6),
+        // Of the Gauss nodes some are near the rim, where they separate.
+        (1000, 24, 1e-4),
+        (1000, 32, 3e-5),
+        (1000, 48, 2e-5),
     ] {
         let [full, reduced] = full_and_reduced("torus-3deg", nodes, size);
         let start = settled(&full_and_reduced("torus-3deg", 100, size)[0]);

@@ -39,7 +39,7 @@ const FROM_START: Number = number(MILLISECOND, Closed(0.0, 1e5));
 const ONE_THRESHOLD: &str =
     "exactly one of `recurrence_rate`, `threshold_um`, `threshold_std` and `neighbours`";
 
-/// Windows that are computed if the analyses are slow.
+/// The budget of an analysis: the windows that are computed if the analyses are slow.
 #[derive(
     Clone,
     Copy,

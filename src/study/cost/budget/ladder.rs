@@ -45,7 +45,7 @@ pub struct Level {
     pub reducible: bool,
 }
 
-/// The levels of one source. Families such as quadratures follow each other, each from coarse to fine. The last
+/// A ladder: the levels of one source. Families such as quadratures follow each other, each from coarse to fine. The last
 /// level is the reference; all errors are relative to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ladder {

@@ -34,7 +34,7 @@ pub struct SourceLevel {
     pub cost: LevelCost,
 }
 
-/// Cost of a run; 0 if it failed.
+/// Cost of a level: that of its run; 0 if it failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LevelCost {
     /// CPU time before the first step, s.
@@ -111,7 +111,7 @@ pub fn contributions(
         .collect()
 }
 
-/// One level of each source, in the order of the sources.
+/// A combination: one level of each source, in the order of the sources.
 pub type Combination = Vec<usize>;
 
 /// The model of error and cost.

@@ -65,7 +65,7 @@ pub struct QuantityValue {
     pub quantity: Quantity,
     /// Its value, in SI units (the border in degrees); `None` if it is not defined for this motion.
     pub value: Option<f64>,
-    /// Reason why it is not defined.
+    /// Reason why it is undefined.
     pub undefined: Option<String>,
 }
 

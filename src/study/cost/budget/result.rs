@@ -19,14 +19,14 @@ pub struct ErrorBudget {
     pub sources: Vec<ErrorSource>,
     /// The choices, one per target that the model reaches.
     pub choices: Vec<BudgetChoice>,
-    /// Targets without a choice.
+    /// Unreached targets: those without a choice.
     pub unreached: Vec<UnreachedTarget>,
     /// Trade-off of the model: CPU time, s, and largest total error of a quantity, for the combinations that no
     /// other one surpasses in both; in ascending order of time.
     pub trade_off: Vec<[f64; 2]>,
 }
 
-/// The settings chosen for a target.
+/// The choice of a budget: the settings for a target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BudgetChoice {
     /// The settings with their verified errors.
@@ -63,10 +63,10 @@ pub struct SourceShare {
     pub seconds: f64,
 }
 
-/// A target that no combination of levels reaches.
+/// An unreached target: no combination of levels is within it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnreachedTarget {
-    /// Requested relative error.
+    /// The target: the requested relative error.
     pub target: f64,
     /// Reason, with the smallest possible error.
     pub reason: String,
