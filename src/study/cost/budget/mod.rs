@@ -5,8 +5,8 @@
 //! level, with the extrapolated error of that level. The cost is a product of evaluations of the right-hand side
 //! and the time of one. Among all combinations of levels whose modelled errors are within the target, the
 //! cheapest is taken, run, and compared with a run in which every source is at its next finer level. The verified
-//! error is their difference plus the modelled error of the finer run, for the averaging time that of the choice,
-//! because the phase of a window is a matter of chance. If it exceeds the target, the model is
+//! error is 1.25 times their difference plus the modelled error of the finer run, for the averaging time that of the
+//! choice, because the phase of a window is a matter of chance. If it exceeds the target, the model is
 //! corrected by the ratio of verified and modelled error, and the choice is repeated.
 
 mod ladder;
@@ -43,6 +43,10 @@ const COMPARED_TIME: f64 = 0.32;
 
 /// Runs of each averaging time, in successive windows.
 const WINDOWS: usize = 3;
+
+/// Safety factor on the difference between two runs, that of the grid convergence index (P. J. Roache, J. Fluids
+/// Eng. 116 (1994) 405) for more than two levels.
+const SAFETY: f64 = 1.25;
 
 /// Maximum number of combinations verified for a target.
 const MAX_TRIES: usize = 3;
@@ -376,7 +380,7 @@ impl Runs<'_, '_> {
             .remaining(combination)
             .unwrap_or_else(|| vec![f64::INFINITY; self.quantities.len()]);
         let error = |k: usize| match (&observed[0].values[k], &observed[1].values[k]) {
-            (Ok(found), Ok(fine)) => ((found - fine) / fine).abs() + remaining[k],
+            (Ok(found), Ok(fine)) => SAFETY * ((found - fine) / fine).abs() + remaining[k],
             _ => f64::INFINITY,
         };
         let errors = self.quantities.iter().enumerate();
