@@ -9,10 +9,10 @@
 //! choice, because the phase of a window is a matter of chance. If it exceeds the target, the model is
 //! corrected by the ratio of verified and modelled error, and the choice is repeated.
 
-mod ladder;
 mod model;
 mod observe;
 mod quantity;
+mod refinement;
 mod result;
 
 #[cfg(test)]
@@ -26,13 +26,13 @@ use crate::dynamics::SolverStats;
 use crate::pipeline::prepare_reusing_body;
 use crate::scene::{AccuracyBudget, Scene, SceneSetting};
 use crate::study::OnProgress;
-use ladder::{AVERAGING, Ladder, integrator, others};
 use model::{Combination, Model, contributions};
 use observe::{Observation, Window, observe};
+use refinement::{AVERAGING, Refinement, integrator, others};
 
-pub use ladder::Source;
 pub use model::{ErrorSource, LevelCost, SourceLevel};
 pub use quantity::{BUDGET_TARGETS, Quantity, QuantityValue};
+pub use refinement::Source;
 pub(super) use result::budget_sets;
 pub use result::{BudgetChoice, ErrorBudget, SourceShare, UnreachedTarget};
 
@@ -76,13 +76,16 @@ pub(super) fn error_budget(
     let scene = plan.scene.with_settings(&[])?;
     let factor = plan.time_factor;
     let settling = baseline.transient + factor * SETTLING;
-    let mut ladders = Vec::new();
+    let mut refinements = Vec::new();
     if plan.quantities.iter().any(|quantity| !quantity.is_linear()) {
-        ladders.push(integrator(&scene));
+        refinements.push(integrator(&scene));
     }
-    ladders.extend(others(&scene, settling, factor, !ladders.is_empty()));
+    refinements.extend(others(&scene, settling, factor, !refinements.is_empty()));
     let fine = fine_settings(&scene);
-    let runs: usize = ladders.iter().map(|ladder| ladder.levels.len()).sum();
+    let runs: usize = refinements
+        .iter()
+        .map(|refinement| refinement.levels.len())
+        .sum();
     let mut runs = Runs {
         expected: runs + 1 + 2 * plan.targets.len() + (WINDOWS - 1) * AVERAGING.len(),
         baseline,
@@ -109,14 +112,14 @@ pub(super) fn error_budget(
     if runs.quantities.is_empty() {
         return Ok(Some(budget));
     }
-    for ladder in &ladders {
-        let Some(source) = runs.source(ladder, &base, cost)? else {
+    for refinement in &refinements {
+        let Some(source) = runs.source(refinement, &base, cost)? else {
             return Ok(None);
         };
         budget.sources.push(source);
     }
     let model = Model {
-        ladders: &ladders,
+        refinements: &refinements,
         sources: &budget.sources,
         base: cost,
         settling: factor * SETTLING,
@@ -237,17 +240,17 @@ impl Runs<'_, '_> {
     /// settings.
     fn source(
         &mut self,
-        ladder: &Ladder,
+        refinement: &Refinement,
         base: &Observation,
         cost: LevelCost,
     ) -> Result<Option<ErrorSource>, CostError> {
         let mut observed = Vec::new();
         let mut costs = Vec::new();
         let mut state = base.state.clone();
-        for (k, level) in ladder.levels.iter().enumerate() {
-            let settings = [&self.fine[..], &ladder.with, &level.settings].concat();
+        for (k, level) in refinement.levels.iter().enumerate() {
+            let settings = [&self.fine[..], &refinement.with, &level.settings].concat();
             let mut runs = Vec::new();
-            if ladder.source == Source::Averaging {
+            if refinement.source == Source::Averaging {
                 // Successive windows of one motion.
                 for _ in 0..WINDOWS {
                     let fine = self.fine.clone();
@@ -264,7 +267,7 @@ impl Runs<'_, '_> {
                 };
                 runs.push(run);
             }
-            costs.push(match ladder.source {
+            costs.push(match refinement.source {
                 _ if runs[0].has_failed() => LevelCost::default(),
                 // The same system: only the number of evaluations differs.
                 Source::Integrator => LevelCost {
@@ -278,16 +281,16 @@ impl Runs<'_, '_> {
         }
         let quantities = 0..self.quantities.len();
         let errors: Vec<_> = quantities
-            .map(|q| contributions(ladder, &observed, q))
+            .map(|q| contributions(refinement, &observed, q))
             .collect();
-        let levels = ladder.levels.iter().zip(costs).enumerate();
+        let levels = refinement.levels.iter().zip(costs).enumerate();
         let levels = levels.map(|(k, (level, cost))| SourceLevel {
             setting: level.label.clone(),
             errors: errors.iter().map(|errors| errors[k]).collect(),
             cost,
         });
         Ok(Some(ErrorSource {
-            source: ladder.source,
+            source: refinement.source,
             levels: levels.collect(),
         }))
     }
@@ -369,7 +372,7 @@ impl Runs<'_, '_> {
         let finer = model.finer(combination);
         let mut observed = Vec::new();
         for levels in [combination, &finer] {
-            let settings = settings(model.ladders, levels);
+            let settings = settings(model.refinements, levels);
             let time = model.averaging_time(levels) / self.factor;
             let Some(run) = self.observe(&settings, &base.state, SETTLING, time)? else {
                 return Ok(None);
@@ -387,7 +390,7 @@ impl Runs<'_, '_> {
         let errors = errors.map(|(k, quantity)| (quantity.name().to_owned(), error(k)));
         // A quantity that one of the runs does not have is omitted.
         let errors: BTreeMap<String, f64> = errors.filter(|(_, e)| e.is_finite()).collect();
-        let settings = settings(model.ladders, combination);
+        let settings = settings(model.refinements, combination);
         let predicted = model.errors(combination).unwrap_or_default();
         let limiting = (0..predicted.len()).max_by(|&a, &b| error(a).total_cmp(&error(b)));
         Ok(Some(BudgetChoice {
@@ -410,10 +413,10 @@ impl Runs<'_, '_> {
 }
 
 /// The keys of a combination.
-fn settings(ladders: &[Ladder], combination: &[usize]) -> Vec<SceneSetting> {
-    let levels = ladders.iter().zip(combination);
+fn settings(refinements: &[Refinement], combination: &[usize]) -> Vec<SceneSetting> {
+    let levels = refinements.iter().zip(combination);
     levels
-        .flat_map(|(ladder, &level)| ladder.levels[level].settings.clone())
+        .flat_map(|(refinement, &level)| refinement.levels[level].settings.clone())
         .collect()
 }
 

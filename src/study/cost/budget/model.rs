@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ladder::{Ladder, Source};
 use super::observe::Observation;
+use super::refinement::{Refinement, Source};
 
 /// Largest ratio of successive differences for which the remaining error is extrapolated; a sequence that
 /// converges more slowly is not in its asymptotic range.
@@ -48,7 +48,7 @@ pub struct LevelCost {
     pub rhs_eval: f64,
 }
 
-/// Contributions of the levels of a ladder to the relative error of a quantity; `runs` are the observations of
+/// Contributions of the levels of a refinement to the relative error of a quantity; `runs` are the observations of
 /// each level.
 ///
 /// The error of a level is its largest difference from the reference, but not smaller than that of a finer level
@@ -56,7 +56,7 @@ pub struct LevelCost {
 /// extrapolated from the last two differences, as a geometric series; if several runs of the reference exist,
 /// their scatter is its error.
 pub fn contributions(
-    ladder: &Ladder,
+    refinement: &Refinement,
     runs: &[Vec<Observation>],
     quantity: usize,
 ) -> Vec<Option<f64>> {
@@ -66,7 +66,7 @@ pub fn contributions(
         let values = values.filter(|values| !values.is_empty())?;
         Some(values.iter().sum::<f64>() / values.len() as f64)
     };
-    let last = ladder.reference();
+    let last = refinement.reference();
     let Some(best) = mean(last) else {
         return vec![None; runs.len()];
     };
@@ -76,7 +76,7 @@ pub fn contributions(
             .map(|run| Some((value(run)? - best).abs() + run.half_widths[quantity]));
         each.reduce(|a, b| Some(a?.max(b?)))?
     };
-    let step = |level: usize| Some((mean(level)? - mean(ladder.levels[level].finer)?).abs());
+    let step = |level: usize| Some((mean(level)? - mean(refinement.levels[level].finer)?).abs());
     let scatter = deviation(last).unwrap_or(0.0);
     let extrapolated = || {
         let (before, difference) = (step(last.checked_sub(2)?)?, step(last - 1)?);
@@ -87,7 +87,7 @@ pub fn contributions(
         };
         Some(difference * ratio / (1.0 - ratio))
     };
-    let floor = match (ladder.exact, scatter > 0.0) {
+    let floor = match (refinement.exact, scatter > 0.0) {
         (true, _) => 0.0,
         (false, true) => scatter,
         (false, false) => extrapolated().unwrap_or(0.0),
@@ -98,11 +98,11 @@ pub fn contributions(
         } else {
             deviation(level)?
         };
-        let mut finer = ladder.levels[level].finer;
+        let mut finer = refinement.levels[level].finer;
         while finer != last && level != last {
             // An undefined finer level does not invalidate this one.
             largest = deviation(finer).map_or(largest, |found| largest.max(found));
-            finer = ladder.levels[finer].finer;
+            finer = refinement.levels[finer].finer;
         }
         Some((largest + floor) / best.abs())
     };
@@ -116,7 +116,7 @@ pub type Combination = Vec<usize>;
 
 /// The model of error and cost.
 pub struct Model<'a> {
-    pub ladders: &'a [Ladder],
+    pub refinements: &'a [Refinement],
     pub sources: &'a [ErrorSource],
     /// Cost of the run that the levels were compared with.
     pub base: LevelCost,
@@ -134,9 +134,9 @@ impl Model<'_> {
     }
 
     fn index(&self, source: Source) -> Option<usize> {
-        self.ladders
+        self.refinements
             .iter()
-            .position(|ladder| ladder.source == source)
+            .position(|refinement| refinement.source == source)
     }
 
     /// Predicted relative errors of the quantities; `None` if one is not defined.
@@ -159,13 +159,13 @@ impl Model<'_> {
     /// Whether the contact is reduced.
     fn is_reduced(&self, combination: &[usize]) -> bool {
         let index = self.index(Source::Reduction);
-        index.is_some_and(|index| combination[index] != self.ladders[index].reference())
+        index.is_some_and(|index| combination[index] != self.refinements[index].reference())
     }
 
     /// Whether the levels can be combined: cubature rules exist for few patches.
     fn is_valid(&self, combination: &[usize]) -> bool {
         let nodes = self.index(Source::Nodes);
-        let reducible = nodes.is_none_or(|k| self.ladders[k].levels[combination[k]].reducible);
+        let reducible = nodes.is_none_or(|k| self.refinements[k].levels[combination[k]].reducible);
         reducible || !self.is_reduced(combination)
     }
 
@@ -184,7 +184,7 @@ impl Model<'_> {
     pub fn seconds(&self, combination: &[usize]) -> f64 {
         let costs = || {
             let costs = combination.iter().enumerate();
-            costs.map(|(k, &level)| (self.ladders[k].source, self.level(k, level).cost))
+            costs.map(|(k, &level)| (self.refinements[k].source, self.level(k, level).cost))
         };
         let reduced = self.is_reduced(combination);
         let setup = costs().map(|(_, cost)| cost.setup - self.base.setup);
@@ -207,10 +207,10 @@ impl Model<'_> {
     /// All combinations whose errors are known, and those of the finer combination that verifies them.
     pub fn combinations(&self) -> Vec<Combination> {
         let mut all: Vec<Combination> = vec![Vec::new()];
-        for ladder in self.ladders {
-            let levels = 0..ladder.levels.len();
+        for refinement in self.refinements {
+            let levels = 0..refinement.levels.len();
             let selectable: Vec<usize> = levels
-                .filter(|level| ladder.is_selectable(*level))
+                .filter(|level| refinement.is_selectable(*level))
                 .collect();
             let longer = |combination: &Combination| {
                 let next = selectable
@@ -231,9 +231,9 @@ impl Model<'_> {
 
     /// The combination at the next finer level of every source.
     pub fn finer(&self, combination: &[usize]) -> Combination {
-        let pairs = combination.iter().zip(self.ladders);
+        let pairs = combination.iter().zip(self.refinements);
         pairs
-            .map(|(&level, ladder)| ladder.levels[level].finer)
+            .map(|(&level, refinement)| refinement.levels[level].finer)
             .collect()
     }
 
@@ -251,13 +251,17 @@ impl Model<'_> {
     pub fn next(&self, combination: &[usize], quantity: usize) -> Option<Source> {
         let error = |combination: &[usize]| Some(self.errors(combination)?[quantity]);
         let (before, seconds) = (error(combination)?, self.seconds(combination));
-        let gains = self.ladders.iter().enumerate().filter_map(|(k, ladder)| {
-            let mut refined = combination.to_vec();
-            refined[k] = ladder.levels[refined[k]].finer;
-            let gain = before - error(&refined)?;
-            let added = (self.seconds(&refined) - seconds).max(1e-3 * seconds);
-            (gain > 0.0).then_some((ladder.source, gain / added))
-        });
+        let gains = self
+            .refinements
+            .iter()
+            .enumerate()
+            .filter_map(|(k, refinement)| {
+                let mut refined = combination.to_vec();
+                refined[k] = refinement.levels[refined[k]].finer;
+                let gain = before - error(&refined)?;
+                let added = (self.seconds(&refined) - seconds).max(1e-3 * seconds);
+                (gain > 0.0).then_some((refinement.source, gain / added))
+            });
         gains
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(source, _)| source)

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use std::borrow::Cow;
 
-use super::ladder::Source;
 use super::model::ErrorSource;
 use super::quantity::QuantityValue;
+use super::refinement::Source;
 use crate::scene::AccuracyBudget;
 use crate::study::cost::set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 

@@ -29,16 +29,16 @@ fn observed(value: f64) -> Vec<Observation> {
 #[test]
 fn contributions_bound_the_errors_of_a_convergent_sequence() {
     let scene = Scene::load("periodic-2deg").unwrap();
-    let mut ladder = integrator(&scene);
+    let mut refinement = integrator(&scene);
     for ratio in [0.1, 0.25, 0.5] {
         let exact = 3.0;
         let error = |level: usize| 0.1 * f64::powi(ratio, level as i32);
-        let runs: Vec<_> = (0..ladder.levels.len())
+        let runs: Vec<_> = (0..refinement.levels.len())
             .map(|level| observed(exact * (1.0 + error(level))))
             .collect();
-        for (level, found) in contributions(&ladder, &runs, 0).into_iter().enumerate() {
+        for (level, found) in contributions(&refinement, &runs, 0).into_iter().enumerate() {
             // Relative to the exact value instead of that of the reference.
-            let found = found.unwrap() * (1.0 + error(ladder.reference()));
+            let found = found.unwrap() * (1.0 + error(refinement.reference()));
             let truth = error(level);
             assert!(
                 found >= truth * (1.0 - 1e-9),
@@ -50,13 +50,13 @@ fn contributions_bound_the_errors_of_a_convergent_sequence() {
     // A difference that vanishes by chance does not count as accuracy.
     let values = [1.1, 1.0, 1.01, 1.005, 1.001, 1.0002, 1.0001, 1.0];
     let runs: Vec<_> = values.map(observed).into();
-    let found = contributions(&ladder, &runs, 0);
+    let found = contributions(&refinement, &runs, 0);
     assert!(found[1].unwrap() >= 0.01, "{found:?}");
     // The exact level has no error; a level without a value is not usable.
-    ladder.exact = true;
+    refinement.exact = true;
     let mut runs = runs;
     runs[3][0].values[0] = Err("at rest".to_owned());
-    let found = contributions(&ladder, &runs, 0);
+    let found = contributions(&refinement, &runs, 0);
     assert_eq!((found[7], found[3]), (Some(0.0), None));
 }
 

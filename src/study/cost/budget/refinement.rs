@@ -45,10 +45,11 @@ pub struct Level {
     pub reducible: bool,
 }
 
-/// A ladder: the levels of one source. Families such as quadratures follow each other, each from coarse to fine. The last
+/// A refinement: the levels of one source. Families such as quadratures follow each other, each from coarse to
+/// fine. The last
 /// level is the reference; all errors are relative to it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ladder {
+pub struct Refinement {
     pub source: Source,
     pub levels: Vec<Level>,
     /// Settings of the runs that compare the levels, in addition to those of the level.
@@ -98,8 +99,8 @@ const ELEMENTS: [Elements; 5] = [
 /// Averaging times, s; the last is the reference.
 pub const AVERAGING: [f64; 7] = [0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56];
 
-impl Ladder {
-    /// A ladder of one family from coarse to fine.
+impl Refinement {
+    /// A refinement of one family from coarse to fine.
     fn new(source: Source, levels: Vec<(String, Vec<SceneSetting>)>) -> Self {
         let last = levels.len() - 1;
         let levels = levels.into_iter().enumerate();
@@ -128,9 +129,9 @@ impl Ladder {
     }
 }
 
-/// The ladder of the integrator, with the method of the scene. Its reference is also the setting at which the
+/// The refinement of the integrator, with the method of the scene. Its reference is also the setting at which the
 /// other sources are compared, unless a looser tolerance is sufficient for them.
-pub fn integrator(scene: &Scene) -> Ladder {
+pub fn integrator(scene: &Scene) -> Refinement {
     let method = scene.integrator.method;
     let setting = |value: f64| {
         let micros = |step: f64| (1e9 * step).round() / 1e3;
@@ -152,14 +153,14 @@ pub fn integrator(scene: &Scene) -> Ladder {
         true => &STEPS[..],
         false => &TOLERANCES[..],
     };
-    Ladder::new(
+    Refinement::new(
         Source::Integrator,
         values.iter().map(|value| setting(*value)).collect(),
     )
 }
 
-/// The ladders of the contact: nodes, and the reduction of 1,000 nodes.
-fn contact() -> [Ladder; 2] {
+/// The refinements of the contact: nodes, and the reduction of 1,000 nodes.
+fn contact() -> [Refinement; 2] {
     let nodes = |quadrature: Quadrature, count: usize| {
         let name: &str = quadrature.into();
         let place = match quadrature {
@@ -202,7 +203,7 @@ fn contact() -> [Ladder; 2] {
         let setting = SceneSetting::number("contact.reduction", tolerance);
         (format!("contact reduced to {tolerance:e}"), vec![setting])
     });
-    let mut reduction = Ladder::new(Source::Reduction, reduced.chain([all]).collect());
+    let mut reduction = Refinement::new(Source::Reduction, reduced.chain([all]).collect());
     let reference = reduction.reference();
     for level in &mut reduction.levels {
         // Compared with all nodes, because the rules of another patch would have to be trained.
@@ -210,7 +211,7 @@ fn contact() -> [Ladder; 2] {
     }
     reduction.exact = true;
     reduction.with = fine;
-    let nodes = Ladder {
+    let nodes = Refinement {
         source: Source::Nodes,
         levels,
         with: Vec::new(),
@@ -219,7 +220,7 @@ fn contact() -> [Ladder; 2] {
     [nodes, reduction]
 }
 
-fn elements() -> Ladder {
+fn elements() -> Refinement {
     let level = |elements: &Elements| {
         let millimetres = (1e9 * elements.size).round() / 1e6;
         let settings = vec![
@@ -231,12 +232,12 @@ fn elements() -> Ladder {
             settings,
         )
     };
-    Ladder::new(Source::Elements, ELEMENTS.iter().map(level).collect())
+    Refinement::new(Source::Elements, ELEMENTS.iter().map(level).collect())
 }
 
 /// Mode sets from that of the scene to twice its size. `None` if the modes define the model: published
 /// frequencies, or different damping ratios of the modes.
-fn modes(scene: &Scene) -> Option<Ladder> {
+fn modes(scene: &Scene) -> Option<Refinement> {
     let body = scene.ball_on_beam().ok()?;
     let damping = &scene.joint().ok()?.spec.damping;
     let uneven = damping.windows(2).any(|pair| pair[0] != pair[1]);
@@ -260,14 +261,14 @@ fn modes(scene: &Scene) -> Option<Ladder> {
         ];
         (format!("{} modes", families.count()), settings)
     };
-    Some(Ladder::new(
+    Some(Refinement::new(
         Source::Modes,
         [0.75, 1.0, 1.4, 2.0].map(level).into(),
     ))
 }
 
-/// The ladder of the averaging time, [`AVERAGING`] times `factor`. A run settles for `settling` (s) before.
-fn averaging(scene: &Scene, settling: f64, factor: f64) -> Ladder {
+/// The refinement of the averaging time, [`AVERAGING`] times `factor`. A run settles for `settling` (s) before.
+fn averaging(scene: &Scene, settling: f64, factor: f64) -> Refinement {
     let milliseconds = |time: f64| (1e9 * time).round() / 1e6;
     let level = |&time: &f64| {
         let time = factor * time;
@@ -285,20 +286,20 @@ fn averaging(scene: &Scene, settling: f64, factor: f64) -> Ladder {
         }
         (format!("averaged over {} ms", milliseconds(time)), settings)
     };
-    Ladder::new(Source::Averaging, AVERAGING.iter().map(level).collect())
+    Refinement::new(Source::Averaging, AVERAGING.iter().map(level).collect())
 }
 
-/// All ladders of a scene but that of the integrator; averaging is the last, if the motion is measured
+/// All refinements of a scene but that of the integrator; averaging is the last, if the motion is measured
 /// (`with_motion`).
-pub fn others(scene: &Scene, settling: f64, factor: f64, with_motion: bool) -> Vec<Ladder> {
-    let mut ladders = Vec::new();
+pub fn others(scene: &Scene, settling: f64, factor: f64, with_motion: bool) -> Vec<Refinement> {
+    let mut refinements = Vec::new();
     if scene.joint().is_ok() && scene.imported_modes().is_none() {
-        ladders.extend(contact());
-        ladders.extend(modes(scene));
-        ladders.push(elements());
+        refinements.extend(contact());
+        refinements.extend(modes(scene));
+        refinements.push(elements());
     }
     if with_motion {
-        ladders.push(averaging(scene, settling, factor));
+        refinements.push(averaging(scene, settling, factor));
     }
-    ladders
+    refinements
 }
