@@ -28,6 +28,7 @@ mod figures;
 mod growth;
 mod help;
 mod interrupt;
+mod known_accuracy;
 mod live;
 mod live_args;
 mod lyapunov;

@@ -1,7 +1,6 @@
 //! `squeakscope run`: simulate a scene and record it.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,13 +15,14 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::exponents::{RunExponents, divergence_text};
 use super::interrupt;
+use super::known_accuracy::KnownAccuracy;
 use super::output::{OutputFile, check_all};
 use super::progress::{Notifier, Progress};
 use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
 use crate::escape;
 use crate::export::SamplesSink;
-use crate::number::{error, significant};
+use crate::number::significant;
 use crate::pipeline::message::{ContactReduction, SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RerunSink};
@@ -53,49 +53,6 @@ pub(super) struct RunResult<'a> {
     audio: Option<String>,
     /// Error of the settled motion for `--accuracy`; `null` without that option.
     accuracy: Option<KnownAccuracy>,
-}
-
-/// What is known about the error of a run with `--accuracy`.
-#[derive(Serialize, Deserialize)]
-struct KnownAccuracy {
-    /// Requested relative error.
-    requested: f64,
-    /// Verified relative error of each quantity; `null` if it is not known.
-    errors: Option<BTreeMap<String, f64>>,
-    /// Reason why the errors are unknown; `null` if they are known.
-    unknown: Option<String>,
-}
-
-impl KnownAccuracy {
-    fn of(requested: f64, scene: &Scene, summary: &Summary) -> Self {
-        let verified = match (summary.interrupted, summary.at_rest) {
-            (true, _) => Err("the run was interrupted".to_owned()),
-            (false, true) => Err("the motion is at rest".to_owned()),
-            (false, false) => scene
-                .verified_errors(requested)
-                .map(|budget| budget.errors.clone()),
-        };
-        Self {
-            requested,
-            unknown: verified.as_ref().err().cloned(),
-            errors: verified.ok(),
-        }
-    }
-
-    fn text(&self) -> String {
-        let reason = self.unknown.as_deref().unwrap_or_default();
-        let Some(errors) = &self.errors else {
-            return format!("  error not known: {reason}\n");
-        };
-        let parts = errors
-            .iter()
-            .map(|(name, bound)| format!("of {name} <= {}", error(*bound)));
-        let parts: Vec<String> = parts.collect();
-        format!(
-            "  error of the settled motion {} (budget of `cost`)\n",
-            parts.join(", ")
-        )
-    }
 }
 
 impl<'a> RunResult<'a> {

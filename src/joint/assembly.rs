@@ -61,7 +61,7 @@ pub enum AssemblyError {
     },
     /// No rule for the reduced contact can be chosen.
     #[error(
-        "the contact of this joint cannot be reduced; remove contact.reduction, or set contact.nodes, to evaluate all nodes"
+        "the contact of this joint cannot be reduced; remove contact.reduction to evaluate all nodes"
     )]
     Reduction(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The operation requires a mesh, and the modes are imported.

@@ -53,8 +53,7 @@ pub struct Simulation {
     /// States of the contact nodes at the last instant at which they were counted; empty before the first one.
     counted: Vec<NodeState>,
     /// Samples between two updates of a loading that changes gradually, or two decisions on a reduced contact: a
-    /// frame of the scene. A frame of a
-    /// live run may be shorter or longer.
+    /// frame of the scene. A frame of a live run may be shorter or longer.
     loading_every: u64,
     /// State at the present sample.
     z: Vec<f64>,

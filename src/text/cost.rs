@@ -8,7 +8,7 @@ use super::template::fill;
 use crate::escape;
 use crate::number::{self, error, short, significant, tolerance};
 use crate::study::cost::{
-    BudgetChoice, CostSetting, CostStudy, ErrorBudget, QuantityValue, UnreachedTarget,
+    BudgetChoice, CostSetting, CostStudy, ErrorBudget, Quantity, QuantityValue, UnreachedTarget,
     WorkPrecisionPoint, WorkPrecisionSet,
 };
 use crate::table::Table;
@@ -140,12 +140,7 @@ pub(crate) fn budget(budget: &ErrorBudget) -> String {
 
 /// The choice for one target.
 fn budget_choice(budget: &ErrorBudget, choice: &BudgetChoice) -> String {
-    let quantities = budget
-        .quantities
-        .iter()
-        .filter(|quantity| quantity.value.is_some());
-    let names = quantities.map(|quantity| quantity.quantity.name());
-    let names: Vec<&str> = names.collect();
+    let names: Vec<&str> = budget.defined().map(Quantity::name).collect();
     let mut table = Table::default().left("source").left("setting");
     table = names
         .iter()

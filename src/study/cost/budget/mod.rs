@@ -103,12 +103,7 @@ pub(super) fn error_budget(
         quantities: values(&runs.quantities, &base),
         ..ErrorBudget::default()
     };
-    runs.quantities = budget
-        .quantities
-        .iter()
-        .filter(|q| q.value.is_some())
-        .map(|q| q.quantity)
-        .collect();
+    runs.quantities = budget.defined().collect();
     if runs.quantities.is_empty() {
         return Ok(Some(budget));
     }

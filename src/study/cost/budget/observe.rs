@@ -78,7 +78,7 @@ pub fn observe(
     let motion = match run {
         Ok(None) if with_motion => return Ok(None),
         Ok(found) => found.ok_or_else(String::new),
-        // A level that cannot be built or integrated, such as a reduction that is too inaccurate.
+        // A level that cannot be built or integrated, such as a step that is too long.
         Err(error @ (CostError::Settled(_) | CostError::System(_))) => {
             let reason = chain_of_causes(&error);
             return Ok(Some(Observation::failed(quantities.len(), &reason)));

@@ -46,8 +46,7 @@ pub struct Level {
 }
 
 /// A refinement: the levels of one source. Families such as quadratures follow each other, each from coarse to
-/// fine. The last
-/// level is the reference; all errors are relative to it.
+/// fine. The last level is the reference; all errors are relative to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
     pub source: Source,

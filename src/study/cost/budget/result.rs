@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 use super::model::ErrorSource;
-use super::quantity::QuantityValue;
+use super::quantity::{Quantity, QuantityValue};
 use super::refinement::Source;
 use crate::scene::AccuracyBudget;
 use crate::study::cost::set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
@@ -73,6 +73,15 @@ pub struct UnreachedTarget {
 }
 
 impl ErrorBudget {
+    /// The quantities that are defined for this motion.
+    pub fn defined(&self) -> impl Iterator<Item = Quantity> {
+        let defined = self
+            .quantities
+            .iter()
+            .filter(|quantity| quantity.value.is_some());
+        defined.map(|quantity| quantity.quantity)
+    }
+
     /// The budgets that were verified, for the scene.
     pub fn verified(&self) -> Vec<AccuracyBudget> {
         let verified = self.choices.iter().filter(|choice| choice.verified);
@@ -83,11 +92,7 @@ impl ErrorBudget {
 /// The budget as work-precision sets: for each quantity the verified error of the choices, from the loosest
 /// target to the tightest.
 pub fn budget_sets(budget: &ErrorBudget) -> Vec<WorkPrecisionSet> {
-    let defined = budget
-        .quantities
-        .iter()
-        .filter(|quantity| quantity.value.is_some());
-    let sets = defined.map(|QuantityValue { quantity, .. }| {
+    let sets = budget.defined().map(|quantity| {
         let points = budget.choices.iter().map(|choice| WorkPrecisionPoint {
             value: choice.budget.target,
             seconds: choice.seconds,
