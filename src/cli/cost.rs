@@ -78,8 +78,12 @@ fn plan(args: &CostArgs) -> Result<CostPlan, CliError> {
         plan.targets.dedup();
     }
     if !args.quantity.is_empty() {
-        plan.quantities.clone_from(&args.quantity);
-        plan.quantities.dedup();
+        plan.quantities.clear();
+        for quantity in &args.quantity {
+            if !plan.quantities.contains(quantity) {
+                plan.quantities.push(*quantity);
+            }
+        }
     }
     if let Some(horizon) = args.horizon {
         plan.horizon = 1e-3 * horizon;

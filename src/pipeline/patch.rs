@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::PipelineError;
 use super::message::{ContactReduction, NodeState, PatchGeometry, PatchSnapshot};
 use crate::dynamics::System;
-use crate::joint::reduction::{ForceChecker, refine};
+use crate::joint::reduction::{ForceChecker, replacement};
 use crate::joint::{BallJoint, Joint, Model};
 use crate::scene::Loading;
 
@@ -95,25 +95,28 @@ impl FullPatch {
         }
     }
 
-    /// A joint with nodes retrained at a time (s) with the states at which the present nodes were inaccurate;
-    /// `None` if they have been retrained before, or no such nodes are found.
-    pub fn retrained(
+    /// A joint with other nodes from a time (s) on, because the present ones were not accurate enough; `None` if no
+    /// others are found.
+    pub fn with_other_nodes(
         &mut self,
         ball: &BallJoint,
         loading: &Loading,
         time: f64,
     ) -> Option<BallJoint> {
-        if self.report.retrained_at_s.is_some() {
+        let before = ball.reduction()?.kept().len();
+        let inaccurate = std::mem::take(&mut self.inaccurate);
+        // At the tilts of the training and of the states, also if the rotation has moved the patch.
+        let mut at_tilts = ball.clone();
+        at_tilts.set_patch(None);
+        let rule = replacement(&at_tilts, self.report.tolerance, inaccurate)?;
+        // Nodes that are trained once more differ little if there are not more of them.
+        if self.report.nodes_changed_at_s.is_some() && rule.kept().len() <= before {
             return None;
         }
-        let inaccurate = std::mem::take(&mut self.inaccurate);
-        let trained = refine(ball, self.report.tolerance, inaccurate).ok()?;
-        let ball = ball
-            .clone()
-            .with_reduction(Some(Arc::new(trained.rule)))
-            .ok()?;
+        let ball = ball.clone().with_reduction(Some(Arc::new(rule))).ok()?;
         let mut full = Self::new(&ball, loading.tilt).ok()??;
-        full.report.retrained_at_s = Some(time);
+        full.report.tolerance = self.report.tolerance;
+        full.report.nodes_changed_at_s = Some(time);
         *self = full;
         Some(ball)
     }

@@ -43,7 +43,7 @@ fn a_reduced_contact_moves_like_all_nodes_within_its_tolerance() {
         "{report:?}"
     );
     assert_eq!(
-        (report.retrained_at_s, report.all_nodes_since_s),
+        (report.nodes_changed_at_s, report.all_nodes_since_s),
         (None, None)
     );
     // The pictures show all nodes.
@@ -56,7 +56,7 @@ fn a_reduced_contact_moves_like_all_nodes_within_its_tolerance() {
     );
 }
 
-/// With a tolerance that the nodes cannot meet, the run trains other nodes, and then takes all of them.
+/// With a tolerance that the nodes cannot meet, the run evaluates more and more nodes, and then all of them.
 #[test]
 fn an_inaccurate_reduction_is_replaced_and_the_energy_is_accounted_for() {
     let mut simulation = Simulation::new(&torus(Some(1e-3), 10.0)).unwrap();

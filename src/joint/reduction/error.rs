@@ -22,14 +22,14 @@ pub enum TrainingError {
     /// No rule with fewer nodes is accurate enough.
     #[error(
         "no contact reduction with up to {kept} of {nodes} nodes reaches a relative error of \
-         {tolerance:e}; the smallest error is {error:e}"
+         {tolerance:e}, half of the tolerance; the smallest error is {error:e}"
     )]
     Tolerance {
         /// Nodes of the largest rule.
         kept: usize,
         /// Nodes of the full patch.
         nodes: usize,
-        /// The required error.
+        /// The required error at the held-out states, half of the tolerance.
         tolerance: f64,
         /// The smallest error found.
         error: f64,

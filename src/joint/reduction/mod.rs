@@ -41,7 +41,7 @@ mod tests;
 
 pub use certificate::{ForceCheck, ForceChecker, ReductionErrors};
 pub use error::TrainingError;
-pub use request::refine;
+pub use request::replacement;
 pub use rule::{CubatureRule, KeptNode, RuleError};
 pub use selection::{RuleSource, TrainingPlan, reduce, train};
 pub use shipped::shipped_rules;

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::selection::{TrainingPlan, reduce, train};
-use super::{CubatureRule, TrainedRule, TrainingError};
+use super::selection::{TrainingPlan, reduce, shipped_rules_of, train};
+use super::{CubatureRule, TrainingError};
 use crate::joint::{AssemblyError, BallJoint, BodySpec, JointSpec};
 
 /// Tilts between which the rule of a joint is trained, rad.
@@ -55,22 +55,26 @@ fn tilts(ball: &BallJoint) -> [f64; 2] {
     }
 }
 
-/// Trains a rule of a joint with states (`[q | dq/dt]` at a tilt in rad) at which its present rule was not accurate
-/// enough, besides those of its own simulations.
-///
-/// # Errors
-/// As [`train`].
-pub fn refine(
+/// A rule for a joint whose present one is not accurate enough at some states (`[q | dq/dt]` at a tilt in rad): the next
+/// larger shipped rule, or for a patch without shipped rules one that is trained with these states besides those of
+/// the joint's own simulations. `None` if there is none.
+pub fn replacement(
     ball: &BallJoint,
     tolerance: f64,
-    additional: Vec<(f64, Vec<f64>)>,
-) -> Result<TrainedRule, TrainingError> {
-    let [first, last] = tilts(ball);
-    let plan = TrainingPlan {
-        additional,
-        ..TrainingPlan::new(tolerance, first, last)
-    };
-    train(ball, &plan)
+    inaccurate: Vec<(f64, Vec<f64>)>,
+) -> Option<CubatureRule> {
+    let shipped = shipped_rules_of(ball);
+    if shipped.is_empty() {
+        let [first, last] = tilts(ball);
+        let plan = TrainingPlan {
+            additional: inaccurate,
+            ..TrainingPlan::new(tolerance, first, last)
+        };
+        return train(ball, &plan).ok().map(|trained| trained.rule);
+    }
+    let kept = ball.reduction().map_or(0, |rule| rule.kept().len());
+    let mut rules = shipped.into_iter().map(|shipped| shipped.rule);
+    rules.find(|rule| rule.kept().len() > kept)
 }
 
 impl BallJoint {

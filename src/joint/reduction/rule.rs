@@ -173,7 +173,7 @@ impl Model {
             omega: self.omega.clone(),
             damping: self.damping.clone(),
             probe: self.probe.clone(),
-            friction: self.friction,
+            friction: self.friction.clone(),
             unilateral: self.unilateral,
             contact_damping: self.contact_damping,
             convection: self.convection,

@@ -5,7 +5,7 @@ use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record};
 
 /// Stage that follows the reduction of the contact: emits [`Record::Warning`] when the run continues with
-/// retrained nodes, and when it continues with all nodes.
+/// other nodes, and when it continues with all nodes.
 #[derive(Default)]
 pub struct ReductionStage {
     /// Time of the last change that was reported, s.
@@ -22,7 +22,7 @@ impl Stage for ReductionStage {
         let Some(reduction) = frame.reduction else {
             return Ok(());
         };
-        let changed = reduction.all_nodes_since_s.or(reduction.retrained_at_s);
+        let changed = reduction.all_nodes_since_s.or(reduction.nodes_changed_at_s);
         let Some(time) = changed.filter(|_| changed != self.reported) else {
             return Ok(());
         };
@@ -54,15 +54,15 @@ mod tests {
         let mut stage = ReductionStage::default();
         let mut reported = Vec::new();
         let before = ContactReduction::new(100, 16, 1e-5);
-        let retrained = ContactReduction {
-            retrained_at_s: Some(2e-3),
+        let changed = ContactReduction {
+            nodes_changed_at_s: Some(2e-3),
             ..before
         };
         let all = ContactReduction {
             all_nodes_since_s: Some(3e-3),
-            ..retrained
+            ..changed
         };
-        for reduction in [before, retrained, retrained, all, all] {
+        for reduction in [before, changed, changed, all, all] {
             let frame = Frame {
                 reduction: Some(reduction),
                 ..Frame::default()

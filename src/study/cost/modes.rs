@@ -51,7 +51,7 @@ pub(super) fn mode_sets(
     let body = scene.ball_on_beam()?;
     let own = &body.families;
     let uneven = spec.damping.windows(2).any(|pair| pair[0] != pair[1]);
-    let published = body.frequencies == Frequencies::Published;
+    let published = body.frequencies != Frequencies::FiniteElement;
     let all = match (uneven, published) {
         // The damping ratios of additional modes are unknown.
         (true, _) => *own,

@@ -240,10 +240,10 @@ fn modes(scene: &Scene) -> Option<Refinement> {
     let body = scene.ball_on_beam().ok()?;
     let damping = &scene.joint().ok()?.spec.damping;
     let uneven = damping.windows(2).any(|pair| pair[0] != pair[1]);
-    if uneven || body.frequencies == Frequencies::Published {
+    if uneven || body.frequencies != Frequencies::FiniteElement {
         return None;
     }
-    let ratio = *damping.first()?;
+    let ratio = damping.first().copied().unwrap_or(0.0);
     let own = body.families;
     let level = |share: f64| {
         let of = |count: usize| (share * count as f64).ceil() as usize;
