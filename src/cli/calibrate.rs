@@ -1,7 +1,7 @@
 //! `squeakscope calibrate`: fit the parameters that the paper does not state to its claims.
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
+use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{OutputError, OutputFile, check_all};
 use super::progress::Progress;
@@ -19,9 +20,12 @@ use super::study_args::CalibrateArgs;
 use super::{report, resources};
 use crate::escape;
 use crate::foreign::open_file;
+use crate::plot::calibration_figure;
 use crate::scene::Scene;
-use crate::study::calibrate::{CalibrationObserver, CalibrationPlan, Trial, calibrate, ranked};
-use crate::study::paper::claims;
+use crate::study::calibrate::{
+    Calibration, CalibrationObserver, CalibrationPlan, ParetoFront, RESPONSE, Screening, Trial,
+    calibrate, never_together, pareto_fronts, ranked,
+};
 use crate::study::threads;
 
 /// The scene with the parameters that the paper states.
@@ -42,8 +46,11 @@ pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), Cli
     let plan = CalibrationPlan {
         base,
         seed: args.seed,
+        screened: args.screened as usize,
+        starts: args.starts as usize,
         generations: args.generations as usize,
         population: args.population as usize,
+        response: RESPONSE,
     };
     let [out, scene, json] = check_all(
         args.scene.as_deref().map(std::ffi::OsStr::new),
@@ -61,25 +68,31 @@ pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), Cli
     let mut recorder = Recorder {
         log: Log::new(&out, &plan.identity(), &known)?,
         progress: Progress::with_estimate(),
+        screened: plan.screened,
         all: plan.len(),
         stop,
     };
     resources::start_thread_pool()?;
     let threads = threads(args.threads);
-    let (trials, done) = calibrate(&plan, &known, threads, &mut recorder)?;
+    let found = calibrate(&plan, &known, threads, &mut recorder)?;
     // Clears the bar before the report is printed.
     drop(recorder);
     // Threads complete trials in any order. Sorting makes the log independent of threads and interrupts.
-    Log::new(&out, &plan.identity(), &sorted(&trials, &known))?;
+    Log::new(&out, &plan.identity(), &sorted(&found.trials, &known))?;
     let mut written = vec![WrittenFile::of(&out)?];
-    if let (Some(file), Some(best)) = (&scene, ranked(&trials).first()) {
-        let text = best.candidate.scene(&plan.base)?.text;
+    if let (Some(file), Some(best)) = (&scene, ranked(&found.trials).first()) {
+        let text = best.candidate.scene(&plan.base, best.start)?.text;
         file.write(|out| out.write_all(text.as_bytes()))?;
         written.push(WrittenFile::of(file)?);
     }
-    let result = CalibrationResult::new(&plan, &trials, !done);
+    let result = CalibrationResult::new(&plan, &found);
+    if let Some(directory) = &args.figures {
+        let figure = calibration_figure(&found.trials, &result.pareto_fronts);
+        let drawn = (&args.drawn, &STUDY[..]);
+        written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
+    }
     Document::new(&result, &written).deliver(&text(&result), json.as_ref())?;
-    if done {
+    if found.complete {
         Ok(())
     } else {
         Err(CliError::Interrupted)
@@ -180,9 +193,9 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
         .and_then(|line| serde_json::from_str(&line).ok());
     match header {
         None => Err(refused("it is not the log of a calibration")),
-        Some(header) if header.squeakscope_calibration != identity => {
-            Err(refused("its scene, seed, population or version differs"))
-        }
+        Some(header) if header.squeakscope_calibration != identity => Err(refused(
+            "its scene, seed, sizes of the search or version differ",
+        )),
         Some(_) => Ok(lines
             .map_while(|line| serde_json::from_str(&line).ok())
             .collect()),
@@ -193,6 +206,7 @@ fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, C
 struct Recorder<'a> {
     log: Log,
     progress: Progress,
+    screened: usize,
     all: usize,
     stop: &'a AtomicBool,
 }
@@ -202,6 +216,13 @@ impl CalibrationObserver for Recorder<'_> {
 
     fn on_trial(&mut self, trial: &Trial) -> Result<(), CliError> {
         self.log.add(trial)
+    }
+
+    fn on_screening(&mut self, done: usize) -> bool {
+        let fraction = done as f64 / self.screened.max(1) as f64;
+        let text = format!("linear stability of {done} of {} sets", self.screened);
+        self.progress.update(fraction, text);
+        !self.stop.load(Ordering::Relaxed)
     }
 
     fn on_progress(&mut self, done: usize, best: Option<&Trial>) -> bool {
@@ -218,7 +239,9 @@ impl CalibrationObserver for Recorder<'_> {
 /// The result of a calibration.
 #[derive(Serialize, Deserialize)]
 pub(super) struct CalibrationResult<'a> {
-    /// Number of evaluated sets.
+    /// Result of the screening.
+    screening: Screening,
+    /// Number of simulated (tried) sets.
     tried: usize,
     /// Number of sets in all generations together.
     in_all: usize,
@@ -226,8 +249,13 @@ pub(super) struct CalibrationResult<'a> {
     interrupted: bool,
     /// The sets with the highest scores, in descending order.
     best: Vec<BestSet<'a>>,
-    /// Names of the weighted claims that no evaluated set meets.
+    /// Names of the claims that no simulated set meets, not even at some of their tilts. The search computes neither
+    /// exponents nor embeddings, so that claims about them are missing.
     never_met: Vec<String>,
+    /// Pareto fronts of the claims on two subjects, for all pairs of subjects.
+    pareto_fronts: Vec<ParetoFront>,
+    /// Pairs of claims that are met, but never together by the same set.
+    never_together: Vec<[String; 2]>,
 }
 
 /// A set of parameters.
@@ -242,7 +270,8 @@ struct BestSet<'a> {
 }
 
 impl<'a> CalibrationResult<'a> {
-    fn new(plan: &CalibrationPlan, trials: &'a [Trial], interrupted: bool) -> Self {
+    fn new(plan: &CalibrationPlan, found: &'a Calibration) -> Self {
+        let trials = &found.trials;
         let best = ranked(trials).into_iter().take(MAX_SETS);
         let best = best.map(|trial| {
             let numbers = trial.candidate.numbers().into_iter();
@@ -256,33 +285,43 @@ impl<'a> CalibrationResult<'a> {
             }
         });
         let held = trials.iter().flat_map(|trial| &trial.claims_held);
-        let met: HashSet<&str> = held.map(|(id, _)| &**id).collect();
-        let weighty = claims().into_iter().filter(|claim| claim.weight > 0.0);
-        let never_met = weighty.map(|claim| claim.id);
+        let held: HashSet<&str> = held.map(|(id, _)| &**id).collect();
+        let missed = trials.iter().flat_map(|trial| &trial.claims_missed);
+        let never_met: BTreeSet<&String> = missed.filter(|id| !held.contains(&***id)).collect();
         Self {
+            screening: found.screening,
             tried: trials.len(),
             in_all: plan.len(),
-            interrupted,
+            interrupted: !found.complete,
             best: best.collect(),
-            never_met: never_met.filter(|id| !met.contains(&**id)).collect(),
+            never_met: never_met.into_iter().cloned().collect(),
+            pareto_fronts: pareto_fronts(trials),
+            never_together: never_together(trials),
         }
     }
 }
 
 /// The report for the terminal.
 fn text(result: &CalibrationResult<'_>) -> String {
-    let mut text = format!("{} of {} sets evaluated\n", result.tried, result.in_all);
+    let Screening { sets, agreeing } = &result.screening;
+    let all_counts = agreeing.last().copied().unwrap_or_default();
+    let mut text = format!(
+        "{sets} sets screened: {all_counts} have the paper's numbers of unstable modes\n\
+         {} of {} sets simulated\n",
+        result.tried, result.in_all
+    );
     for set in &result.best {
         let trial = &set.trial;
         let _ = writeln!(
             text,
-            "\n  set {}: meets {:.0} % of the claims by weight, {}",
+            "\n  set {}: meets {:.0} % of the claims by weight, {} of {} mm/s",
             trial.number,
             100.0 * trial.score,
-            match trial.candidate.continued {
-                true => "tilts by upward continuation",
-                false => "each tilt from a fresh start",
-            }
+            match trial.start.continued {
+                true => "tilts by upward continuation from a kick",
+                false => "each tilt from a kick",
+            },
+            trial.start.kick_mm_per_s
         );
         for (path, value) in &set.numbers {
             let _ = writeln!(text, "    {path} = {value}");
@@ -307,6 +346,15 @@ fn text(result: &CalibrationResult<'_>) -> String {
             result.never_met.join(", ")
         );
     }
+    if !result.never_together.is_empty() {
+        let pairs = result.never_together.iter().map(|pair| pair.join(" and "));
+        let pairs: Vec<_> = pairs.collect();
+        let _ = writeln!(
+            text,
+            "\n  no parameter set satisfies both {}",
+            pairs.join("; ")
+        );
+    }
     text
 }
 
@@ -315,6 +363,7 @@ mod tests {
     use std::num::NonZero;
 
     use super::*;
+    use crate::cli::figures::FigureArgs;
     use crate::scene::Parameter;
 
     #[test]
@@ -330,13 +379,17 @@ mod tests {
         let mut args = CalibrateArgs {
             scene: Some(path("base.toml").to_string_lossy().into_owned()),
             seed: 2,
-            generations: 1,
-            population: 2,
+            screened: 20,
+            starts: 2,
+            generations: 0,
+            population: 4,
             threads: NonZero::new(2),
             resume: false,
             out: path("log.jsonl"),
             best: Some(path("best.toml")),
             json: Some(path("report.json")),
+            figures: Some(path("figures")),
+            drawn: FigureArgs::default(),
         };
         let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
         assert_eq!(ended.exit_code(), 130);
@@ -347,6 +400,8 @@ mod tests {
         let report: serde_json::Value =
             serde_json::from_slice(&std::fs::read(path("report.json")).unwrap()).unwrap();
         assert_eq!(report["tried"], 2);
+        assert_eq!(report["pareto_fronts"].as_array().unwrap().len(), 3);
+        assert!(path("figures").join("pareto.svg").exists());
         assert_eq!(report["best"].as_array().unwrap().len(), 2);
         let best = Scene::load(&path("best.toml").to_string_lossy()).unwrap();
         let factor = best.joint().unwrap().spec.contact.stiffness_factor;

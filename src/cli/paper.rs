@@ -23,7 +23,9 @@ use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
 use crate::scene::{Parameter, Scene};
-use crate::study::paper::{Finding, Score, Verdict, compare, paper_evidence};
+use crate::study::paper::{
+    Finding, Score, Verdict, add_short_averages, compare, paper_evidence, short_average_plan,
+};
 use crate::study::sweep::{Start, SweepPlan};
 use crate::text::paper as words;
 
@@ -37,6 +39,8 @@ const FIRST_SIMULATED: u8 = 4;
 const PAGE: &str = "README.md";
 /// Name of the table in the output directory.
 const TABLE: &str = "sweep.arrow";
+/// Name of the table of short averages in the output directory.
+const SHORT_TABLE: &str = "short.arrow";
 /// Name of the recording in the output directory.
 const RECORDING: &str = "paper.rrd";
 
@@ -61,14 +65,15 @@ pub(super) fn execute(
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }
     let plan = plan(scene, args.start);
-    let (outputs, files) = prepare(args)?;
+    let (outputs, [files, short_files]) = prepare(args)?;
+    let short_plan = short_average_plan(&plan);
     // Reuse the points of an earlier or interrupted run.
     let work = WorkArgs {
         resume: true,
         shard: None,
         threads: args.threads,
     };
-    let mut points = Vec::new();
+    let [mut points, mut short] = [Vec::new(), Vec::new()];
     let mut written = Vec::new();
     if args.figure.is_none_or(|figure| figure >= FIRST_SIMULATED) {
         let done;
@@ -77,16 +82,24 @@ pub(super) fn execute(
         if !done {
             return Err(CliError::Interrupted);
         }
+        let done;
+        (short, done) = compute_points(&short_plan, &work, &short_files, stop)?;
+        written.extend(write_tables(&short_plan, &mut short, &short_files)?);
+        if !done {
+            return Err(CliError::Interrupted);
+        }
     }
     let failed = |task, source: Cause| CliError::Run { task, source };
     let spec = &plan.scene.joint()?.spec;
     let evidence =
-        paper_evidence(spec, &points).map_err(|fault| failed("comparison", fault.into()))?;
+        |points| paper_evidence(spec, points).map_err(|fault| failed("comparison", fault.into()));
+    let [evidence, short] = [evidence(&points)?, evidence(&short)?];
     // Without simulated points there is nothing to compare.
-    let claims = match points.is_empty() {
+    let mut claims = match points.is_empty() {
         true => Vec::new(),
         false => compare(&evidence),
     };
+    let short_average = add_short_averages(&mut claims, &short);
     let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.figure)
         .map_err(|fault| failed("drawing", fault))?;
     let drawn = (&args.drawn, &STUDY[..]);
@@ -99,6 +112,7 @@ pub(super) fn execute(
     let result = PaperResult {
         start: args.start,
         score: Score::of(&claims),
+        short_average,
         claims,
         captions: captions.map(|figure| figure.caption.clone()).collect(),
     };
@@ -118,10 +132,20 @@ pub(super) fn execute(
 }
 
 /// Checks all outputs and creates the directory.
-fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
+fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2]), CliError> {
     let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
     let mut names = args.drawn.names(figures, &STUDY);
-    names.extend([PAGE, TABLE, "sweep.csv", RECORDING].map(str::to_owned));
+    names.extend(
+        [
+            PAGE,
+            TABLE,
+            "sweep.csv",
+            SHORT_TABLE,
+            "short.csv",
+            RECORDING,
+        ]
+        .map(str::to_owned),
+    );
     check_directory(&args.out, "--out", &names)?;
     let scene_file = args.scene.as_deref().map(OsStr::new);
     // A path inside the new directory is checked after the directory exists.
@@ -136,14 +160,21 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, Files), CliError> {
         task: "creation of the directory",
         source: source.into(),
     })?;
-    let outputs = SweepOutputs {
-        out: args.out.join(TABLE),
+    let table = |name| SweepOutputs {
+        out: args.out.join(name),
         figures: None,
         drawn: args.drawn.clone(),
+        save: None,
+        json: None,
+    };
+    let outputs = SweepOutputs {
         save: args.figure.is_none().then(|| args.out.join(RECORDING)),
         json: args.json.clone(),
+        ..table(TABLE)
     };
-    let files = Files::check(scene_file, &outputs, &[])?;
+    let short = table(SHORT_TABLE);
+    let check = |outputs| Files::check(scene_file, outputs, &[]);
+    let files = [check(&outputs)?, check(&short)?];
     Ok((outputs, files))
 }
 
@@ -162,6 +193,8 @@ pub(super) struct PaperResult {
     /// Agreement with the paper.
     #[serde(flatten)]
     score: Score,
+    /// Agreement with the paper of short averages: over 0.1 s that begin 0.05 s after the start, settled or not.
+    short_average: Score,
     /// Claims in the order of the paper.
     claims: Vec<Finding>,
     /// Caption (Markdown) of the figure selected with `--figure`.
@@ -178,6 +211,11 @@ fn text(scene: &str, result: &PaperResult) -> String {
             escape::line(scene),
             result.start,
             words::score_text(&result.score)
+        );
+        let _ = writeln!(
+            text,
+            "  averages over 0.1 s, 0.05 s after the start: {}",
+            words::score_text(&result.short_average)
         );
     }
     for finding in &result.claims {
@@ -196,6 +234,18 @@ fn text(scene: &str, result: &PaperResult) -> String {
             finding.measured,
             words::verdict(finding)
         );
+        if finding
+            .short_average
+            .as_ref()
+            .is_some_and(|short| short.verdict != finding.verdict)
+        {
+            let _ = writeln!(
+                text,
+                "  {:<13}   short average {}",
+                "",
+                words::short_average(finding)
+            );
+        }
     }
     text.extend(result.captions.iter().map(|caption| format!("{caption}\n")));
     text
@@ -249,12 +299,12 @@ mod tests {
         );
         assert!(
             page.contains(
-                "| Fig. 4a | Four unstable modes at a tilt of 2.0 deg | 4 | 4 | met | 1 |"
+                "| Fig. 4a | Four unstable modes at a tilt of 2.0 deg | 4 | 4 | met | same | 1 |"
             ),
             "{page}"
         );
         assert!(page.contains(
-            "| Fig. 6a | Five unstable modes at a tilt of 3.5 deg | 5 | not found | not comparable | 1 |"
+            "| Fig. 6a | Five unstable modes at a tilt of 3.5 deg | 5 | not found | not comparable | same | 1 |"
         ));
         let json = std::fs::read(folder.path().join("paper.json")).unwrap();
         let report: serde_json::Value = serde_json::from_slice(&json).unwrap();

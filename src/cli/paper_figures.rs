@@ -51,13 +51,13 @@ pub(super) fn figures(
 /// Fig. 1 to 3, which need no simulation.
 fn joint_figure(number: u8, ball: &BallJoint) -> Result<Option<Figure>, Cause> {
     let tilt = FIGURE_TILTS_DEG[2].to_radians();
-    Ok(match (number, ball.spec().friction) {
+    Ok(match (number, &ball.spec().friction) {
         (1, _) => Some(configuration(ball, &ball.model(tilt)?, tilt)?),
         (2, _) => Some(mode_shapes(ball)?),
         (_, Friction::Stribeck { law, .. }) => {
             let velocity = ball.sliding_velocity(tilt);
             let sliding = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-            Some(friction_curves(&law, sliding))
+            Some(friction_curves(law, sliding))
         }
         _ => None,
     })

@@ -124,13 +124,21 @@ pub struct CalibrateArgs {
         help_heading = "Search"
     )]
     pub seed: u64,
-    /// Number of generations.
-    #[arg(long, value_name = "N", default_value_t = 12,
-        value_parser = value_parser!(u32).range(1..=1000), help_heading = "Search")]
+    /// Number of random parameter sets whose linear stability is screened.
+    #[arg(long, value_name = "N", default_value_t = 4000,
+        value_parser = value_parser!(u32).range(1..=10_000_000), help_heading = "Search")]
+    pub screened: u32,
+    /// Number of sets that are simulated first: known ones, and the best of the screening.
+    #[arg(long, value_name = "N", default_value_t = 40,
+        value_parser = value_parser!(u32).range(1..=100_000), help_heading = "Search")]
+    pub starts: u32,
+    /// Number of generations of the improvement. Each of the best sets is improved over 8 of them.
+    #[arg(long, value_name = "N", default_value_t = 24,
+        value_parser = value_parser!(u32).range(0..=10_000), help_heading = "Search")]
     pub generations: u32,
     /// Number of parameter sets per generation.
-    #[arg(long, value_name = "N", default_value_t = 40,
-        value_parser = value_parser!(u32).range(1..=10_000), help_heading = "Search")]
+    #[arg(long, value_name = "N", default_value_t = 12,
+        value_parser = value_parser!(u32).range(4..=10_000), help_heading = "Search")]
     pub population: u32,
     /// Number of threads [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
@@ -152,6 +160,11 @@ pub struct CalibrateArgs {
     /// Also write the best sets and the claims that they meet as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    /// Draw the figure of the claims that can be met together to this directory.
+    #[arg(long, value_name = "DIR", help_heading = "Figures")]
+    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
 }
 
 /// Arguments of `squeakscope cost`.

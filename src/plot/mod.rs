@@ -11,6 +11,7 @@
 
 mod axis;
 mod basins;
+mod calibration;
 mod color;
 pub(crate) mod cost;
 mod embedding;
@@ -41,6 +42,7 @@ mod tests;
 
 pub use axis::{Axis, Scale, round_up};
 pub use basins::basins_figure;
+pub use calibration::calibration_figure;
 pub use color::{Color, Rgb};
 pub use cost::{WorkMeasure, cost_figures, error_panels};
 pub use embedding::{false_neighbours, mutual_information};

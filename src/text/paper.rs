@@ -85,7 +85,11 @@ pub fn page(
         .left("reference")
         .left("claim")
         .left("published");
-    table = table.left("computed").left("verdict").right("weight");
+    table = table
+        .left("computed")
+        .left("verdict")
+        .left("short average")
+        .right("weight");
     for finding in findings {
         table.row([
             finding.place.clone(),
@@ -93,6 +97,7 @@ pub fn page(
             finding.expected.clone(),
             finding.measured.clone(),
             verdict(finding),
+            short_average(finding),
             finding.weight.to_string(),
         ]);
     }
@@ -131,5 +136,14 @@ pub fn verdict(finding: &Finding) -> String {
         (Verdict::Partly { share }, _) => format!("{name}, {:.0} %", 100.0 * share),
         (_, Some(off)) => format!("{name} ({:+.1} %)", 100.0 * off),
         (_, None) => name.to_owned(),
+    }
+}
+
+/// The verdict from a short average and its value, or that it is the same.
+pub fn short_average(finding: &Finding) -> String {
+    match &finding.short_average {
+        None => String::new(),
+        Some(short) if short.verdict == finding.verdict => "same".to_owned(),
+        Some(short) => format!("{}: {}", short.verdict.name(), short.measured),
     }
 }

@@ -47,7 +47,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "calibrate",
-        "calibrate coarse.toml --generations 1 --population 1 --out a.jsonl --best best.toml",
+        "calibrate coarse.toml --screened 20 --starts 2 --generations 0 --out a.jsonl --best best.toml",
     ),
     // The points of the sweep come from an earlier run, which `prepare` writes.
     ("paper", "paper --figure 4 --out paper"),

@@ -83,9 +83,9 @@ fn growth(modes: &[ExplainedMode]) -> Panel {
         });
         layers.push(Layer::columns(&spans.collect::<Vec<_>>(), WIDTH, color).with_label(label));
     }
-    let unstable = modes.iter().filter(|mode| mode.growth > 0.0).count();
-    for (growing, color) in [(true, Color::Accent), (false, Color::Ink)] {
-        let chosen = modes.iter().filter(|mode| (mode.growth > 0.0) == growing);
+    let unstable = modes.iter().filter(|mode| mode.unstable()).count();
+    for (grows, color) in [(true, Color::Accent), (false, Color::Ink)] {
+        let chosen = modes.iter().filter(|mode| mode.unstable() == grows);
         let points = chosen.map(|mode| [1e-3 * mode.frequency_hz, mode.growth]);
         layers.push(Layer::points(points.collect(), 2.4, color));
     }

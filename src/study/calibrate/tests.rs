@@ -15,6 +15,11 @@ impl CalibrationObserver for Notes {
         Ok(())
     }
 
+    fn on_screening(&mut self, done: usize) -> bool {
+        assert!(done <= 40);
+        true
+    }
+
     fn on_progress(&mut self, done: usize, best: Option<&Trial>) -> bool {
         assert_eq!(best.is_some(), done > 0);
         self.trials.len() < self.stop_after
@@ -29,18 +34,23 @@ fn notes(stop_after: usize) -> Notes {
 }
 
 fn plan() -> CalibrationPlan {
-    let values = [
-        (Parameter::named("nodes").unwrap(), 20.0),
-        (Parameter::named("time.tolerance").unwrap(), 1e-3),
-    ];
+    let tolerance = (Parameter::named("time.tolerance").unwrap(), 1e-3);
     CalibrationPlan {
         base: Scene::load("periodic-2deg")
             .unwrap()
-            .with_values(&values)
+            .with_values(&[tolerance])
             .unwrap(),
         seed: 5,
-        generations: 2,
-        population: 3,
+        screened: 40,
+        starts: 2,
+        generations: 1,
+        population: 4,
+        response: ResponsePlan {
+            min_transient: 0.01,
+            max_transient: 0.02,
+            measurement_time: 0.02,
+            ..RESPONSE
+        },
     }
 }
 
@@ -48,8 +58,10 @@ fn plan() -> CalibrationPlan {
 fn a_search_depends_only_on_its_plan() {
     let plan = plan();
     let mut all = notes(usize::MAX);
-    let (trials, complete) = calibrate(&plan, &[], 2, &mut all).unwrap();
-    assert!(complete && trials.len() == 6 && all.trials.len() == 6);
+    let result = calibrate(&plan, &[], 2, &mut all).unwrap();
+    let trials = &result.trials;
+    assert!(result.complete && trials.len() == 6 && all.trials.len() == 6);
+    assert_eq!(result.screening.agreeing.iter().sum::<usize>(), 40);
     for (k, trial) in trials.iter().enumerate() {
         assert_eq!(trial.number, k);
         assert!(
@@ -60,45 +72,61 @@ fn a_search_depends_only_on_its_plan() {
     assert!(trials.iter().any(|trial| trial.score > 0.0));
     // Interrupted and resumed.
     let mut some = notes(2);
-    let (part, complete) = calibrate(&plan, &[], 2, &mut some).unwrap();
-    assert!(!complete && part.len() < 6);
+    let part = calibrate(&plan, &[], 2, &mut some).unwrap();
+    assert!(!part.complete && part.trials.len() < 6);
     let mut rest = notes(usize::MAX);
-    let (again, complete) = calibrate(&plan, &some.trials, 1, &mut rest).unwrap();
-    assert!(complete && again == trials);
+    let again = calibrate(&plan, &some.trials, 1, &mut rest).unwrap();
+    assert_eq!(again, result);
     assert_eq!(rest.trials.len() + some.trials.len(), 6);
-    // The trials of another search are not reused.
-    let other = CalibrationPlan { seed: 6, ..plan };
-    assert_eq!(other.generation(0, &[]).len(), 3);
-    assert_ne!(other.generation(0, &[])[0], trials[0].candidate);
 }
 
+/// A trial without simulation.
+fn trial(number: usize, candidate: Candidate, fitness: f64) -> Trial {
+    Trial {
+        number,
+        candidate,
+        start: StartingWay {
+            kick_mm_per_s: 1.0,
+            continued: false,
+        },
+        score: 0.0,
+        fitness,
+        claims_held: Vec::new(),
+        claims_missed: Vec::new(),
+        error: None,
+    }
+}
+
+/// A search whose fitness is the closeness to a point: it improves the fittest start, then the next one.
 #[test]
-fn the_fittest_candidates_are_the_parents() {
+fn the_fittest_starts_are_improved_one_after_another() {
     let plan = CalibrationPlan {
-        population: 20,
+        starts: 10,
+        generations: 2 * GENERATIONS_PER_RUN,
+        population: 12,
         ..plan()
     };
-    let trials: Vec<Trial> = (0..20)
-        .map(|number| Trial {
-            number,
-            candidate: Candidate::random(1, number as u64),
-            score: 0.0,
-            fitness: (number as f64 * 0.7).sin(),
-            claims_held: Vec::new(),
-            error: None,
-        })
-        .collect();
-    let most = trials.iter().map(|trial| trial.fitness).fold(0.0, f64::max);
-    assert_eq!(ranked(&trials)[0].fitness, most);
-    let next = plan.generation(1, &trials);
-    assert_eq!(next.len(), 20);
-    // Later generations have a smaller mutation width.
-    let later = plan.generation(9, &trials);
-    assert_ne!(next, later);
-    assert_eq!(
-        next[..4],
-        (20..24)
-            .map(|k| Candidate::random(5, k))
-            .collect::<Vec<_>>()
-    );
+    let starts: Vec<_> = (0..10).map(|k| Candidate::random(1, k)).collect();
+    let distance = |candidate: &Candidate| {
+        let squares = candidate.positions.iter().map(|x| (x - 0.6).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let mut trials: Vec<Trial> = Vec::new();
+    for generation in 0..=plan.generations {
+        let candidates = plan.generation(generation, &starts, &trials);
+        assert_eq!(candidates, plan.generation(generation, &starts, &trials));
+        for candidate in candidates {
+            let fitness = 1.0 / (1.0 + distance(&candidate));
+            trials.push(trial(trials.len(), candidate, fitness));
+        }
+    }
+    assert_eq!(trials.len(), plan.len());
+    let best = |trials: &[Trial]| distance(&ranked(trials)[0].candidate);
+    let run = GENERATIONS_PER_RUN * plan.population;
+    let simulated = ranked(&trials[..10]);
+    for (k, trials) in trials[10..].chunks(run).enumerate() {
+        let before = distance(&simulated[k].candidate);
+        assert!(best(trials) < 0.7 * before, "{} {before}", best(trials));
+        assert_eq!(trials[0].candidate.choices, simulated[k].candidate.choices);
+    }
 }

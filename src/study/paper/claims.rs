@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
 use super::evidence::Evidence;
+use super::subject::Subject;
 use super::verdict::Verdict;
 
 /// The claims as TOML.
@@ -38,6 +39,13 @@ struct Claims {
     claim: Vec<Claim>,
 }
 
+impl Claim {
+    /// What the claim is about.
+    pub fn subject(&self) -> Subject {
+        self.criterion.subject()
+    }
+}
+
 /// All claims, in the order of the paper.
 pub fn claims() -> Vec<Claim> {
     // A test parses the built-in file.
@@ -68,6 +76,18 @@ pub struct Finding {
     /// Verdict on the claim.
     #[serde(flatten)]
     pub verdict: Verdict,
+    /// Finding from short averages, which can see a transient in place of the attractor.
+    pub short_average: Option<ShortAverage>,
+}
+
+/// Finding on a claim from short averages ([`short_average_plan`](super::short_average_plan)).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShortAverage {
+    /// Measured value of the simulation, as text.
+    pub measured: String,
+    /// Verdict on the claim.
+    #[serde(flatten)]
+    pub verdict: Verdict,
 }
 
 /// Compares every claim with the simulation results.
@@ -85,9 +105,23 @@ pub fn compare(evidence: &Evidence) -> Vec<Finding> {
             measured: comparison.measured,
             deviation: comparison.deviation,
             verdict: comparison.verdict,
+            short_average: None,
         }
     });
     findings.collect()
+}
+
+/// Adds the findings from short averages to those from long ones, and returns their score.
+pub fn add_short_averages(findings: &mut [Finding], evidence: &Evidence) -> Score {
+    let short = compare(evidence);
+    let score = Score::of(&short);
+    for (finding, short) in findings.iter_mut().zip(short) {
+        finding.short_average = Some(ShortAverage {
+            measured: short.measured,
+            verdict: short.verdict,
+        });
+    }
+    score
 }
 
 impl Finding {

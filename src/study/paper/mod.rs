@@ -4,15 +4,19 @@ mod claims;
 mod criterion;
 mod evidence;
 mod study;
+mod subject;
 mod verdict;
 
 #[cfg(test)]
 mod tests;
 
-pub use claims::{CLAIMS, Claim, Finding, Score, claims, compare, fitness};
+pub use claims::{
+    CLAIMS, Claim, Finding, Score, ShortAverage, add_short_averages, claims, compare, fitness,
+};
 pub use evidence::{Embedding, Evidence};
 pub use study::{
     EMBEDDING_TILT_DEG, FIGURE_TILTS_DEG, RECURRENCE_TILTS_DEG, embedding, paper_evidence,
-    paper_plan,
+    paper_plan, short_average_plan,
 };
+pub use subject::Subject;
 pub use verdict::Verdict;

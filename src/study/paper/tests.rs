@@ -270,6 +270,7 @@ fn an_order_holds_strictly_or_in_part() {
 #[test]
 fn the_strict_score_counts_what_is_met_and_can_be_compared() {
     let with = |weight, verdict| Finding {
+        short_average: None,
         id: String::new(),
         place: String::new(),
         quote: String::new(),

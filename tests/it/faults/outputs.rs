@@ -212,7 +212,7 @@ fn a_search_in_parts_gives_the_same_log() {
     std::fs::write(folder.path().join("base.toml"), base.text).expect("written");
     let search = |threads: u32, more: &str| {
         let words = format!(
-            "calibrate base.toml --generations 2 --population 4 --threads {threads} --json a.json --best a.toml{more}"
+            "calibrate base.toml --screened 20 --starts 4 --generations 1 --population 4 --threads {threads} --json a.json --best a.toml{more}"
         );
         ended(folder.path(), &words).said(0, &[]);
         ["calibrate.jsonl", "a.json", "a.toml"]
