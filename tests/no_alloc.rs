@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
 use squeakscope::joint::{
-    BallJoint, Constant, ContactDamping, Friction, FrictionLaw, Joint, Model, Ratio,
+    BallJoint, Constant, ContactDamping, Friction, FrictionLaw, FrictionTable, Joint, Model, Ratio,
 };
 use squeakscope::scene::Scene;
 use squeakscope::systems::{DampedContact, ImpactOscillator, MassOnBelt};
@@ -264,6 +264,11 @@ fn joints() -> Vec<(&'static str, Joint)> {
             ..model.clone()
         })
     };
+    let points = vec![[0.0, 0.5], [0.01, 0.45], [0.5, 0.3]];
+    let measured = Friction::Table {
+        law: Arc::new(FrictionTable::new(points, law.creep).expect("increasing speeds")),
+        radial: true,
+    };
     let custom = |radial| Joint::with_friction(&model, Arc::new(Viscous), radial);
     vec![
         ("Eq. (5)", with(smooth(true), true)),
@@ -283,6 +288,7 @@ fn joints() -> Vec<(&'static str, Joint)> {
                 true,
             ),
         ),
+        ("measured curve", with(measured, true)),
         (
             "contact damping and Omega x u",
             Joint::new(&Model {

@@ -39,7 +39,7 @@ pub enum Command {
     Scenes(ScenesArgs),
     /// Compute the complex eigenvalues at steady sliding.
     ///
-    /// A mode with a positive growth rate is unstable and can squeak.
+    /// A mode with a growth rate of at least 0.1 1/s is unstable and can squeak.
     Stability(StabilityArgs),
     /// Compute Lyapunov exponents with 95 % intervals and classify the attractor.
     Lyapunov(LyapunovArgs),

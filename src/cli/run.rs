@@ -360,7 +360,7 @@ fn reduction_text(reduction: &ContactReduction) -> String {
         nodes,
         kept_nodes,
         errors,
-        retrained_at_s,
+        nodes_changed_at_s,
         all_nodes_since_s,
         ..
     } = reduction;
@@ -373,13 +373,13 @@ fn reduction_text(reduction: &ContactReduction) -> String {
         let text = time.map(|time| format!("; {what} from {} ms on", significant(1e3 * time, 4)));
         text.unwrap_or_default()
     };
-    let (retrained, all) = (
-        from("retrained nodes", retrained_at_s),
+    let (others, all) = (
+        from("these nodes", nodes_changed_at_s),
         from("all nodes", all_nodes_since_s),
     );
     format!(
         "  contact reduced from {nodes} to {kept_nodes} nodes: relative error of the force at most {:.1e}, \
-         rms {:.1e}, in {} checks{retrained}{all}\n",
+         rms {:.1e}, in {} checks{others}{all}\n",
         errors.max, errors.rms, errors.checks
     )
 }

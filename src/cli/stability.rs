@@ -10,7 +10,7 @@ use super::error::{Cause, CliError};
 use super::output::check_all;
 use super::report::{self, BAD, HEADING};
 use crate::escape;
-use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode};
+use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH};
 use crate::number::fixed;
 use crate::scene::{FixedAt, Scene, SceneError, Schedule};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
@@ -19,6 +19,8 @@ use crate::table::Table;
 /// The modes at each tilt.
 #[derive(Serialize, Deserialize)]
 pub(super) struct StabilityResult {
+    /// Minimum growth rate of an unstable mode, 1/s; a slower growth is not visible in a run.
+    min_growth_per_s: f64,
     /// Tilts in the requested order.
     tilts: Vec<ModesAt>,
 }
@@ -77,6 +79,7 @@ fn analyse(scene: &Scene, tilts: &[f64], causes: bool) -> Result<StabilityResult
     let tilts = modes(&ball, tilts)?.into_iter().zip(explained);
     let tilts = tilts.map(|(at, explained)| ModesAt { at, explained });
     Ok(StabilityResult {
+        min_growth_per_s: MIN_GROWTH,
         tilts: tilts.collect(),
     })
 }
@@ -94,7 +97,7 @@ fn text(scene: &str, tilt_deg: f64, ModesAt { at, explained }: &ModesAt) -> Stri
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{HEADING}{}{HEADING:#} at {tilt_deg} deg: {} of {} modes unstable",
+        "{HEADING}{}{HEADING:#} at {tilt_deg} deg: {} of {} modes unstable (growth rate from {MIN_GROWTH} 1/s)",
         escape::line(scene),
         at.unstable().count(),
         at.modes.len()
@@ -162,6 +165,7 @@ mod tests {
         let text = std::fs::read(path).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["scene"], "periodic-2deg");
+        assert_eq!(json["min_growth_per_s"], 0.1);
         let tilts = json["tilts"].as_array().expect("a list");
         assert_eq!(tilts.len(), 3);
         assert_eq!(tilts[1]["tilt_rad"], 3.5_f64.to_radians());
@@ -197,7 +201,7 @@ mod tests {
         assert_eq!(
             plain(&modes),
             [
-                "s at 3.5 deg: 1 of 2 modes unstable",
+                "s at 3.5 deg: 1 of 2 modes unstable (growth rate from 0.1 1/s)",
                 "  frequency, Hz  growth rate, 1/s  mode",
                 "            0.0             -9.00  1st bending x",
                 "         1780.1            766.60  1st bending x  unstable",

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use super::{OutputError, replace_file};
-use crate::joint::{Constant, ContactDamping, Friction, Joint, Model, Stribeck};
+use crate::joint::{Constant, ContactDamping, Friction, FrictionTable, Joint, Model, Stribeck};
 use crate::numpy::{Array, NpzError, encode_npz, read_npz};
 
 /// Version of the layout. It increases when an array changes its meaning.
@@ -28,7 +29,8 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// | `omega` | (m) | natural circular frequencies, rad/s |
 /// | `damping` | (m) | modal damping ratios |
 /// | `sliding_velocity` | (n, 3) | `Omega x x`, m/s |
-/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none; `mu_s = mu_d` and no Stribeck slope: constant |
+/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none; `mu_s = mu_d` and no Stribeck slope: constant; with a measured curve the coefficients are NaN |
+/// | `friction_points` | (k, 2) | measured curve ([`FrictionTable`](crate::joint::FrictionTable)): slip speed (m/s) and coefficient; only where there is one |
 /// | `radial` | () | 1: the radial velocity is part of `V`, as in Eq. (8); 0: projected out |
 /// | `unilateral` | () | 1: nodes lift off; 0: bonded |
 /// | `contact_damping` | (2) | retardation time `tau` (s) and dissipation `chi` (s/m), one of which is zero; only where there is any |
@@ -45,7 +47,7 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// ```
 ///
 /// Contact damping adds `k_c tau e_r . Phi dq/dt` to `N` of a closed node, or multiplies `N` by
-/// `1 + chi e_r . Phi dq/dt`.
+/// `1 + chi e_r . Phi dq/dt`; where nodes lift off, a negative result is replaced by zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelArrays {
     /// The model.
@@ -66,6 +68,14 @@ impl ModelArrays {
 
 fn flat(vectors: &[[f64; 3]]) -> Array {
     Array::matrix(vectors.len(), vectors.as_flattened().to_vec())
+}
+
+/// An array of two columns.
+fn pairs(rows: &[[f64; 2]]) -> Array {
+    Array {
+        shape: vec![rows.len(), 2],
+        values: rows.as_flattened().to_vec(),
+    }
 }
 
 /// Writes a model file.
@@ -90,10 +100,11 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
             shapes.extend(model.shapes_at(k).iter().map(|shape| shape[axis]));
         }
     }
-    let friction = match model.friction {
+    let friction = match &model.friction {
         Friction::None => vec![0.0; 4],
         Friction::Constant { law, .. } => vec![law.mu, law.mu, law.creep, 0.0],
         Friction::Stribeck { law, .. } => vec![law.mu_s, law.mu_d, law.creep, law.stribeck],
+        Friction::Table { law, .. } => vec![f64::NAN, f64::NAN, law.creep(), 0.0],
     };
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
@@ -131,6 +142,9 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
             all.push(("contact_damping", Array::vector(vec![0.0, dissipation])));
         }
     }
+    if let Friction::Table { law, .. } = &model.friction {
+        all.push(("friction_points", pairs(law.points())));
+    }
     if let Some(omega) = model.convection {
         all.push(("convection", Array::vector(omega.to_vec())));
     }
@@ -160,24 +174,7 @@ pub fn read_model(path: &Path) -> io::Result<ModelArrays> {
     for k in 0..n {
         shapes.extend((0..m).map(|i| std::array::from_fn(|axis| rows[(3 * k + axis) * m + i])));
     }
-    let radial = reader.take("radial", &[])?[0] != 0.0;
-    let friction = match *reader.take("friction", &[4])? {
-        [0.0, 0.0, ..] => Friction::None,
-        [mu, mu_d, creep, 0.0] if mu == mu_d => Friction::Constant {
-            law: Constant { mu, creep },
-            radial,
-        },
-        [mu_s, mu_d, creep, stribeck] => Friction::Stribeck {
-            law: Stribeck {
-                mu_s,
-                mu_d,
-                creep,
-                stribeck,
-            },
-            radial,
-        },
-        _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),
-    };
+    let friction = reader.friction()?;
     // An effect that is off has no array.
     let contact_damping = match reader.find("contact_damping", &[2])?.as_deref() {
         None | Some([0.0, 0.0]) => ContactDamping::None,
@@ -251,6 +248,48 @@ impl ModelReader {
             true => self.take(name, shape).map(Some),
             false => Ok(None),
         }
+    }
+
+    /// An optional array of two columns.
+    fn pairs(&mut self, name: &str) -> io::Result<Option<Vec<[f64; 2]>>> {
+        if !self.arrays.contains_key(name) {
+            return Ok(None);
+        }
+        let rows = self.length(name)?;
+        let values = self.take(name, &[rows, 2])?;
+        Ok(Some(values.as_chunks().0.to_vec()))
+    }
+
+    /// The friction law.
+    fn friction(&mut self) -> io::Result<Friction> {
+        let radial = self.take("radial", &[])?[0] != 0.0;
+        let points = self.pairs("friction_points")?;
+        let coefficients = self.take("friction", &[4])?;
+        Ok(match (&coefficients[..], points) {
+            (&[_, _, creep, _], Some(points)) => Friction::Table {
+                law: Arc::new(FrictionTable::new(points, creep).ok_or_else(|| {
+                    let problem = "the speeds of `friction_points` do not increase, or a number is negative or not \
+                                   finite; correct it";
+                    invalid(problem.to_owned())
+                })?),
+                radial,
+            },
+            (&[0.0, 0.0, ..], None) => Friction::None,
+            (&[mu, mu_d, creep, 0.0], None) if mu == mu_d => Friction::Constant {
+                law: Constant { mu, creep },
+                radial,
+            },
+            (&[mu_s, mu_d, creep, stribeck], None) => Friction::Stribeck {
+                law: Stribeck {
+                    mu_s,
+                    mu_d,
+                    creep,
+                    stribeck,
+                },
+                radial,
+            },
+            _ => return Err(invalid("`friction` does not hold four numbers".to_owned())),
+        })
     }
 
     fn vectors(&mut self, name: &str, n: usize) -> io::Result<Vec<[f64; 3]>> {

@@ -2,26 +2,15 @@
 
 use std::sync::Arc;
 
-use super::patch::{PatchPoint, normal_at, patch_ahead, patch_direction, patch_points};
+use super::patch::{PatchFrame, PatchPoint, normal_at, patch_points};
+use super::published::natural_frequencies;
 use super::reduction::{CubatureRule, RuleError};
 use super::vector::{cross, dot, scale, unit};
 use super::{
-    BallOnBeam, BodySpec, Frequencies, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec,
-    Model, StiffnessLaw,
+    BallOnBeam, BodySpec, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec, Model,
+    StiffnessLaw,
 };
-use crate::fem::{BodyMode, BodyModes, Families, FemError, ModeKind, SurfaceMesh};
-
-/// Natural frequencies from Fig. 2 of the paper, Hz.
-const PUBLISHED_BENDING: [f64; 4] = [1698.0, 4093.0, 7545.0, 12448.0];
-const PUBLISHED_TORSION: [f64; 2] = [4501.0, 9917.0];
-const PUBLISHED_AXIAL: [f64; 1] = [9737.0];
-
-/// Numbers of modes with natural frequencies in the paper.
-pub const PUBLISHED: Families = Families {
-    bending_pairs: PUBLISHED_BENDING.len(),
-    torsion: PUBLISHED_TORSION.len(),
-    axial: PUBLISHED_AXIAL.len(),
-};
+use crate::fem::{BodyMode, BodyModes, FemError, SurfaceMesh};
 
 /// Failure to assemble a joint.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +72,10 @@ pub struct BallJoint {
     frequencies_hz: Vec<f64>,
     body: Body,
     reduction: Option<Arc<CubatureRule>>,
+    /// Frame to which the rotation has moved the patch; `None` for that of the tilt.
+    patch: Option<PatchFrame>,
+    /// See [`BallJoint::set_probe_rotation`].
+    probe_rotation: Option<[f64; 3]>,
 }
 
 /// Source of the mode shapes at the contact nodes.
@@ -116,7 +109,9 @@ impl BallJoint {
                     &body.elements,
                     &body.families,
                 )?;
-                Self::on_beam(modes, body, spec)
+                let frequencies_hz = natural_frequencies(body, modes.modes())?
+                    .map_err(|label| AssemblyError::Unpublished { label })?;
+                Ok(Self::on_beam(modes, frequencies_hz, body, spec))
             }
             BodySpec::Imported(modes) => Ok(Self {
                 spec: spec.clone(),
@@ -127,6 +122,8 @@ impl BallJoint {
                     .collect(),
                 body: Body::Own(Arc::clone(modes)),
                 reduction: None,
+                patch: None,
+                probe_rotation: None,
             }),
         }
     }
@@ -138,7 +135,7 @@ impl BallJoint {
     ) -> Result<Self, AssemblyError> {
         match (self.body, &spec.body) {
             (Body::Meshed(before), BodySpec::BallOnBeam(body)) if self.spec.body == spec.body => {
-                Self::on_beam(before.modes, body, spec)
+                Ok(Self::on_beam(before.modes, self.frequencies_hz, body, spec))
             }
             _ => Self::with_all_nodes(spec),
         }
@@ -147,32 +144,13 @@ impl BallJoint {
     /// Builds the joint from computed modes.
     fn on_beam(
         modes: BodyModes,
+        frequencies_hz: Vec<f64>,
         body: &BallOnBeam,
         spec: &JointSpec,
-    ) -> Result<Self, AssemblyError> {
-        let frequencies_hz = modes
-            .modes()
-            .iter()
-            .map(|mode| {
-                let published = match mode.kind {
-                    ModeKind::BendingX | ModeKind::BendingY => {
-                        PUBLISHED_BENDING.get(mode.order - 1)
-                    }
-                    ModeKind::Torsion => PUBLISHED_TORSION.get(mode.order - 1),
-                    ModeKind::Axial => PUBLISHED_AXIAL.get(mode.order - 1),
-                };
-                match (&body.frequencies, published) {
-                    (Frequencies::FiniteElement, _) => Ok(mode.frequency_hz),
-                    (Frequencies::Published, Some(&hz)) => Ok(hz),
-                    (Frequencies::Published, None) => Err(AssemblyError::Unpublished {
-                        label: mode.label(),
-                    }),
-                }
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+    ) -> Self {
         let hertz = hertz_of(body, spec);
         let points = patch_points(spec.contact.quadrature, spec.contact.nodes);
-        Ok(Self {
+        Self {
             spec: spec.clone(),
             frequencies_hz,
             body: Body::Meshed(Meshed {
@@ -182,7 +160,9 @@ impl BallJoint {
                 points,
             }),
             reduction: None,
-        })
+            patch: None,
+            probe_rotation: None,
+        }
     }
 
     /// Restricts the models of this joint to the nodes and weights of a cubature rule, or removes the
@@ -232,6 +212,17 @@ impl BallJoint {
     /// Changes the angular velocity vector, rad/s.
     pub fn set_rotation(&mut self, rotation: [f64; 3]) {
         self.spec.rotation = rotation;
+    }
+
+    /// Moves a Hertz patch to a frame, whatever the tilt; `None` moves it back to that of the tilt.
+    pub fn set_patch(&mut self, patch: Option<PatchFrame>) {
+        self.patch = patch;
+    }
+
+    /// Sets the angular velocity (rad/s) whose sliding direction is that of Eq. (24), for a rotation that stops or
+    /// reverses. By default it is the present one.
+    pub fn set_probe_rotation(&mut self, rotation: [f64; 3]) {
+        self.probe_rotation = Some(rotation);
     }
 
     /// Parameters of the joint.
@@ -311,15 +302,28 @@ impl BallJoint {
 
     /// Unit vector from the centre of the ball to the centre of the patch at a tilt (rad).
     pub fn direction(&self, tilt: f64) -> [f64; 3] {
-        patch_direction(tilt, self.spec.azimuth)
+        self.frame(tilt).direction
+    }
+
+    /// Frame of the patch at a tilt (rad), or to which it was moved.
+    fn frame(&self, tilt: f64) -> PatchFrame {
+        let of_tilt = || PatchFrame::tilted(tilt, self.spec.azimuth);
+        self.patch.unwrap_or_else(of_tilt)
     }
 
     /// Steady sliding velocity at the centre of the patch, m/s.
     pub fn sliding_velocity(&self, tilt: f64) -> [f64; 3] {
-        cross(
-            self.spec.rotation,
-            scale(self.direction(tilt), self.ball_radius()),
-        )
+        self.velocity_of(self.spec.rotation, tilt)
+    }
+
+    /// Velocity `Omega x x` (m/s) of the centre of the patch under a rotation (rad/s).
+    fn velocity_of(&self, rotation: [f64; 3], tilt: f64) -> [f64; 3] {
+        cross(rotation, scale(self.direction(tilt), self.ball_radius()))
+    }
+
+    /// Angular velocity whose sliding direction is that of Eq. (24), rad/s.
+    fn probe_rotation(&self) -> [f64; 3] {
+        self.probe_rotation.unwrap_or(self.spec.rotation)
     }
 
     /// Builds the contact model at a tilt (rad), with the nodes of the cubature rule if there is one.
@@ -367,7 +371,7 @@ impl BallJoint {
                         file: own.name().to_owned(),
                         problem,
                     })?;
-                let model = own.model(&self.spec, direction);
+                let model = own.model(&self.spec, direction, self.probe_rotation());
                 Ok(match rule {
                     Some(rule) => model.weighted_nodes(rule),
                     None => model,
@@ -385,7 +389,7 @@ impl BallJoint {
     ) -> Result<Model, AssemblyError> {
         let (body, hertz) = (&meshed.modes, &meshed.hertz);
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
-        let direction = self.direction(tilt);
+        let frame = self.frame(tilt);
         let m = self.frequencies_hz.len();
         let on_beam = |source| AssemblyError::PatchOnBeam {
             tilt_deg: tilt.to_degrees(),
@@ -395,7 +399,7 @@ impl BallJoint {
         let patch_area = std::f64::consts::PI * radius * radius;
         let normals: Vec<_> = points
             .iter()
-            .map(|point| normal_at(point, direction, self.spec.azimuth, radius, ball_radius))
+            .map(|point| normal_at(point, &frame, radius, ball_radius))
             .collect();
         let mut shapes = vec![[0.0; 3]; points.len() * m];
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
@@ -423,10 +427,9 @@ impl BallJoint {
         // Eq. (24): row of the central contact point along its sliding direction. At rest the direction of
         // the tilt is used, which rotates with the azimuth like the rest of the model.
         let mut centre = vec![[0.0; 3]; m];
-        body.shapes_at_ball(direction, &mut centre)
+        body.shapes_at_ball(frame.direction, &mut centre)
             .map_err(on_beam)?;
-        let along = unit(self.sliding_velocity(tilt))
-            .unwrap_or_else(|| patch_ahead(direction, self.spec.azimuth));
+        let along = unit(self.velocity_of(self.probe_rotation(), tilt)).unwrap_or(frame.ahead);
         let probe = centre.iter().map(|shape| dot(*shape, along)).collect();
         Ok(Model {
             positions,
@@ -442,7 +445,7 @@ impl BallJoint {
                 .collect(),
             damping: self.spec.damping.clone(),
             sliding_velocity,
-            friction: self.spec.friction,
+            friction: self.spec.friction.clone(),
             unilateral: self.spec.contact.unilateral,
             contact_damping: self.spec.contact.damping,
             convection: self.spec.convection.then_some(self.spec.rotation),

@@ -16,7 +16,7 @@ pub struct NodeAction {
     pub gap: f64,
     /// Normal force `N Delta A`, N.
     pub normal: f64,
-    /// Contribution of contact damping to the normal force, N.
+    /// Contribution of contact damping to the normal force, N: the normal force minus that of the spring.
     pub dashpot: f64,
     /// Slip velocity, Eq. (4), m/s.
     pub slip: [f64; 3],
@@ -42,10 +42,15 @@ impl Joint {
         let (area, stiffness) = (block.area.0[lane], block.stiffness.0[lane]);
         let gap = block.pre_stress.0[lane] + stiffness * u_r;
         let closed = !self.unilateral || gap > 0.0;
-        let stress = if closed { gap } else { 0.0 };
-        let rate = slip[2];
-        let dashpot = area * self.contact_damping.stress(closed, stress, stiffness, rate);
-        let normal = stress * area + dashpot;
+        let spring = if closed { gap } else { 0.0 };
+        let unclamped = match closed {
+            true => self.contact_damping.unclamped(gap, stiffness, slip[2]),
+            false => 0.0,
+        };
+        // A contact pushes and never pulls, unless it is bonded.
+        let pulls = self.unilateral && unclamped < 0.0;
+        let stress = if pulls { 0.0 } else { unclamped };
+        let (normal, dashpot) = (stress * area, (stress - spring) * area);
         for (row, &q) in convected(&self.nodes, k / LANES).iter().zip(q) {
             slip = add_scaled(slip, q, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
         }

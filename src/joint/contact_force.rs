@@ -437,21 +437,22 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         let mut pressing = zero;
         if T::OPTIONAL_TERMS {
             let at = [gap, stress, stiffness, motion.rate];
-            let dashpot = self.damping.dashpot(contact, group.first, at);
-            stress = stress + dashpot.stress;
-            pressing = dashpot.stiffness * area;
+            let damped = self.damping.stress(contact, group.first, at);
+            let dashpot = damped.normal - stress;
+            stress = damped.normal;
+            pressing = damped.stiffness * area;
             if let Some(record) = T::record(self.query)
                 && !self.damping.is_none()
             {
                 let kept = &mut record[viscosities(self.nodes.blocks.len())..];
-                let viscosity = dashpot.viscosity * area;
+                let viscosity = damped.viscosity * area;
                 for k in 0..K {
                     let place = group.places[k];
                     viscosity.one(k).store(&mut kept[place.block], place.part);
                 }
             }
             if T::audited(self.query) {
-                let lost = dashpot.stress * area * motion.rate;
+                let lost = dashpot * area * motion.rate;
                 for k in 0..K {
                     *power = *power - lost.one(k);
                 }

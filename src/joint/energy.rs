@@ -31,7 +31,8 @@ pub struct Power {
     pub friction: f64,
     /// Power of the contact springs on the modes: the decrease of [`Energy::contact`].
     pub contact: f64,
-    /// Power of contact damping.
+    /// Power of contact damping, including the end of the force while the spring is still compressed; never
+    /// positive for contacts that can separate.
     pub contact_damping: f64,
     /// Power of modal damping; never positive.
     pub damping: f64,

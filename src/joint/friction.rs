@@ -76,8 +76,8 @@ impl Stribeck {
             - (-self.creep * speed).exp_m1() * self.sliding_slope(speed)
     }
 
-    /// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`.
-    fn sliding(&self, speed: f64) -> f64 {
+    /// The sliding factor of Eq. (5), `mu_d + (mu_s - mu_d) exp(-stribeck V)`, at a slip speed `V` (m/s).
+    pub fn sliding(&self, speed: f64) -> f64 {
         self.mu_d + (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
     }
 
@@ -205,7 +205,7 @@ impl FrictionLaw for Constant {
 }
 
 /// `(1 - exp(-x)) / x` and its derivative for `x >= 0`, without cancellation.
-fn creep_share(x: f64) -> (f64, f64) {
+pub(super) fn creep_share(x: f64) -> (f64, f64) {
     if x >= 0.5 {
         let value = -(-x).exp_m1() / x;
         return (value, ((-x).exp() - value) / x);
@@ -219,46 +219,6 @@ fn creep_share(x: f64) -> (f64, f64) {
         term *= -x / f64::from(k + 2);
     }
     (value, slope)
-}
-
-/// Friction law of a joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Friction {
-    /// No friction.
-    None,
-    /// Coulomb friction with constant coefficient, regularised at zero slip.
-    Constant {
-        /// The law.
-        law: Constant,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
-        radial: bool,
-    },
-    /// A Stribeck curve, regularised at zero slip.
-    Stribeck {
-        /// The law.
-        law: Stribeck,
-        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
-        radial: bool,
-    },
-}
-
-impl Friction {
-    /// The law as a trait object; `None` without friction.
-    pub fn law(&self) -> Option<&dyn FrictionLaw> {
-        match self {
-            Self::None => None,
-            Self::Constant { law, .. } => Some(law),
-            Self::Stribeck { law, .. } => Some(law),
-        }
-    }
-
-    /// Whether friction includes the radial slip velocity.
-    pub fn radial(&self) -> bool {
-        match *self {
-            Self::None => false,
-            Self::Constant { radial, .. } | Self::Stribeck { radial, .. } => radial,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::friction::FrictionLaw;
+use super::friction_table::FrictionTable;
 use super::simd::Vector;
 
 /// Friction law of the hot loop.
@@ -10,8 +11,8 @@ pub(crate) trait FrictionKernel {
     /// Whether the law has friction.
     const HAS_FRICTION: bool;
     /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
-    /// components of the node frame, otherwise on the two tangential components. A constant, except for a
-    /// custom law.
+    /// components of the node frame, otherwise on the two tangential components. A constant, except for
+    /// measured curves and custom laws.
     fn radial(&self) -> bool;
     /// `mu(V)/V` at positive speeds.
     fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
@@ -85,6 +86,31 @@ impl<const RADIAL: bool> FrictionKernel for ConstantKernel<RADIAL> {
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {
         self.0.ratio_and_slope_vector(speed)
+    }
+}
+
+/// A measured curve.
+pub(crate) struct TableKernel<'a> {
+    pub law: &'a FrictionTable,
+    pub radial: bool,
+}
+
+impl FrictionKernel for TableKernel<'_> {
+    const HAS_FRICTION: bool = true;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        self.radial
+    }
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        self.law.ratio_vector(speed)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        self.law.ratio_and_slope_vector(speed)
     }
 }
 

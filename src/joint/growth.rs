@@ -25,7 +25,7 @@ use faer::{Mat, c64};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::vector::{any_normal, cross, dot, unit};
-use super::{ContactDamping, Model, StabilityError};
+use super::{ContactDamping, Model, StabilityError, is_unstable};
 use crate::serial::by_name;
 
 /// Terms that can excite or damp a mode.
@@ -118,6 +118,13 @@ pub struct ExplainedMode {
     pub growth: f64,
     /// Causes of growth: the contribution of each term of the model, in the order of [`Cause::ALL`].
     pub causes: Vec<CauseOfGrowth>,
+}
+
+impl ExplainedMode {
+    /// As [`LinearMode::unstable`](super::LinearMode::unstable).
+    pub fn unstable(&self) -> bool {
+        is_unstable(self.growth, std::f64::consts::TAU * self.frequency_hz)
+    }
 }
 
 /// Number of continuation steps in which a term decreases to zero.

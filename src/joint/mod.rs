@@ -9,16 +9,19 @@ mod energy;
 mod exponential;
 mod friction;
 mod friction_kernel;
+mod friction_table;
 mod growth;
 mod hertz;
 mod imported_modes;
 mod jacobian;
+mod law;
 mod model;
 mod node_forces;
 mod node_slopes;
 mod nodes;
 mod optional_terms;
 mod patch;
+mod published;
 pub mod reduction;
 mod separation;
 mod simd;
@@ -31,20 +34,24 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{AssemblyError, BallJoint, PUBLISHED};
+pub use assembly::{AssemblyError, BallJoint};
 pub use contact::NodeAction;
 pub use damping::ContactDamping;
 pub use energy::{Energy, Power};
-pub use friction::{Constant, Friction, FrictionLaw, Ratio, Stribeck};
+pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
+pub use friction_table::FrictionTable;
 pub use growth::{Cause, CauseOfGrowth, ExplainedMode};
 pub use hertz::Hertz;
 pub use imported_modes::{ImportedModes, ImportedModesError, MAX_NODES};
+pub use law::Friction;
 pub use model::{MAX_MODES, Model};
 pub use node_forces::NodeForces;
-pub use patch::{PatchPoint, patch_direction, patch_points};
+pub use patch::{PatchFrame, PatchPoint, patch_direction, patch_points};
+pub use published::PUBLISHED;
 pub use simd::LANES;
 pub use spec::{
     BallOnBeam, BodySpec, Contact, Frequencies, JointSpec, Quadrature, Socket, StiffnessLaw,
 };
-pub use stability::{LinearMode, NamedMode, StabilityError};
+pub(crate) use stability::is_unstable;
+pub use stability::{LinearMode, MIN_GROWTH, NamedMode, StabilityError};
 pub use system::{Equilibrium, Joint};

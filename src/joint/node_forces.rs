@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 use super::Joint;
 use super::contact_force::{AsRequired, ContactForceKernel, Group, KernelInput};
 use super::friction_kernel::{
-    ConstantKernel, Custom, FrictionKernel, Frictionless, StribeckKernel,
+    ConstantKernel, Custom, FrictionKernel, Frictionless, StribeckKernel, TableKernel,
 };
 use super::simd::{Eight, LANES, LanePosition, Vector, parts};
 use super::system::ActiveLaw;
@@ -16,7 +16,7 @@ use super::vector::{add_scaled, scale};
 /// Contact forces on all nodes at an instant. Each vector has one entry per node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeForces {
-    /// Normal force `N Delta A`, N; zero or negative for a separated node.
+    /// Normal force `N Delta A`, N; zero for a separated node, and negative for a bonded one that is pulled.
     pub normal: Vec<f64>,
     /// Magnitude of the slip velocity in the friction law, m/s; zero without friction.
     pub speed: Vec<f64>,
@@ -55,8 +55,8 @@ impl<L: FrictionKernel> WithSimd for NodeForceKernel<'_, '_, L> {
             let gap = stiffness.mul_add(motion.u_r, pre_stress);
             let spring = contact.stress(vector, gap);
             let at = [gap, spring, stiffness, motion.rate];
-            let dashpot = self.kernel.damping.dashpot(contact, vector, at);
-            let normal = (spring + dashpot.stress) * group.load(simd, |block| &block.area);
+            let damped = self.kernel.damping.stress(contact, vector, at);
+            let normal = damped.normal * group.load(simd, |block| &block.area);
             let LanePosition { block, part } = LanePosition::of::<S>(vector);
             let out = &mut self.blocks[block];
             normal.store(&mut out.normal.0, part);
@@ -101,6 +101,10 @@ impl Joint {
             }
             ActiveLaw::Stribeck { law, radial: false } => {
                 self.evaluate(StribeckKernel::<false>(*law), q, v, &mut blocks);
+            }
+            ActiveLaw::Table { law, radial } => {
+                let radial = *radial;
+                self.evaluate(TableKernel { law, radial }, q, v, &mut blocks);
             }
             ActiveLaw::Custom { law, radial } => {
                 let (law, radial) = (law.as_ref(), *radial);

@@ -52,13 +52,21 @@ impl Block {
     /// Gap function `p_n + k_c u_r` (Pa) at the nodes of one vector.
     #[inline(always)]
     pub fn gap<S: Simd>(&self, simd: S, rows: &[Rows], part: usize, q: &[f64]) -> Vector<S> {
-        let mut u_r = Vector::splat(simd, 0.0);
-        for (row, &q) in rows.iter().zip(q) {
-            u_r = row.r.part(simd, part).mul_add(Vector::splat(simd, q), u_r);
-        }
+        let u_r = radial_part(simd, rows, part, q);
         let pre_stress = self.pre_stress.part(simd, part);
         self.stiffness.part(simd, part).mul_add(u_r, pre_stress)
     }
+}
+
+/// Radial displacement `u_r` (m) at the nodes of one vector for modal coordinates, or `du_r/dt` (m/s) for modal
+/// velocities.
+#[inline(always)]
+pub(crate) fn radial_part<S: Simd>(simd: S, rows: &[Rows], part: usize, q: &[f64]) -> Vector<S> {
+    let mut u_r = Vector::splat(simd, 0.0);
+    for (row, &q) in rows.iter().zip(q) {
+        u_r = row.r.part(simd, part).mul_add(Vector::splat(simd, q), u_r);
+    }
+    u_r
 }
 
 /// All contact nodes of a model.

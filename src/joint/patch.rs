@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 
 use super::Quadrature;
-use super::vector::{add_scaled, cross, scale};
+use super::vector::{add_scaled, cross, dot, norm, scale, unit};
 
 /// A quadrature point in the coordinates of the patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,38 +179,73 @@ pub fn patch_direction(tilt: f64, azimuth: f64) -> [f64; 3] {
     ]
 }
 
-/// Unit vector normal to the plane in which the load tilts.
-fn patch_aside(azimuth: f64) -> [f64; 3] {
-    [-azimuth.sin(), azimuth.cos(), 0.0]
+/// Orthonormal frame of the contact patch in the axes of the body, in which the quadrature points are fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchFrame {
+    /// Unit vector from the centre of the ball to the centre of the patch.
+    pub direction: [f64; 3],
+    /// Tangent unit vector in which the centre of the patch moves with increasing tilt.
+    pub ahead: [f64; 3],
+    /// Unit vector normal to the plane in which the load tilts.
+    pub aside: [f64; 3],
 }
 
-/// Tangent unit vector at the centre of the patch in which the centre moves with increasing tilt.
-pub(super) fn patch_ahead(direction: [f64; 3], azimuth: f64) -> [f64; 3] {
-    cross(patch_aside(azimuth), direction)
+impl PatchFrame {
+    /// The frame at a tilt (rad) towards an azimuth (rad). It rotates with the azimuth: a common rotation of tilt
+    /// and angular velocity rotates the model.
+    pub fn tilted(tilt: f64, azimuth: f64) -> Self {
+        let direction = patch_direction(tilt, azimuth);
+        let aside = [-azimuth.sin(), azimuth.cos(), 0.0];
+        Self {
+            direction,
+            ahead: cross(aside, direction),
+            aside,
+        }
+    }
+
+    /// The frame turned by a rotation vector (rad), by the formula of Rodrigues.
+    #[must_use]
+    pub fn turned(self, by: [f64; 3]) -> Self {
+        let Some(axis) = unit(by) else {
+            return self;
+        };
+        let (sin, cos) = norm(by).sin_cos();
+        let turn = |v| {
+            let turned = add_scaled(scale(v, cos), sin, cross(axis, v));
+            add_scaled(turned, (1.0 - cos) * dot(axis, v), axis)
+        };
+        Self {
+            direction: turn(self.direction),
+            ahead: turn(self.ahead),
+            aside: turn(self.aside),
+        }
+    }
+
+    /// Tilt towards an azimuth (rad), -pi to pi: the angle between the axis of the beam and the projection of the
+    /// direction on the plane of the azimuth. It changes smoothly where the direction passes through the axis.
+    pub fn tilt(&self, azimuth: f64) -> f64 {
+        let [x, y, z] = self.direction;
+        (x * azimuth.cos() + y * azimuth.sin()).atan2(z)
+    }
 }
 
-/// Outward unit normal of the ball at a quadrature point, for a patch of radius `radius` (m) around
-/// `direction` on a ball of radius `ball_radius` (m). A patch wider than the ball is limited to its
-/// equator.
+/// Outward unit normal of the ball at a quadrature point, for a patch of radius `radius` (m) with a frame on a
+/// ball of radius `ball_radius` (m). A patch wider than the ball is limited to its equator.
 pub fn normal_at(
     point: &PatchPoint,
-    direction: [f64; 3],
-    azimuth: f64,
+    frame: &PatchFrame,
     radius: f64,
     ball_radius: f64,
 ) -> [f64; 3] {
     let sine = (point.radius * radius / ball_radius).min(1.0);
     let cosine = (1.0 - sine * sine).sqrt();
-    // The patch rotates with the azimuth: a common rotation of tilt and angular velocity rotates the model.
-    let (aside, ahead) = (patch_aside(azimuth), patch_ahead(direction, azimuth));
-    let outward = scale(direction, cosine);
-    let outward = add_scaled(outward, sine * point.angle.cos(), ahead);
-    add_scaled(outward, sine * point.angle.sin(), aside)
+    let outward = scale(frame.direction, cosine);
+    let outward = add_scaled(outward, sine * point.angle.cos(), frame.ahead);
+    add_scaled(outward, sine * point.angle.sin(), frame.aside)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::vector::{dot, norm};
     use super::*;
 
     const COUNTS: [usize; 14] = [1, 2, 3, 4, 5, 7, 8, 28, 50, 91, 100, 201, 452, 10_000];
@@ -293,9 +328,10 @@ mod tests {
 
     #[test]
     fn normals_lie_on_the_cap() {
-        let direction = patch_direction(0.1, 2.0);
+        let frame = PatchFrame::tilted(0.1, 2.0);
+        let direction = frame.direction;
         for point in patch_points(Quadrature::Rings, 100) {
-            let normal = normal_at(&point, direction, 2.0, 1.7e-3, 15.875e-3);
+            let normal = normal_at(&point, &frame, 1.7e-3, 15.875e-3);
             assert!((norm(normal) - 1.0).abs() < 1e-14);
             let sine = norm(cross(normal, direction));
             assert!((sine * 15.875 - point.radius * 1.7).abs() < 1e-12);
@@ -307,7 +343,32 @@ mod tests {
             area: 1.0,
             load: 1.0,
         };
-        let equator = normal_at(&far, direction, 2.0, 1.0, 15.875e-3);
+        let equator = normal_at(&far, &frame, 1.0, 15.875e-3);
         assert!(dot(equator, direction).abs() < 1e-15);
+    }
+
+    /// A turn about the normal of the plane of the load changes the tilt by its angle, through the axis of the
+    /// beam: a tilt of -8 degrees is one of 8 degrees towards the opposite azimuth. The frame moves continuously.
+    #[test]
+    fn a_turn_about_the_normal_of_the_tilt_plane_changes_the_tilt() {
+        let azimuth = 135_f64.to_radians();
+        let start = PatchFrame::tilted(-0.14, azimuth);
+        for k in 0..=28 {
+            let by = 0.01 * f64::from(k);
+            let turned = start.turned(scale(start.aside, by));
+            let expected = PatchFrame::tilted(-0.14 + by, azimuth);
+            for (found, expected) in [
+                (turned.direction, expected.direction),
+                (turned.ahead, expected.ahead),
+                (turned.aside, expected.aside),
+            ] {
+                let error = norm(add_scaled(found, -1.0, expected));
+                assert!(error < 1e-15, "{by}: {error:e}");
+            }
+            assert!((turned.tilt(azimuth) - (by - 0.14)).abs() < 1e-15);
+        }
+        let opposite = patch_direction(0.14, azimuth + std::f64::consts::PI);
+        assert!(norm(add_scaled(start.direction, -1.0, opposite)) < 1e-15);
+        assert_eq!(start.turned([0.0; 3]), start);
     }
 }

@@ -14,7 +14,7 @@ pub(crate) enum Separation<'a> {
     /// Bonded nodes: they do not separate, and the stress can be tensile.
     Never,
     /// A fixed contact status, one bit per node (set for separated nodes). Closed nodes remain closed, also
-    /// under tension.
+    /// under tension. With contact damping, as many bits follow, set for closed nodes without contact force.
     Fixed(&'a [u8]),
 }
 
@@ -44,9 +44,26 @@ impl Separation<'_> {
             Self::Fixed(status) => where_closed(status, first, stiffness),
         }
     }
+
+    /// The numbers of the nodes that push, zero for the others. A contact pushes and never pulls: a damped
+    /// node has no force while `unclamped`, the stress of spring and dashpot (Pa), is negative. Bonded nodes
+    /// can pull.
+    #[inline(always)]
+    pub fn pushing<S: Simd, const K: usize>(
+        self,
+        first: usize,
+        unclamped: Vector<S, K>,
+        numbers: Vector<S, K>,
+    ) -> Vector<S, K> {
+        match self {
+            Self::ByGap => numbers.where_positive(unclamped),
+            Self::Never => numbers,
+            Self::Fixed(status) => where_closed(&status[status.len() / 2..], first, numbers),
+        }
+    }
 }
 
-/// The numbers of closed nodes, zero for separated ones.
+/// The numbers of nodes with a clear bit (closed nodes), zero for the others.
 #[inline(always)]
 fn where_closed<S: Simd, const K: usize>(
     status: &[u8],

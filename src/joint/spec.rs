@@ -74,6 +74,10 @@ pub enum Frequencies {
     /// Frequencies of Fig. 2 of the paper with the mode shapes of the finite-element model.
     #[strum(serialize = "published")]
     Published,
+    /// Published frequencies, each times the ratio of the finite-element frequencies of this body and of the
+    /// published one.
+    #[strum(serialize = "scaled")]
+    Scaled,
     /// Frequencies of the finite-element model.
     #[strum(serialize = "fe")]
     FiniteElement,

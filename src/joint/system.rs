@@ -9,11 +9,11 @@ use super::contact_force::{
     AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
 };
 use super::friction::{Constant, FrictionLaw, Stribeck};
-use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel};
+use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel, TableKernel};
 use super::nodes::Nodes;
 use super::separation::Separation;
 use super::simd::LANES;
-use super::{ContactDamping, Friction, MAX_MODES, Model};
+use super::{ContactDamping, Friction, FrictionTable, MAX_MODES, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
 /// The friction law of a joint.
@@ -26,6 +26,10 @@ pub(crate) enum ActiveLaw {
     },
     Stribeck {
         law: Stribeck,
+        radial: bool,
+    },
+    Table {
+        law: Arc<FrictionTable>,
         radial: bool,
     },
     Custom {
@@ -41,6 +45,7 @@ impl ActiveLaw {
             Self::None => None,
             Self::Constant { law, .. } => Some(law),
             Self::Stribeck { law, .. } => Some(law),
+            Self::Table { law, .. } => Some(law.as_ref()),
             Self::Custom { law, .. } => Some(law.as_ref()),
         }
     }
@@ -51,6 +56,7 @@ impl ActiveLaw {
             Self::None => false,
             Self::Constant { radial, .. }
             | Self::Stribeck { radial, .. }
+            | Self::Table { radial, .. }
             | Self::Custom { radial, .. } => *radial,
         }
     }
@@ -62,6 +68,7 @@ impl From<Friction> for ActiveLaw {
             Friction::None => Self::None,
             Friction::Constant { law, radial } => Self::Constant { law, radial },
             Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
+            Friction::Table { law, radial } => Self::Table { law, radial },
         }
     }
 }
@@ -101,7 +108,7 @@ impl Joint {
     /// # Panics
     /// If the model has more than 128 modes, or arrays whose lengths disagree.
     pub fn new(model: &Model) -> Self {
-        Self::build(model, ActiveLaw::from(model.friction))
+        Self::build(model, ActiveLaw::from(model.friction.clone()))
     }
 
     /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
@@ -246,6 +253,10 @@ impl Joint {
             ActiveLaw::Constant { law, radial: false } => pass!(ConstantKernel::<false>(*law)),
             ActiveLaw::Stribeck { law, radial: true } => pass!(StribeckKernel::<true>(*law)),
             ActiveLaw::Stribeck { law, radial: false } => pass!(StribeckKernel::<false>(*law)),
+            ActiveLaw::Table { law, radial } => pass!(any TableKernel {
+                law,
+                radial: *radial,
+            }),
             ActiveLaw::Custom { law, radial } => pass!(any Custom {
                 law: law.as_ref(),
                 radial: *radial,

@@ -11,8 +11,10 @@ use crate::dynamics::{Differentiable, System};
 
 mod derivative;
 mod hot_loop;
+mod measured;
 mod off_is_free;
 mod optional_terms;
+mod pushing;
 mod switching;
 
 const STRIBECK: Friction = Friction::Stribeck {
@@ -91,6 +93,10 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
             ContactDamping::KelvinVoigt { time } => gap + model.stiffness[k] * time * rate,
             ContactDamping::HuntCrossley { dissipation } => gap * (1.0 + dissipation * rate),
         };
+        let stress = match model.unilateral {
+            true => stress.max(0.0),
+            false => stress,
+        };
         let mut traction = scale(model.normals[k], -stress);
         if let Some(law) = model.friction.law() {
             if !model.friction.radial() {
@@ -107,7 +113,19 @@ fn equation_8(model: &Model, q: &[f64], v: &[f64]) -> Vec<f64> {
     force
 }
 
-fn frictions() -> [Friction; 5] {
+/// A table of Eq. (5) with uneven speeds.
+fn measured(radial: bool) -> Friction {
+    let Friction::Stribeck { law, .. } = STRIBECK else {
+        unreachable!()
+    };
+    let speeds = (0..40).map(|k| 1e-3 * f64::from(k).powf(1.7));
+    let points = speeds.map(|v| [v, law.sliding(v)]).collect();
+    let law = FrictionTable::new(points, law.creep).unwrap();
+    let law = Arc::new(law);
+    Friction::Table { law, radial }
+}
+
+fn frictions() -> [Friction; 7] {
     let Friction::Stribeck { law, .. } = STRIBECK else {
         unreachable!()
     };
@@ -119,7 +137,15 @@ fn frictions() -> [Friction; 5] {
         },
         radial,
     };
-    [Friction::None, STRIBECK, tangent, level(true), level(false)]
+    [
+        Friction::None,
+        STRIBECK,
+        tangent,
+        level(true),
+        level(false),
+        measured(true),
+        measured(false),
+    ]
 }
 
 /// The equilibrium is exactly stationary; `omega^2 q_eq` balances Eq. (8).
@@ -181,7 +207,7 @@ fn energy_balance() {
         for unilateral in [true, false] {
             let model = Model {
                 unilateral,
-                ..scattered(40, 11, friction)
+                ..scattered(40, 11, friction.clone())
             };
             let joint = Joint::new(&model).with_audit();
             let z = state(&joint, 5);

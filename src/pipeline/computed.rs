@@ -7,7 +7,7 @@ use super::error::PipelineError;
 use super::message::{
     Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
 };
-use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck};
+use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck, is_unstable};
 use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
 
@@ -34,15 +34,18 @@ pub(super) fn for_joint(
     let modes = modes(ball, joint)?;
     let (mut readings, mut picture) = (None, None);
     if let (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) =
-        (mechanism, tilted.spec.friction)
+        (mechanism, &tilted.spec.friction)
     {
         let other = Stribeck {
             creep: law.stribeck,
             stribeck: law.creep,
-            ..law
+            ..*law
         };
         let mut spec = ball.spec().clone();
-        spec.friction = Friction::Stribeck { law: other, radial };
+        spec.friction = Friction::Stribeck {
+            law: other,
+            radial: *radial,
+        };
         let exchanged = ball.clone().with_spec(&spec)?;
         let exchanged = self::modes(ball, &exchanged.joint(tilt)?)?;
         let reading = |law: Stribeck, modes| FrictionReading {
@@ -52,7 +55,7 @@ pub(super) fn for_joint(
             slope: law.slope(sliding_speed),
             modes,
         };
-        readings = Some([(law, modes.clone()), (other, exchanged)].map(|(l, m)| reading(l, m)));
+        readings = Some([(*law, modes.clone()), (other, exchanged)].map(|(l, m)| reading(l, m)));
         let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
         picture = Some(friction_curves(sliding_speed, &laws));
     }
@@ -124,7 +127,7 @@ fn mode(label: &str, omega: f64, growth: f64) -> NamedMode {
         label: label.to_owned(),
         frequency_hz: omega / TAU,
         growth,
-        unstable: growth > 1e-9 * omega,
+        unstable: is_unstable(growth, omega),
     }
 }
 

@@ -11,6 +11,7 @@ mod interactive;
     allow(dead_code, reason = "only a live run limits pictures by time")
 )]
 mod latest;
+mod loading;
 pub mod message;
 mod motion_changes;
 mod patch;

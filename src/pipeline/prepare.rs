@@ -63,7 +63,11 @@ pub fn prepare_reusing_body(
                 Some(before) => before.with_spec(&tilted.spec)?,
                 None => BallJoint::new(&tilted.spec)?,
             };
-            let model = ball.insert(next).model(tilted.tilt.at(0.0))?;
+            let ball = ball.insert(next);
+            if let Some(rotation) = &tilted.rotation {
+                ball.set_probe_rotation(rotation.rad_s);
+            }
+            let model = ball.model(tilted.tilt.at(0.0))?;
             let joint = Joint::new(&model);
             let (integrator, probe) = (joint_integrator(scene, &joint)?, joint.probe().to_vec());
             (Box::new(joint), integrator, probe)

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::computed;
+use super::loading::{LoadingClock, check_reach, set_loading};
 use super::message::{
     ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
     MechanismPrediction, ModeInfo, NodeState, PatchGeometry, Subject,
@@ -16,7 +17,7 @@ use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
 use crate::dynamics::{DynamicsError, Integrator, SolverStats, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, LoadedJoint, Loading, Scene, Schedule};
+use crate::scene::{AnalysisSpec, Carry, Loading, Scene};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -25,8 +26,6 @@ const OUTLINE: (usize, usize) = (44, 24);
 #[derive(Debug)]
 pub struct Simulation {
     scene: Scene,
-    /// The scene's joint.
-    tilted: LoadedJoint,
     /// The joint under the present load and rotation.
     ball: BallJoint,
     joint: Joint,
@@ -41,10 +40,8 @@ pub struct Simulation {
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
     computed: Option<Arc<MechanismPrediction>>,
-    /// Present tilt, load and rotation.
-    loading: Loading,
-    /// Times of future jumps of the loading, s, in descending order.
-    jumps: Vec<f64>,
+    /// Tilt, load and rotation over time.
+    clock: LoadingClock,
     /// Index of the next sample, counted from the start of the run.
     next_sample: u64,
     frames: u64,
@@ -52,9 +49,6 @@ pub struct Simulation {
     separated: [Vec<u8>; 2],
     /// States of the contact nodes at the last instant at which they were counted; empty before the first one.
     counted: Vec<NodeState>,
-    /// Samples between two updates of a loading that changes gradually, or two decisions on a reduced contact: a
-    /// frame of the scene. A frame of a live run may be shorter or longer.
-    loading_every: u64,
     /// State at the present sample.
     z: Vec<f64>,
     audit: Audit,
@@ -74,7 +68,7 @@ pub struct Simulation {
 struct Audit {
     /// Energy stored at the start.
     start: f64,
-    /// Energy added by kicks and by changes of tilt, load and rotation, which rebuild the joint.
+    /// Work of kicks and of changes of tilt, load and rotation, which change the energy in an instant.
     added: f64,
 }
 
@@ -89,18 +83,6 @@ fn audited(scene: &Scene, model: &Model) -> Joint {
     match scene.record.energy_rate > 0.0 {
         true => joint.with_audit(),
         false => joint,
-    }
-}
-
-/// Index of the first sample at or after a time (s).
-fn first_sample_from(time: f64, rate: f64) -> u64 {
-    let near = (time * rate).ceil() as u64;
-    // Rounding of the product may shift the index by one.
-    let is_from = |index: u64| index as f64 / rate >= time;
-    match near {
-        1.. if is_from(near - 1) => near - 1,
-        _ if is_from(near) => near,
-        _ => near + 1,
     }
 }
 
@@ -122,17 +104,14 @@ impl Simulation {
     /// # Errors
     /// If the scene has no joint, the joint cannot be assembled, or the integrator cannot start.
     pub fn new(scene: &Scene) -> Result<Self, PipelineError> {
-        let tilted = scene.joint()?.clone();
+        let clock = LoadingClock::new(scene.joint()?.clone(), scene.frame_samples as u64);
+        let (tilted, loading) = (&clock.tilted, clock.now);
         let mut ball = BallJoint::new(&tilted.spec)?;
-        let loading = tilted.loading(0.0);
-        if tilted.tilt.varies() || tilted.load.is_some() {
-            // Reports an unreachable loading now instead of during the run: the patch is closest to the beam
-            // at the largest tilt and under the largest load.
-            let [_, largest_load] = tilted.load_span();
-            ball.set_load(largest_load);
-            ball.model(tilted.tilt.min())?;
-            ball.model(tilted.tilt.max())?;
-            ball.set_load(loading.load);
+        if let Some(rotation) = &tilted.rotation {
+            ball.set_probe_rotation(rotation.rad_s);
+        }
+        if tilted.varies() {
+            check_reach(&ball, tilted, scene.duration)?;
         }
         let model = ball.model(loading.tilt)?;
         let joint = audited(scene, &model);
@@ -148,8 +127,6 @@ impl Simulation {
             start: joint.energy(&z).total(),
             added: 0.0,
         };
-        let mut jumps = tilted.jumps();
-        jumps.reverse();
         let all_nodes = match &full {
             Some(_) => ball.full_model(loading.tilt)?,
             None => model,
@@ -158,21 +135,18 @@ impl Simulation {
             geometry: Arc::new(patch_geometry(&ball, all_nodes, loading.tilt)),
             full,
             given_up: FullPatch::not_reduced(&ball),
-            computed: computed::for_joint(scene, &tilted, &ball, &joint)?,
+            computed: computed::for_joint(scene, tilted, &ball, &joint)?,
             scene: scene.clone(),
-            tilted,
+            clock,
             ball,
             joint,
             integrator,
             stats: SolverStats::default(),
             stop: None,
-            loading,
-            jumps,
             next_sample: 0,
             frames: 0,
             separated,
             counted: Vec::new(),
-            loading_every: scene.frame_samples as u64,
             z,
             audit,
             unlocated_since: None,
@@ -195,7 +169,7 @@ impl Simulation {
 
     /// Present tilt, load and rotation.
     pub fn loading(&self) -> Loading {
-        self.loading
+        self.clock.now
     }
 
     /// The joint and the integrator, to continue the integration without the pipeline.
@@ -204,22 +178,24 @@ impl Simulation {
     }
 
     fn joint_info(&self) -> JointInfo {
-        let LoadedJoint { spec, tilt, .. } = &self.tilted;
+        let tilted = &self.clock.tilted;
+        let spec = &tilted.spec;
+        let [min_tilt, max_tilt] = tilted.tilt_span(self.scene.duration);
         let outline = match self.scene.record.body_rate > 0.0 {
             true => self.ball.outline(OUTLINE.0, OUTLINE.1),
             false => None,
         };
         let labels = self.ball.mode_labels();
-        let rotation = match &self.tilted.rotation {
+        let rotation = match &tilted.rotation {
             Some(rotation) => rotation.rad_s,
             None => spec.rotation,
         };
         // The rotation at a factor of 1, independent of the present factor.
         let mut turning = self.ball.clone();
         turning.set_rotation(rotation);
-        let velocity = turning.sliding_velocity(self.loading.tilt);
+        let velocity = turning.sliding_velocity(self.clock.now.tilt);
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let [_, largest_load] = self.tilted.load_span();
+        let [_, largest_load] = tilted.load_span();
         let mut pressed = self.ball.clone();
         pressed.set_load(largest_load);
         JointInfo {
@@ -232,14 +208,14 @@ impl Simulation {
                     frequency_hz,
                 })
                 .collect(),
-            min_tilt: tilt.min(),
-            max_tilt: tilt.max(),
+            min_tilt,
+            max_tilt,
             tilt_range: self.tilt_range,
             azimuth: spec.azimuth,
             outline: outline.unwrap_or_default(),
             rotation,
-            rotation_span: self.tilted.rotation_span(),
-            load_span: self.tilted.load_span(),
+            rotation_span: tilted.rotation_span(),
+            load_span: tilted.load_span(),
             ball_radius: self.ball.ball_radius(),
             patch_radius: pressed.patch_radius(),
             sliding_speed: speed,
@@ -252,32 +228,42 @@ impl Simulation {
     /// # Errors
     /// If the joint cannot be assembled under this loading, or the integrator cannot restart.
     pub fn apply_final_loading(&mut self) -> Result<(), PipelineError> {
-        self.advance_loading(self.next_sample as f64 / self.scene.sample_rate)
-    }
-
-    /// Advances the loading to a time (s). Each jump on the way changes the joint exactly at its time.
-    fn advance_loading(&mut self, time: f64) -> Result<(), PipelineError> {
-        while let Some(jump) = self.jumps.pop_if(|jump| *jump <= time) {
-            self.apply_loading(jump)?;
-        }
+        let time = self.time();
+        self.apply_jumps(time)?;
         self.apply_loading(time)
     }
 
+    /// Advances the loading to the next sample at a time (s). Each jump on the way changes the joint exactly at
+    /// its time.
+    fn advance_loading(&mut self, time: f64) -> Result<(), PipelineError> {
+        self.apply_jumps(time)?;
+        match self.clock.is_due(self.next_sample) {
+            true => self.apply_loading(time),
+            false => Ok(()),
+        }
+    }
+
+    fn apply_jumps(&mut self, time: f64) -> Result<(), PipelineError> {
+        while let Some(jump) = self.clock.take_jump(time) {
+            self.apply_loading(jump)?;
+        }
+        Ok(())
+    }
+
     /// Rebuilds the joint if its loading has changed. Patch, pre-stress and equilibrium change immediately.
-    /// The perturbation continues unchanged, and so do the tangent vectors and their growth: the exponents of
-    /// a ramp are averages since the last change of the motion.
+    /// The perturbation or the displacement continues, and so do the tangent vectors and their growth: the
+    /// exponents of a ramp are averages since the last change of the motion.
     fn apply_loading(&mut self, time: f64) -> Result<(), PipelineError> {
-        let loading = self.tilted.loading(time);
-        if loading == self.loading {
+        let loading = self.clock.tilted.loading(time);
+        if loading == self.clock.now {
             return Ok(());
         }
         if time > 0.0 {
             self.integrator.integrate_to(&self.joint, time)?;
         }
-        self.ball.set_load(loading.load);
-        self.ball.set_rotation(loading.rotation);
+        set_loading(&mut self.ball, &loading);
         let model = self.ball.model(loading.tilt)?;
-        self.replace_joint(&model);
+        self.replace_joint(&model, self.clock.tilted.carry)?;
         self.integrator.restart(&self.joint)?;
         let all_nodes = match &mut self.full {
             Some(full) => {
@@ -288,24 +274,31 @@ impl Simulation {
             None => model,
         };
         self.geometry = Arc::new(patch_geometry(&self.ball, all_nodes, loading.tilt));
-        self.loading = loading;
+        self.clock.now = loading;
         self.sensitivity.parameters_changed(time);
         Ok(())
     }
 
-    /// Replaces the joint by that of another model. The change of energy is not work of friction.
-    fn replace_joint(&mut self, model: &Model) {
+    /// Replaces the joint by that of another model. The change of energy is work of the loading, not of
+    /// friction.
+    fn replace_joint(&mut self, model: &Model, carry: Carry) -> Result<(), PipelineError> {
         let joint = audited(&self.scene, model);
-        let z = self.integrator.state();
-        self.audit.added += joint.energy(z).total() - self.joint.energy(z).total();
+        let before = self.joint.energy(self.integrator.state()).total();
+        if carry == Carry::Displacement {
+            let [old, new] = [&self.joint, &joint].map(|joint| &joint.equilibrium().q);
+            let shift: Vec<f64> = old.iter().zip(new).map(|(old, new)| old - new).collect();
+            self.integrator.translate(&shift)?;
+        }
+        self.audit.added += joint.energy(self.integrator.state()).total() - before;
         self.joint = joint;
+        Ok(())
     }
 
-    /// Continues with retrained nodes from a time (s) on if the error of the reduced contact exceeded its
+    /// Continues with other nodes from a time (s) on if the error of the reduced contact exceeded its
     /// tolerance, or with all nodes if that is of no use.
     fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
         let is_exceeded = |full: &mut FullPatch| full.report().is_exceeded();
-        if !self.next_sample.is_multiple_of(self.loading_every) {
+        if !self.clock.is_update(self.next_sample) {
             return Ok(());
         }
         let Some(mut full) = self.full.take_if(is_exceeded) else {
@@ -314,7 +307,7 @@ impl Simulation {
         if time > 0.0 {
             self.integrator.integrate_to(&self.joint, time)?;
         }
-        match full.retrained(&self.ball, &self.loading, time) {
+        match full.with_other_nodes(&self.ball, &self.clock.now, time) {
             Some(ball) => {
                 self.ball = ball;
                 self.full = Some(full);
@@ -328,7 +321,9 @@ impl Simulation {
             }
         }
         let z = self.integrator.state().to_vec();
-        self.replace_joint(&self.ball.model(self.loading.tilt)?);
+        // Another quadrature is no change of the loading.
+        let model = self.ball.model(self.clock.now.tilt)?;
+        self.replace_joint(&model, Carry::Perturbation)?;
         // The workspace of the integrator depends on the number of nodes.
         self.stats += self.integrator.stats();
         let integrator = joint_integrator(&self.scene, &self.joint)?;
@@ -352,14 +347,12 @@ impl Simulation {
             Some(_) => u64::MAX,
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
-        let mut whole = left.min(self.scene.frame_samples as u64);
-        if self.tilted.varies() || self.full.is_some() {
-            whole = whole.min(self.loading_every - self.next_sample % self.loading_every);
-        }
-        let next_jump = self.jumps.last();
-        next_jump.map_or(whole, |&jump| {
-            whole.min(first_sample_from(jump, self.scene.sample_rate) - self.next_sample)
-        })
+        let is_reduced = self.full.is_some();
+        let rate = self.scene.sample_rate;
+        let constant = self
+            .clock
+            .samples_until_change(self.next_sample, rate, is_reduced);
+        left.min(self.scene.frame_samples as u64).min(constant)
     }
 
     /// A frame that starts at a time (s), with space for `count` samples.
@@ -372,9 +365,9 @@ impl Simulation {
             modes,
             q: Vec::with_capacity(count * modes),
             qdot: Vec::with_capacity(count * modes),
-            tilt: self.loading.tilt,
-            load: self.loading.load,
-            rotation_factor: self.loading.rotation_factor,
+            tilt: self.clock.now.tilt,
+            load: self.clock.now.load,
+            rotation_factor: self.clock.now.rotation_factor,
             geometry: Arc::clone(&self.geometry),
             shown: self.shown,
             ..Frame::default()
@@ -484,7 +477,7 @@ impl Source for Simulation {
             let due = [count_every, picture_every].map(|every| is_due(every, index));
             self.follow_contacts(time, due, &mut frame);
             if let Some(full) = &mut self.full {
-                full.follow(&self.joint, self.loading.tilt, index, &self.z);
+                full.follow(&self.joint, self.clock.now.tilt, index, &self.z);
             }
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
@@ -537,11 +530,7 @@ impl ControllableSource for Simulation {
     }
 
     fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError> {
-        self.tilted.tilt = Schedule::constant(tilt);
-        let now = self.time();
-        self.jumps = self.tilted.jumps();
-        self.jumps.retain(|jump| *jump > now);
-        self.jumps.reverse();
+        self.clock.set_tilt(tilt, self.time());
         Ok(())
     }
 
@@ -571,3 +560,11 @@ impl ControllableSource for Simulation {
 #[cfg(test)]
 #[path = "simulate_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "carry_tests.rs"]
+mod carry_tests;
+
+#[cfg(test)]
+#[path = "moving_patch_tests.rs"]
+mod moving_patch_tests;

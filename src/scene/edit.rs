@@ -6,7 +6,7 @@ use toml_edit::{
 
 use super::error::{Fault, Location, SceneError};
 use super::schema::{Schema, join, split};
-use super::tables::quantity::FileKnots;
+use super::tables::knots::FileKnots;
 
 /// Removes a key from its table if it is present.
 pub fn remove(document: &mut DocumentMut, path: &str) {
@@ -16,7 +16,7 @@ pub fn remove(document: &mut DocumentMut, path: &str) {
     }
 }
 
-/// Replaces the name of a CSV file in a scene's text by the knots (time in ms, value) of that file. The text
+/// Replaces the name of a CSV file in a scene's text by the knots (variable and value) of that file. The text
 /// is then self-contained and can be recorded and edited without the file.
 ///
 /// # Errors

@@ -325,6 +325,8 @@ pub enum SceneWarning {
         /// Kinetic coefficient of friction.
         mu_d: f64,
     },
+    /// The published natural frequencies are those of another body: dimensions or material differ.
+    FrequenciesOfAnotherBody,
     /// The run ends before the schedule of tilt, load or rotation ends.
     ///
     /// This includes a step at the end of the run: no sample follows it.
@@ -364,6 +366,10 @@ impl fmt::Display for SceneWarning {
                 f,
                 "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, \
                  and no negative slope excites vibration"
+            ),
+            Self::FrequenciesOfAnotherBody => f.write_str(
+                "the published natural frequencies are those of the body of the paper, and body has other \
+                 dimensions or another material; set body.frequencies = \"scaled\" or \"fe\"",
             ),
             Self::ScheduleCutShort { of, duration, last } => write!(
                 f,

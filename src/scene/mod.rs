@@ -27,7 +27,7 @@ pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
 pub use setting::{AutoOr, SceneSetting, SectionSurface, SettingValue, StateCoordinate};
 pub use spec::Scene;
-pub use subject::{FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
+pub use subject::{Carry, FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
     AnalysisBudget, AnalysisSpec, ChaosSpec, DelaySpec, EmbeddingSpec, LyapunovSpec,
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,

@@ -7,7 +7,7 @@ use super::spec::Scene;
 use super::tables::analysis::AnalysisSpec;
 use super::tables::load::{FACTOR, LOAD, TILT};
 use super::tables::{SCHEMA, check_imported_patch, check_sliding, demonstrated_mechanism};
-use crate::joint::Friction;
+use crate::joint::{BodySpec, Frequencies, Friction};
 
 impl Scene {
     /// Returns the scene with a constant tilt, -90 to 90 degrees.
@@ -85,6 +85,12 @@ impl Scene {
         let Ok(joint) = self.joint() else {
             return warnings;
         };
+        if let BodySpec::BallOnBeam(body) = &joint.spec.body
+            && body.frequencies == Frequencies::Published
+            && !body.is_published()
+        {
+            warnings.push(SceneWarning::FrequenciesOfAnotherBody);
+        }
         if let Friction::Stribeck { law, .. } = joint.spec.friction
             && law.mu_d > law.mu_s
         {

@@ -10,7 +10,6 @@ use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, nearest};
 use super::schema::{Declared, join};
 use super::spec::Scene;
 use super::tables::SCHEMA;
-use super::tables::accuracy::BUDGETS;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 
 const LOAD_PATH: &str = "load.load_n";
@@ -103,10 +102,11 @@ impl Parameter {
     }
 }
 
-/// Whether a key can be varied: a number that is constant in time and no result of a study, or the angular
+/// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular
 /// velocity, which is varied in magnitude.
 fn is_free(key: &Declared) -> bool {
-    let is_fixed = is_schedule_key(&key.path) || key.table == BUDGETS;
+    // A path that is both a table and a key is a list of tables.
+    let is_fixed = is_schedule_key(&key.path) || SCHEMA.find(&key.table).is_some();
     key.key.kind.is_number() && !is_fixed || key.path == ROTATION_PATH
 }
 

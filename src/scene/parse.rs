@@ -85,7 +85,7 @@ fn build(
         mechanism: header.mechanism,
         name,
         text: tables.iter().try_fold(current, |text, table| {
-            with_knots(&text, table, || document.place_of(table.keys.paths()))
+            with_knots(&text, table, || document.place_of([table.keys.table]))
         })?,
         start,
         duration: frames.duration,
@@ -101,7 +101,8 @@ fn build(
     };
     if let SystemSpec::Joint(joint) = &scene.subject {
         let tilt = || ["load.azimuth_deg"].into_iter().chain(load::TILT.paths());
-        let loading = || tilt().chain(load::LOAD.paths()).chain(["body.modes"]);
+        let others = ["rotation.moves_patch", "body.modes"];
+        let loading = || tilt().chain(load::LOAD.paths()).chain(others);
         check_imported_patch(joint, || document.place_of(loading()))?;
         let motion = || document.place_of(tilt().chain(["rotation.angular_velocity_rad_per_s"]));
         check_sliding(&joint.spec, &joint.tilt, motion)?;

@@ -49,6 +49,7 @@ pub const PRESETS: &[Preset] = presets![
     "exchanged-friction",
     "which-mode-wins",
     "hysteresis",
+    "articulation",
     "negative-slope",
     "mode-coupling",
     "mass-on-belt",

@@ -81,6 +81,34 @@ impl Schedule {
         }
     }
 
+    /// Integral over time from 0 to `t` (s, not negative).
+    pub fn integral(&self, t: f64) -> f64 {
+        // Of the constant value before the first point and after the last one.
+        let outside = |points: &[(f64, f64)]| {
+            let [(first, before), (last, after)] = [points[0], points[points.len() - 1]];
+            before * t.min(first) + after * (t - last).max(0.0)
+        };
+        let spans = |points: &[(f64, f64)], mean: &dyn Fn((f64, f64), (f64, f64), f64) -> f64| {
+            let reached = points.windows(2).take_while(|pair| pair[0].0 < t);
+            let parts = reached.map(|pair| {
+                let end = t.min(pair[1].0);
+                (end - pair[0].0) * mean(pair[0], pair[1], end)
+            });
+            outside(points) + parts.sum::<f64>()
+        };
+        match &self.0 {
+            Form::Lines(knots) => spans(knots, &|(t0, x0), (t1, x1), end| {
+                x0 + 0.5 * (x1 - x0) * (end - t0) / (t1 - t0)
+            }),
+            Form::Steps(steps) => spans(steps, &|(_, x0), _, _| x0),
+            Form::Sine(sine) => {
+                let rate = TAU * sine.frequency;
+                let swing = sine.phase.cos() - (rate * t + sine.phase).cos();
+                sine.mean * t + sine.amplitude * swing / rate
+            }
+        }
+    }
+
     /// Values of the knots or steps; for a sine minimum, mean and maximum.
     pub fn values(&self) -> Vec<f64> {
         match &self.0 {
@@ -205,6 +233,34 @@ mod tests {
         };
         let upside_down = Schedule::sine(upside_down).unwrap();
         assert_eq!((upside_down.min(), upside_down.max()), (1.0, 5.0));
+    }
+
+    #[test]
+    fn integrals_are_those_of_the_values() {
+        let lines = Schedule::piecewise_linear(POINTS.to_vec()).unwrap();
+        let at = [0.0, 0.5, 1.0, 2.0, 3.0, 3.5, 4.0, 6.0];
+        assert_eq!(
+            at.map(|t| lines.integral(t)),
+            [0.0, 1.0, 2.0, 5.0, 10.0, 12.125, 12.5, 10.5]
+        );
+        let steps = Schedule::steps(POINTS.to_vec()).unwrap();
+        assert_eq!(
+            at.map(|t| steps.integral(t)),
+            [0.0, 1.0, 2.0, 4.0, 6.0, 9.0, 12.0, 10.0]
+        );
+        assert_eq!(Schedule::constant(2.5).integral(3.0), 7.5);
+        let sine = Sine {
+            mean: 0.3,
+            amplitude: 2.0,
+            frequency: 0.7,
+            phase: 1.1,
+        };
+        let sine = Schedule::sine(sine).unwrap();
+        for end in at {
+            let middles = (0..1000).map(|k| end * (f64::from(k) + 0.5) / 1000.0);
+            let sum = middles.map(|t| sine.at(t)).sum::<f64>() * end / 1000.0;
+            assert!((sine.integral(end) - sum).abs() < 1e-4, "{end}");
+        }
     }
 
     #[test]

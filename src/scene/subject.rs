@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::schedule::Schedule;
-use crate::joint::JointSpec;
+use crate::joint::{JointSpec, PatchFrame};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// The simulated system.
@@ -30,6 +30,34 @@ pub struct LoadedJoint {
     pub load: Option<Schedule>,
     /// Rotation, if it is a function of time.
     pub rotation: Option<ScaledRotation>,
+    /// Time from which the rotation moves the patch, s: there the patch is at the tilt, which is constant. `None`
+    /// if the patch stays at the tilt whatever the rotation.
+    pub patch_moves_from: Option<f64>,
+    /// What a change of tilt, load or rotation carries over.
+    pub carry: Carry,
+}
+
+/// Part of the motion that a change of tilt, load or rotation carries over to the new equilibrium. The modal
+/// velocities are carried over in both cases.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    strum::VariantArray,
+    strum::IntoStaticStr,
+    strum::EnumString,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Carry {
+    /// The perturbation `z` from the equilibrium: a change excites nothing.
+    #[default]
+    Perturbation,
+    /// The displacement `q_eq + z`: a change moves the perturbation by the shift of the equilibrium,
+    /// `z += q_eq(old) - q_eq(new)`.
+    Displacement,
 }
 
 /// A rotation about a fixed axis with a speed that is scaled over time.
@@ -37,15 +65,17 @@ pub struct LoadedJoint {
 pub struct ScaledRotation {
     /// Angular velocity vector at a factor of 1, rad/s.
     pub rad_s: [f64; 3],
-    /// Factor on the angular velocity, not negative.
+    /// Factor on the angular velocity; negative for the opposite rotation.
     pub factor: Schedule,
 }
 
 /// Loading of a joint at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
-    /// Tilt of the load, rad.
+    /// Tilt of the load towards the azimuth of the joint, rad.
     pub tilt: f64,
+    /// Frame to which the rotation has moved the patch; `None` for that of the tilt.
+    pub patch: Option<PatchFrame>,
     /// Load, N.
     pub load: f64,
     /// Angular velocity vector, rad/s.
@@ -80,11 +110,57 @@ impl LoadedJoint {
     /// Loading of the joint at time `t` (s).
     pub fn loading(&self, t: f64) -> Loading {
         let (load, rotation) = (self.load.as_ref(), self.rotation.as_ref());
+        let (tilt, azimuth) = (self.tilt.at(t), self.spec.azimuth);
+        let turn = self.patch_turn(t).filter(|by| *by != [0.0; 3]);
+        let patch = turn.map(|by| PatchFrame::tilted(tilt, azimuth).turned(by));
         Loading {
-            tilt: self.tilt.at(t),
+            tilt: patch.map_or(tilt, |patch| patch.tilt(azimuth)),
+            patch,
             load: load.map_or(self.spec.load, |load| load.at(t)),
             rotation: rotation.map_or(self.spec.rotation, |rotation| rotation.at(t)),
             rotation_factor: rotation.map_or(1.0, |rotation| rotation.factor.at(t)),
+        }
+    }
+
+    /// Rotation vector (rad) of the patch in the axes of the body at time `t` (s), if the rotation moves it: the
+    /// load has a fixed direction in the socket, so that a direction `d` seen from the body changes by
+    /// `dd/dt = -Omega x d`. The axis of `Omega` is fixed, and the turn is the integral of its magnitude.
+    fn patch_turn(&self, t: f64) -> Option<[f64; 3]> {
+        let from = self.patch_moves_from?;
+        let (velocity, amount) = match &self.rotation {
+            Some(rotation) => {
+                let [start, end] = [from, t].map(|time| rotation.factor.integral(time));
+                (rotation.rad_s, end - start)
+            }
+            None => (self.spec.rotation, t - from),
+        };
+        Some(velocity.map(|w| -amount * w))
+    }
+
+    /// Whether the rotation moves the patch.
+    pub fn patch_moves(&self) -> bool {
+        let velocity = match &self.rotation {
+            Some(rotation) => rotation.rad_s,
+            None => self.spec.rotation,
+        };
+        self.patch_moves_from.is_some() && velocity != [0.0; 3]
+    }
+
+    /// Loadings at the start of a run of a duration (s), at its end, and at equal intervals between.
+    pub fn course(&self, duration: f64) -> impl Iterator<Item = Loading> {
+        const INTERVALS: u32 = 1000;
+        let times = (0..=INTERVALS).map(move |k| duration * f64::from(k) / f64::from(INTERVALS));
+        times.map(|t| self.loading(t))
+    }
+
+    /// Minimum and maximum tilt of a run of a duration (s), rad.
+    pub fn tilt_span(&self, duration: f64) -> [f64; 2] {
+        let start = [self.tilt.min(), self.tilt.max()];
+        match self.patch_moves() {
+            true => self.course(duration).fold(start, |[low, high], now| {
+                [low.min(now.tilt), high.max(now.tilt)]
+            }),
+            false => start,
         }
     }
 
@@ -108,7 +184,7 @@ impl LoadedJoint {
     pub fn varies(&self) -> bool {
         let factor = self.rotation.as_ref().map(|r| &r.factor);
         let courses = [Some(&self.tilt), self.load.as_ref(), factor];
-        courses.into_iter().flatten().any(Schedule::varies)
+        self.patch_moves() || courses.into_iter().flatten().any(Schedule::varies)
     }
 
     /// Times of all discontinuities of tilt, load and rotation, s, ascending, without duplicates.
@@ -137,7 +213,10 @@ impl LoadedJoint {
         let if_varies =
             |course: Option<&Schedule>, value| course.filter(|c| c.varies()).map(|_| value);
         FixedAt {
-            tilt: if_varies(Some(&self.tilt), loading.tilt),
+            tilt: match self.patch_moves() {
+                true => Some(loading.tilt),
+                false => if_varies(Some(&self.tilt), loading.tilt),
+            },
             load: if_varies(load, loading.load),
             rotation_factor: if_varies(factor, loading.rotation_factor),
         }

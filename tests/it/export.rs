@@ -2,7 +2,9 @@
 
 use squeakscope::dynamics::System;
 use squeakscope::export::{ModelArrays, SamplesSink, read_model, write_model};
-use squeakscope::joint::{BallJoint, Constant, ContactDamping, Friction, Joint, Model};
+use squeakscope::joint::{
+    BallJoint, Constant, ContactDamping, Friction, FrictionTable, Joint, Model,
+};
 use squeakscope::numpy::read_npz;
 use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::Scene;
@@ -98,6 +100,17 @@ fn other_models_and_incomplete_files() {
             (model.friction, contact_damping, model.convection)
         );
     }
+    let law = FrictionTable::new(vec![[0.001, 0.5], [0.2, 0.3]], 800.0).unwrap();
+    let measured = Model {
+        friction: Friction::Table {
+            law: std::sync::Arc::new(law),
+            radial: true,
+        },
+        ..effects
+    };
+    write_model(&path, &ModelArrays::new(measured.clone(), vec![0.0; 22])).unwrap();
+    let back = read_model(&path).unwrap().model;
+    assert_eq!(back.friction, measured.friction);
     std::fs::write(&path, b"not a zip").unwrap();
     assert!(read_model(&path).is_err());
     squeakscope::export::write_npz(&path, &[]).unwrap();

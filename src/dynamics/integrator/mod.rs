@@ -211,6 +211,26 @@ impl Integrator {
         }
     }
 
+    /// Adds constants to the first components of the present state, one for each number of `by`, and the
+    /// same constants to a perturbed trajectory: both change by a jump of the coordinates. Tangent vectors are
+    /// differences of states and do not change. [`Integrator::restart`] must follow before the next step;
+    /// [`Integrator::integrate_to`] comes before, so that both trajectories are at the same time.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] if there are more constants than components.
+    pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
+        check_size("the translation", self.dim, by.len().max(self.dim))?;
+        with_stepper!(&mut self.engine, stepper => {
+            for (z, by) in stepper.step_mut().end.iter_mut().zip(by) {
+                *z += by;
+            }
+        });
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.translate(by),
+            None => Ok(()),
+        }
+    }
+
     /// Writes the state at time `t` (s) to `out` (length [`System::dim`]) and takes the necessary steps.
     /// `t` must not be before the start of the last step. At the exact time of a pending event it is the
     /// state before the event.

@@ -88,6 +88,11 @@ impl PerturbedTrajectory {
         self.integrator.restart(sys)
     }
 
+    /// Adds constants to the first components of the present state.
+    pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
+        self.integrator.translate(by)
+    }
+
     fn take_next_step<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
         match self.ends.pop_front() {
             Some(StepEnd { end, is_implicit }) => {

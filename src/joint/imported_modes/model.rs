@@ -6,15 +6,21 @@ use crate::joint::{JointSpec, Model};
 
 impl ImportedModes {
     /// Builds the contact model with the load, rotation, friction and damping of a joint, for a load along
-    /// `direction`.
-    pub(in crate::joint) fn model(&self, spec: &JointSpec, direction: [f64; 3]) -> Model {
+    /// `direction`. Without a probe in the file, the probe is that of the central node in the sliding direction of
+    /// `probe_rotation` (rad/s).
+    pub(in crate::joint) fn model(
+        &self,
+        spec: &JointSpec,
+        direction: [f64; 3],
+        probe_rotation: [f64; 3],
+    ) -> Model {
         let velocity = |x: [f64; 3]| cross(spec.rotation, x);
         let probe = self.probe.clone().unwrap_or_else(|| {
             let alignment = |k: &usize| dot(self.normals[*k], direction);
             let nodes = 0..self.nodes();
             let centre = nodes.max_by(|a, b| alignment(a).total_cmp(&alignment(b)));
             let centre = centre.unwrap_or_default();
-            let along = unit(velocity(self.positions[centre]))
+            let along = unit(cross(probe_rotation, self.positions[centre]))
                 .unwrap_or_else(|| any_normal(self.normals[centre]));
             let rows = &self.shapes[centre * self.modes()..][..self.modes()];
             rows.iter().map(|shape| dot(*shape, along)).collect()
@@ -30,7 +36,7 @@ impl ImportedModes {
             omega: self.omega.clone(),
             damping: spec.damping.clone(),
             sliding_velocity: self.positions.iter().map(|x| velocity(*x)).collect(),
-            friction: spec.friction,
+            friction: spec.friction.clone(),
             unilateral: spec.contact.unilateral,
             contact_damping: spec.contact.damping,
             convection: spec.convection.then_some(spec.rotation),

@@ -22,10 +22,11 @@ fn model(nodes: usize, modes: usize, friction: Friction, unilateral: bool) -> Mo
 fn built(model: &Model) -> Vec<Joint> {
     let mut joints = vec![Joint::new(model).with_audit()];
     let radial = model.friction.radial();
-    let own: Option<Arc<dyn FrictionLaw>> = match model.friction {
+    let own: Option<Arc<dyn FrictionLaw>> = match model.friction.clone() {
         Friction::None => None,
         Friction::Constant { law, .. } => Some(Arc::new(law)),
         Friction::Stribeck { law, .. } => Some(Arc::new(law)),
+        Friction::Table { law, .. } => Some(law),
     };
     joints.extend(own.map(|law| Joint::with_friction(model, law, radial).with_audit()));
     joints
@@ -128,15 +129,17 @@ fn hot_loop_and_scalar_loop_agree() {
         let modes = [11, 4, 13][nodes % 3];
         for friction in frictions() {
             for unilateral in [true, false] {
-                let mut model = model(nodes, modes, friction, unilateral);
+                let mut model = model(nodes, modes, friction.clone(), unilateral);
                 // With contact damping, with `Omega x u` (exaggerated), with both.
-                let optional = (nodes + usize::from(unilateral)) % 6;
+                let optional = (nodes + usize::from(unilateral)) % 10;
                 model.contact_damping = [
                     ContactDamping::None,
                     ContactDamping::KelvinVoigt { time: 2e-6 },
                     ContactDamping::HuntCrossley { dissipation: 5.0 },
-                ][optional % 3];
-                model.convection = (optional > 2).then_some([900.0, -300.0, 500.0]);
+                    ContactDamping::KelvinVoigt { time: 5e-5 },
+                    ContactDamping::HuntCrossley { dissipation: 200.0 },
+                ][optional % 5];
+                model.convection = (optional > 4).then_some([900.0, -300.0, 500.0]);
                 for mut joint in built(&model) {
                     for machine in machines() {
                         joint.arch = machine;

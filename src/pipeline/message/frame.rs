@@ -105,11 +105,11 @@ pub struct ContactReduction {
     /// Errors of the force at sampled states of the motion.
     #[serde(flatten)]
     pub errors: ReductionErrors,
-    /// Time at which the nodes were retrained, because the error exceeded the tolerance, s. The errors are
+    /// Time at which the kept nodes were last changed, because the error exceeded the tolerance, s. The errors are
     /// those since then.
-    pub retrained_at_s: Option<f64>,
-    /// Time since which all nodes are evaluated, because the error of retrained nodes exceeded the tolerance,
-    /// too, or none were found, s. The errors are those until then.
+    pub nodes_changed_at_s: Option<f64>,
+    /// Time since which all nodes are evaluated, because the error exceeded the tolerance and no
+    /// other nodes were found, s. The errors are those until then.
     pub all_nodes_since_s: Option<f64>,
 }
 
@@ -121,7 +121,7 @@ impl ContactReduction {
             kept_nodes,
             tolerance,
             errors: ReductionErrors::default(),
-            retrained_at_s: None,
+            nodes_changed_at_s: None,
             all_nodes_since_s: None,
         }
     }

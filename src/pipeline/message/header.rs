@@ -166,7 +166,8 @@ impl JointInfo {
 
     /// Largest scheduled slip speed in steady sliding, as [`JointInfo::sliding_speed`], m/s.
     pub fn largest_sliding_speed(&self) -> f64 {
-        self.sliding_speed * self.rotation_span[1]
+        let [low, high] = self.rotation_span.map(f64::abs);
+        self.sliding_speed * low.max(high)
     }
 
     /// Whether the load varies.

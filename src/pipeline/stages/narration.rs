@@ -28,7 +28,7 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
             tilt: frame.tilt,
             load: load_varies.then_some(frame.load),
             rotation_factor,
-            sliding_speed: sliding_speed * rotation_factor.unwrap_or(1.0),
+            sliding_speed: sliding_speed * rotation_factor.map_or(1.0, f64::abs),
         }
     };
     let appearances = Windowed::new(

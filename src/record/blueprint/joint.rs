@@ -56,7 +56,8 @@ impl Layout {
         let rotation = joint.rotation_varies().then(|| {
             let name = "Rotation factor (whole run)";
             let view = self.series(name, paths::ROTATION_FACTOR, None);
-            self.range(&view, 0.0, 1.15 * joint.rotation_span[1]);
+            let [low, high] = joint.rotation_span;
+            self.range(&view, 1.15 * low.min(0.0), 1.15 * high);
             view
         });
         self.displacement_range(&displacement, joint);

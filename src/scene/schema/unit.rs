@@ -43,6 +43,7 @@ pub const NEWTON: Unit = unit("N", Times(1.0));
 pub const NEWTON_PER_KILOGRAM: Unit = unit("N/kg", Times(1.0));
 pub const METRE_PER_SECOND_SQUARED: Unit = unit("m/s^2", Times(1.0));
 pub const KILOGRAM_PER_CUBIC_METRE: Unit = unit("kg/m^3", Times(1.0));
+pub const METRE_PER_SECOND: Unit = unit("m/s", Times(1.0));
 pub const MILLIMETRE_PER_SECOND: Unit = unit("mm/s", Over(1e3));
 pub const SECOND_PER_METRE: Unit = unit("s/m", Times(1.0));
 pub const RADIAN_PER_SECOND: Unit = unit("rad/s", Times(1.0));

@@ -64,18 +64,33 @@ pub fn check_imported_patch(
         return Ok(());
     };
     let moved = if tilt.varies() {
-        Some(("load.tilt", "load.tilt_deg", "the tilt changes with time"))
+        Some((
+            "load.tilt",
+            "the tilt changes with time",
+            "set a constant load.tilt_deg",
+        ))
     } else if load.as_ref().is_some_and(Schedule::varies) {
-        Some(("load.load", "load.load_n", "the load changes with time"))
+        Some((
+            "load.load",
+            "the load changes with time",
+            "set a constant load.load_n",
+        ))
+    } else if joint.patch_moves() {
+        let key = "rotation.moves_patch";
+        Some((
+            key,
+            "the rotation moves the patch",
+            "remove rotation.moves_patch",
+        ))
     } else {
         None
     };
-    if let Some((key, constant, what)) = moved {
+    if let Some((key, what, fix)) = moved {
         let file = modes.name();
         let problem = format!(
             "{what}, but the contact patch of `{file}` is valid for one load and tilt only"
         );
-        let remedy = format!("set a constant {constant}, or remove body.modes");
+        let remedy = format!("{fix}, or remove body.modes");
         return Err(Fault::inconsistent(key, problem, remedy).at(place()));
     }
     let direction = patch_direction(tilt.at(0.0), spec.azimuth);

@@ -1,9 +1,9 @@
-//! Knots of a function of time from a CSV file.
+//! Knots of a curve from a CSV file.
 
 use std::fs::File;
 use std::io::Read;
 
-use super::load::{MAX_POINTS, ScheduleKeys, out_of_order};
+use super::knots::{KnotKeys, MAX_POINTS, out_of_order};
 use crate::scene::document::Document;
 use crate::scene::error::{Fault, Location, SceneError};
 use crate::scene::schema::kind::{Kind, Mismatch, Number};
@@ -12,14 +12,15 @@ use crate::scene::schema::{Key, join};
 /// Size limit, bytes; a larger file, such as an endless device, is rejected before it is read completely.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// Reads the knots of the CSV file that a scene names, in the units of the file: time in ms, and value.
+/// Reads the knots of the CSV file that a scene names, in the units of the file: variable (such as time in ms), and
+/// value.
 ///
 /// The first line contains the names of the two columns, each further line a knot. Empty lines and
 /// comments after `#` are ignored.
 ///
 /// # Errors
 /// If the file cannot be read or a line is not a valid knot. The error names file and line.
-pub fn knots(document: &Document<'_>, keys: &ScheduleKeys) -> Result<Vec<[f64; 2]>, SceneError> {
+pub fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, SceneError> {
     let table = document.table(keys.table);
     let path = document.folder().join(table.get(&keys.csv)?);
     let file = path.display().to_string();
@@ -55,7 +56,7 @@ fn read(path: &std::path::Path) -> Result<String, String> {
 /// The content of a CSV file with its name.
 struct KnotFile<'k> {
     file: String,
-    keys: &'k ScheduleKeys,
+    keys: &'k KnotKeys,
 }
 
 impl KnotFile<'_> {
@@ -68,7 +69,8 @@ impl KnotFile<'_> {
         for (line, row) in rows {
             let knot = self.knot(line, &row)?;
             if knots.last().is_some_and(|before| knot[0] <= before[0]) {
-                return Err(out_of_order(&self.path_of(self.time()), self.place(line)));
+                let variable = self.path_of(&self.keys.knot[0]);
+                return Err(out_of_order(&variable, self.keys.order, self.place(line)));
             }
             if knots.len() == MAX_POINTS {
                 let problem = format!("the file contains more than {MAX_POINTS} knots");
@@ -112,15 +114,15 @@ impl KnotFile<'_> {
 
     fn knot(&self, line: usize, row: &str) -> Result<[f64; 2], SceneError> {
         let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-        let [time, value] = &self.keys.knot;
+        let [variable, value] = &self.keys.knot;
         let [at, there] = fields[..] else {
             let problem = format!("the line has {} fields instead of 2", fields.len());
-            let heading = format!("{},{}", time.name, value.name);
+            let heading = format!("{},{}", variable.name, value.name);
             let remedy = format!("write `{heading}` on each line, separated by a comma");
             return Err(self.error(line, &problem, &remedy));
         };
         Ok([
-            self.number(line, at, time)?,
+            self.number(line, at, variable)?,
             self.number(line, there, value)?,
         ])
     }
@@ -134,10 +136,6 @@ impl KnotFile<'_> {
                 mismatch.fault(self.path_of(key), key.kind.expected(), format!("`{field}`"));
             fault.at(self.place(line))
         })
-    }
-
-    fn time(&self) -> &Key<Number> {
-        &self.keys.knot[0]
     }
 
     /// Path of a key of a knot, for messages.

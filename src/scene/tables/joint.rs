@@ -3,22 +3,25 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::load::{AZIMUTH, CONVECTION, FACTOR, LOAD, ROTATION, TILT};
-use super::quantity::{FileKnots, Quantity};
+use super::csv;
+use super::knots::{FileKnots, KnotKeys, MAX_POINTS, points};
+use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
+use super::quantity::Quantity;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
-    BallOnBeam, BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, ImportedModes,
-    JointSpec, MAX_MODES, PUBLISHED, Quadrature, Socket, StiffnessLaw, Stribeck,
+    BallOnBeam, BodySpec, Constant, Contact, ContactDamping, Frequencies, Friction, FrictionTable,
+    ImportedModes, JointSpec, MAX_MODES, PUBLISHED, Quadrature, Socket, StiffnessLaw, Stribeck,
 };
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
-    Count, Flag, Kind, Number, Numbers, OneOrMany, Text, choice, number,
+    Count, Flag, Kind, Number, Numbers, OneOrMany, Tables, Text, choice, number,
 };
 use crate::scene::schema::unit::{
-    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MICROSECOND, MILLIMETRE, ONE, SECOND_PER_METRE,
+    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, METRE_PER_SECOND, MICROSECOND, MILLIMETRE, ONE,
+    SECOND_PER_METRE,
 };
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::{LoadedJoint, ScaledRotation};
@@ -54,6 +57,11 @@ pub fn declare(schema: &mut Schema) {
     super::load::declare(schema);
     Contact::declare(schema, "contact");
     Friction::declare(schema, "friction");
+    schema.add(CURVE.table, &CURVE.knots);
+    schema.add(CURVE.table, &CURVE.csv);
+    for key in &CURVE.knot {
+        schema.add("friction.points", key);
+    }
     schema.add("damping", &DAMPING);
 }
 
@@ -68,7 +76,7 @@ keys! {
         ..material: Material;
         /// Finite elements.
         ..elements: Elements;
-        /// Natural frequencies: the seven published in Fig. 2 of the paper, or those of the finite-element model.
+        /// Natural frequencies: the seven published in Fig. 2 of the paper; these, each scaled by the ratio of the finite-element frequency of this body to that of the body of the paper; or those of the finite-element model.
         frequencies = "frequencies": choice::<Frequencies>(), default "published";
         /// Numbers of modes.
         ..families: Families;
@@ -156,7 +164,7 @@ enum DampingLaw {
 
 keys! {
     ContactDamping |table| {
-        /// Law of contact damping: a dashpot in parallel with the spring of each node, whose force is discontinuous at separation (steps then end there for any value of `time.events`), or Hunt-Crossley damping proportional to the stress of the spring, which is continuous at separation.
+        /// Law of contact damping: a dashpot in parallel with the spring of each node, whose force jumps at closing (steps then end at events for any value of `time.events`), or Hunt-Crossley damping proportional to the stress of the spring, which is continuous. A node never pulls: its force ends where spring and dashpot together would pull.
         law = "law": choice::<DampingLaw>();
         /// Retardation time of the dashpot: its viscosity divided by the contact stiffness.
         time = "retardation_time_us": number(MICROSECOND, Positive(1e4)), else "required with `kelvin-voigt`";
@@ -184,13 +192,15 @@ enum Law {
     Stribeck,
     /// A constant coefficient, smoothed at rest.
     Constant,
+    /// A measured curve.
+    Table,
     /// No friction.
     None,
 }
 
 keys! {
     Friction |table| {
-        /// Friction law: Eq. (5), a constant coefficient, or none, which is equivalent to omitting the table.
+        /// Friction law: Eq. (5), a constant coefficient, a measured curve, or none, which is equivalent to omitting the table.
         law = "law": choice::<Law>(), default "stribeck";
         /// Coefficient of friction.
         mu = "mu": FRICTION, else "required with `constant`";
@@ -206,20 +216,92 @@ keys! {
         radial = "radial": Flag, default true;
     } => match law {
         Law::Stribeck => {
-            reject_parameters_of_other_laws(table, &["mu"])?;
+            reject_parameters_of_other_laws(table, &["mu", "points", "points_csv"])?;
             let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
             Friction::Stribeck { law: Stribeck { mu_s, mu_d, creep, stribeck }, radial }
         }
         Law::Constant => {
-            reject_parameters_of_other_laws(table, &["mu_s", "mu_d", "stribeck_slope_s_per_m"])?;
+            let numbers = ["mu_s", "mu_d", "stribeck_slope_s_per_m", "points", "points_csv"];
+            reject_parameters_of_other_laws(table, &numbers)?;
             Friction::Constant { law: Constant { mu: table.needed("mu", mu)?, creep }, radial }
         }
+        Law::Table => {
+            reject_parameters_of_other_laws(table, &["mu", "mu_s", "mu_d", "stribeck_slope_s_per_m"])?;
+            let law = FrictionTable::new(friction_points(table.document)?, creep);
+            // In range and in order, they can still be too close together.
+            let law = law.ok_or_else(|| {
+                let [list, file] = [CURVE.knots.name, CURVE.csv.name];
+                let given = if table.has(file) { file } else { list };
+                let problem = "two speeds are so close that the slope between them is not finite";
+                table.inconsistent(given, &[], problem, "remove one of the two points")
+            })?;
+            Friction::Table { law: Arc::new(law), radial }
+        }
         Law::None => {
-            let numbers = ["mu", "mu_s", "mu_d", "creep_slope_s_per_m", "stribeck_slope_s_per_m"];
+            let numbers = [
+                "mu", "mu_s", "mu_d", "creep_slope_s_per_m", "stribeck_slope_s_per_m", "points", "points_csv",
+            ];
             reject_parameters_of_other_laws(table, &numbers)?;
             Friction::None
         }
     };
+}
+
+/// Keys of the measured friction curve.
+static CURVE: KnotKeys = KnotKeys {
+    table: "friction",
+    knots: Key {
+        name: "points",
+        meaning: "Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.",
+        kind: Tables(MAX_POINTS),
+        if_absent: ONE_CURVE,
+        old_name: None,
+    },
+    knot: [
+        Key {
+            name: "speed_m_per_s",
+            meaning: "Slip speed of the point; higher than that of the previous point.",
+            kind: number(METRE_PER_SECOND, Closed(0.0, 1e3)),
+            if_absent: IfAbsent::Required,
+            old_name: None,
+        },
+        Key {
+            name: "mu",
+            meaning: "Coefficient of friction at this speed.",
+            kind: FRICTION,
+            if_absent: IfAbsent::Required,
+            old_name: None,
+        },
+    ],
+    csv: Key {
+        name: "points_csv",
+        meaning: "Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.",
+        kind: Text,
+        if_absent: ONE_CURVE,
+        old_name: None,
+    },
+    order: ["speed", "higher"],
+};
+
+const ONE_CURVE: IfAbsent =
+    IfAbsent::Described("exactly one of `points` and `points_csv` with `table`");
+
+/// Reads the points of the measured friction curve: slip speed (m/s) and coefficient.
+fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError> {
+    let table = document.table(CURVE.table);
+    let [list, file] = [CURVE.knots.name, CURVE.csv.name];
+    match (table.has(list), table.has(file)) {
+        (true, true) => Err(table.inconsistent(
+            file,
+            &[list],
+            "the scene gives the friction curve more than once",
+            format!("keep one of friction.{list} and friction.{file}"),
+        )),
+        // The units of the file are SI units.
+        (false, true) => csv::knots(document, &CURVE),
+        (true, false) => points(table.list(&CURVE.knots)?, &CURVE.knot, CURVE.order),
+        (false, false) => Err(document.missing("friction.points")),
+    }
 }
 
 /// Rejects parameters of other laws, which would have no effect.
@@ -249,10 +331,20 @@ pub fn read_joint(
     let load = Quantity::find(document, &LOAD)?.ok_or_else(|| missing("load.load_n"))?;
     let mut spec = joint(document, load.schedule.at(0.0), file, known)?;
     let tilt = Quantity::find(document, &TILT)?.ok_or_else(|| missing("load.tilt_deg"))?;
+    let moves_patch = document.table("rotation").get(&MOVES_PATCH)?;
+    ensure!(document, !(moves_patch && tilt.is_function) => "rotation.moves_patch", &TILT.paths().collect::<Vec<_>>();
+        "the tilt is also a function of time";
+        "give the tilt at the start as load.tilt_deg, or remove rotation.moves_patch");
     let mut tables: Vec<FileKnots> = [load.from_file, tilt.from_file]
         .into_iter()
         .flatten()
         .collect();
+    if let Friction::Table { law, .. } = &spec.friction
+        && document.has("friction.points_csv")
+    {
+        let (keys, knots) = (&CURVE, law.points().to_vec());
+        tables.push(FileKnots { keys, knots });
+    }
     let mut rotation = None;
     if let Some(factor) = Quantity::find(document, &FACTOR)? {
         tables.extend(factor.from_file);
@@ -265,6 +357,8 @@ pub fn read_joint(
         tilt: tilt.schedule,
         load: load.is_function.then_some(load.schedule),
         rotation,
+        patch_moves_from: moves_patch.then_some(0.0),
+        carry: document.table("time").get(&CARRY)?,
     };
     Ok((tilted, tables))
 }
@@ -276,7 +370,8 @@ fn scaled_rotation(
     factor: Schedule,
 ) -> Result<ScaledRotation, SceneError> {
     let component = ROTATION.kind.0;
-    let largest = rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.max();
+    let largest =
+        rad_s.iter().fold(0.0, |a: f64, w| a.max(w.abs())) * factor.min().abs().max(factor.max());
     ensure!(document,
         component.range.contains(largest) => "rotation.angular_velocity_rad_per_s", &FACTOR.paths().collect::<Vec<_>>();
         "with its factor a component reaches {largest} rad/s";

@@ -1,32 +1,25 @@
 //! Keys of the loading: load, tilt and rotation, each a constant or a function of time.
 
-use crate::scene::error::{Fault, Location, SceneError};
+use super::knots::{KnotKeys, MAX_POINTS};
 use crate::scene::schema::kind::Range::{Closed, Positive};
-use crate::scene::schema::kind::{Flag, Number, Tables, Text, Vector, number};
+use crate::scene::schema::kind::{Choice, Flag, Number, Tables, Text, Vector, choice, number};
 use crate::scene::schema::unit::{DEGREE, HERTZ, MILLISECOND, NEWTON, ONE, RADIAN_PER_SECOND};
 use crate::scene::schema::{IfAbsent, Key, Schema, keys, split};
-
-/// Maximum number of knots or steps.
-pub const MAX_POINTS: usize = 10_000;
+use crate::scene::subject::Carry;
 
 /// Keys of a quantity that can be a function of time.
 pub struct ScheduleKeys {
     /// Name of the quantity in messages.
     pub word: &'static str,
-    /// Table of the quantity.
-    pub table: &'static str,
+    /// Table of the quantity, and its knots: time and value.
+    pub curve: KnotKeys,
     /// Key of the constant; the factor on the rotation has none.
     pub constant: Option<Key<Number>>,
-    pub knots: Key<Tables>,
-    /// Time and value of a knot.
-    pub knot: [Key<Number>; 2],
     pub steps: Key<Tables>,
     /// Time and value of a step.
     pub step: [Key<Number>; 2],
     /// Mean, amplitude, frequency and phase of a sine.
     pub sine: [Key<Number>; 4],
-    /// Name of a CSV file with knots.
-    pub csv: Key<Text>,
     /// Paths of the alternative forms.
     forms: [(Form, &'static str); 5],
 }
@@ -40,6 +33,9 @@ pub enum Form {
     Sine,
     Csv,
 }
+
+/// Order of the knots and steps, for messages.
+pub const TIME_ORDER: [&str; 2] = ["time", "later"];
 
 const fn key<K: Copy>(
     name: &'static str,
@@ -78,16 +74,25 @@ macro_rules! schedule_keys {
         const CONSTANT: Option<&str> = $constant;
         ScheduleKeys {
             word: $word,
-            table: $table,
+            curve: KnotKeys {
+                table: $table,
+                knots: key($name, $knots, POINTS, FORM),
+                knot: [
+                    key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
+                    key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
+                ],
+                csv: key(
+                    concat!($name, "_csv"),
+                    concat!($title, " as knots from a CSV file, relative to the folder of the scene file: the line `time_ms,", $name, $suffix, "`, then one knot on each line."),
+                    Text,
+                    FORM,
+                ),
+                order: TIME_ORDER,
+            },
             constant: match CONSTANT {
                 Some(meaning) => Some(key(VALUE_NAME, meaning, VALUE, FORM)),
                 None => None,
             },
-            knots: key($name, $knots, POINTS, FORM),
-            knot: [
-                key("time_ms", "Time of the knot; later than that of the previous knot.", MOMENT, Required),
-                key(VALUE_NAME, concat!($title, " at this time."), VALUE, Required),
-            ],
             steps: key(
                 concat!($name, "_steps"),
                 concat!($title, " as a step function: each value holds from its time on, the first value also before it. A frame ends exactly at each step."),
@@ -119,12 +124,6 @@ macro_rules! schedule_keys {
                 ),
                 key("phase_deg", "Phase of the sine at time 0.", PHASE, Default("0")),
             ],
-            csv: key(
-                concat!($name, "_csv"),
-                concat!($title, " as knots from a CSV file, relative to the folder of the scene file: the line `time_ms,", $name, $suffix, "`, then one knot on each line."),
-                Text,
-                FORM,
-            ),
             forms: [
                 (Form::Constant, concat!($table, ".", $name, $suffix)),
                 (Form::Knots, concat!($table, ".", $name)),
@@ -154,12 +153,12 @@ pub static TILT: ScheduleKeys = schedule_keys! {
     given "exactly one of `tilt_deg`,"
 };
 
-/// Factor on the rotation. At 0 the ball is at rest, and the contact sticks.
+/// Factor on the rotation. At 0 the ball is at rest, and the contact sticks; a negative one reverses the rotation.
 pub static FACTOR: ScheduleKeys = schedule_keys! {
-    "rotation" in "rotation", "factor" "", "Factor": number(ONE, Closed(0.0, 1000.0));
+    "rotation" in "rotation", "factor" "", "Factor": number(ONE, Closed(-1000.0, 1000.0));
     constant None;
     knots "Factor on the angular velocity as a function of time: knots with linear interpolation, constant before the first and after the last. The value is updated at the start of each frame.";
-    amplitude Closed(0.0, 1000.0), "; at most the mean";
+    amplitude Closed(0.0, 1000.0), "";
     given "1 at all times; at most one of"
 };
 
@@ -171,8 +170,14 @@ keys! {
     static ROTATION: Vector = "angular_velocity_rad_per_s" aka "rad_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
         default [0.7071067811865476, 0.7071067811865476, 0];
 
+    /// Whether the rotation moves the contact patch over the ball: the load has a fixed direction in the socket, so that the tilt, from the constant `load.tilt_deg` at the start, and the azimuth follow from the rotation. Otherwise the patch stays at the tilt whatever the rotation.
+    static MOVES_PATCH: Flag = "moves_patch": Flag, default false;
+
     /// Whether the slip velocity includes the term Omega x u, the rotation of the vibration with the ball (a possible reading of Eq. (4)); its relative size is about 1e-4.
     static CONVECTION: Flag = "convection": Flag, default false;
+
+    /// Part of the motion that a change of tilt, load or rotation carries over to the new equilibrium: the `perturbation` from it, so that a change excites nothing, or the `displacement`, so that a step excites an oscillation about the new equilibrium. The modal velocities are carried over in both cases.
+    static CARRY: Choice<Carry> = "carry": choice::<Carry>(), default "perturbation";
 }
 
 pub fn declare(schema: &mut Schema) {
@@ -183,6 +188,7 @@ pub fn declare(schema: &mut Schema) {
     TILT.declare_points(schema);
     schema.add("rotation", &ROTATION);
     FACTOR.declare_forms(schema);
+    schema.add("rotation", &MOVES_PATCH);
     schema.add("rotation", &CONVECTION);
     FACTOR.declare_points(schema);
 }
@@ -196,19 +202,20 @@ pub fn is_schedule_key(path: &str) -> bool {
 
 impl ScheduleKeys {
     fn declare_forms(&'static self, schema: &mut Schema) {
+        let curve = &self.curve;
         if let Some(constant) = &self.constant {
-            schema.add(self.table, constant);
+            schema.add(curve.table, constant);
         }
-        schema.add(self.table, &self.knots);
-        schema.add(self.table, &self.steps);
-        schema.add(self.table, &self.csv);
+        schema.add(curve.table, &curve.knots);
+        schema.add(curve.table, &self.steps);
+        schema.add(curve.table, &curve.csv);
     }
 
     /// Declares the keys in the tables of the forms.
     fn declare_points(&'static self, schema: &mut Schema) {
         for (form, path) in self.forms {
             let keys: &[Key<Number>] = match form {
-                Form::Knots => &self.knot,
+                Form::Knots => &self.curve.knot,
                 Form::Steps => &self.step,
                 Form::Sine => &self.sine,
                 Form::Constant | Form::Csv => &[],
@@ -228,10 +235,4 @@ impl ScheduleKeys {
     pub fn paths(&self) -> impl Iterator<Item = &'static str> {
         self.forms().map(|(_, path)| path)
     }
-}
-
-/// Returns the error for times that do not increase.
-pub fn out_of_order(time: &str, place: Location) -> SceneError {
-    let problem = "this time is not later than the previous time";
-    Fault::inconsistent(time, problem, "sort the times in strictly increasing order").at(place)
 }

@@ -5,6 +5,7 @@ pub mod analysis;
 mod axis;
 mod csv;
 pub mod joint;
+pub mod knots;
 pub mod load;
 pub mod mechanism;
 pub mod quantity;
@@ -35,6 +36,7 @@ fn declare(schema: &mut Schema) {
     small::declare(schema);
     Start::declare(schema, "start");
     Frames::declare(schema, "time");
+    schema.add("time", &load::CARRY);
     Integrator::declare(schema, "time");
     accuracy::declare(schema);
     analysis::AnalysisSpec::declare(schema, "analysis");

@@ -1,12 +1,12 @@
 //! Load, tilt and rotation factor as given in a scene: a constant, or a function of time in one of its forms.
 
-use super::load::{Form, ScheduleKeys, out_of_order};
+use super::knots::{FileKnots, out_of_order, points};
+use super::load::{Form, ScheduleKeys, TIME_ORDER};
 use super::{Frames, csv};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::{Schedule, Sine};
-use crate::scene::schema::Key;
-use crate::scene::schema::kind::{Kind, Number};
+use crate::scene::schema::kind::Kind;
 
 /// Minimum number of frames in a period of a sine. The joint is constant within a frame; in a twentieth of a
 /// period a sine changes by at most a third of its amplitude.
@@ -19,13 +19,6 @@ pub struct Quantity {
     pub is_function: bool,
     /// Knots of a CSV file in its units, if the scene names one.
     pub from_file: Option<FileKnots>,
-}
-
-/// Knots of a CSV file, in its units.
-pub struct FileKnots {
-    pub keys: &'static ScheduleKeys,
-    /// Time in ms, and value.
-    pub knots: Vec<[f64; 2]>,
 }
 
 impl Quantity {
@@ -46,7 +39,8 @@ impl Quantity {
             let remedy = format!("keep one of {path} and {again}");
             return Err(document.inconsistent(again, &[path], problem, remedy));
         }
-        let table = document.table(keys.table);
+        let curve = &keys.curve;
+        let table = document.table(curve.table);
         let mut knots_from_file = None;
         let schedule = match form {
             Form::Constant => {
@@ -57,47 +51,35 @@ impl Quantity {
                 Some(Schedule::constant(table.get(constant)?))
             }
             Form::Knots => {
-                Schedule::piecewise_linear(points(table.list(&keys.knots)?, &keys.knot)?)
+                let knots = points(table.list(&curve.knots)?, &curve.knot, TIME_ORDER)?;
+                Schedule::piecewise_linear(knots.into_iter().map(Into::into).collect())
             }
-            Form::Steps => Schedule::steps(points(table.list(&keys.steps)?, &keys.step)?),
+            Form::Steps => {
+                let steps = points(table.list(&keys.steps)?, &keys.step, TIME_ORDER)?;
+                Schedule::steps(steps.into_iter().map(Into::into).collect())
+            }
             Form::Sine => Some(sine(document.table(path), keys)?),
             Form::Csv => {
-                let knots = csv::knots(document, keys)?;
-                let [time, value] = keys.knot.each_ref().map(|key| key.kind.unit);
+                let knots = csv::knots(document, curve)?;
+                let [time, value] = curve.knot.each_ref().map(|key| key.kind.unit);
                 let si = |&[t, x]: &[f64; 2]| (time.to_si(t), value.to_si(x));
                 let schedule = Schedule::piecewise_linear(knots.iter().map(si).collect());
-                knots_from_file = Some(FileKnots { keys, knots });
+                knots_from_file = Some(FileKnots { keys: curve, knots });
                 schedule
             }
         };
         let place = || document.place_of([path]);
         Ok(Some(Self {
-            schedule: schedule.ok_or_else(|| out_of_order(path, place()))?,
+            schedule: schedule.ok_or_else(|| out_of_order(path, TIME_ORDER, place()))?,
             is_function: form != Form::Constant,
             from_file: knots_from_file,
         }))
     }
 }
 
-/// Reads knots or steps.
-fn points(
-    tables: Vec<Table<'_>>,
-    [time, value]: &[Key<Number>; 2],
-) -> Result<Vec<(f64, f64)>, SceneError> {
-    let mut points: Vec<(f64, f64)> = Vec::with_capacity(tables.len());
-    for table in tables {
-        let point = (table.get(time)?, table.get(value)?);
-        if points.last().is_some_and(|before| point.0 <= before.0) {
-            return Err(out_of_order(&table.path_of(time.name), table.place()));
-        }
-        points.push(point);
-    }
-    Ok(points)
-}
-
 /// Reads a sine. All its values must be in range, and it must be slow compared with the frames.
 fn sine(table: Table<'_>, keys: &ScheduleKeys) -> Result<Schedule, SceneError> {
-    let (word, value) = (keys.word, keys.knot[1].kind);
+    let (word, value) = (keys.word, keys.curve.knot[1].kind);
     let [mean, amplitude, frequency, phase] = &keys.sine;
     let sine = Sine {
         mean: table.get(mean)?,

@@ -143,6 +143,12 @@ pub fn small(document: &Document<'_>) -> Result<Option<SmallSystem>, SceneError>
             "a scene defines one system, and [{table}] already defines one";
             "keep [{table}] or [{other}]");
     }
+    document.table("time").reject(
+        &["carry"],
+        &[],
+        "a small system has no load, tilt or rotation that changes",
+        "remove it",
+    )?;
     let system = read(document.table(table))?;
     check(document, &system)?;
     Ok(Some(system))

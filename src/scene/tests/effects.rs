@@ -1,6 +1,6 @@
 //! Optional effects: friction laws, contact damping, convection `Omega x u`.
 
-use crate::joint::{Constant, ContactDamping, Friction, JointSpec};
+use crate::joint::{Constant, ContactDamping, Friction, FrictionTable, JointSpec};
 use crate::scene::*;
 
 const SMALLEST: &str = "[load]\nload_n = 150\ntilt_deg = 2\n[time]\nduration_ms = 1\n";
@@ -91,4 +91,108 @@ fn parameters_of_other_laws_are_rejected() {
             "{added}: {message}"
         );
     }
+}
+
+/// A scene in a folder with a file of a measured friction curve.
+fn with_curve(content: &str) -> (tempfile::TempDir, Result<Scene, SceneError>) {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    std::fs::write(folder.path().join("mu.csv"), content).expect("written");
+    let path = folder.path().join("mine.toml");
+    let friction = "[friction]\nlaw = \"table\"\npoints_csv = \"mu.csv\"\n";
+    std::fs::write(&path, format!("{SMALLEST}{friction}")).expect("written");
+    let scene = Scene::load(path.to_str().expect("UTF-8"));
+    (folder, scene)
+}
+
+#[test]
+fn measured_curves_are_read_from_the_scene_and_from_files() {
+    let listed = spec(
+        "[friction]\nlaw = \"table\"\ncreep_slope_s_per_m = 500\nradial = false\n\
+         points = [{ speed_m_per_s = 0, mu = 0.5 }, { speed_m_per_s = 0.25, mu = 0.3 }]\n",
+    );
+    let law = FrictionTable::new(vec![[0.0, 0.5], [0.25, 0.3]], 500.0).unwrap();
+    let law = std::sync::Arc::new(law);
+    let radial = false;
+    assert_eq!(listed.friction, Friction::Table { law, radial });
+
+    let (_folder, scene) = with_curve("speed_m_per_s, mu\n0.001,0.5 # rest\n\n0.25, 0.3\n");
+    let scene = scene.expect("valid");
+    let Friction::Table { law, radial } = &scene.joint().unwrap().spec.friction else {
+        panic!("{:?}", scene.joint());
+    };
+    assert_eq!(
+        (law.points(), law.creep()),
+        (&[[0.001, 0.5], [0.25, 0.3]][..], 1000.0)
+    );
+    assert!(radial);
+    // The text contains the points instead of the name of the file.
+    assert!(!scene.text.contains("points_csv"), "{}", scene.text);
+    assert!(
+        scene
+            .text
+            .ends_with("# friction.points was read from \"mu.csv\"\n")
+    );
+    let again = Scene::parse("elsewhere.toml", &scene.text).unwrap();
+    assert_eq!(again.joint().unwrap().spec, scene.joint().unwrap().spec);
+}
+
+#[test]
+fn invalid_curves_are_reported_with_file_and_line() {
+    let cases = [
+        (
+            "V,mu\n0,1\n",
+            "1: `friction.points_csv`: the first line does not contain the names of the columns; begin with the line `speed_m_per_s,mu`",
+        ),
+        (
+            "speed_m_per_s,mu\n",
+            "1: `friction.points_csv`: the file contains no knot",
+        ),
+        (
+            "speed_m_per_s,mu\n0,0.5\n0,0.4\n",
+            "3: `friction.points.speed_m_per_s`: this speed is not higher than the previous speed; sort the speeds in strictly increasing order",
+        ),
+        (
+            "speed_m_per_s,mu\n0,-0.5\n",
+            "2: `friction.points.mu` = `-0.5` is out of range",
+        ),
+    ];
+    for (content, expected) in cases {
+        let (folder, scene) = with_curve(content);
+        let message = scene.expect_err("rejected").to_string();
+        let place = folder.path().join("mu.csv").display().to_string();
+        assert!(
+            message.starts_with(&format!("{place}:{expected}")),
+            "{message}"
+        );
+    }
+    let point = "points = [{ speed_m_per_s = 0.1, mu = 0.5 }]";
+    for (lines, expected) in [
+        ("law = \"table\"".to_owned(), "`friction.points` is missing"),
+        (
+            format!("law = \"table\"\n{point}\npoints_csv = \"mu.csv\""),
+            "the scene gives the friction curve more than once; keep one of friction.points and friction.points_csv",
+        ),
+        (
+            format!("law = \"table\"\nmu = 0.3\n{point}"),
+            "`friction.mu`: the selected law",
+        ),
+        (
+            format!("mu_s = 0.5\nmu_d = 0.3\n{point}"),
+            "`friction.points`: the selected law",
+        ),
+        (
+            "law = \"table\"\n\
+             points = [{ speed_m_per_s = 0, mu = 0.5 }, { speed_m_per_s = 1e-300, mu = 0.4 }]"
+                .to_owned(),
+            "`friction.points`: two speeds are so close",
+        ),
+        (
+            "law = \"table\"\npoints = []".to_owned(),
+            "`friction.points` = [] is out of range",
+        ),
+    ] {
+        let message = refusal(&format!("[friction]\n{lines}\n"));
+        assert!(message.contains(expected), "{message}");
+    }
+    assert!(Parameter::named("friction.points.mu").is_err());
 }

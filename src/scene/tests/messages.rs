@@ -11,6 +11,7 @@ fn keys_are_unique_and_named_with_their_units() {
     for Declared { path, key, .. } in &SCHEMA.0 {
         let row = key.guide_row();
         let suffix = match row.split('|').nth(3).map(str::trim) {
+            Some("m/s") => "_m_per_s".to_owned(),
             Some("mm/s") => "_mm_per_s".to_owned(),
             Some("s/m") => "_s_per_m".to_owned(),
             Some("rad/s") => "_rad_per_s".to_owned(),

@@ -3,6 +3,7 @@
 mod deprecated;
 mod effects;
 mod messages;
+mod moving_patch;
 mod schedules;
 mod small;
 mod together;

@@ -48,6 +48,19 @@ fn with_file(
 }
 
 #[test]
+fn a_change_carries_the_perturbation_or_the_displacement_over() {
+    let of = |lines: &str| joint(lines).carry;
+    assert_eq!(of(""), Carry::Perturbation);
+    assert_eq!(of("time.carry = \"perturbation\""), Carry::Perturbation);
+    assert_eq!(of("time.carry = \"displacement\""), Carry::Displacement);
+    let message = refusal("time.carry = \"velocity\"");
+    assert!(
+        message.contains("must be \"perturbation\" or \"displacement\""),
+        "{message}"
+    );
+}
+
+#[test]
 fn each_quantity_accepts_each_form() {
     let knots = joint(
         "load.load = [{ time_ms = 0, load_n = 100 }, { time_ms = 4, load_n = 200 }]\n\
@@ -156,16 +169,16 @@ fn values_of_a_function_are_in_range() {
             ":1: `load.tilt_sine.amplitude_deg`: the tilt reaches 90.5; reduce it",
         ),
         (
-            "rotation.factor_sine = { mean = 1, amplitude = 1.5, frequency_hz = 25 }",
-            ":1: `rotation.factor_sine.amplitude`: the rotation reaches -0.5; reduce it",
+            "rotation.factor_sine = { mean = -999, amplitude = 1.5, frequency_hz = 25 }",
+            ":1: `rotation.factor_sine.amplitude`: the rotation reaches -1000.5; reduce it",
         ),
         (
             "load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 1, load_n = 0 }]",
             ":1: `load.load_steps.load_n` = 0 is out of range",
         ),
         (
-            "rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = -1 }]",
-            ":1: `rotation.factor.factor` = -1 is out of range; it must be a number from 0 to 1000",
+            "rotation.factor = [{ time_ms = 0, factor = 1 }, { time_ms = 1, factor = -1001 }]",
+            ":1: `rotation.factor.factor` = -1001 is out of range; it must be a number from -1000 to 1000",
         ),
         (
             "rotation.angular_velocity_rad_per_s = [0, 20, 0]\nrotation.factor = [{ time_ms = 0, factor = 600 }]",

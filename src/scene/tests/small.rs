@@ -120,6 +120,11 @@ fn a_scene_defines_one_system() {
     }
     let message = refusal(&format!("{DAMPED}[record]\npatch_rate_khz = 1\n"));
     assert!(message.starts_with("small.toml:9: `record`: a small system has neither"));
+    let message = refusal(&format!("time.carry = \"displacement\"\n{IMPACT}"));
+    assert!(
+        message.contains("`time.carry`: a small system has no load"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -310,6 +310,25 @@ fn warnings_are_typed() {
             mu_d: 0.55
         }]
     );
+    let of_body = |lines: &str| {
+        let scene = Scene::parse("m", format!("{SMALLEST}[body]\n{lines}\n")).expect("allowed");
+        scene.warnings()
+    };
+    let longer = of_body("beam_length_mm = 240");
+    assert_eq!(longer, [SceneWarning::FrequenciesOfAnotherBody]);
+    assert!(
+        longer[0]
+            .to_string()
+            .contains("set body.frequencies = \"scaled\" or \"fe\"")
+    );
+    assert_eq!(of_body("density_kg_m3 = 2700"), longer);
+    for other in ["scaled", "fe"] {
+        assert_eq!(
+            of_body(&format!("beam_length_mm = 240\nfrequencies = \"{other}\"")),
+            []
+        );
+    }
+    assert_eq!(of_body("beam_length_to = \"centre\""), []);
     let ramp = Scene::load("tilt-ramp").expect("preset");
     let cut = ramp.clone().with_duration(50.0).expect("valid");
     assert!(matches!(

@@ -7,8 +7,8 @@ use super::effect::{Effect, setting_text};
 use crate::dynamics::System;
 use crate::fem::Families;
 use crate::joint::{
-    BallJoint, BodySpec, ContactDamping, Friction, Joint, JointSpec, Model, PUBLISHED,
-    StiffnessLaw, Stribeck,
+    BallJoint, BodySpec, ContactDamping, Friction, FrictionTable, Joint, JointSpec, Model,
+    PUBLISHED, StiffnessLaw, Stribeck,
 };
 use crate::pipeline::message::Frame;
 use crate::scene::{LoadedJoint, Scene};
@@ -23,6 +23,8 @@ const STRIBECK: Stribeck = Stribeck {
     creep: 1000.0,
     stribeck: 10.0,
 };
+/// Number of points of a measured friction curve, up to 1 m/s.
+const CURVE_POINTS: u32 = 32;
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
 const REDUCTION: f64 = 1e-5;
@@ -198,17 +200,22 @@ fn node_effects(model: &Model) -> Vec<SwitchedModel> {
 /// Friction, and its radial component if there is friction.
 fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
     let radial = model.friction.radial();
-    let (setting, switched) = match model.friction {
+    let (setting, switched) = match &model.friction {
         Friction::None => (String::new(), None),
         Friction::Constant { law, .. } => {
-            let radial = !radial;
+            let (law, radial) = (*law, !radial);
             let setting = format!("constant, mu {}", law.mu);
             (setting, Some(Friction::Constant { law, radial }))
         }
         Friction::Stribeck { law, .. } => {
-            let radial = !radial;
+            let (law, radial) = (*law, !radial);
             let setting = format!("Stribeck, mu {} to {}", law.mu_s, law.mu_d);
             (setting, Some(Friction::Stribeck { law, radial }))
+        }
+        Friction::Table { law, .. } => {
+            let (law, radial) = (Arc::clone(law), !radial);
+            let setting = format!("measured curve of {} points", law.points().len());
+            (setting, Some(Friction::Table { law, radial }))
         }
     };
     let is_on = switched.is_some();
@@ -220,7 +227,10 @@ fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
         },
     };
     let with = |friction| changed(model, |other| other.friction = friction);
-    let mut all = vec![("friction", "friction", is_on, setting, with(other))];
+    let mut all = vec![
+        ("friction", "friction", is_on, setting, with(other)),
+        measured_curve(model),
+    ];
     all.extend(switched.map(|switched| {
         (
             "radial friction component",
@@ -231,6 +241,32 @@ fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
         )
     }));
     all
+}
+
+/// A measured friction curve, compared with Eq. (5): the same curve as a table and as a formula.
+fn measured_curve(model: &Model) -> SwitchedModel {
+    let radial = model.friction.radial();
+    let (is_on, setting, friction) = match &model.friction {
+        Friction::Table { law, .. } => {
+            let setting = format!("{} points", law.points().len());
+            let law = STRIBECK;
+            (true, setting, Friction::Stribeck { law, radial })
+        }
+        _ => {
+            let speeds = (0..CURVE_POINTS).map(|k| f64::from(k) / f64::from(CURVE_POINTS));
+            let points = speeds.map(|v| [v, STRIBECK.sliding(v)]).collect();
+            let law = FrictionTable::new(points, STRIBECK.creep).expect("increasing speeds");
+            let law = Arc::new(law);
+            (false, String::new(), Friction::Table { law, radial })
+        }
+    };
+    (
+        "measured friction curve",
+        "friction.points",
+        is_on,
+        setting,
+        changed(model, |other| other.friction = friction),
+    )
 }
 
 /// Effects of choices made when the joint is built: the stiffness distribution and the mode set, each with
@@ -309,9 +345,12 @@ fn schedule_effect(joint: &LoadedJoint, cost: Measured) -> Effect {
     if joint.rotation.is_some() {
         spans.push(span("rotation", joint.rotation_span(), " times"));
     }
+    if joint.patch_moves() {
+        spans.push("patch moved by the rotation".to_owned());
+    }
     Effect {
         name: "scheduled tilt, load, rotation".into(),
-        key: "load.tilt, load.load, rotation.factor".into(),
+        key: "load.tilt, load.load, rotation.factor, rotation.moves_patch".into(),
         on: !spans.is_empty(),
         setting: spans.join(", "),
         cost: Ok(cost),

@@ -135,7 +135,18 @@ pub fn friction() -> BoxedStrategy<String> {
         format!("friction.mu_s = {mu_s}\nfriction.mu_d = {mu_d}\n{slope}")
     });
     let level = mu().prop_map(|mu| format!("friction.law = \"constant\"\nfriction.mu = {mu}\n"));
-    prop_oneof![3 => falling, 1 => level].boxed()
+    let measured = vec((1e-6..10.0, 0.0..10.0), 1..6).prop_map(|steps| {
+        let points = steps.iter().scan(0.0, |speed, (step, mu)| {
+            *speed += step;
+            Some(format!("{{ speed_m_per_s = {speed:?}, mu = {mu:?} }}"))
+        });
+        let points: Vec<String> = points.collect();
+        format!(
+            "friction.law = \"table\"\nfriction.points = [{}]\n",
+            points.join(", ")
+        )
+    });
+    prop_oneof![3 => falling, 1 => level, 1 => measured].boxed()
 }
 
 /// Contact damping of either law.

@@ -1,0 +1,124 @@
+//! The loading of a simulated joint over time.
+
+use crate::joint::{AssemblyError, BallJoint};
+use crate::scene::{LoadedJoint, Loading, Schedule};
+
+/// The times at which the loading of a joint changes, and its present value. A gradual change is applied at
+/// multiples of a number of samples, counted from the start of the run, and a jump at its time: the motion does
+/// not depend on the length of the frames.
+#[derive(Debug)]
+pub(super) struct LoadingClock {
+    /// The scene's joint.
+    pub tilted: LoadedJoint,
+    /// Present tilt, load and rotation.
+    pub now: Loading,
+    /// Times of future jumps of the loading, s, in descending order.
+    jumps: Vec<f64>,
+    /// Samples between two updates of a loading that changes gradually, or two decisions on a reduced contact: a
+    /// frame of the scene. A frame of a live run may be shorter or longer.
+    every: u64,
+    /// Whether a command has changed the loading since it was last applied.
+    is_commanded: bool,
+}
+
+impl LoadingClock {
+    /// The loading of a joint at the start of a run.
+    pub fn new(tilted: LoadedJoint, every: u64) -> Self {
+        let mut jumps = tilted.jumps();
+        jumps.reverse();
+        Self {
+            now: tilted.loading(0.0),
+            tilted,
+            jumps,
+            every,
+            is_commanded: false,
+        }
+    }
+
+    /// Takes the next jump up to a time (s).
+    pub fn take_jump(&mut self, time: f64) -> Option<f64> {
+        self.jumps.pop_if(|jump| *jump <= time)
+    }
+
+    /// Whether the loading is updated at a sample: at a multiple of the samples of a frame of the scene, or after
+    /// a command.
+    pub fn is_due(&mut self, sample: u64) -> bool {
+        std::mem::take(&mut self.is_commanded) || self.is_update(sample)
+    }
+
+    /// Whether a sample is a multiple of the samples of a frame of the scene.
+    pub fn is_update(&self, sample: u64) -> bool {
+        sample.is_multiple_of(self.every)
+    }
+
+    /// Number of samples from a sample on that belong to one joint. `is_reduced` joints are checked at each
+    /// update.
+    pub fn samples_until_change(&self, sample: u64, rate: f64, is_reduced: bool) -> u64 {
+        let until_update = match self.tilted.varies() || is_reduced {
+            true => self.every - sample % self.every,
+            false => u64::MAX,
+        };
+        let next_jump = self.jumps.last();
+        next_jump.map_or(until_update, |&jump| {
+            until_update.min(first_sample_from(jump, rate) - sample)
+        })
+    }
+
+    /// Replaces the tilt by a constant (rad) from a time (s) on. If the rotation moves the patch, it moves it from
+    /// this tilt on.
+    pub fn set_tilt(&mut self, tilt: f64, now: f64) {
+        self.tilted.tilt = Schedule::constant(tilt);
+        self.tilted.patch_moves_from = self.tilted.patch_moves_from.map(|_| now);
+        self.jumps = self.tilted.jumps();
+        self.jumps.retain(|jump| *jump > now);
+        self.jumps.reverse();
+        self.is_commanded = true;
+    }
+}
+
+/// Applies a loading to a joint.
+pub(super) fn set_loading(ball: &mut BallJoint, loading: &Loading) {
+    ball.set_load(loading.load);
+    ball.set_rotation(loading.rotation);
+    ball.set_patch(loading.patch);
+}
+
+/// Reports an unreachable loading of a run of a duration (s) before the run: the patch is closest to the beam where
+/// it is farthest from the pole, under the largest load.
+///
+/// # Errors
+/// If the patch extends into the beam.
+pub(super) fn check_reach(
+    ball: &BallJoint,
+    tilted: &LoadedJoint,
+    duration: f64,
+) -> Result<(), AssemblyError> {
+    let mut ball = ball.clone();
+    let [_, largest_load] = tilted.load_span();
+    ball.set_load(largest_load);
+    if tilted.patch_moves() {
+        let height = |now: &Loading| now.patch.map_or(f64::INFINITY, |patch| patch.direction[2]);
+        let course = tilted.course(duration);
+        let farthest = course.min_by(|a, b| height(a).total_cmp(&height(b)));
+        if let Some(Loading { patch, tilt, .. }) = farthest {
+            ball.set_patch(patch);
+            ball.model(tilt)?;
+        }
+        ball.set_patch(None);
+    }
+    ball.model(tilted.tilt.min())?;
+    ball.model(tilted.tilt.max())?;
+    Ok(())
+}
+
+/// Index of the first sample at or after a time (s).
+fn first_sample_from(time: f64, rate: f64) -> u64 {
+    let near = (time * rate).ceil() as u64;
+    // Rounding of the product may shift the index by one.
+    let is_from = |index: u64| index as f64 / rate >= time;
+    match near {
+        1.. if is_from(near - 1) => near - 1,
+        _ if is_from(near) => near,
+        _ => near + 1,
+    }
+}
