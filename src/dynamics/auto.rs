@@ -252,7 +252,7 @@ impl Auto {
         let (dim, h, end) = (step.dim(), step.length(), tableau.end);
         let out = &mut self.difference;
         let size = |z: &[f64]| {
-            let size = StateNorm::of(z, omega);
+            let size = StateNorm::of(z, omega, 0);
             size.vibration + size.first_order
         };
         let rows = slopes[(end - 1) * dim..(end + 1) * dim].split_at(dim);
@@ -351,11 +351,11 @@ impl Stepper for Auto {
         });
     }
 
-    fn error(&self, omega: &[f64]) -> StateNorm {
+    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
         if self.is_implicit {
-            self.implicit.error(omega)
+            self.implicit.error(omega, quadratures)
         } else {
-            self.explicit.error(omega)
+            self.explicit.error(omega, quadratures)
         }
     }
 

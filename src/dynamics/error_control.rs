@@ -8,11 +8,12 @@
 //! * All modes together: `size = sum_i (omega_i |q_i| + |q_i'|)`. This lies between the square root of
 //!   twice the vibration energy and `sqrt(2 m)` times that. It has the unit of a modal velocity and is
 //!   nearly constant in free vibration.
-//! * All first-order components together: `size = sum_j |w_j|`, at its maximum since the start. A
-//!   quadrature such as a work passes through zero without losing accuracy there. Give several such
-//!   components comparable units.
+//! * All first-order components without the quadratures together: `size = sum_j |w_j|`; in a system without modes,
+//!   at its maximum since the start. Give them comparable units.
+//! * All quadratures together: `size = sum_j |w_j|`, at its maximum since the start. A quadrature such as a work
+//!   passes through zero without losing accuracy there.
 //!
-//! A step is accepted if each of the two errors is at most `relative * (size + floor)`. At rest without
+//! A step is accepted if each of the errors is at most `relative * (size + floor)`. At rest without
 //! a force the error is exactly zero, and the step is accepted.
 //!
 //! # PiController
@@ -90,24 +91,29 @@ pub(super) struct Gain {
     pub rejection: f64,
 }
 
-/// Norms of the two parts of a state or of an error.
+/// Norms of the parts of a state or of an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StateNorm {
     /// Norm of the modal part, in the unit of a modal velocity.
     pub vibration: f64,
-    /// Norm of the first-order components.
+    /// Norm of the first-order components without the quadratures.
     pub first_order: f64,
+    /// Norm of the quadratures.
+    pub quadratures: f64,
 }
 
 impl StateNorm {
-    /// The norm of `z = [q | q' | w]`, or of a difference of two states.
-    pub fn of(z: &[f64], omega: &[f64]) -> Self {
+    /// The norm of `z = [q | q' | w]`, the last components of which are quadratures, or of a difference of two states.
+    pub fn of(z: &[f64], omega: &[f64], quadratures: usize) -> Self {
         let (q, rest) = z.split_at(omega.len());
         let (v, w) = rest.split_at(omega.len());
         let modes = q.iter().zip(v).zip(omega);
+        let (w, quadratures) = w.split_at(w.len() - quadratures);
+        let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum();
         Self {
             vibration: modes.map(|((q, v), omega)| omega * q.abs() + v.abs()).sum(),
-            first_order: w.iter().map(|w| w.abs()).sum(),
+            first_order: sum(w),
+            quadratures: sum(quadratures),
         }
     }
 
@@ -116,6 +122,7 @@ impl StateNorm {
         Self {
             vibration: self.vibration.max(other.vibration),
             first_order: self.first_order.max(other.first_order),
+            quadratures: self.quadratures.max(other.quadratures),
         }
     }
 
@@ -133,12 +140,18 @@ impl StateNorm {
         Self {
             vibration: sharpen(self.vibration, coarse.vibration),
             first_order: sharpen(self.first_order, coarse.first_order),
+            quadratures: sharpen(self.quadratures, coarse.quadratures),
         }
     }
 
-    /// Whether both norms are finite.
+    /// Whether all norms are finite.
     pub fn is_finite(self) -> bool {
-        self.vibration.is_finite() && self.first_order.is_finite()
+        self.parts().iter().all(|part| part.is_finite())
+    }
+
+    /// The norms of vibration, first-order components and quadratures.
+    fn parts(self) -> [f64; 3] {
+        [self.vibration, self.first_order, self.quadratures]
     }
 }
 
@@ -212,8 +225,10 @@ impl PiController {
                 f64::INFINITY
             }
         };
-        let change =
-            time(size.vibration, rate.vibration).min(time(size.first_order, rate.first_order));
+        let times = size.parts().into_iter().zip(rate.parts());
+        let change = times.fold(f64::INFINITY, |least, (size, rate)| {
+            least.min(time(size, rate))
+        });
         *self = Self::new(self.accuracy, self.max_step);
         self.step = (0.01 * change).min(self.max_step).max(self.min_step(t));
     }
@@ -257,7 +272,10 @@ impl PiController {
     pub fn ratio(&self, error: StateNorm, size: StateNorm) -> f64 {
         let part =
             |error: f64, size: f64| error / (self.accuracy.relative * (size + self.accuracy.floor));
-        part(error.vibration, size.vibration).max(part(error.first_order, size.first_order))
+        let parts = error.parts().into_iter().zip(size.parts());
+        parts
+            .map(|(error, size)| part(error, size))
+            .fold(0.0, f64::max)
     }
 
     /// Updates the step after an accepted step of full length.

@@ -266,11 +266,12 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         stats.rhs_evals += end as u64;
     }
 
-    fn error(&self, omega: &[f64]) -> StateNorm {
-        let error = StateNorm::of(&self.step.error, omega);
+    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
+        let norm = |of: &[f64]| StateNorm::of(of, omega, quadratures);
+        let error = norm(&self.step.error);
         match self.tableau.coarse_error {
             None => error,
-            Some(_) => error.sharpened(StateNorm::of(&self.coarse_error, omega)),
+            Some(_) => error.sharpened(norm(&self.coarse_error)),
         }
     }
 

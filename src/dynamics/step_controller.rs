@@ -21,7 +21,10 @@ pub(super) struct StepController {
     pub control: StepSizeControl,
     /// Natural circular frequencies of the system, rad/s.
     pub omega: Vec<f64>,
-    /// Norm of the present state; for its first-order components the maximum since the start.
+    /// Number of quadratures of the system.
+    pub quadratures: usize,
+    /// Norm of the present state. For the quadratures, and for the first-order components of a system without modes,
+    /// it is the maximum since the start.
     pub size: StateNorm,
     /// Whether the method takes implicit steps.
     pub implicit: bool,
@@ -55,7 +58,7 @@ impl StepController {
         M: Stepper,
     {
         stepper.reinitialise(sys, status, &mut self.stats);
-        let size = StateNorm::of(&stepper.step().end, &self.omega);
+        let size = self.norm(&stepper.step().end);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
             return Err(non_finite(stepper, sys, stepper.step().end_time));
         }
@@ -63,9 +66,13 @@ impl StepController {
         Ok(())
     }
 
+    fn norm(&self, z: &[f64]) -> StateNorm {
+        StateNorm::of(z, &self.omega, self.quadratures)
+    }
+
     /// Norm of the slope at the present state.
     pub fn rate<M: Stepper>(&self, stepper: &M) -> StateNorm {
-        StateNorm::of(&stepper.step().end_slope, &self.omega)
+        self.norm(&stepper.step().end_slope)
     }
 
     /// Takes one step from the present state, which ends at `limit` (s) at the latest. The status, if
@@ -102,8 +109,8 @@ impl StepController {
             }
             stepper.attempt(sys, status, end, &mut self.stats);
 
-            let size = StateNorm::of(&stepper.step().end, &self.omega);
-            let error = stepper.error(&self.omega);
+            let size = self.norm(&stepper.step().end);
+            let error = stepper.error(&self.omega, self.quadratures);
             let finite = size.is_finite() && error.is_finite() && self.rate(stepper).is_finite();
             let ratio = match &self.control {
                 _ if !finite => f64::INFINITY,
@@ -182,14 +189,19 @@ impl StepController {
 
     /// Updates the norm after the state has changed without a step.
     pub fn update_norm<M: Stepper>(&mut self, stepper: &M) {
-        self.set_norm(StateNorm::of(&stepper.step().end, &self.omega));
+        self.set_norm(self.norm(&stepper.step().end));
     }
 
     /// Stores the norm of an accepted state.
     fn set_norm(&mut self, size: StateNorm) {
+        let largest = self.size.max(size);
         self.size = StateNorm {
-            first_order: self.size.first_order.max(size.first_order),
-            ..size
+            vibration: size.vibration,
+            first_order: match self.omega.is_empty() {
+                true => largest.first_order,
+                false => size.first_order,
+            },
+            quadratures: largest.quadratures,
         };
     }
 }

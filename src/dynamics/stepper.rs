@@ -126,8 +126,8 @@ pub(super) trait Stepper {
         stats: &mut SolverStats,
     );
 
-    /// Error norm of the attempted step.
-    fn error(&self, omega: &[f64]) -> StateNorm;
+    /// Error norm of the attempted step of a system with these frequencies (rad/s) and number of quadratures.
+    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm;
 
     /// Evaluates the additional stages that the dense output needs.
     fn prepare_dense_output<Y: System + ?Sized>(

@@ -88,6 +88,7 @@ impl Integrator {
         let step_controller = StepController {
             control,
             omega,
+            quadratures: sys.quadratures(),
             size: StateNorm::default(),
             implicit,
             progress: Progress::default(),

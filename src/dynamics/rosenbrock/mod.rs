@@ -245,8 +245,8 @@ impl Stepper for Rosenbrock {
         self.integrate_quadratures(sys, status, stats);
     }
 
-    fn error(&self, omega: &[f64]) -> StateNorm {
-        StateNorm::of(&self.step.error, omega)
+    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
+        StateNorm::of(&self.step.error, omega, quadratures)
     }
 
     fn prepare_dense_output<Y: System + ?Sized>(
