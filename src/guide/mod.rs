@@ -137,6 +137,7 @@ pub mod how_to {
     pub mod library {}
 
     #[doc = include_str!("how_to/reproduce_paper.md")]
+    #[doc = include_str!("how_to/reproduce_paper.html")]
     pub mod reproduce_paper {}
 
     #[doc = include_str!("how_to/calibrate.md")]

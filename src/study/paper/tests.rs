@@ -6,10 +6,10 @@ use super::*;
 use crate::analysis::Regime;
 use crate::analysis::test_signals::{coordinate, lorenz, sines};
 use crate::dynamics::{Exponent, LyapunovSpectrum};
-use crate::joint::NamedMode;
+use crate::joint::{BallJoint, NamedMode};
 use crate::scene::Scene;
-use crate::study::StabilityAt;
 use crate::study::response::{SettledResponse, measured};
+use crate::study::{StabilityAt, stability};
 
 /// Sample rate, Hz, and number of samples of a signal.
 const RATE: f64 = 200e3;
@@ -196,6 +196,22 @@ fn the_published_motions_meet_the_claims() {
     }
     let score = Score::of(&findings);
     assert_eq!((score.strict_score, score.not_comparable), (1.0, 1));
+}
+
+/// The text of the scene states the numbers of unstable modes of the paper.
+#[test]
+fn the_scene_has_the_papers_numbers_of_unstable_modes() {
+    let scene = Scene::load("paper").unwrap();
+    assert!(
+        scene
+            .text
+            .contains("4, 4, 5 and 5 unstable modes at 2, 3, 3.5 and\n5 degrees")
+    );
+    let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
+    let tilts = [2.0, 3.0, 3.5, 5.0].map(f64::to_radians);
+    let at = stability(&ball, &tilts).unwrap();
+    let counts: Vec<usize> = at.iter().map(|at| at.unstable().count()).collect();
+    assert_eq!(counts, [4, 4, 5, 5]);
 }
 
 /// Motions that resemble the published ones without being them do not meet the claims.
