@@ -333,7 +333,7 @@ fn evaluating_the_contact_nodes_does_not_allocate() {
             joint.gaps(&z[..m], &mut gaps);
             joint.separated_nodes(&z[..m], &mut open);
             for k in 0..joint.contact_nodes() {
-                probe += joint.node_action(k, &z[..m], &z[m..2 * m]).normal;
+                probe += joint.node_action(k, &z[..m], &z[m..2 * m], &[]).normal;
             }
             probe += joint.probe_value(&z[..m]);
         });

@@ -6,7 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{OutputError, replace_file};
-use crate::joint::{Constant, ContactDamping, Friction, FrictionTable, Joint, Model, Stribeck};
+use crate::joint::{
+    Constant, ContactDamping, DynamicFriction, Friction, FrictionTable, Joint, LuGre, Model,
+    RateAndState, Stribeck,
+};
 use crate::numpy::{Array, NpzError, encode_npz, read_npz};
 
 /// Version of the layout. It increases when an array changes its meaning.
@@ -29,7 +32,9 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// | `omega` | (m) | natural circular frequencies, rad/s |
 /// | `damping` | (m) | modal damping ratios |
 /// | `sliding_velocity` | (n, 3) | `Omega x x`, m/s |
-/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none; `mu_s = mu_d` and no Stribeck slope: constant; with a measured curve the coefficients are NaN |
+/// | `friction` | (4) | `mu_s`, `mu_d`, creep slope (s/m), Stribeck slope (s/m); zeros: none; `mu_s = mu_d` and no Stribeck slope: constant; with a measured curve the coefficients are NaN, with a law with states all four |
+/// | `lugre` | (6) | LuGre friction ([`LuGre`](crate::joint::LuGre)): `mu_s`, `mu_d`, Stribeck slope (s/m), `sigma_0` (1/m), `sigma_1` (s/m), `sigma_2` (s/m); only where it is the law |
+/// | `rate_and_state` | (5) | rate-and-state friction ([`RateAndState`](crate::joint::RateAndState)): `mu_0`, `a`, `b`, `V_0` (m/s), `D_c` (m); only where it is the law |
 /// | `friction_points` | (k, 2) | measured curve ([`FrictionTable`](crate::joint::FrictionTable)): slip speed (m/s) and coefficient; only where there is one |
 /// | `radial` | () | 1: the radial velocity is part of `V`, as in Eq. (8); 0: projected out |
 /// | `unilateral` | () | 1: nodes lift off; 0: bonded |
@@ -46,7 +51,7 @@ pub const MODEL_VERSION: f64 = 1.0;
 /// d2Q/dt2 + omega^2 Q = sum over nodes of Phi^T (-mu(|V|) N V/|V| - N e_r) Delta A
 /// ```
 ///
-/// Contact damping adds `k_c tau e_r . Phi dq/dt` to `N` of a closed node, or multiplies `N` by
+/// The states of friction, where there are any, start at those of steady sliding. Contact damping adds `k_c tau e_r . Phi dq/dt` to `N` of a closed node, or multiplies `N` by
 /// `1 + chi e_r . Phi dq/dt`; where nodes lift off, a negative result is replaced by zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelArrays {
@@ -78,6 +83,43 @@ fn pairs(rows: &[[f64; 2]]) -> Array {
     }
 }
 
+/// The arrays of friction laws that the four coefficients do not describe.
+fn friction_arrays(friction: &Friction) -> Option<(&'static str, Array)> {
+    match friction {
+        Friction::Table { law, .. } => Some(("friction_points", pairs(law.points()))),
+        Friction::Dynamic {
+            law: DynamicFriction::LuGre(law),
+            ..
+        } => {
+            let LuGre {
+                mu_s,
+                mu_d,
+                stribeck,
+                stiffness,
+                damping,
+                viscous,
+            } = *law;
+            let numbers = vec![mu_s, mu_d, stribeck, stiffness, damping, viscous];
+            Some(("lugre", Array::vector(numbers)))
+        }
+        Friction::Dynamic {
+            law: DynamicFriction::RateAndState(law),
+            ..
+        } => {
+            let RateAndState {
+                mu_0,
+                direct,
+                evolution,
+                reference_speed,
+                distance,
+            } = *law;
+            let numbers = vec![mu_0, direct, evolution, reference_speed, distance];
+            Some(("rate_and_state", Array::vector(numbers)))
+        }
+        _ => None,
+    }
+}
+
 /// Writes a model file.
 ///
 /// # Errors
@@ -105,6 +147,7 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
         Friction::Constant { law, .. } => vec![law.mu, law.mu, law.creep, 0.0],
         Friction::Stribeck { law, .. } => vec![law.mu_s, law.mu_d, law.creep, law.stribeck],
         Friction::Table { law, .. } => vec![f64::NAN, f64::NAN, law.creep(), 0.0],
+        Friction::Dynamic { .. } => vec![f64::NAN; 4],
     };
     let mut damping = model.damping.clone();
     damping.resize(m, 0.0);
@@ -142,9 +185,7 @@ pub fn encode_model(out: impl Write + Seek, arrays: &ModelArrays) -> io::Result<
             all.push(("contact_damping", Array::vector(vec![0.0, dissipation])));
         }
     }
-    if let Friction::Table { law, .. } = &model.friction {
-        all.push(("friction_points", pairs(law.points())));
-    }
+    all.extend(friction_arrays(&model.friction));
     if let Some(omega) = model.convection {
         all.push(("convection", Array::vector(omega.to_vec())));
     }
@@ -260,9 +301,45 @@ impl ModelReader {
         Ok(Some(values.as_chunks().0.to_vec()))
     }
 
+    /// A friction law with states.
+    fn dynamic_friction(&mut self) -> io::Result<Option<DynamicFriction>> {
+        let bristles = self.find("lugre", &[6])?;
+        let ageing = self.find("rate_and_state", &[5])?;
+        Ok(match (bristles.as_deref(), ageing.as_deref()) {
+            (Some(&[mu_s, mu_d, stribeck, stiffness, damping, viscous]), None) => {
+                Some(DynamicFriction::LuGre(LuGre {
+                    mu_s,
+                    mu_d,
+                    stribeck,
+                    stiffness,
+                    damping,
+                    viscous,
+                }))
+            }
+            (None, Some(&[mu_0, direct, evolution, reference_speed, distance])) => {
+                Some(DynamicFriction::RateAndState(RateAndState {
+                    mu_0,
+                    direct,
+                    evolution,
+                    reference_speed,
+                    distance,
+                }))
+            }
+            (None, None) => None,
+            _ => {
+                let problem =
+                    "the file contains two friction laws; remove `lugre` or `rate_and_state`";
+                return Err(invalid(problem.to_owned()));
+            }
+        })
+    }
+
     /// The friction law.
     fn friction(&mut self) -> io::Result<Friction> {
         let radial = self.take("radial", &[])?[0] != 0.0;
+        if let Some(law) = self.dynamic_friction()? {
+            return Ok(Friction::Dynamic { law, radial });
+        }
         let points = self.pairs("friction_points")?;
         let coefficients = self.take("friction", &[4])?;
         Ok(match (&coefficients[..], points) {

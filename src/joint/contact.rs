@@ -2,9 +2,11 @@
 //! loop in `contact_force` evaluates several nodes at once.
 
 use super::Joint;
+use super::friction::FrictionLaw;
 use super::nodes::radial;
 use super::optional_terms::convected;
 use super::simd::LANES;
+use super::system::ActiveLaw;
 use super::vector::{add_scaled, scale};
 use crate::dynamics::System;
 
@@ -26,9 +28,13 @@ pub struct NodeAction {
     pub friction: [f64; 3],
 }
 
+/// Slip speed below which a node whose friction has a state is classified as sticking, m/s.
+const DYNAMIC_STICK_SPEED: f64 = 1e-3;
+
 impl Joint {
-    /// Returns forces and velocities of node `k` at modal coordinates `q` and velocities `v`.
-    pub fn node_action(&self, k: usize, q: &[f64], v: &[f64]) -> NodeAction {
+    /// Returns forces and velocities of node `k` at modal coordinates `q`, velocities `v` and states of friction
+    /// ([`Joint::parts`]).
+    pub fn node_action(&self, k: usize, q: &[f64], v: &[f64], states: &[f64]) -> NodeAction {
         let (block, lane) = (k / LANES, k % LANES);
         let m = self.omega().len();
         let rows = &self.nodes.rows[block * m..][..m];
@@ -60,9 +66,14 @@ impl Joint {
             [slip[0], slip[1], 0.0]
         };
         let speed = super::vector::norm(seen);
-        let friction = match self.law.law() {
-            None => [0.0; 3],
-            Some(law) => scale(seen, -normal * law.ratio(speed).value),
+        let friction = match &self.law {
+            ActiveLaw::Dynamic(evolving) => {
+                let response = evolving.law.response(seen, evolving.state_of(k, states));
+                scale(response.coefficient, -normal)
+            }
+            law => law.law().map_or([0.0; 3], |law| {
+                scale(seen, -normal * law.ratio(speed).value)
+            }),
         };
         NodeAction {
             gap,
@@ -76,19 +87,19 @@ impl Joint {
 
     /// Slip speed below which node `k` is classified as sticking, m/s; zero without friction.
     ///
-    /// The limit is the creep region of the friction curve, and at most a tenth of the steady sliding
+    /// The limit is the creep region of the friction curve (1 mm/s for a law with a state), and at most a tenth of the steady sliding
     /// speed, so that steady sliding on a curve with a wide creep region is not classified as sticking. At
     /// rest the limit is the whole creep region.
     pub fn stick_speed(&self, k: usize) -> f64 {
         let steady = self.nodes.blocks[k / LANES].speed.0[k % LANES];
-        self.law.law().map_or(0.0, |law| {
-            let creeps = law.stick_speed();
-            if steady > 0.0 {
-                creeps.min(0.1 * steady)
-            } else {
-                creeps
-            }
-        })
+        let creeps = match &self.law {
+            ActiveLaw::Dynamic(_) => DYNAMIC_STICK_SPEED,
+            law => law.law().map_or(0.0, FrictionLaw::stick_speed),
+        };
+        match steady > 0.0 {
+            true => creeps.min(0.1 * steady),
+            false => creeps,
+        }
     }
 
     /// Eq. (18): the indicators `s_k = p_n + k_c u_r` (Pa) of all nodes at modal coordinates `q`, written to

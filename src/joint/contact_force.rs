@@ -216,11 +216,11 @@ pub(super) struct Motion<S: Simd, const K: usize> {
     /// Approach velocity `du_r/dt`, m/s; with optional terms only.
     pub(super) rate: Vector<S, K>,
     /// Slip velocity without `Omega x u`, m/s; with optional terms only.
-    unconvected: [Vector<S, K>; 3],
+    pub(super) unconvected: [Vector<S, K>; 3],
 }
 
 /// Negative force on the nodes in the sliding frame, N.
-type Resistance<S, const K: usize> = [Vector<S, K>; 3];
+pub(super) type Resistance<S, const K: usize> = [Vector<S, K>; 3];
 
 impl<L: FrictionKernel, T: KernelVariant> WithSimd for ContactForceKernel<'_, '_, L, T> {
     type Output = KernelOutput;
@@ -527,7 +527,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
 
 /// Projects the forces of a group onto the modes and adds them to the sums.
 #[inline(always)]
-fn project<S: Simd, L: FrictionKernel, const K: usize>(
+pub(super) fn project<S: Simd, L: FrictionKernel, const K: usize>(
     simd: S,
     group: &Group<'_, K>,
     [along, across, outward]: Resistance<S, K>,

@@ -1,6 +1,7 @@
 //! The derivative of the joint's force, for tangent vectors.
 
 use super::contact_force::PAPER_MODES;
+use super::evolving::{EvolvingProduct, record_blocks};
 use super::jacobian::{Assembly, MatrixFreeProduct, MatrixProduct};
 use super::node_slopes::KEPT;
 use super::optional_terms::Addition;
@@ -27,6 +28,9 @@ impl Joint {
     /// Lengths of the node derivatives, the partial sums and the matrix.
     fn record_parts(&self) -> [usize; 3] {
         let m = self.modes();
+        if self.law.evolving().is_some() {
+            return [record_blocks(self.nodes.count) * LANES, 0, 0];
+        }
         [
             self.nodes.blocks.len() * (KEPT + usize::from(!self.contact_damping.is_none())) * LANES,
             2 * m * m * LANES,
@@ -164,7 +168,17 @@ impl Differentiable for Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        if width < MIN_VECTORS_TO_ASSEMBLE && !self.has_optional_terms() {
+        if let Some(evolving) = self.law.evolving() {
+            let kept = &*self.parts_of(record).kept;
+            self.arch.dispatch(EvolvingProduct {
+                nodes: &self.nodes,
+                evolving,
+                kept,
+                vectors,
+                width,
+                out,
+            });
+        } else if width < MIN_VECTORS_TO_ASSEMBLE && !self.has_optional_terms() {
             self.product_matrix_free(record, vectors, width, out);
         } else {
             self.product_assembled(record, vectors, width, out);

@@ -3,6 +3,7 @@
 
 use super::Joint;
 use super::contact_force::KernelInput;
+use super::evolving::StateArrays;
 use super::nodes::radial;
 use super::simd::LANES;
 use crate::dynamics::System;
@@ -67,19 +68,21 @@ impl Joint {
     /// Returns the powers at state `z`.
     pub fn power(&self, z: &[f64]) -> Power {
         let m = self.omega().len();
-        let (q, v) = (&z[..m], &z[m..2 * m]);
+        let [q, v, states] = self.parts(z);
         let mut force = vec![0.0; m];
-        let passed = self.contact_force(KernelInput {
+        let input = KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: true,
             q,
             v,
             force: &mut force,
-        });
+        };
+        let rates = &mut states.to_vec();
+        let passed = self.contact_force(input, StateArrays { states, rates });
         let (mut contact, mut contact_damping) = (0.0, 0.0);
         for k in 0..self.nodes.count {
-            let action = self.node_action(k, q, v);
+            let action = self.node_action(k, q, v, states);
             let (block, lane) = (k / LANES, k % LANES);
             let rows = &self.nodes.rows[block * m..][..m];
             let block = &self.nodes.blocks[block];

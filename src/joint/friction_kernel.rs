@@ -114,6 +114,30 @@ impl FrictionKernel for TableKernel<'_> {
     }
 }
 
+/// The slip velocity for laws with an internal state, which are evaluated elsewhere.
+pub(crate) struct SlipOnly {
+    pub radial: bool,
+}
+
+impl FrictionKernel for SlipOnly {
+    const HAS_FRICTION: bool = true;
+    #[inline(always)]
+    fn radial(&self) -> bool {
+        self.radial
+    }
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        speed.broadcast(0.0)
+    }
+    #[inline(always)]
+    fn ratio_and_slope<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        (speed.broadcast(0.0), speed.broadcast(0.0))
+    }
+}
+
 /// A custom law, called once per vector.
 pub(crate) struct Custom<'a> {
     pub law: &'a dyn FrictionLaw,

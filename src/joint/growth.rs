@@ -147,11 +147,15 @@ struct Root {
 
 impl Model {
     /// Returns the oscillating modes of steady sliding with the decomposition of their growth rates, in
-    /// ascending order of frequency. Overdamped modes are omitted.
+    /// ascending order of frequency. Overdamped modes are omitted. Empty for a friction law with states, whose part
+    /// in the growth is not one of the causes.
     ///
     /// # Errors
     /// If an eigenvalue iteration does not converge.
     pub fn explained_modes(&self) -> Result<Vec<ExplainedMode>, StabilityError> {
+        if self.friction.states() > 0 {
+            return Ok(Vec::new());
+        }
         let terms = Terms::of(self);
         let mut all = terms.roots(None)?;
         all.sort_by(|a, b| {

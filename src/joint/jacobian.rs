@@ -20,20 +20,27 @@ use super::{Joint, MAX_MODES};
 use crate::dynamics::{Differentiable, System};
 
 impl Joint {
-    /// Writes the Jacobian `dF/dz` of the state `[q | dq/dt]` (without the work of the audit) at `z` to
-    /// `jacobian`, row-major `2m x 2m`. `record` is scratch of length [`Differentiable::record_len`].
+    /// Writes the Jacobian `dF/dz` of the state `[q | dq/dt | s]` (without the work of the audit) at `z` to
+    /// `jacobian`, row-major, with [`System::tangent_dim`] rows and columns: `2m` for a friction law without states.
+    /// `record` is scratch of length [`Differentiable::record_len`].
     ///
     /// The derivative is discontinuous at the separation of a node; at a gap of exactly zero the value of the
     /// separated side is used.
     pub fn jacobian(&self, z: &[f64], record: &mut [f64], jacobian: &mut [f64]) {
         let m = self.modes();
-        let dim = 2 * m;
+        let dim = self.tangent_dim();
         // The force is not needed; the Jacobian overwrites it.
-        self.force_recorded(None, 0.0, z, &mut jacobian[..dim], record);
-        let matrix = self.assembled(record);
+        self.force_recorded(None, 0.0, z, &mut jacobian[..self.dim() - m], record);
         let (upper, lower) = jacobian[..dim * dim].split_at_mut(m * dim);
+        match self.friction_states() {
+            0 => lower.copy_from_slice(self.assembled(record)),
+            _ => {
+                let mut identity = vec![0.0; dim * dim];
+                identity.iter_mut().step_by(dim + 1).for_each(|x| *x = 1.0);
+                self.product(None, record, &identity, dim, lower);
+            }
+        }
         upper.fill(0.0);
-        lower.copy_from_slice(matrix);
         for i in 0..m {
             upper[i * dim + m + i] = 1.0;
             let omega = self.omega()[i];

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::dynamic_friction::DynamicFriction;
 use super::friction::{Constant, FrictionLaw, Stribeck};
 use super::friction_table::FrictionTable;
 
@@ -31,16 +32,31 @@ pub enum Friction {
         /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
         radial: bool,
     },
+    /// A law with an internal state at each node.
+    Dynamic {
+        /// The law.
+        law: DynamicFriction,
+        /// Whether the radial part `(V . e_r) Phi_r` of Eq. (8) is included.
+        radial: bool,
+    },
 }
 
 impl Friction {
-    /// The law as a trait object; `None` without friction.
+    /// The law as a function of the slip velocity alone; `None` without friction, and with an internal state.
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
-            Self::None => None,
+            Self::None | Self::Dynamic { .. } => None,
             Self::Constant { law, .. } => Some(law),
             Self::Stribeck { law, .. } => Some(law),
             Self::Table { law, .. } => Some(law.as_ref()),
+        }
+    }
+
+    /// Number of internal states per contact node.
+    pub fn states(&self) -> usize {
+        match self {
+            Self::Dynamic { law, radial } => law.states(if *radial { 3 } else { 2 }),
+            _ => 0,
         }
     }
 
@@ -50,7 +66,8 @@ impl Friction {
             Self::None => false,
             Self::Constant { radial, .. }
             | Self::Stribeck { radial, .. }
-            | Self::Table { radial, .. } => radial,
+            | Self::Table { radial, .. }
+            | Self::Dynamic { radial, .. } => radial,
         }
     }
 }

@@ -80,8 +80,9 @@ impl<L: FrictionKernel> WithSimd for NodeForceKernel<'_, '_, L> {
 }
 
 impl Joint {
-    /// Returns the contact forces on all nodes at modal coordinates `q` and velocities `v`.
-    pub fn node_forces(&self, q: &[f64], v: &[f64]) -> NodeForces {
+    /// Returns the contact forces on all nodes at a state `z`.
+    pub fn node_forces(&self, z: &[f64]) -> NodeForces {
+        let [q, v, states] = self.parts(z);
         let zero = BlockForces {
             normal: Eight::ZERO,
             speed: Eight::ZERO,
@@ -109,6 +110,17 @@ impl Joint {
             ActiveLaw::Custom { law, radial } => {
                 let (law, radial) = (law.as_ref(), *radial);
                 self.evaluate(Custom { law, radial }, q, v, &mut blocks);
+            }
+            ActiveLaw::Dynamic(_) => {
+                for k in 0..self.contact_nodes() {
+                    let action = self.node_action(k, q, v, states);
+                    let (block, lane) = (&mut blocks[k / LANES], k % LANES);
+                    block.normal.0[lane] = action.normal;
+                    block.speed.0[lane] = action.speed;
+                    for (out, friction) in block.friction.iter_mut().zip(action.friction) {
+                        out.0[lane] = friction;
+                    }
+                }
             }
         }
         let count = self.contact_nodes();

@@ -8,6 +8,7 @@ use pulp::Arch;
 use super::contact_force::{
     AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
 };
+use super::evolving::{Evolving, EvolvingKernel, StateArrays};
 use super::friction::{Constant, FrictionLaw, Stribeck};
 use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel, TableKernel};
 use super::nodes::Nodes;
@@ -36,13 +37,14 @@ pub(crate) enum ActiveLaw {
         law: Arc<dyn FrictionLaw>,
         radial: bool,
     },
+    Dynamic(Evolving),
 }
 
 impl ActiveLaw {
-    /// The law as a trait object, for kernels that evaluate one node at a time.
+    /// The law of the slip velocity alone as a trait object, for kernels that evaluate one node at a time.
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
-            Self::None => None,
+            Self::None | Self::Dynamic(_) => None,
             Self::Constant { law, .. } => Some(law),
             Self::Stribeck { law, .. } => Some(law),
             Self::Table { law, .. } => Some(law.as_ref()),
@@ -58,17 +60,25 @@ impl ActiveLaw {
             | Self::Stribeck { radial, .. }
             | Self::Table { radial, .. }
             | Self::Custom { radial, .. } => *radial,
+            Self::Dynamic(evolving) => evolving.radial,
         }
     }
-}
 
-impl From<Friction> for ActiveLaw {
-    fn from(friction: Friction) -> Self {
+    /// The law with an internal state.
+    pub fn evolving(&self) -> Option<&Evolving> {
+        match self {
+            Self::Dynamic(evolving) => Some(evolving),
+            _ => None,
+        }
+    }
+
+    fn new(friction: Friction, nodes: &Nodes) -> Self {
         match friction {
             Friction::None => Self::None,
             Friction::Constant { law, radial } => Self::Constant { law, radial },
             Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
             Friction::Table { law, radial } => Self::Table { law, radial },
+            Friction::Dynamic { law, radial } => Self::Dynamic(Evolving::new(law, radial, nodes)),
         }
     }
 }
@@ -86,8 +96,9 @@ pub struct Equilibrium {
 /// Eq. (8) at one tilt for the perturbation from steady sliding: the state `z = 0` is exactly the
 /// equilibrium.
 ///
-/// State: `[q | dq/dt | w]`, with the work `w` (J) of the non-conservative forces on the vibration if the
-/// energy audit is enabled.
+/// State: `[q | dq/dt | s | w]`, with the states `s` of the friction law relative to those of steady sliding, node by
+/// node, if the law has any ([`DynamicFriction`](super::DynamicFriction)), and the work `w` (J) of the
+/// non-conservative forces on the vibration if the energy audit is enabled.
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub(crate) nodes: Nodes,
@@ -108,7 +119,7 @@ impl Joint {
     /// # Panics
     /// If the model has more than 128 modes, or arrays whose lengths disagree.
     pub fn new(model: &Model) -> Self {
-        Self::build(model, ActiveLaw::from(model.friction.clone()))
+        Self::build(model, |nodes| ActiveLaw::new(model.friction.clone(), nodes))
     }
 
     /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
@@ -117,10 +128,10 @@ impl Joint {
     /// # Panics
     /// As [`Joint::new`].
     pub fn with_friction(model: &Model, law: Arc<dyn FrictionLaw>, radial: bool) -> Self {
-        Self::build(model, ActiveLaw::Custom { law, radial })
+        Self::build(model, |_| ActiveLaw::Custom { law, radial })
     }
 
-    fn build(model: &Model, law: ActiveLaw) -> Self {
+    fn build(model: &Model, law: impl FnOnce(&Nodes) -> ActiveLaw) -> Self {
         let m = model.modes();
         assert!(m <= MAX_MODES, "at most {MAX_MODES} modes, not {m}");
         assert_eq!(
@@ -128,9 +139,10 @@ impl Joint {
             model.nodes() * m,
             "shapes are nodes x modes"
         );
+        let nodes = Nodes::new(model);
         let mut joint = Self {
-            nodes: Nodes::new(model),
-            law,
+            law: law(&nodes),
+            nodes,
             unilateral: model.unilateral,
             contact_damping: model.contact_damping,
             omega: model.omega.clone(),
@@ -153,23 +165,28 @@ impl Joint {
         let omega = self.omega().to_vec();
         let rest = vec![0.0; omega.len()];
         let mut force = rest.clone();
+        let states = vec![0.0; self.friction_states()];
         // With the kernel of the hot loop, so that the subtraction is exact there.
-        self.contact_force(KernelInput {
+        let input = KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: false,
             q: &rest,
             v: &rest,
             force: &mut force,
-        });
-        for block in &mut self.nodes.blocks {
-            if let Some(law) = self.law.law() {
-                for lane in 0..LANES {
-                    let speed = block.speed.0[lane];
-                    let normal = block.area.0[lane] * block.pre_stress.0[lane];
-                    block.steady_friction.0[lane] = -normal * law.ratio(speed).value * speed;
-                }
-            }
+        };
+        let (states, rates) = (&states[..], &mut states.clone()[..]);
+        self.contact_force(input, StateArrays { states, rates });
+        for node in 0..self.nodes.count {
+            let (block, lane) = (&mut self.nodes.blocks[node / LANES], node % LANES);
+            let speed = block.speed.0[lane];
+            let normal = block.area.0[lane] * block.pre_stress.0[lane];
+            block.steady_friction.0[lane] = match &self.law {
+                ActiveLaw::Dynamic(evolving) => -normal * evolving.steady_coefficient(node, speed),
+                law => law
+                    .law()
+                    .map_or(0.0, |law| -normal * law.ratio(speed).value * speed),
+            };
         }
         let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
         self.equilibrium = Equilibrium { force, q };
@@ -189,6 +206,28 @@ impl Joint {
     /// Number of contact nodes.
     pub fn contact_nodes(&self) -> usize {
         self.nodes.count
+    }
+
+    /// Number of states of the friction law at all nodes; zero for a law of the slip velocity alone.
+    pub fn friction_states(&self) -> usize {
+        self.law.evolving().map_or(0, Evolving::len)
+    }
+
+    /// Divides a state `z` into modal coordinates, modal velocities and the states of friction.
+    pub fn parts<'z>(&self, z: &'z [f64]) -> [&'z [f64]; 3] {
+        let m = self.omega.len();
+        let (q, rest) = z.split_at(m);
+        let (v, rest) = rest.split_at(m);
+        [q, v, &rest[..self.friction_states()]]
+    }
+
+    /// Rewrites the states of friction of a state `z` of this joint for the joint `other` with the same nodes under
+    /// another loading: bristles and the age of the contact do not jump.
+    pub fn carry_friction(&self, other: &Self, z: &mut [f64]) {
+        if let (Some(from), Some(to)) = (self.law.evolving(), other.law.evolving()) {
+            let states = &mut z[2 * self.omega.len()..][..from.len()];
+            from.carried(to, [&self.nodes.frames, &other.nodes.frames], states);
+        }
     }
 
     /// Row that gives Eq. (24) from the modal coordinates, 1/sqrt(kg).
@@ -217,7 +256,11 @@ impl Joint {
     }
 
     /// The right side of Eq. (8) minus that of steady sliding.
-    pub(crate) fn contact_force(&self, mut query: KernelInput<'_>) -> KernelOutput {
+    pub(crate) fn contact_force(
+        &self,
+        mut query: KernelInput<'_>,
+        states: StateArrays<'_>,
+    ) -> KernelOutput {
         macro_rules! pass {
             (any $law:expr) => {
                 match self.has_optional_terms() {
@@ -261,6 +304,14 @@ impl Joint {
                 law: law.as_ref(),
                 radial: *radial,
             }),
+            ActiveLaw::Dynamic(evolving) => self.arch.dispatch(EvolvingKernel {
+                nodes: &self.nodes,
+                evolving,
+                damping: self.contact_damping,
+                steady: &self.equilibrium.force,
+                query: &mut query,
+                states,
+            }),
         }
     }
 
@@ -272,18 +323,20 @@ impl Joint {
         z: &[f64],
         out: &mut [f64],
     ) {
-        let m = self.omega.len();
-        let (q, v) = (&z[..m], &z[m..2 * m]);
-        let passed = self.contact_force(KernelInput {
+        let [q, v, states] = self.parts(z);
+        let (force, rest) = out.split_at_mut(self.omega.len());
+        let (rates, work) = rest.split_at_mut(states.len());
+        let input = KernelInput {
             contact,
             record,
             audited: self.audit,
             q,
             v,
-            force: &mut out[..m],
-        });
+            force,
+        };
+        let passed = self.contact_force(input, StateArrays { states, rates });
         if self.audit {
-            out[m] = passed.power + self.damping_power(v);
+            work[0] = passed.power + self.damping_power(v);
         }
     }
 
@@ -308,12 +361,12 @@ impl System for Joint {
     }
 
     fn first_order(&self) -> usize {
-        usize::from(self.audit)
+        self.friction_states() + self.quadratures()
     }
 
     /// The work of the audit.
     fn quadratures(&self) -> usize {
-        self.first_order()
+        usize::from(self.audit)
     }
 
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
@@ -321,9 +374,9 @@ impl System for Joint {
     }
 
     fn non_finite_part(&self, _t: f64, z: &[f64]) -> Option<String> {
-        let (q, v) = z[..2 * self.modes()].split_at(self.modes());
+        let [q, v, states] = self.parts(z);
         let node = (0..self.nodes.count).find(|&node| {
-            let action = self.node_action(node, q, v);
+            let action = self.node_action(node, q, v, states);
             let force = action.friction.iter().sum::<f64>() + action.normal;
             !force.is_finite()
         })?;

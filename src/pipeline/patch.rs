@@ -134,9 +134,9 @@ pub(super) fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> Patch
     }
 }
 
-/// Status and forces of the nodes of a joint at modal coordinates `q` and velocities `v`.
-pub(super) fn patch_snapshot(joint: &Joint, time: f64, q: &[f64], v: &[f64]) -> PatchSnapshot {
-    let forces = joint.node_forces(q, v);
+/// Status and forces of the nodes of a joint at a state `z`.
+pub(super) fn patch_snapshot(joint: &Joint, time: f64, z: &[f64]) -> PatchSnapshot {
+    let forces = joint.node_forces(z);
     let pairs = forces.normal.iter().zip(&forces.speed).enumerate();
     let states = pairs.map(|(k, (&normal, &speed))| {
         if normal <= 0.0 {

@@ -283,10 +283,17 @@ impl Simulation {
     /// friction.
     fn replace_joint(&mut self, model: &Model, carry: Carry) -> Result<(), PipelineError> {
         let joint = audited(&self.scene, model);
-        let before = self.joint.energy(self.integrator.state()).total();
+        let mut z = self.integrator.state().to_vec();
+        let before = self.joint.energy(&z).total();
         if carry == Carry::Displacement {
             let [old, new] = [&self.joint, &joint].map(|joint| &joint.equilibrium().q);
             let shift: Vec<f64> = old.iter().zip(new).map(|(old, new)| old - new).collect();
+            self.integrator.translate(&shift)?;
+        }
+        if joint.friction_states() > 0 {
+            let start = z.clone();
+            self.joint.carry_friction(&joint, &mut z);
+            let shift: Vec<f64> = z.iter().zip(start).map(|(new, old)| new - old).collect();
             self.integrator.translate(&shift)?;
         }
         self.audit.added += joint.energy(self.integrator.state()).total() - before;
@@ -376,8 +383,7 @@ impl Simulation {
 
     /// Adds the present sample to a frame, and the nodes that have separated or closed since the previous one.
     fn take_sample(&mut self, frame: &mut Frame) {
-        let modes = self.joint.modes();
-        let (q, v) = self.z[..2 * modes].split_at(modes);
+        let [q, v, _] = self.joint.parts(&self.z);
         frame.q.extend_from_slice(q);
         frame.qdot.extend_from_slice(v);
         frame.displacement.push(self.joint.probe_value(q));
@@ -390,10 +396,8 @@ impl Simulation {
         if !counts && !pictures {
             return;
         }
-        let modes = self.joint.modes();
-        let (q, v) = self.z[..2 * modes].split_at(modes);
         let joint = self.full.as_ref().map_or(&self.joint, FullPatch::joint);
-        let snapshot = patch_snapshot(joint, time, q, v);
+        let snapshot = patch_snapshot(joint, time, &self.z);
         if counts {
             let sample = ContactSample::of(&snapshot, &self.counted);
             frame.contacts.push(sample);
@@ -407,7 +411,7 @@ impl Simulation {
     fn energy_sample(&self, time: f64) -> EnergySample {
         let energy = self.joint.energy(&self.z);
         let total = energy.total();
-        let work = self.z[2 * self.joint.modes()];
+        let work = self.z[self.joint.tangent_dim()];
         EnergySample {
             time,
             total,
@@ -451,7 +455,6 @@ impl Source for Simulation {
             other => other?,
         }
         let count = self.frame_length();
-        let modes = self.joint.modes();
         let mut frame = self.empty_frame(t0, count as usize);
         let record = &self.scene.record;
         let count_every = stride(rate, record.patch_rate);
@@ -488,7 +491,7 @@ impl Source for Simulation {
                 z: &self.z,
             };
             let probe = |z: &[f64]| {
-                let (q, v) = z[..2 * modes].split_at(modes);
+                let [q, v, _] = self.joint.parts(z);
                 [self.joint.probe_value(q), self.joint.probe_value(v)]
             };
             self.sensitivity.follow(

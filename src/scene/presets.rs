@@ -50,6 +50,8 @@ pub const PRESETS: &[Preset] = presets![
     "which-mode-wins",
     "hysteresis",
     "articulation",
+    "bristles",
+    "contact-age",
     "negative-slope",
     "mode-coupling",
     "mass-on-belt",

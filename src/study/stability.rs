@@ -10,6 +10,12 @@ pub enum StudyError {
     /// The joint cannot be assembled at one of the tilts.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
+    /// The causes of growth are not defined for the friction law.
+    #[error(
+        "the causes of growth are computed for friction that depends on the slip velocity alone; omit --causes for \
+         friction with a state"
+    )]
+    NoCauses,
     /// The eigenvalues at one of the tilts could not be computed.
     #[error("the eigenvalues at a tilt of {tilt_deg} deg could not be computed")]
     Eigenvalues {
@@ -63,11 +69,14 @@ pub fn stability(ball: &BallJoint, tilts: &[f64]) -> Result<Vec<StabilityAt>, St
 /// frequency.
 ///
 /// # Errors
-/// As [`stability`].
+/// As [`stability`], and if the friction law has states.
 pub fn growth_causes(
     ball: &BallJoint,
     tilts: &[f64],
 ) -> Result<Vec<Vec<ExplainedMode>>, StudyError> {
+    if ball.spec().friction.states() > 0 {
+        return Err(StudyError::NoCauses);
+    }
     let explained = tilts.iter().map(|&tilt| {
         let modes = ball.model(tilt)?.explained_modes();
         modes.map_err(|source| StudyError::Eigenvalues {

@@ -17,7 +17,7 @@ const REMEMBERED: usize = 64;
 type Remembered = (JointSpec, Option<Arc<CubatureRule>>);
 
 /// The rule for `contact.reduction` of a joint; `None` if all nodes are requested, or no rule is accurate enough.
-/// It depends on the parameters of the joint only. The latest rules are remembered, because studies build the
+/// It depends on the parameters of the joint only. Friction with states is not reduced. The latest rules are remembered, because studies build the
 /// same joint for each of their points.
 ///
 /// # Errors
@@ -25,7 +25,11 @@ type Remembered = (JointSpec, Option<Arc<CubatureRule>>);
 fn requested_rule(ball: &BallJoint) -> Result<Option<Arc<CubatureRule>>, TrainingError> {
     static RULES: Mutex<VecDeque<Remembered>> = Mutex::new(VecDeque::new());
     let spec = ball.spec();
-    let Some(tolerance) = spec.contact.reduction else {
+    let Some(tolerance) = spec
+        .contact
+        .reduction
+        .filter(|_| spec.friction.states() == 0)
+    else {
         return Ok(None);
     };
     // A panic while the lock is held leaves a valid list.

@@ -177,7 +177,7 @@ fn contributions(joint: &Joint, z: &[f64]) -> Vec<f64> {
     let (q, v) = z[..2 * m].split_at(m);
     let mut out = vec![0.0; m * n];
     for k in 0..n {
-        let action = joint.node_action(k, q, v);
+        let action = joint.node_action(k, q, v, &[]);
         let rows = &joint.nodes.rows[k / LANES * m..][..m];
         for (i, row) in rows.iter().enumerate() {
             let [s, t, r] = action.friction;

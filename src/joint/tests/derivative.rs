@@ -108,7 +108,7 @@ fn products_are_the_derivative() {
         let z = state(&joint, 11);
         let elsewhere = status(&joint, &state(&joint, 12));
         for k in 0..joint.contact_nodes() {
-            let action = joint.node_action(k, &z[..m], &z[m..]);
+            let action = joint.node_action(k, &z[..m], &z[m..], &[]);
             separated += usize::from(action.normal == 0.0);
             closed += usize::from(action.normal > 0.0);
             reversed += usize::from(action.slip[0] < 0.0);

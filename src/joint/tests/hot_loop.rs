@@ -23,7 +23,7 @@ fn built(model: &Model) -> Vec<Joint> {
     let mut joints = vec![Joint::new(model).with_audit()];
     let radial = model.friction.radial();
     let own: Option<Arc<dyn FrictionLaw>> = match model.friction.clone() {
-        Friction::None => None,
+        Friction::None | Friction::Dynamic { .. } => None,
         Friction::Constant { law, .. } => Some(Arc::new(law)),
         Friction::Stribeck { law, .. } => Some(Arc::new(law)),
         Friction::Table { law, .. } => Some(law),
@@ -48,10 +48,10 @@ fn friction_power(joint: &Joint, z: &[f64]) -> (f64, f64) {
     let rest = vec![0.0; m];
     let (mut power, mut size) = (0.0, 0.0);
     for k in 0..joint.contact_nodes() {
-        let action = joint.node_action(k, &z[..m], &z[m..2 * m]);
-        let steady = joint.node_action(k, &rest, &rest);
+        let action = joint.node_action(k, &z[..m], &z[m..2 * m], &[]);
+        let steady = joint.node_action(k, &rest, &rest, &[]);
         // The vibration only: zero displacement excludes `Omega x u`.
-        let moving = joint.node_action(k, &rest, &z[m..2 * m]);
+        let moving = joint.node_action(k, &rest, &z[m..2 * m], &[]);
         for c in 0..3 {
             let vibration = moving.slip[c] - steady.slip[c];
             power += (action.friction[c] - steady.friction[c]) * vibration;
@@ -98,10 +98,10 @@ fn assert_scalar(model: &Model, joint: &Joint, z: &[f64], case: &str) {
 /// The forces on all nodes at once, for pictures, compared with those of single nodes.
 fn assert_node_forces(joint: &Joint, z: &[f64], case: &str) {
     let (q, v) = z[..2 * joint.modes()].split_at(joint.modes());
-    let forces = joint.node_forces(q, v);
+    let forces = joint.node_forces(z);
     assert_eq!(forces.normal.len(), joint.contact_nodes());
     for (k, frame) in joint.nodes.frames.iter().enumerate() {
-        let action = joint.node_action(k, q, v);
+        let action = joint.node_action(k, q, v, &[]);
         let friction = (0..3).fold([0.0; 3], |sum, axis| {
             add_scaled(sum, action.friction[axis], frame[axis])
         });
@@ -112,7 +112,7 @@ fn assert_node_forces(joint: &Joint, z: &[f64], case: &str) {
             .into_iter()
             .chain(forces.friction[k].into_iter().zip(friction));
         let rest = vec![0.0; q.len()];
-        let pressed = joint.node_action(k, &rest, &rest).normal;
+        let pressed = joint.node_action(k, &rest, &rest, &[]).normal;
         let size = pressed + action.normal.abs() + action.speed + norm(friction);
         for (got, want) in pairs {
             assert!(

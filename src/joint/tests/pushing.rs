@@ -20,12 +20,12 @@ const DAMPINGS: [ContactDamping; 4] = [
 /// closed nodes without force.
 fn assert_pushes(joint: &Joint, z: &[f64]) -> usize {
     let (q, v) = z[..2 * joint.modes()].split_at(joint.modes());
-    let forces = joint.node_forces(q, v);
+    let forces = joint.node_forces(z);
     let mut status = vec![0; joint.status_len()];
     joint.status_of(0.0, z, &mut status);
     let mut pulled = 0;
     for (k, normal) in forces.normal.iter().enumerate() {
-        let action = joint.node_action(k, q, v);
+        let action = joint.node_action(k, q, v, &[]);
         assert!(
             action.normal >= 0.0 && *normal >= 0.0,
             "node {k}: {action:?}"
@@ -65,7 +65,7 @@ fn contacts_never_pull() {
                 run.sample(&joint, 1e-6 * f64::from(k), &mut z).unwrap();
                 // A sample may be beyond a guard by the rounding of its time.
                 let (q, v) = z.split_at(4);
-                let pushes = |k| joint.node_action(k, q, v).normal >= 0.0;
+                let pushes = |k| joint.node_action(k, q, v, &[]).normal >= 0.0;
                 assert!((0..19).all(pushes));
             }
         }
@@ -85,7 +85,7 @@ fn force_ends_before_separation() {
         ..scattered(1, 1, Friction::None)
     };
     let normal = |damping, q: f64, v: f64| {
-        let action = Joint::new(&model(damping)).node_action(0, &[q], &[v]);
+        let action = Joint::new(&model(damping)).node_action(0, &[q], &[v], &[]);
         (action.normal, action.dashpot)
     };
     let [dashpot, hunt_crossley] = STRONG;

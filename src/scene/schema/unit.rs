@@ -45,6 +45,7 @@ pub const METRE_PER_SECOND_SQUARED: Unit = unit("m/s^2", Times(1.0));
 pub const KILOGRAM_PER_CUBIC_METRE: Unit = unit("kg/m^3", Times(1.0));
 pub const METRE_PER_SECOND: Unit = unit("m/s", Times(1.0));
 pub const MILLIMETRE_PER_SECOND: Unit = unit("mm/s", Over(1e3));
+pub const PER_METRE: Unit = unit("1/m", Times(1.0));
 pub const SECOND_PER_METRE: Unit = unit("s/m", Times(1.0));
 pub const RADIAN_PER_SECOND: Unit = unit("rad/s", Times(1.0));
 

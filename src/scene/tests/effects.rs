@@ -1,6 +1,9 @@
 //! Optional effects: friction laws, contact damping, convection `Omega x u`.
 
-use crate::joint::{Constant, ContactDamping, Friction, FrictionTable, JointSpec};
+use crate::joint::{
+    Constant, ContactDamping, DynamicFriction, Friction, FrictionTable, JointSpec, LuGre,
+    RateAndState,
+};
 use crate::scene::*;
 
 const SMALLEST: &str = "[load]\nload_n = 150\ntilt_deg = 2\n[time]\nduration_ms = 1\n";
@@ -92,6 +95,91 @@ fn parameters_of_other_laws_are_rejected() {
         );
     }
 }
+
+const BRISTLES: &str =
+    "[friction]\nlaw = \"lugre\"\nmu_s = 0.5\nmu_d = 0.3\nbristle_stiffness_per_m = 1e5\n";
+const AGEING: &str = "[friction]\nlaw = \"rate-and-state\"\nmu_0 = 0.5\ndirect_effect = 0.01\n\
+     evolution_effect = 0.03\nreference_speed_m_per_s = 0.02\nslip_distance_um = 5\n";
+
+#[test]
+fn laws_with_states_are_read() {
+    let law = DynamicFriction::LuGre(LuGre {
+        mu_s: 0.5,
+        mu_d: 0.3,
+        stribeck: 10.0,
+        stiffness: 1e5,
+        damping: 0.0,
+        viscous: 0.0,
+    });
+    let radial = true;
+    assert_eq!(spec(BRISTLES).friction, Friction::Dynamic { law, radial });
+    let more = "bristle_damping_s_per_m = 2\nviscous_s_per_m = 0.1\nradial = false\n";
+    let Friction::Dynamic {
+        law: DynamicFriction::LuGre(law),
+        radial: false,
+    } = spec(&format!("{BRISTLES}{more}")).friction
+    else {
+        panic!("bristles without the radial component");
+    };
+    assert_eq!((law.damping, law.viscous), (2.0, 0.1));
+    let law = DynamicFriction::RateAndState(RateAndState {
+        mu_0: 0.5,
+        direct: 0.01,
+        evolution: 0.03,
+        reference_speed: 0.02,
+        distance: 5e-6,
+    });
+    assert_eq!(spec(AGEING).friction, Friction::Dynamic { law, radial });
+}
+
+#[test]
+fn what_excludes_laws_with_states_is_reported() {
+    let cases = [
+        (
+            format!("{BRISTLES}creep_slope_s_per_m = 1000\n"),
+            "friction.creep_slope_s_per_m",
+        ),
+        (format!("{BRISTLES}mu_0 = 0.3\n"), "friction.mu_0"),
+        (BRISTLES.replace("0.3", "0"), "friction.mu_d"),
+        (BRISTLES.replace("mu_s = 0.5\n", ""), "friction.mu_s"),
+        (
+            BRISTLES.replace("bristle_stiffness_per_m = 1e5\n", ""),
+            "friction.bristle_stiffness_per_m",
+        ),
+        (
+            format!("{BRISTLES}[contact]\nnodes = 401\n"),
+            "contact.nodes",
+        ),
+        (
+            format!("{AGEING}[contact]\nreduction = 1e-4\n"),
+            "contact.reduction",
+        ),
+        (
+            format!("{AGEING}bristle_stiffness_per_m = 1e5\n"),
+            "friction.bristle_stiffness_per_m",
+        ),
+        (format!("{AGEING}mu_s = 0.5\n"), "friction.mu_s"),
+        (AGEING.replace("0.01", "0.001"), "friction.direct_effect"),
+        (
+            AGEING.replace("slip_distance_um = 5\n", ""),
+            "friction.slip_distance_um",
+        ),
+        (
+            format!("{SLIDING}viscous_s_per_m = 1\n"),
+            "friction.viscous_s_per_m",
+        ),
+        (
+            format!("{SLIDING}evolution_effect = 0.1\n"),
+            "friction.evolution_effect",
+        ),
+    ];
+    for (added, key) in cases {
+        let message = refusal(&added);
+        assert!(message.contains(key), "{added}: {message}");
+    }
+}
+
+const SLIDING: &str = "[friction]\nmu_s = 0.5\nmu_d = 0.3\n";
 
 /// A scene in a folder with a file of a measured friction curve.
 fn with_curve(content: &str) -> (tempfile::TempDir, Result<Scene, SceneError>) {

@@ -13,6 +13,7 @@ fn keys_are_unique_and_named_with_their_units() {
         let suffix = match row.split('|').nth(3).map(str::trim) {
             Some("m/s") => "_m_per_s".to_owned(),
             Some("mm/s") => "_mm_per_s".to_owned(),
+            Some("1/m") => "_per_m".to_owned(),
             Some("s/m") => "_s_per_m".to_owned(),
             Some("rad/s") => "_rad_per_s".to_owned(),
             Some("kg/m^3") => "_kg_m3".to_owned(),

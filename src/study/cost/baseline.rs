@@ -44,8 +44,11 @@ impl CostPlan {
         };
         let beam = scene.ball_on_beam().is_ok();
         let joint = scene.joint().is_ok();
+        let reducible = scene
+            .joint()
+            .is_ok_and(|joint| joint.spec.friction.states() == 0);
         let fits = |setting: &CostSetting| match setting {
-            CostSetting::Reduction => joint,
+            CostSetting::Reduction => reducible,
             setting => beam || !of_beam(setting),
         };
         Self {

@@ -7,8 +7,8 @@ use super::effect::{Effect, setting_text};
 use crate::dynamics::System;
 use crate::fem::Families;
 use crate::joint::{
-    BallJoint, BodySpec, ContactDamping, Friction, FrictionTable, Joint, JointSpec, Model,
-    PUBLISHED, StiffnessLaw, Stribeck,
+    BallJoint, BodySpec, ContactDamping, DynamicFriction, Friction, FrictionTable, Joint,
+    JointSpec, LuGre, Model, PUBLISHED, RateAndState, StiffnessLaw, Stribeck,
 };
 use crate::pipeline::message::Frame;
 use crate::scene::{LoadedJoint, Scene};
@@ -22,6 +22,21 @@ const STRIBECK: Stribeck = Stribeck {
     mu_d: 0.25,
     creep: 1000.0,
     stribeck: 10.0,
+};
+const LUGRE: LuGre = LuGre {
+    mu_s: 0.55,
+    mu_d: 0.25,
+    stribeck: 10.0,
+    stiffness: 1e5,
+    damping: 1.0,
+    viscous: 0.0,
+};
+const RATE_AND_STATE: RateAndState = RateAndState {
+    mu_0: 0.5,
+    direct: 0.01,
+    evolution: 0.04,
+    reference_speed: 0.016,
+    distance: 5e-6,
 };
 /// Number of points of a measured friction curve, up to 1 m/s.
 const CURVE_POINTS: u32 = 32;
@@ -97,6 +112,7 @@ impl Evaluations {
     /// At up to 16 states from the last half of the frames; a smaller model takes their lowest modes.
     fn new(model: &Model, frames: &[Arc<Frame>]) -> Self {
         let modes = model.modes();
+        let joint = Joint::new(model);
         let states = frames[frames.len() / 2..].iter().take(16).map(|frame| {
             let mode = |x: &[f64], i: usize| x.get(i).copied().filter(|_| i < frame.modes);
             let of = |x: &[f64]| {
@@ -104,11 +120,13 @@ impl Evaluations {
                     .map(|i| mode(x, i).unwrap_or(0.0))
                     .collect::<Vec<_>>()
             };
-            [of(&frame.q), of(&frame.qdot)].concat()
+            let mut z = [of(&frame.q), of(&frame.qdot)].concat();
+            z.resize(joint.dim(), 0.0);
+            z
         });
         Self {
-            joint: Joint::new(model),
             states: states.collect(),
+            joint,
             count: (EVALUATIONS / (model.nodes() * modes)).max(1),
         }
     }
@@ -217,6 +235,14 @@ fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
             let setting = format!("measured curve of {} points", law.points().len());
             (setting, Some(Friction::Table { law, radial }))
         }
+        Friction::Dynamic { law, .. } => {
+            let (law, radial) = (*law, !radial);
+            let setting = match law {
+                DynamicFriction::LuGre(law) => format!("LuGre, mu {} to {}", law.mu_s, law.mu_d),
+                DynamicFriction::RateAndState(law) => format!("rate and state, mu {}", law.mu_0),
+            };
+            (setting, Some(Friction::Dynamic { law, radial }))
+        }
     };
     let is_on = switched.is_some();
     let other = match is_on {
@@ -230,6 +256,16 @@ fn friction_effects(model: &Model) -> Vec<SwitchedModel> {
     let mut all = vec![
         ("friction", "friction", is_on, setting, with(other)),
         measured_curve(model),
+        friction_with_state(
+            model,
+            "bristles (LuGre friction)",
+            DynamicFriction::LuGre(LUGRE),
+        ),
+        friction_with_state(
+            model,
+            "age of the contact (rate and state)",
+            DynamicFriction::RateAndState(RATE_AND_STATE),
+        ),
     ];
     all.extend(switched.map(|switched| {
         (
@@ -269,6 +305,37 @@ fn measured_curve(model: &Model) -> SwitchedModel {
     )
 }
 
+/// A friction law with states like `typical`, compared with Eq. (5).
+fn friction_with_state(
+    model: &Model,
+    name: &'static str,
+    typical: DynamicFriction,
+) -> SwitchedModel {
+    let radial = model.friction.radial();
+    let is_alike =
+        |law: &DynamicFriction| std::mem::discriminant(law) == std::mem::discriminant(&typical);
+    let is_on = matches!(&model.friction, Friction::Dynamic { law, .. } if is_alike(law));
+    let (setting, friction) = match is_on {
+        true => {
+            let states = model.friction.states() * model.nodes();
+            let law = STRIBECK;
+            (
+                format!("{states} states"),
+                Friction::Stribeck { law, radial },
+            )
+        }
+        false => (
+            String::new(),
+            Friction::Dynamic {
+                law: typical,
+                radial,
+            },
+        ),
+    };
+    let other = changed(model, |other| other.friction = friction);
+    (name, "friction.law", is_on, setting, other)
+}
+
 /// Effects of choices made when the joint is built: the stiffness distribution and the mode set, each with
 /// the model of the other choice. A body from a file has fixed choices.
 fn build_effects(
@@ -276,18 +343,21 @@ fn build_effects(
     ball: &BallJoint,
     tilt: f64,
 ) -> Result<Vec<SwitchedModel>, Cause> {
-    let reduced = spec.contact.reduction.is_some();
-    let mut other = spec.clone();
-    other.contact.reduction = (!reduced).then_some(REDUCTION);
-    let mut all: Vec<SwitchedModel> = vec![(
-        "reduced contact",
-        "contact.reduction",
-        reduced,
-        spec.contact.reduction.map_or(String::new(), |tolerance| {
-            format!("tolerance {tolerance:e}")
-        }),
-        ball.clone().with_spec(&other)?.model(tilt)?,
-    )];
+    let mut all: Vec<SwitchedModel> = Vec::new();
+    if spec.friction.states() == 0 {
+        let reduced = spec.contact.reduction.is_some();
+        let mut other = spec.clone();
+        other.contact.reduction = (!reduced).then_some(REDUCTION);
+        all.push((
+            "reduced contact",
+            "contact.reduction",
+            reduced,
+            spec.contact.reduction.map_or(String::new(), |tolerance| {
+                format!("tolerance {tolerance:e}")
+            }),
+            ball.clone().with_spec(&other)?.model(tilt)?,
+        ));
+    }
     let BodySpec::BallOnBeam(body) = &spec.body else {
         return Ok(all);
     };

@@ -134,7 +134,7 @@ pub fn response(
         InitialState::After(earlier) => (Some(&earlier.state[..]), earlier.bases()),
     };
     if let Some(z) = state {
-        // Accumulated quantities after `[q | dq/dt]`, such as work, restart from zero.
+        // Accumulated quantities at the end, such as work, restart from zero.
         prepared.state.fill(0.0);
         let common = z.len().min(prepared.state.len());
         prepared.state[..common].copy_from_slice(&z[..common]);
@@ -162,7 +162,7 @@ pub fn response(
         exponents: measured.exponents,
         linear,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
-        state: run.z[..2 * run.system.modes()].to_vec(),
+        state: run.z[..run.system.tangent_dim()].to_vec(),
         stats: run.integrator.stats(),
         ..by_samples
     }))

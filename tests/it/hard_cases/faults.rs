@@ -90,7 +90,7 @@ fn a_nan_is_reported_with_time_node_mode_and_last_finite_state() {
         assert!(last_good_state.iter().all(|x| x.is_finite()));
         // The reported node is the one with the highest sliding speed.
         let (q, v) = last_good_state.split_at(m);
-        let speed = |k: &usize| joint.node_action(*k, q, v).speed;
+        let speed = |k: &usize| joint.node_action(*k, q, v, &[]).speed;
         let nodes = 0..joint.contact_nodes();
         let fastest = nodes.max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap();
         let part = part.unwrap_or_else(|| panic!("{method:?}: no node reported: {message}"));

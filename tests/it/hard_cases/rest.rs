@@ -18,7 +18,7 @@ fn rotation_exactly_zero() {
     let m = resting.modes();
     let rest = vec![0.0; m];
     for node in 0..resting.contact_nodes() {
-        let action = resting.node_action(node, &rest, &rest);
+        let action = resting.node_action(node, &rest, &rest, &[]);
         assert_eq!(action.speed, 0.0);
         assert_eq!(action.friction, [0.0; 3].map(|x: f64| -x));
         // The whole creep region counts as sticking: there is no steady sliding as reference.
@@ -157,7 +157,7 @@ fn slip_velocity_exactly_zero() {
     for creep in [1e2, 1e4, 1e6, 1e8] {
         let joint = belt(creep);
         // The mass moves with the belt: the sliding velocity is bitwise zero.
-        let action = joint.node_action(0, &[0.3], &[0.2]);
+        let action = joint.node_action(0, &[0.3], &[0.2], &[]);
         assert_eq!((action.speed, action.friction), (0.0, [-0.0, -0.0, -0.0]));
         // Only the spring force minus the steady friction acts. The slope is that of the law at zero
         // speed, mu'(0) = creep mu_s.
@@ -245,14 +245,16 @@ fn sticking_for_most_of_a_period() {
     });
     let joint = joint(&scene(&changes));
     let m = joint.modes();
-    let sliding = joint.node_action(0, &vec![0.0; m], &vec![0.0; m]).speed;
+    let sliding = joint
+        .node_action(0, &vec![0.0; m], &vec![0.0; m], &[])
+        .speed;
     let speeds: Vec<f64> = result
         .frames
         .iter()
         .filter(|frame| frame.t0 > 0.010)
         .flat_map(|frame| {
             let states = frame.q.chunks(m).zip(frame.qdot.chunks(m));
-            states.map(|(q, v)| joint.node_action(0, q, v).speed)
+            states.map(|(q, v)| joint.node_action(0, q, v, &[]).speed)
         })
         .collect();
     // Sticking means creeping at a small fraction of the speed of steady sliding.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fem::{Elements, Families};
-use crate::joint::{Frequencies, Quadrature};
+use crate::joint::{Frequencies, MAX_NODES_WITH_STATES, Quadrature};
 use crate::scene::{MAX_ADVISED_STEP, Scene, SceneSetting};
 
 /// A source of error.
@@ -158,8 +158,14 @@ pub fn integrator(scene: &Scene) -> Refinement {
     )
 }
 
-/// The refinements of the contact: nodes, and the reduction of 1,000 nodes.
-fn contact() -> [Refinement; 2] {
+/// The refinements of the contact: nodes, and the reduction of 1,000 nodes. Friction with states limits the nodes and
+/// excludes the reduction.
+fn contact(has_states: bool) -> Vec<Refinement> {
+    let most = if has_states {
+        MAX_NODES_WITH_STATES
+    } else {
+        usize::MAX
+    };
     let nodes = |quadrature: Quadrature, count: usize| {
         let name: &str = quadrature.into();
         let place = match quadrature {
@@ -178,19 +184,31 @@ fn contact() -> [Refinement; 2] {
             reducible,
         }
     };
-    let gauss = GAUSS.map(|count| nodes(Quadrature::Gauss, count));
-    let rings = RINGS.map(|count| nodes(Quadrature::Rings, count));
-    let mut levels: Vec<Level> = rings.into_iter().chain(gauss).collect();
+    let up_to =
+        |counts: &'static [usize]| counts.iter().copied().filter(move |count| *count <= most);
+    let gauss = up_to(&GAUSS).map(|count| nodes(Quadrature::Gauss, count));
+    let rings = up_to(&RINGS).map(|count| nodes(Quadrature::Rings, count));
+    let mut levels: Vec<Level> = rings.chain(gauss).collect();
     let last = levels.len() - 1;
+    let finest_rings = up_to(&RINGS).count() - 1;
     for (k, level) in levels.iter_mut().enumerate() {
         // The finest rings are compared with the reference.
-        level.finer = if k + 1 == RINGS.len() {
+        level.finer = if k == finest_rings {
             last
         } else {
             last.min(k + 1)
         };
     }
     let fine = levels[last - 1].settings.clone();
+    let nodes = Refinement {
+        source: Source::Nodes,
+        levels,
+        with: Vec::new(),
+        exact: false,
+    };
+    if has_states {
+        return vec![nodes];
+    }
     let all = (
         "all nodes".to_owned(),
         vec![SceneSetting::word(
@@ -210,13 +228,7 @@ fn contact() -> [Refinement; 2] {
     }
     reduction.exact = true;
     reduction.with = fine;
-    let nodes = Refinement {
-        source: Source::Nodes,
-        levels,
-        with: Vec::new(),
-        exact: false,
-    };
-    [nodes, reduction]
+    vec![nodes, reduction]
 }
 
 fn elements() -> Refinement {
@@ -292,8 +304,8 @@ fn averaging(scene: &Scene, settling: f64, factor: f64) -> Refinement {
 /// (`with_motion`).
 pub fn others(scene: &Scene, settling: f64, factor: f64, with_motion: bool) -> Vec<Refinement> {
     let mut refinements = Vec::new();
-    if scene.joint().is_ok() && scene.imported_modes().is_none() {
-        refinements.extend(contact());
+    if let (Ok(joint), None) = (scene.joint(), scene.imported_modes()) {
+        refinements.extend(contact(joint.spec.friction.states() > 0));
         refinements.extend(modes(scene));
         refinements.push(elements());
     }

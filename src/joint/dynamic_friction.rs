@@ -1,0 +1,508 @@
+//! Friction laws with an internal state at each contact node: LuGre, and rate-and-state friction.
+//!
+//! A law gives the friction force divided by the normal force, `-c(V, s)`, and the rate of the state, `ds/dt =
+//! g(V, s)`, for a slip velocity `V` and a state `s` without unit. Neither depends on the normal force, so that
+//! the force of a node remains proportional to it. The state of a separated node follows the slip velocity, too.
+
+use super::vector::{norm, scale};
+
+/// Largest number of contact nodes of a scene whose friction has states. The effort of linear stability and of implicit
+/// steps increases with the cube of their number.
+pub const MAX_NODES_WITH_STATES: usize = 400;
+
+/// Friction force of a node divided by its normal force, with the opposite sign, and the rate of its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateResponse {
+    /// `c`, along the axes of the slip velocity.
+    pub coefficient: [f64; 3],
+    /// `ds/dt`, 1/s; zero for components that the law does not have.
+    pub rate: [f64; 3],
+}
+
+/// Derivatives of a [`StateResponse`]; `[i][j]` is that of component `i` with respect to component `j`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StateSlopes {
+    /// `dc/dV`, s/m.
+    pub coefficient_by_velocity: [[f64; 3]; 3],
+    /// `dc/ds`.
+    pub coefficient_by_state: [[f64; 3]; 3],
+    /// `dg/dV`, 1/m.
+    pub rate_by_velocity: [[f64; 3]; 3],
+    /// `dg/ds`, 1/s.
+    pub rate_by_state: [[f64; 3]; 3],
+}
+
+/// LuGre friction: elastic bristles that bend before the contact slides. C. Canudas de Wit, H. Olsson, K. J. Astrom,
+/// P. Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419. The state is `s = sigma_0 z`, the share of the
+/// coefficient that the deflection `z` of the bristles carries, a vector in the axes of the slip velocity:
+///
+/// ```text
+/// ds/dt = sigma_0 (V - |V| s / mu(|V|))
+/// c     = s + (sigma_1 / sigma_0) ds/dt + sigma_2 V
+/// mu(V) = mu_d + (mu_s - mu_d) exp(-stribeck V)
+/// ```
+///
+/// In steady sliding `c = mu(V) + sigma_2 V`. At a constant normal force the law is passive, with the storage function
+/// `N s^2 / (2 sigma_0)`, while `sigma_1 |V| <= 4 mu(|V|)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LuGre {
+    /// Coefficient `mu_s` of slow steady sliding, positive.
+    pub mu_s: f64,
+    /// Coefficient `mu_d` of fast steady sliding, positive.
+    pub mu_d: f64,
+    /// Slope factor of the decrease from `mu_s` to `mu_d`, s/m, non-negative.
+    pub stribeck: f64,
+    /// Stiffness `sigma_0` of the bristles per normal force, 1/m, positive.
+    pub stiffness: f64,
+    /// Damping `sigma_1` of the bristles per normal force, s/m, non-negative.
+    pub damping: f64,
+    /// Viscous friction `sigma_2` per normal force, s/m, non-negative.
+    pub viscous: f64,
+}
+
+impl LuGre {
+    /// `mu(V)` and its slope at a slip speed (m/s).
+    fn steady(&self, speed: f64) -> [f64; 2] {
+        let falling = (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp();
+        [self.mu_d + falling, -self.stribeck * falling]
+    }
+}
+
+/// Rate-and-state friction with the ageing law (J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys.
+/// Res. 88 (1983) 10359), regularised at zero speed (J. R. Rice, N. Lapusta, K. Ranjith, J. Mech. Phys. Solids 49 (2001)
+/// 1865). The state is `s = ln(V_0 theta / D_c)`, with the age `theta` of the contact:
+///
+/// ```text
+/// dtheta/dt = 1 - |V| theta / D_c
+/// c         = a asinh(|V| / (2 V_0) exp((mu_0 + b s) / a)) V / |V|
+/// ```
+///
+/// In steady sliding `c = mu_0 + (a - b) ln(V / V_0)`. With `b > a` it falls with the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateAndState {
+    /// Coefficient `mu_0` of steady sliding at the reference speed, positive.
+    pub mu_0: f64,
+    /// Direct effect `a`, positive.
+    pub direct: f64,
+    /// Evolution effect `b`, non-negative.
+    pub evolution: f64,
+    /// Reference speed `V_0`, m/s, positive.
+    pub reference_speed: f64,
+    /// Slip distance `D_c` over which the state evolves, m, positive.
+    pub distance: f64,
+}
+
+impl RateAndState {
+    /// `c` at a positive speed (m/s) and a state, and its derivative with respect to `ln |V|`.
+    fn coefficient(&self, speed: f64, state: f64) -> [f64; 2] {
+        let exponent = (self.mu_0 + self.evolution * state) / self.direct
+            + (speed / (2.0 * self.reference_speed)).ln();
+        // From here on, asinh(x) is ln(2 x) within rounding, without overflow.
+        if exponent > 20.0 {
+            return [
+                self.direct * (exponent + std::f64::consts::LN_2),
+                self.direct,
+            ];
+        }
+        let x = exponent.exp();
+        [self.direct * x.asinh(), self.direct * x / x.hypot(1.0)]
+    }
+}
+
+/// Friction law with an internal state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DynamicFriction {
+    /// Bristles.
+    LuGre(LuGre),
+    /// Rate-and-state friction.
+    RateAndState(RateAndState),
+}
+
+/// Slip speed below which friction vanishes, m/s. It permits a division by the speed.
+const LEAST_SPEED: f64 = 1e-250;
+
+/// Slip speed relative to the reference speed below which the age of a contact in steady sliding does not increase.
+const LEAST_STEADY_SPEED: f64 = 1e-6;
+
+impl DynamicFriction {
+    /// Number of components of the state for slip velocities with two or three components.
+    pub fn states(&self, axes: usize) -> usize {
+        match self {
+            Self::LuGre(_) => axes,
+            Self::RateAndState(_) => 1,
+        }
+    }
+
+    /// Whether the state is a vector in the axes of the slip velocity.
+    pub fn has_vector_state(&self) -> bool {
+        matches!(self, Self::LuGre(_))
+    }
+
+    /// The state of steady sliding at a speed (m/s) along the first axis. At rest bristles are straight, and the
+    /// age of a contact is that of very slow sliding.
+    pub fn steady_state(&self, speed: f64) -> [f64; 3] {
+        match self {
+            Self::LuGre(law) if speed > 0.0 => [law.steady(speed)[0], 0.0, 0.0],
+            Self::LuGre(_) => [0.0; 3],
+            Self::RateAndState(law) => {
+                let slowest = LEAST_STEADY_SPEED * law.reference_speed;
+                [(law.reference_speed / speed.max(slowest)).ln(), 0.0, 0.0]
+            }
+        }
+    }
+
+    /// Response at a slip velocity (m/s) and a state.
+    pub fn response(&self, velocity: [f64; 3], state: [f64; 3]) -> StateResponse {
+        let speed = norm(velocity);
+        match self {
+            Self::LuGre(law) => {
+                let wear = law.stiffness * speed / law.steady(speed)[0];
+                let rate = std::array::from_fn(|i| law.stiffness * velocity[i] - wear * state[i]);
+                let time = law.damping / law.stiffness;
+                StateResponse {
+                    coefficient: std::array::from_fn(|i| {
+                        state[i] + time * rate[i] + law.viscous * velocity[i]
+                    }),
+                    rate,
+                }
+            }
+            Self::RateAndState(law) => {
+                let speed = speed.max(LEAST_SPEED);
+                let [coefficient, _] = law.coefficient(speed, state[0]);
+                let ageing = law.reference_speed * (-state[0]).exp();
+                StateResponse {
+                    coefficient: scale(velocity, coefficient / speed),
+                    rate: [(ageing - speed) / law.distance, 0.0, 0.0],
+                }
+            }
+        }
+    }
+
+    /// Derivatives at a slip velocity (m/s) and a state.
+    pub fn slopes(&self, velocity: [f64; 3], state: [f64; 3]) -> StateSlopes {
+        let speed = norm(velocity);
+        let direction = scale(velocity, 1.0 / speed.max(LEAST_SPEED));
+        let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+        match self {
+            Self::LuGre(law) => {
+                let [steady, slope] = law.steady(speed);
+                let wear = law.stiffness * speed / steady;
+                // d(|V| / mu)/d|V|
+                let bend = law.stiffness * (1.0 - speed * slope / steady) / steady;
+                let time = law.damping / law.stiffness;
+                let rate_by_velocity =
+                    matrix(|i, j| law.stiffness * unit(i, j) - bend * state[i] * direction[j]);
+                StateSlopes {
+                    coefficient_by_velocity: matrix(|i, j| {
+                        time * rate_by_velocity[i][j] + law.viscous * unit(i, j)
+                    }),
+                    coefficient_by_state: matrix(|i, j| (1.0 - time * wear) * unit(i, j)),
+                    rate_by_velocity,
+                    rate_by_state: matrix(|i, j| -wear * unit(i, j)),
+                }
+            }
+            Self::RateAndState(law) => {
+                let speed = speed.max(LEAST_SPEED);
+                let [coefficient, slope] = law.coefficient(speed, state[0]);
+                let (ratio, bend) = (coefficient / speed, (slope - coefficient) / speed);
+                let by_state = slope * law.evolution / law.direct;
+                let ageing = law.reference_speed * (-state[0]).exp();
+                let first = |j: usize| unit(0, j);
+                StateSlopes {
+                    coefficient_by_velocity: matrix(|i, j| {
+                        ratio * unit(i, j) + bend * direction[i] * direction[j]
+                    }),
+                    coefficient_by_state: matrix(|i, j| by_state * direction[i] * first(j)),
+                    rate_by_velocity: matrix(|i, j| -first(i) * direction[j] / law.distance),
+                    rate_by_state: matrix(|i, j| -first(i) * first(j) * ageing / law.distance),
+                }
+            }
+        }
+    }
+}
+
+fn matrix(of: impl Fn(usize, usize) -> f64) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| of(i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BRISTLES: LuGre = LuGre {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        stribeck: 10.0,
+        stiffness: 1e5,
+        damping: 3.0,
+        viscous: 0.2,
+    };
+
+    const AGEING: RateAndState = RateAndState {
+        mu_0: 0.4,
+        direct: 0.01,
+        evolution: 0.03,
+        reference_speed: 1e-3,
+        distance: 5e-6,
+    };
+
+    /// Integrates the state at a slip velocity along the first axis by the classical Runge-Kutta method with steps of
+    /// `h` seconds, and returns the coefficient after each step.
+    fn driven(
+        law: DynamicFriction,
+        mut state: f64,
+        h: f64,
+        steps: usize,
+        velocity: impl Fn(f64) -> f64,
+    ) -> Vec<f64> {
+        let at = |t: f64, s: f64| law.response([velocity(t), 0.0, 0.0], [s, 0.0, 0.0]);
+        let mut all = Vec::new();
+        for k in 0..steps {
+            let t = k as f64 * h;
+            let slope = |t: f64, s: f64| at(t, s).rate[0];
+            let a = slope(t, state);
+            let b = slope(t + 0.5 * h, state + 0.5 * h * a);
+            let c = slope(t + 0.5 * h, state + 0.5 * h * b);
+            let d = slope(t + h, state + h * c);
+            state += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
+            all.push(at(t + h, state).coefficient[0]);
+        }
+        all
+    }
+
+    /// In steady sliding the state rests, and the coefficient is the closed form.
+    #[test]
+    fn steady_sliding_has_the_closed_form() {
+        for speed in [1e-5_f64, 1e-3, 0.0159, 0.3, 5.0] {
+            let cases = [
+                (
+                    DynamicFriction::LuGre(BRISTLES),
+                    0.25 + 0.3 * (-10.0 * speed).exp() + 0.2 * speed,
+                ),
+                (
+                    DynamicFriction::RateAndState(AGEING),
+                    0.4 - 0.02 * (speed / 1e-3).ln(),
+                ),
+            ];
+            for (law, exact) in cases {
+                let response = law.response([speed, 0.0, 0.0], law.steady_state(speed));
+                assert!(
+                    (response.coefficient[0] / exact - 1.0).abs() < 1e-12,
+                    "{law:?} {speed}"
+                );
+                let rate = match law {
+                    DynamicFriction::LuGre(law) => law.stiffness * speed,
+                    DynamicFriction::RateAndState(law) => speed / law.distance,
+                };
+                assert!(response.rate[0].abs() < 1e-14 * rate, "{law:?} {speed}");
+            }
+        }
+    }
+
+    /// The derivatives are those of central differences, also at rest.
+    #[test]
+    fn slopes_are_the_derivatives() {
+        for law in [
+            DynamicFriction::LuGre(BRISTLES),
+            DynamicFriction::RateAndState(AGEING),
+        ] {
+            let states = [[0.31, -0.12, 0.05], [-2.5, 0.0, 0.0]];
+            for state in states {
+                for velocity in [[0.02, -0.01, 0.003], [-1e-4, 2e-4, 0.0], [0.7, 0.0, 0.1]] {
+                    let slopes = law.slopes(velocity, state);
+                    let differs = |got: f64, exact: f64, scale: f64| {
+                        assert!((got - exact).abs() <= 1e-6 * scale, "{law:?} {got} {exact}");
+                    };
+                    for j in 0..3 {
+                        let moved = |of: [f64; 3], h: f64| {
+                            let mut of = of;
+                            of[j] += h;
+                            of
+                        };
+                        let h = 1e-5 * norm(velocity);
+                        let [a, b] = [-h, h].map(|h| law.response(moved(velocity, h), state));
+                        let size = slopes.coefficient_by_velocity.as_flattened();
+                        let size = size.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                        let fast = slopes.rate_by_velocity.as_flattened();
+                        let fast = fast.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                        for i in 0..3 {
+                            let exact = (b.coefficient[i] - a.coefficient[i]) / (2.0 * h);
+                            differs(slopes.coefficient_by_velocity[i][j], exact, size);
+                            let exact = (b.rate[i] - a.rate[i]) / (2.0 * h);
+                            differs(slopes.rate_by_velocity[i][j], exact, fast);
+                        }
+                        let [a, b] = [-1e-5, 1e-5].map(|h| law.response(velocity, moved(state, h)));
+                        for i in 0..3 {
+                            let exact = (b.coefficient[i] - a.coefficient[i]) / 2e-5;
+                            differs(slopes.coefficient_by_state[i][j], exact, 1.0);
+                            let exact = (b.rate[i] - a.rate[i]) / 2e-5;
+                            let scale = 1.0 + slopes.rate_by_state[i][i].abs();
+                            differs(slopes.rate_by_state[i][j], exact, scale);
+                        }
+                    }
+                }
+            }
+        }
+        let resting = DynamicFriction::LuGre(BRISTLES).slopes([0.0; 3], [0.2, 0.0, 0.0]);
+        assert_eq!(resting.rate_by_velocity[0], [1e5, 0.0, 0.0]);
+    }
+
+    /// Before sliding, the bristles are springs of stiffness `sigma_0`, and their dashpots act at once.
+    #[test]
+    fn bristles_are_springs_before_they_slide() {
+        let law = LuGre {
+            damping: 0.0,
+            viscous: 0.0,
+            ..BRISTLES
+        };
+        // 10 nm at 0.1 mm/s: 1/300 of the way to sliding.
+        let pushed = driven(DynamicFriction::LuGre(law), 0.0, 1e-7, 1000, |_| 1e-4);
+        let springs = 1e5 * 1e-8;
+        let share = springs / law.steady(1e-4)[0];
+        // ds/dx = sigma_0 (1 - s / mu) at a constant speed.
+        let exact = law.steady(1e-4)[0] * -(-share).exp_m1();
+        assert!((pushed[999] / exact - 1.0).abs() < 1e-9, "{}", pushed[999]);
+        assert!((pushed[999] / springs - 1.0).abs() < 2e-3);
+        let response = DynamicFriction::LuGre(BRISTLES).response([1e-4, 0.0, 0.0], [0.0; 3]);
+        assert!((response.coefficient[0] / ((3.0 + 0.2) * 1e-4) - 1.0).abs() < 1e-12);
+    }
+
+    /// A force that increases slowly breaks the contact away at `mu_s`, one that increases fast at less: the bristles
+    /// slide faster before they are bent.
+    #[test]
+    fn break_away_falls_with_the_rate_of_the_load() {
+        let law = LuGre {
+            damping: 0.0,
+            viscous: 0.0,
+            ..BRISTLES
+        };
+        // The velocity for a given rate r of the coefficient: sigma_0 V (1 - s / mu(V)) = r.
+        let broken = |r: f64| {
+            let (mut s, mut v) = (0.0, r / law.stiffness);
+            let h = 1e-5 * law.mu_s / r;
+            while v < 1.0 {
+                for _ in 0..50 {
+                    let free = 1.0 - s / law.steady(v)[0];
+                    if free <= 0.0 {
+                        return s;
+                    }
+                    v = 0.5 * (v + r / (law.stiffness * free));
+                }
+                s += r * h;
+            }
+            s
+        };
+        let all = [0.1, 10.0, 1000.0].map(broken);
+        assert!((all[0] / law.mu_s - 1.0).abs() < 1e-2, "{all:?}");
+        assert!(all[0] > all[1] && all[1] > all[2], "{all:?}");
+        assert!(all[2] > law.mu_d);
+    }
+
+    /// The power is at least the rate of the storage function while `sigma_1 |V| <= 4 mu(|V|)`.
+    #[test]
+    fn bristles_are_passive_up_to_the_stated_speed() {
+        let mut seen = [0; 2];
+        for k in 0..20_000 {
+            // A sequence that fills the space of states and velocities evenly.
+            let part = |alpha: f64| 2.0 * (f64::from(k) * alpha).fract() - 1.0;
+            let velocity = [part(0.8192), part(0.6711), part(0.5497)].map(|v| 0.7 * v);
+            let state = [part(0.4503), part(0.3689), part(0.3022)].map(|s| 0.6 * s);
+            let response = DynamicFriction::LuGre(BRISTLES).response(velocity, state);
+            let dot =
+                |a: [f64; 3], b: [f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+            let stored = dot(state, response.rate) / BRISTLES.stiffness;
+            let lost = dot(response.coefficient, velocity) - stored;
+            let speed = norm(velocity);
+            let holds = BRISTLES.damping * speed <= 4.0 * BRISTLES.steady(speed)[0];
+            assert!(!holds || lost >= -1e-12, "{velocity:?} {state:?}: {lost}");
+            seen[usize::from(holds)] += 1;
+        }
+        assert!(seen.iter().all(|count| *count > 1000), "{seen:?}");
+    }
+
+    /// The loop of a reciprocating motion that does not slide encloses an area that is small and positive, and the
+    /// law dissipates over every closed path while `sigma_1 |V| <= 4 mu`.
+    #[test]
+    fn bristles_dissipate_over_a_loop() {
+        for amplitude in [1e-7, 1e-6, 1e-5, 1e-4] {
+            let omega = 2.0 * std::f64::consts::PI * 100.0;
+            let (steps, h) = (40_000, 5e-7);
+            let speed = |t: f64| amplitude * omega * (omega * t).cos();
+            let law = DynamicFriction::LuGre(BRISTLES);
+            let forces = driven(law, 0.0, h, steps, speed);
+            // The second period is closed.
+            let later = (steps / 2..steps).map(|k| forces[k] * speed((k + 1) as f64 * h) * h);
+            let lost: f64 = later.sum();
+            assert!(lost > 0.0, "{amplitude}: {lost}");
+            // Never more than sliding over the whole path.
+            assert!(lost < 0.56 * 4.0 * amplitude, "{amplitude}: {lost}");
+        }
+    }
+
+    /// A step of the speed raises the coefficient at once by `a ln(V2/V1)`, and it then evolves to a decrease of
+    /// `(b - a) ln(V2/V1)`, with the slip `D_c` for a state near its end.
+    #[test]
+    fn a_step_of_the_speed_has_a_direct_and_an_evolved_effect() {
+        let law = DynamicFriction::RateAndState(AGEING);
+        let [slow, fast]: [f64; 2] = [1e-3, 3e-3];
+        let before = law
+            .response([slow, 0.0, 0.0], law.steady_state(slow))
+            .coefficient[0];
+        let at_once = law
+            .response([fast, 0.0, 0.0], law.steady_state(slow))
+            .coefficient[0];
+        let ln = (fast / slow).ln();
+        assert!((at_once - before - 0.01 * ln).abs() < 1e-12);
+        let h = 1e-3 * AGEING.distance / fast;
+        let evolved = driven(law, law.steady_state(slow)[0], h, 20_000, |_| fast);
+        assert!((evolved[19_999] - before - (0.01 - 0.03) * ln).abs() < 1e-7);
+        // The last part decays by 1/e over D_c.
+        let end = before - 0.02 * ln;
+        let ratio = (evolved[5999] - end) / (evolved[4999] - end);
+        assert!((ratio - (-1.0_f64).exp()).abs() < 0.01, "{ratio}");
+    }
+
+    /// At rest the age of the contact increases with time, and its strength by `b ln`.
+    #[test]
+    fn a_contact_at_rest_ages() {
+        let law = DynamicFriction::RateAndState(AGEING);
+        let start = law.steady_state(1e-2)[0];
+        let theta = AGEING.distance / 1e-2;
+        let h = 1e-3 * theta;
+        let mut state = start;
+        for _ in 0..100_000 {
+            let half = state + 0.5 * h * law.response([0.0; 3], [state, 0.0, 0.0]).rate[0];
+            state += h * law.response([0.0; 3], [half, 0.0, 0.0]).rate[0];
+        }
+        let exact = (AGEING.reference_speed * 101.0 * theta / AGEING.distance).ln();
+        assert!((state - exact).abs() < 1e-5, "{state} {exact}");
+    }
+
+    /// No number overflows at rest, at any speed, or with a strong direct effect.
+    #[test]
+    fn extreme_arguments_give_finite_numbers() {
+        let strong = RateAndState {
+            mu_0: 3.0,
+            direct: 0.01,
+            ..AGEING
+        };
+        for law in [
+            DynamicFriction::LuGre(BRISTLES),
+            DynamicFriction::RateAndState(AGEING),
+            DynamicFriction::RateAndState(strong),
+        ] {
+            for speed in [0.0, 1e-300, 1e-9, 1e3] {
+                for state in [-15.0, 0.0, 15.0] {
+                    let at = ([speed, 0.0, 0.0], [state, 0.0, 0.0]);
+                    let response = law.response(at.0, at.1);
+                    let slopes = law.slopes(at.0, at.1);
+                    let all = response.coefficient.iter().chain(&response.rate);
+                    let all = all.chain(slopes.coefficient_by_velocity.as_flattened());
+                    let mut all = all.chain(slopes.rate_by_state.as_flattened());
+                    assert!(all.all(|x| x.is_finite()), "{law:?} {speed} {state}");
+                }
+            }
+            assert_eq!(law.response([0.0; 3], [0.0; 3]).coefficient, [0.0; 3]);
+        }
+    }
+}
