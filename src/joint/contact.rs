@@ -6,7 +6,6 @@ use super::friction::FrictionLaw;
 use super::nodes::radial;
 use super::optional_terms::convected;
 use super::simd::LANES;
-use super::system::ActiveLaw;
 use super::vector::{add_scaled, scale};
 use crate::dynamics::System;
 
@@ -66,12 +65,12 @@ impl Joint {
             [slip[0], slip[1], 0.0]
         };
         let speed = super::vector::norm(seen);
-        let friction = match &self.law {
-            ActiveLaw::Dynamic(evolving) => {
+        let friction = match self.evolving() {
+            Some(evolving) => {
                 let response = evolving.law.response(seen, evolving.state_of(k, states));
                 scale(response.coefficient, -normal)
             }
-            law => law.law().map_or([0.0; 3], |law| {
+            None => self.law.law().map_or([0.0; 3], |law| {
                 scale(seen, -normal * law.ratio(speed).value)
             }),
         };
@@ -87,14 +86,14 @@ impl Joint {
 
     /// Slip speed below which node `k` is classified as sticking, m/s; zero without friction.
     ///
-    /// The limit is the creep region of the friction curve (1 mm/s for a law with a state), and at most a tenth of the steady sliding
-    /// speed, so that steady sliding on a curve with a wide creep region is not classified as sticking. At
-    /// rest the limit is the whole creep region.
+    /// The limit is the creep region of the friction curve (1 mm/s for a law with a state), and at most a tenth of
+    /// the steady sliding speed, so that steady sliding on a curve with a wide creep region is not classified as
+    /// sticking. At rest the limit is the whole creep region.
     pub fn stick_speed(&self, k: usize) -> f64 {
         let steady = self.nodes.blocks[k / LANES].speed.0[k % LANES];
-        let creeps = match &self.law {
-            ActiveLaw::Dynamic(_) => DYNAMIC_STICK_SPEED,
-            law => law.law().map_or(0.0, FrictionLaw::stick_speed),
+        let creeps = match self.evolving() {
+            Some(_) => DYNAMIC_STICK_SPEED,
+            None => self.law.law().map_or(0.0, FrictionLaw::stick_speed),
         };
         match steady > 0.0 {
             true => creeps.min(0.1 * steady),

@@ -44,11 +44,10 @@ pub(crate) struct KernelInput<'a> {
     pub record: Option<&'a mut [[f64; LANES]]>,
     /// Whether the power is required.
     pub audited: bool,
-    /// Modal coordinates and velocities.
-    pub q: &'a [f64],
-    pub v: &'a [f64],
-    /// Output: generalised forces minus those of steady sliding, `m`.
-    pub force: &'a mut [f64],
+    /// State of the joint, of which the kernel reads modal coordinates, modal velocities and the states of friction.
+    pub z: &'a [f64],
+    /// Output: generalised forces minus those of steady sliding, `m`, and the rates of the states of friction.
+    pub out: &'a mut [f64],
 }
 
 impl KernelInput<'_> {
@@ -59,9 +58,8 @@ impl KernelInput<'_> {
             contact: self.contact,
             record: self.record.as_deref_mut(),
             audited: self.audited,
-            q: self.q,
-            v: self.v,
-            force: self.force,
+            z: self.z,
+            out: self.out,
         }
     }
 }
@@ -281,7 +279,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         if const { parts::<S>() < VECTORS_PER_GROUP } {
             own.pass::<S, 1>(simd, nodes, left, sums, &mut power);
         }
-        for ((out, sum), steady) in query.force.iter_mut().zip(sums).zip(steady) {
+        for ((out, sum), steady) in query.out.iter_mut().zip(sums).zip(steady) {
             *out = -sum.part(simd, 0).sum() - steady;
         }
         KernelOutput { power: power.sum() }
@@ -325,7 +323,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         group: &Group<'_, K>,
     ) -> Motion<S, K> {
         let modes = group.modes();
-        let (q, v) = (&self.query.q[..modes], &self.query.v[..modes]);
+        let (q, v) = self.query.z[..2 * modes].split_at(modes);
         let zero = Vector::splat(simd, 0.0);
         let mut u_r = zero;
         if !L::HAS_FRICTION {
@@ -375,7 +373,10 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
     fn rate<S: Simd, const K: usize>(&self, simd: S, group: &Group<'_, K>) -> Vector<S, K> {
         let mut rate = Vector::splat(simd, 0.0);
         if T::OPTIONAL_TERMS && !self.damping.is_none() {
-            for (i, &v) in self.query.v[..group.modes()].iter().enumerate() {
+            for (i, &v) in self.query.z[group.modes()..][..group.modes()]
+                .iter()
+                .enumerate()
+            {
                 let r = group.row(simd, i, |row| &row.r);
                 rate = r.mul_add(Vector::splat(simd, v), rate);
             }
@@ -395,7 +396,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         for (rows, place) in rows.iter_mut().zip(group.places) {
             *rows = convected(self.nodes, place.block);
         }
-        for (i, &q) in self.query.q[..rows[0].len()].iter().enumerate() {
+        for (i, &q) in self.query.z[..rows[0].len()].iter().enumerate() {
             let q = Vector::splat(simd, q);
             for (axis, sum) in sums.iter_mut().enumerate() {
                 let row = Vector::from_parts(

@@ -28,7 +28,7 @@ impl Joint {
     /// Lengths of the node derivatives, the partial sums and the matrix.
     fn record_parts(&self) -> [usize; 3] {
         let m = self.modes();
-        if self.law.evolving().is_some() {
+        if self.evolving().is_some() {
             return [record_blocks(self.nodes.count) * LANES, 0, 0];
         }
         [
@@ -168,7 +168,7 @@ impl Differentiable for Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        if let Some(evolving) = self.law.evolving() {
+        if let Some(evolving) = self.evolving() {
             let kept = &*self.parts_of(record).kept;
             self.arch.dispatch(EvolvingProduct {
                 nodes: &self.nodes,

@@ -3,7 +3,6 @@
 
 use super::Joint;
 use super::contact_force::KernelInput;
-use super::evolving::StateArrays;
 use super::nodes::radial;
 use super::simd::LANES;
 use crate::dynamics::System;
@@ -69,17 +68,15 @@ impl Joint {
     pub fn power(&self, z: &[f64]) -> Power {
         let m = self.omega().len();
         let [q, v, states] = self.parts(z);
-        let mut force = vec![0.0; m];
+        let mut out = vec![0.0; m + states.len()];
         let input = KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: true,
-            q,
-            v,
-            force: &mut force,
+            z,
+            out: &mut out,
         };
-        let rates = &mut states.to_vec();
-        let passed = self.contact_force(input, StateArrays { states, rates });
+        let passed = self.contact_force(input);
         let (mut contact, mut contact_damping) = (0.0, 0.0);
         for k in 0..self.nodes.count {
             let action = self.node_action(k, q, v, states);

@@ -28,54 +28,59 @@ use super::simd::{Eight, LANES, Vector, parts};
 use super::vector::{add_scaled, dot, scale};
 
 /// A friction law with a state, and the nodes in steady sliding.
-#[derive(Clone, Debug)]
-pub(crate) struct Evolving {
-    pub law: DynamicFriction,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evolving<'a> {
+    pub law: &'a DynamicFriction,
     /// Whether friction includes the radial slip velocity.
     pub radial: bool,
-    steady: Vec<SteadyNode>,
+    steady: &'a [SteadyState],
 }
 
-/// A node in steady sliding.
+/// State of friction of a node in steady sliding.
 #[derive(Clone, Copy, Debug)]
-struct SteadyNode {
+pub(crate) struct SteadyState {
     state: [f64; 3],
     /// Computed rate of the state, 1/s.
     rate: [f64; 3],
 }
 
-impl Evolving {
-    /// The law on the nodes of a joint.
-    pub fn new(law: DynamicFriction, radial: bool, nodes: &Nodes) -> Self {
-        let steady = (0..nodes.count).map(|k| {
-            let speed = nodes.blocks[k / LANES].speed.0[k % LANES];
-            let state = law.steady_state(speed);
-            let rate = match speed > 0.0 {
-                true => law.response([speed, 0.0, 0.0], state).rate,
-                // A contact at rest ages: there is no steady state.
-                false => [0.0; 3],
-            };
-            SteadyNode { state, rate }
-        });
+/// States of all nodes in steady sliding.
+pub(crate) fn steady_states(law: &DynamicFriction, nodes: &Nodes) -> Vec<SteadyState> {
+    let steady = (0..nodes.count).map(|k| {
+        let speed = nodes.blocks[k / LANES].speed.0[k % LANES];
+        let state = law.steady_state(speed);
+        let rate = match speed > 0.0 {
+            true => law.response([speed, 0.0, 0.0], state).rate,
+            // A contact at rest ages: there is no steady state.
+            false => [0.0; 3],
+        };
+        SteadyState { state, rate }
+    });
+    steady.collect()
+}
+
+impl<'a> Evolving<'a> {
+    /// The law on the nodes of a joint, which slide steadily with these states.
+    pub fn new(law: &'a DynamicFriction, radial: bool, steady: &'a [SteadyState]) -> Self {
         Self {
             law,
             radial,
-            steady: steady.collect(),
+            steady,
         }
     }
 
     /// Number of states per node.
-    pub fn states(&self) -> usize {
+    pub fn states(self) -> usize {
         self.law.states(if self.radial { 3 } else { 2 })
     }
 
     /// Number of states of all nodes.
-    pub fn len(&self) -> usize {
+    pub fn len(self) -> usize {
         self.steady.len() * self.states()
     }
 
     /// The state of a node in the axes of its sliding frame, from the states relative to steady sliding.
-    pub fn state_of(&self, node: usize, states: &[f64]) -> [f64; 3] {
+    pub fn state_of(self, node: usize, states: &[f64]) -> [f64; 3] {
         let mut state = self.steady[node].state;
         let own = &states[node * self.states()..][..self.states()];
         for (total, s) in state.iter_mut().zip(own) {
@@ -85,7 +90,7 @@ impl Evolving {
     }
 
     /// The coefficient in steady sliding along the first axis.
-    pub fn steady_coefficient(&self, node: usize, speed: f64) -> f64 {
+    pub fn steady_coefficient(self, node: usize, speed: f64) -> f64 {
         let response = self
             .law
             .response([speed, 0.0, 0.0], self.steady[node].state);
@@ -94,7 +99,7 @@ impl Evolving {
 
     /// The states relative to steady sliding of the same nodes under another loading, whose frames are `to`: bristles
     /// and the age of a contact do not jump with the loading. The frames of this loading are `from`.
-    pub fn carried(&self, other: &Self, [from, to]: [&[[[f64; 3]; 3]]; 2], states: &mut [f64]) {
+    pub fn carried(self, other: Self, [from, to]: [&[[[f64; 3]; 3]]; 2], states: &mut [f64]) {
         for node in 0..self.steady.len() {
             let mut state = self.state_of(node, states);
             if self.law.has_vector_state() {
@@ -166,20 +171,11 @@ impl NodeRecord {
 /// several nodes at once, the law for one at a time.
 pub(crate) struct EvolvingKernel<'p, 'a> {
     pub nodes: &'p Nodes,
-    pub evolving: &'p Evolving,
+    pub evolving: Evolving<'p>,
     pub damping: ContactDamping,
     /// Generalised forces of steady sliding, `m`.
     pub steady: &'p [f64],
-    pub query: &'p mut KernelInput<'a>,
-    pub states: StateArrays<'p>,
-}
-
-/// States of friction relative to steady sliding, and the output for their rates (1/s); empty for a law without state.
-/// They are no part of the input of the hot loop, which would pay for them.
-#[derive(Default)]
-pub(crate) struct StateArrays<'a> {
-    pub states: &'a [f64],
-    pub rates: &'a mut [f64],
+    pub query: KernelInput<'a>,
 }
 
 /// Motion and normal force of eight nodes.
@@ -207,7 +203,7 @@ impl WithSimd for EvolvingKernel<'_, '_> {
             task: PhantomData::<AsRequired<true>>,
             damping: self.damping,
             steady: self.steady,
-            query: self.query,
+            query: &mut self.query,
         };
         let mut sums = [Eight::ZERO; MAX_MODES];
         let sums = &mut sums[..nodes.modes];
@@ -217,9 +213,8 @@ impl WithSimd for EvolvingKernel<'_, '_> {
             let mut force = [Eight::ZERO, Eight::ZERO, motion.normal[0]];
             let first = block * LANES;
             for node in first..nodes.count.min(first + LANES) {
-                let states = &mut self.states;
                 self.evolving
-                    .node(&motion, node, kernel.query, states, &mut force);
+                    .node(&motion, node, nodes.modes, kernel.query, &mut force);
             }
             if kernel.query.audited {
                 power += lost(&motion, &nodes.blocks[block], &force);
@@ -235,7 +230,7 @@ impl WithSimd for EvolvingKernel<'_, '_> {
                 project::<S, SlipOnly, 1>(simd, &group, force, sums);
             }
         }
-        let outputs = kernel.query.force.iter_mut().zip(sums).zip(self.steady);
+        let outputs = kernel.query.out.iter_mut().zip(sums).zip(self.steady);
         for ((out, sum), steady) in outputs {
             *out = -sum.part(simd, 0).sum() - steady;
         }
@@ -298,27 +293,27 @@ fn block_motion<S: Simd>(
     found
 }
 
-impl Evolving {
+impl Evolving<'_> {
     /// Adds the friction of a node to the force of its block, and writes the rate of its state and its record.
     #[inline(always)]
     fn node(
-        &self,
+        self,
         motion: &BlockMotion,
         node: usize,
+        modes: usize,
         query: &mut KernelInput<'_>,
-        states: &mut StateArrays<'_>,
         force: &mut [Eight; 3],
     ) {
         let lane = node % LANES;
         let [along, across, outward] = motion.slip.map(|slip| slip.0[lane]);
         let velocity = [along, across, if self.radial { outward } else { 0.0 }];
-        let state = self.state_of(node, states.states);
+        let state = self.state_of(node, &query.z[2 * modes..]);
         let response = self.law.response(velocity, state);
         let normal = motion.normal.map(|normal| normal.0[lane]);
         for (force, c) in force.iter_mut().zip(response.coefficient) {
             force.0[lane] += normal[0] * c;
         }
-        let rates = &mut states.rates[node * self.states()..][..self.states()];
+        let rates = &mut query.out[modes + node * self.states()..][..self.states()];
         let steady = self.steady[node].rate;
         for ((out, rate), steady) in rates.iter_mut().zip(response.rate).zip(steady) {
             *out = rate - steady;
@@ -339,7 +334,7 @@ impl Evolving {
 /// Product of the derivative with tangent vectors, one after another.
 pub(crate) struct EvolvingProduct<'a> {
     pub nodes: &'a Nodes,
-    pub evolving: &'a Evolving,
+    pub evolving: Evolving<'a>,
     pub kept: &'a [[f64; LANES]],
     /// `(2m + states) x width`.
     pub vectors: &'a [f64],

@@ -47,6 +47,17 @@ pub trait FrictionLaw: Debug + Send + Sync {
     fn stick_speed(&self) -> f64;
 }
 
+/// A law with a vectorised coefficient.
+pub(crate) trait VectorLaw {
+    /// `mu(V)/V` for several positive speeds at once; inlined into the hot loop.
+    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
+    /// [`VectorLaw::ratio_vector`], bit-identical, and `V` times its slope, from the same exponentials.
+    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>);
+}
+
 /// Eq. (5): `mu(V) = (1 - exp(-creep V)) (mu_d + (mu_s - mu_d) exp(-stribeck V))`, the smoothing curve
 /// method.
 ///
@@ -85,35 +96,6 @@ impl Stribeck {
         -self.stribeck * (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp()
     }
 
-    /// The ratio for several positive speeds at once; inlined into the hot loop.
-    #[inline(always)]
-    pub(crate) fn ratio_vector<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> Vector<S, K> {
-        let (creep, slide) = self.exponentials(speed);
-        let below = creep.below() * slide.below();
-        creep.rest() * self.sliding_vector(slide) / (speed * below)
-    }
-
-    /// [`Stribeck::ratio_vector`], bit-identical, and `V` times the slope of the ratio, `dmu/dV - mu/V`,
-    /// from the same exponentials. The cancellation near zero speed is small compared with the ratio, to
-    /// which the force derivative adds this term.
-    #[inline(always)]
-    pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        let (creep, slide) = self.exponentials(speed);
-        let below = creep.below() * slide.below();
-        let sliding = self.sliding_vector(slide);
-        let ratio = creep.rest() * sliding / (speed * below);
-        let creep_rise = creep.above() * speed.broadcast(self.creep);
-        let sliding_fall = slide.above() * speed.broadcast(self.stribeck * (self.mu_s - self.mu_d));
-        let slope = creep_rise.mul_add(sliding, -(creep.rest() * sliding_fall)) / below;
-        (ratio, slope - ratio)
-    }
-
     /// `exp(-creep V)` and `exp(-stribeck V)`.
     #[inline(always)]
     fn exponentials<S: Simd, const K: usize>(
@@ -134,6 +116,31 @@ impl Stribeck {
             above.broadcast(self.mu_s - self.mu_d),
             below * below.broadcast(self.mu_d),
         )
+    }
+}
+
+impl VectorLaw for Stribeck {
+    #[inline(always)]
+    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        let (creep, slide) = self.exponentials(speed);
+        let below = creep.below() * slide.below();
+        creep.rest() * self.sliding_vector(slide) / (speed * below)
+    }
+
+    /// The cancellation near zero speed is small compared with the ratio, to which the force derivative adds the slope.
+    #[inline(always)]
+    fn ratio_and_slope_vector<S: Simd, const K: usize>(
+        &self,
+        speed: Vector<S, K>,
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        let (creep, slide) = self.exponentials(speed);
+        let below = creep.below() * slide.below();
+        let sliding = self.sliding_vector(slide);
+        let ratio = creep.rest() * sliding / (speed * below);
+        let creep_rise = creep.above() * speed.broadcast(self.creep);
+        let sliding_fall = slide.above() * speed.broadcast(self.stribeck * (self.mu_s - self.mu_d));
+        let slope = creep_rise.mul_add(sliding, -(creep.rest() * sliding_fall)) / below;
+        (ratio, slope - ratio)
     }
 }
 
@@ -165,20 +172,15 @@ pub struct Constant {
     pub creep: f64,
 }
 
-impl Constant {
-    /// The ratio for several positive speeds at once; inlined into the hot loop.
+impl VectorLaw for Constant {
     #[inline(always)]
-    pub(crate) fn ratio_vector<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> Vector<S, K> {
+    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         let creep = Exponential::of(speed, self.creep);
         creep.rest() * speed.broadcast(self.mu) / (speed * creep.below())
     }
 
-    /// [`Constant::ratio_vector`], bit-identical, and `V` times the slope of the ratio.
     #[inline(always)]
-    pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
+    fn ratio_and_slope_vector<S: Simd, const K: usize>(
         &self,
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {

@@ -2,8 +2,7 @@
 
 use pulp::Simd;
 
-use super::friction::FrictionLaw;
-use super::friction_table::FrictionTable;
+use super::friction::{FrictionLaw, VectorLaw};
 use super::simd::Vector;
 
 /// Friction law of the hot loop.
@@ -45,10 +44,10 @@ impl FrictionKernel for Frictionless {
     }
 }
 
-/// Eq. (5).
-pub(crate) struct StribeckKernel<const RADIAL: bool>(pub super::Stribeck);
+/// A law that the hot loop is compiled for.
+pub(crate) struct Curve<L, const RADIAL: bool>(pub L);
 
-impl<const RADIAL: bool> FrictionKernel for StribeckKernel<RADIAL> {
+impl<L: VectorLaw, const RADIAL: bool> FrictionKernel for Curve<L, RADIAL> {
     const HAS_FRICTION: bool = true;
     #[inline(always)]
     fn radial(&self) -> bool {
@@ -64,53 +63,6 @@ impl<const RADIAL: bool> FrictionKernel for StribeckKernel<RADIAL> {
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {
         self.0.ratio_and_slope_vector(speed)
-    }
-}
-
-/// Coulomb friction with constant coefficient, regularised at zero slip.
-pub(crate) struct ConstantKernel<const RADIAL: bool>(pub super::Constant);
-
-impl<const RADIAL: bool> FrictionKernel for ConstantKernel<RADIAL> {
-    const HAS_FRICTION: bool = true;
-    #[inline(always)]
-    fn radial(&self) -> bool {
-        RADIAL
-    }
-    #[inline(always)]
-    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        self.0.ratio_vector(speed)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        self.0.ratio_and_slope_vector(speed)
-    }
-}
-
-/// A measured curve.
-pub(crate) struct TableKernel<'a> {
-    pub law: &'a FrictionTable,
-    pub radial: bool,
-}
-
-impl FrictionKernel for TableKernel<'_> {
-    const HAS_FRICTION: bool = true;
-    #[inline(always)]
-    fn radial(&self) -> bool {
-        self.radial
-    }
-    #[inline(always)]
-    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        self.law.ratio_vector(speed)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        self.law.ratio_and_slope_vector(speed)
     }
 }
 

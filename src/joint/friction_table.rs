@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::exponential::Exponential;
-use super::friction::{FrictionLaw, Ratio, creep_share};
+use super::friction::{FrictionLaw, Ratio, VectorLaw, creep_share};
 use super::simd::Vector;
 
 /// A friction law from a table of measured coefficients: `mu(V) = (1 - exp(-creep V)) mu_table(V)`.
@@ -96,13 +96,11 @@ impl FrictionTable {
             b + above * (2.0 * c + above * 3.0 * d),
         ]
     }
+}
 
-    /// `mu(V)/V` for several positive speeds at once; inlined into the hot loop.
+impl VectorLaw for &FrictionTable {
     #[inline(always)]
-    pub(crate) fn ratio_vector<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> Vector<S, K> {
+    fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         let creep = Exponential::of(speed, self.creep);
         let sliding = speed.map_slice(|speeds| {
             for speed in speeds {
@@ -112,9 +110,8 @@ impl FrictionTable {
         creep.rest() * sliding / (speed * creep.below())
     }
 
-    /// [`FrictionTable::ratio_vector`], bit-identical, and `V` times the slope of the ratio.
     #[inline(always)]
-    pub(crate) fn ratio_and_slope_vector<S: Simd, const K: usize>(
+    fn ratio_and_slope_vector<S: Simd, const K: usize>(
         &self,
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {

@@ -4,14 +4,12 @@ use std::marker::PhantomData;
 
 use pulp::{Simd, WithSimd};
 
-use super::Joint;
 use super::contact_force::{AsRequired, ContactForceKernel, Group, KernelInput};
-use super::friction_kernel::{
-    ConstantKernel, Custom, FrictionKernel, Frictionless, StribeckKernel, TableKernel,
-};
+use super::friction_kernel::{Curve, Custom, FrictionKernel, Frictionless};
 use super::simd::{Eight, LANES, LanePosition, Vector, parts};
 use super::system::ActiveLaw;
 use super::vector::{add_scaled, scale};
+use super::{Friction, Joint};
 
 /// Contact forces on all nodes at an instant. Each vector has one entry per node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,7 +80,6 @@ impl<L: FrictionKernel> WithSimd for NodeForceKernel<'_, '_, L> {
 impl Joint {
     /// Returns the contact forces on all nodes at a state `z`.
     pub fn node_forces(&self, z: &[f64]) -> NodeForces {
-        let [q, v, states] = self.parts(z);
         let zero = BlockForces {
             normal: Eight::ZERO,
             speed: Eight::ZERO,
@@ -90,28 +87,31 @@ impl Joint {
         };
         let mut blocks = vec![zero; self.nodes.blocks.len()];
         match &self.law {
-            ActiveLaw::None => self.evaluate(Frictionless, q, v, &mut blocks),
-            ActiveLaw::Constant { law, radial: true } => {
-                self.evaluate(ConstantKernel::<true>(*law), q, v, &mut blocks);
+            ActiveLaw::Known(Friction::None) => self.evaluate(Frictionless, z, &mut blocks),
+            ActiveLaw::Known(Friction::Constant { law, radial: true }) => {
+                self.evaluate(Curve::<_, true>(*law), z, &mut blocks);
             }
-            ActiveLaw::Constant { law, radial: false } => {
-                self.evaluate(ConstantKernel::<false>(*law), q, v, &mut blocks);
+            ActiveLaw::Known(Friction::Constant { law, radial: false }) => {
+                self.evaluate(Curve::<_, false>(*law), z, &mut blocks);
             }
-            ActiveLaw::Stribeck { law, radial: true } => {
-                self.evaluate(StribeckKernel::<true>(*law), q, v, &mut blocks);
+            ActiveLaw::Known(Friction::Stribeck { law, radial: true }) => {
+                self.evaluate(Curve::<_, true>(*law), z, &mut blocks);
             }
-            ActiveLaw::Stribeck { law, radial: false } => {
-                self.evaluate(StribeckKernel::<false>(*law), q, v, &mut blocks);
+            ActiveLaw::Known(Friction::Stribeck { law, radial: false }) => {
+                self.evaluate(Curve::<_, false>(*law), z, &mut blocks);
             }
-            ActiveLaw::Table { law, radial } => {
-                let radial = *radial;
-                self.evaluate(TableKernel { law, radial }, q, v, &mut blocks);
+            ActiveLaw::Known(Friction::Table { law, radial: true }) => {
+                self.evaluate(Curve::<_, true>(law.as_ref()), z, &mut blocks);
+            }
+            ActiveLaw::Known(Friction::Table { law, radial: false }) => {
+                self.evaluate(Curve::<_, false>(law.as_ref()), z, &mut blocks);
             }
             ActiveLaw::Custom { law, radial } => {
                 let (law, radial) = (law.as_ref(), *radial);
-                self.evaluate(Custom { law, radial }, q, v, &mut blocks);
+                self.evaluate(Custom { law, radial }, z, &mut blocks);
             }
-            ActiveLaw::Dynamic(_) => {
+            ActiveLaw::Known(Friction::Dynamic { .. }) => {
+                let [q, v, states] = self.parts(z);
                 for k in 0..self.contact_nodes() {
                     let action = self.node_action(k, q, v, states);
                     let (block, lane) = (&mut blocks[k / LANES], k % LANES);
@@ -147,20 +147,13 @@ impl Joint {
         forces
     }
 
-    fn evaluate<L: FrictionKernel>(
-        &self,
-        law: L,
-        q: &[f64],
-        v: &[f64],
-        blocks: &mut [BlockForces],
-    ) {
+    fn evaluate<L: FrictionKernel>(&self, law: L, z: &[f64], blocks: &mut [BlockForces]) {
         let mut query = KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: false,
-            q,
-            v,
-            force: &mut [],
+            z,
+            out: &mut [],
         };
         self.arch.dispatch(NodeForceKernel {
             kernel: ContactForceKernel {

@@ -8,46 +8,33 @@ use pulp::Arch;
 use super::contact_force::{
     AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
 };
-use super::evolving::{Evolving, EvolvingKernel, StateArrays};
-use super::friction::{Constant, FrictionLaw, Stribeck};
-use super::friction_kernel::{ConstantKernel, Custom, Frictionless, StribeckKernel, TableKernel};
+use super::dynamic_friction::DynamicFriction;
+use super::evolving::{Evolving, EvolvingKernel, SteadyState, steady_states};
+use super::friction::FrictionLaw;
+use super::friction_kernel::{Curve, Custom, Frictionless};
 use super::nodes::Nodes;
 use super::separation::Separation;
 use super::simd::LANES;
-use super::{ContactDamping, Friction, FrictionTable, MAX_MODES, Model};
+use super::{ContactDamping, Friction, MAX_MODES, Model};
 use crate::dynamics::{Differentiable, Switching, System};
 
 /// The friction law of a joint.
 #[derive(Clone, Debug)]
 pub(crate) enum ActiveLaw {
-    None,
-    Constant {
-        law: Constant,
-        radial: bool,
-    },
-    Stribeck {
-        law: Stribeck,
-        radial: bool,
-    },
-    Table {
-        law: Arc<FrictionTable>,
-        radial: bool,
-    },
+    /// A law of a model.
+    Known(Friction),
+    /// A law implemented by the user.
     Custom {
         law: Arc<dyn FrictionLaw>,
         radial: bool,
     },
-    Dynamic(Evolving),
 }
 
 impl ActiveLaw {
     /// The law of the slip velocity alone as a trait object, for kernels that evaluate one node at a time.
     pub fn law(&self) -> Option<&dyn FrictionLaw> {
         match self {
-            Self::None | Self::Dynamic(_) => None,
-            Self::Constant { law, .. } => Some(law),
-            Self::Stribeck { law, .. } => Some(law),
-            Self::Table { law, .. } => Some(law.as_ref()),
+            Self::Known(friction) => friction.law(),
             Self::Custom { law, .. } => Some(law.as_ref()),
         }
     }
@@ -55,30 +42,8 @@ impl ActiveLaw {
     /// Whether friction includes the radial slip velocity.
     pub fn radial(&self) -> bool {
         match self {
-            Self::None => false,
-            Self::Constant { radial, .. }
-            | Self::Stribeck { radial, .. }
-            | Self::Table { radial, .. }
-            | Self::Custom { radial, .. } => *radial,
-            Self::Dynamic(evolving) => evolving.radial,
-        }
-    }
-
-    /// The law with an internal state.
-    pub fn evolving(&self) -> Option<&Evolving> {
-        match self {
-            Self::Dynamic(evolving) => Some(evolving),
-            _ => None,
-        }
-    }
-
-    fn new(friction: Friction, nodes: &Nodes) -> Self {
-        match friction {
-            Friction::None => Self::None,
-            Friction::Constant { law, radial } => Self::Constant { law, radial },
-            Friction::Stribeck { law, radial } => Self::Stribeck { law, radial },
-            Friction::Table { law, radial } => Self::Table { law, radial },
-            Friction::Dynamic { law, radial } => Self::Dynamic(Evolving::new(law, radial, nodes)),
+            Self::Known(friction) => friction.radial(),
+            Self::Custom { radial, .. } => *radial,
         }
     }
 }
@@ -103,6 +68,8 @@ pub struct Equilibrium {
 pub struct Joint {
     pub(crate) nodes: Nodes,
     pub(crate) law: ActiveLaw,
+    /// States of friction in steady sliding, one per node; empty for a law of the slip velocity alone.
+    steady_states: Vec<SteadyState>,
     pub(crate) unilateral: bool,
     pub(crate) contact_damping: ContactDamping,
     omega: Vec<f64>,
@@ -119,7 +86,7 @@ impl Joint {
     /// # Panics
     /// If the model has more than 128 modes, or arrays whose lengths disagree.
     pub fn new(model: &Model) -> Self {
-        Self::build(model, |nodes| ActiveLaw::new(model.friction.clone(), nodes))
+        Self::build(model, ActiveLaw::Known(model.friction.clone()))
     }
 
     /// Builds the joint of a model with a custom friction law; `radial` includes the radial slip velocity,
@@ -128,10 +95,10 @@ impl Joint {
     /// # Panics
     /// As [`Joint::new`].
     pub fn with_friction(model: &Model, law: Arc<dyn FrictionLaw>, radial: bool) -> Self {
-        Self::build(model, |_| ActiveLaw::Custom { law, radial })
+        Self::build(model, ActiveLaw::Custom { law, radial })
     }
 
-    fn build(model: &Model, law: impl FnOnce(&Nodes) -> ActiveLaw) -> Self {
+    fn build(model: &Model, law: ActiveLaw) -> Self {
         let m = model.modes();
         assert!(m <= MAX_MODES, "at most {MAX_MODES} modes, not {m}");
         assert_eq!(
@@ -140,8 +107,13 @@ impl Joint {
             "shapes are nodes x modes"
         );
         let nodes = Nodes::new(model);
+        let steady_states = match &law {
+            ActiveLaw::Known(Friction::Dynamic { law, .. }) => steady_states(law, &nodes),
+            _ => Vec::new(),
+        };
         let mut joint = Self {
-            law: law(&nodes),
+            law,
+            steady_states,
             nodes,
             unilateral: model.unilateral,
             contact_damping: model.contact_damping,
@@ -163,33 +135,30 @@ impl Joint {
     /// Computes the equilibrium and the steady friction of the nodes.
     fn find_equilibrium(&mut self) {
         let omega = self.omega().to_vec();
-        let rest = vec![0.0; omega.len()];
-        let mut force = rest.clone();
-        let states = vec![0.0; self.friction_states()];
+        let rest = vec![0.0; 2 * omega.len() + self.friction_states()];
+        let mut out = vec![0.0; rest.len() + self.friction_states()];
         // With the kernel of the hot loop, so that the subtraction is exact there.
         let input = KernelInput {
             contact: self.lift_off(),
             record: None,
             audited: false,
-            q: &rest,
-            v: &rest,
-            force: &mut force,
+            z: &rest,
+            out: &mut out,
         };
-        let (states, rates) = (&states[..], &mut states.clone()[..]);
-        self.contact_force(input, StateArrays { states, rates });
+        self.contact_force(input);
         for node in 0..self.nodes.count {
-            let (block, lane) = (&mut self.nodes.blocks[node / LANES], node % LANES);
+            let (block, lane) = (&self.nodes.blocks[node / LANES], node % LANES);
             let speed = block.speed.0[lane];
             let normal = block.area.0[lane] * block.pre_stress.0[lane];
-            block.steady_friction.0[lane] = match &self.law {
-                ActiveLaw::Dynamic(evolving) => -normal * evolving.steady_coefficient(node, speed),
-                law => law
-                    .law()
-                    .map_or(0.0, |law| -normal * law.ratio(speed).value * speed),
+            let coefficient = match self.evolving() {
+                Some(evolving) => evolving.steady_coefficient(node, speed),
+                None => (self.law.law()).map_or(0.0, |law| law.ratio(speed).value * speed),
             };
+            self.nodes.blocks[node / LANES].steady_friction.0[lane] = -normal * coefficient;
         }
-        let q = force.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
-        self.equilibrium = Equilibrium { force, q };
+        out.truncate(omega.len());
+        let q = out.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
+        self.equilibrium = Equilibrium { force: out, q };
     }
 
     /// Enables the energy audit, which adds the work `w` to the state.
@@ -208,9 +177,19 @@ impl Joint {
         self.nodes.count
     }
 
+    /// The friction law with states at the nodes, if the law has states.
+    pub(super) fn evolving(&self) -> Option<Evolving<'_>> {
+        match &self.law {
+            ActiveLaw::Known(Friction::Dynamic { law, radial }) => {
+                Some(Evolving::new(law, *radial, &self.steady_states))
+            }
+            _ => None,
+        }
+    }
+
     /// Number of states of the friction law at all nodes; zero for a law of the slip velocity alone.
     pub fn friction_states(&self) -> usize {
-        self.law.evolving().map_or(0, Evolving::len)
+        self.evolving().map_or(0, Evolving::len)
     }
 
     /// Divides a state `z` into modal coordinates, modal velocities and the states of friction.
@@ -224,7 +203,7 @@ impl Joint {
     /// Rewrites the states of friction of a state `z` of this joint for the joint `other` with the same nodes under
     /// another loading: bristles and the age of the contact do not jump.
     pub fn carry_friction(&self, other: &Self, z: &mut [f64]) {
-        if let (Some(from), Some(to)) = (self.law.evolving(), other.law.evolving()) {
+        if let (Some(from), Some(to)) = (self.evolving(), other.evolving()) {
             let states = &mut z[2 * self.omega.len()..][..from.len()];
             from.carried(to, [&self.nodes.frames, &other.nodes.frames], states);
         }
@@ -256,11 +235,7 @@ impl Joint {
     }
 
     /// The right side of Eq. (8) minus that of steady sliding.
-    pub(crate) fn contact_force(
-        &self,
-        mut query: KernelInput<'_>,
-        states: StateArrays<'_>,
-    ) -> KernelOutput {
+    pub(crate) fn contact_force(&self, mut query: KernelInput<'_>) -> KernelOutput {
         macro_rules! pass {
             (any $law:expr) => {
                 match self.has_optional_terms() {
@@ -291,28 +266,50 @@ impl Joint {
             };
         }
         match &self.law {
-            ActiveLaw::None => pass!(Frictionless),
-            ActiveLaw::Constant { law, radial: true } => pass!(ConstantKernel::<true>(*law)),
-            ActiveLaw::Constant { law, radial: false } => pass!(ConstantKernel::<false>(*law)),
-            ActiveLaw::Stribeck { law, radial: true } => pass!(StribeckKernel::<true>(*law)),
-            ActiveLaw::Stribeck { law, radial: false } => pass!(StribeckKernel::<false>(*law)),
-            ActiveLaw::Table { law, radial } => pass!(any TableKernel {
-                law,
-                radial: *radial,
-            }),
+            ActiveLaw::Known(Friction::None) => pass!(Frictionless),
+            ActiveLaw::Known(Friction::Constant { law, radial: true }) => {
+                pass!(Curve::<_, true>(*law))
+            }
+            ActiveLaw::Known(Friction::Constant { law, radial: false }) => {
+                pass!(Curve::<_, false>(*law))
+            }
+            ActiveLaw::Known(Friction::Stribeck { law, radial: true }) => {
+                pass!(Curve::<_, true>(*law))
+            }
+            ActiveLaw::Known(Friction::Stribeck { law, radial: false }) => {
+                pass!(Curve::<_, false>(*law))
+            }
+            ActiveLaw::Known(Friction::Table { law, radial: true }) => {
+                pass!(any Curve::<_, true>(law.as_ref()))
+            }
+            ActiveLaw::Known(Friction::Table { law, radial: false }) => {
+                pass!(any Curve::<_, false>(law.as_ref()))
+            }
+            ActiveLaw::Known(Friction::Dynamic { law, radial }) => {
+                self.force_with_states(law, *radial, query)
+            }
             ActiveLaw::Custom { law, radial } => pass!(any Custom {
                 law: law.as_ref(),
                 radial: *radial,
             }),
-            ActiveLaw::Dynamic(evolving) => self.arch.dispatch(EvolvingKernel {
-                nodes: &self.nodes,
-                evolving,
-                damping: self.contact_damping,
-                steady: &self.equilibrium.force,
-                query: &mut query,
-                states,
-            }),
         }
+    }
+
+    /// [`Joint::contact_force`] with a law that has states; apart, so that it takes no registers from the others.
+    #[inline(never)]
+    fn force_with_states(
+        &self,
+        law: &DynamicFriction,
+        radial: bool,
+        query: KernelInput<'_>,
+    ) -> KernelOutput {
+        self.arch.dispatch(EvolvingKernel {
+            nodes: &self.nodes,
+            evolving: Evolving::new(law, radial, &self.steady_states),
+            damping: self.contact_damping,
+            steady: &self.equilibrium.force,
+            query,
+        })
     }
 
     /// [`System::force`] with a given separation rule and an optional record.
@@ -323,20 +320,16 @@ impl Joint {
         z: &[f64],
         out: &mut [f64],
     ) {
-        let [q, v, states] = self.parts(z);
-        let (force, rest) = out.split_at_mut(self.omega.len());
-        let (rates, work) = rest.split_at_mut(states.len());
-        let input = KernelInput {
+        let m = self.omega.len();
+        let passed = self.contact_force(KernelInput {
             contact,
             record,
             audited: self.audit,
-            q,
-            v,
-            force,
-        };
-        let passed = self.contact_force(input, StateArrays { states, rates });
+            z,
+            out,
+        });
         if self.audit {
-            work[0] = passed.power + self.damping_power(v);
+            out[m + self.friction_states()] = passed.power + self.damping_power(&z[m..2 * m]);
         }
     }
 

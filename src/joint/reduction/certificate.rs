@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::dynamics::System;
 use crate::joint::contact_force::KernelInput;
-use crate::joint::evolving::StateArrays;
 use crate::joint::{Joint, LANES};
 
 /// Check of the force: force and contact status of the reduced patch compared with the full one at one state.
@@ -84,16 +83,14 @@ impl ForceChecker {
 
 /// The generalised force at a state minus that of steady sliding, N/sqrt(kg).
 pub(super) fn perturbation_force(joint: &Joint, z: &[f64], force: &mut [f64]) {
-    let m = joint.modes();
     let input = KernelInput {
         contact: joint.lift_off(),
         record: None,
         audited: false,
-        q: &z[..m],
-        v: &z[m..2 * m],
-        force,
+        z,
+        out: force,
     };
-    joint.contact_force(input, StateArrays::default());
+    joint.contact_force(input);
 }
 
 /// Area of separated nodes divided by the area of all nodes. `status` is scratch for one bit per node.

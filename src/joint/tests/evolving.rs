@@ -347,7 +347,7 @@ fn states_are_carried_to_another_loading() {
         // No vibration: the slip velocity is that of the rotation.
         z[..6].fill(0.0);
         let total = |joint: &Joint, z: &[f64]| -> Vec<DVector<f64>> {
-            let evolving = joint.law.evolving().unwrap();
+            let evolving = joint.evolving().unwrap();
             let [_, _, states] = joint.parts(z);
             let of = |k: usize| {
                 let state = evolving.state_of(k, states);

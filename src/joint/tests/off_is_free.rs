@@ -391,9 +391,9 @@ fn times(case: &Case<'_>) -> [f64; 2] {
 /// fewer registers.
 fn most(case: &Case<'_>) -> f64 {
     match (case.kernel, &case.setup.joint.law) {
-        (FORCE, ActiveLaw::None) => 1.11,
-        (RECORDED | TANGENTS, ActiveLaw::None) => 1.055,
-        (FORCE, _) | (RECORDED, ActiveLaw::Constant { .. }) => 1.04,
+        (FORCE, ActiveLaw::Known(Friction::None)) => 1.11,
+        (RECORDED | TANGENTS, ActiveLaw::Known(Friction::None)) => 1.055,
+        (FORCE, _) | (RECORDED, ActiveLaw::Known(Friction::Constant { .. })) => 1.04,
         _ => 1.03,
     }
 }

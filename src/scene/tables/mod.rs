@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod analysis;
 mod axis;
 mod csv;
+mod friction;
 pub mod joint;
 pub mod knots;
 pub mod load;

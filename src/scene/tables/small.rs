@@ -1,7 +1,7 @@
 //! Tables of the small systems.
 
-use super::joint;
 use super::run::{PLACE, Start};
+use super::{friction, joint};
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Positive};
@@ -82,9 +82,9 @@ keys! {
         /// Normal force on the belt, divided by the mass.
         load = "load_n_per_kg": LOAD;
         /// Static coefficient of friction, which applies while the mass sticks.
-        mu_s = "mu_s": joint::FRICTION;
+        mu_s = "mu_s": friction::COEFFICIENT;
         /// Kinetic coefficient of friction, which applies while the mass slides; at most the static one.
-        mu_d = "mu_d": joint::FRICTION;
+        mu_d = "mu_d": friction::COEFFICIENT;
         /// Speed of the belt.
         belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
         /// Slope factor of the decrease from the static to the kinetic coefficient with sliding speed; a larger value gives a steeper decrease.
@@ -104,9 +104,9 @@ keys! {
         /// Normal force on the belt, divided by the mass.
         load = "load_n_per_kg": LOAD;
         /// Coefficient of friction, constant except near zero sliding speed.
-        mu = "mu": joint::FRICTION;
+        mu = "mu": friction::COEFFICIENT;
         /// Slope factor of the increase from zero at rest; at least 20 divided by the belt speed.
-        creep = "creep_slope_s_per_m": joint::CREEP, default 1000;
+        creep = "creep_slope_s_per_m": friction::CREEP, default 1000;
         /// Speed of the belt.
         belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
     } => TwoModesOnBelt { omega: [first, second], angle, contact_stiffness: contact * contact, load, mu, creep, belt };

@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::joint::contact_force::{Group, PAPER_MODES, VECTORS_PER_GROUP};
+use crate::joint::friction::VectorLaw;
 use crate::joint::node_slopes::KEPT;
 use crate::joint::nodes::{Nodes, View};
 use crate::joint::simd::{Eight, LANES, LanePosition, Vector, parts};

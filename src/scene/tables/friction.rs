@@ -1,0 +1,265 @@
+//! Table of the friction law of a joint.
+
+use std::sync::Arc;
+
+use super::csv;
+use super::knots::{KnotKeys, MAX_POINTS, points};
+use crate::joint::{
+    Constant, Contact, DynamicFriction, Friction, FrictionTable, LuGre, MAX_NODES_WITH_STATES,
+    RateAndState, Stribeck,
+};
+use crate::scene::document::{Document, FromTable, Table};
+use crate::scene::error::{SceneError, ensure};
+use crate::scene::schema::kind::Range::{Closed, Positive};
+use crate::scene::schema::kind::{Flag, Number, Tables, Text, choice, number};
+use crate::scene::schema::unit::{METRE_PER_SECOND, MICROMETRE, ONE, PER_METRE, SECOND_PER_METRE};
+use crate::scene::schema::{IfAbsent, Key, Schema, keys};
+
+/// Range of coefficients of friction.
+pub const COEFFICIENT: Number = number(ONE, Closed(0.0, 10.0));
+
+/// Range of the slope factor of the creep region.
+pub const CREEP: Number = number(SECOND_PER_METRE, Positive(1e8));
+
+pub fn declare(schema: &mut Schema) {
+    Friction::declare(schema, "friction");
+    schema.add(CURVE.table, &CURVE.knots);
+    schema.add(CURVE.table, &CURVE.csv);
+    for key in &CURVE.knot {
+        schema.add("friction.points", key);
+    }
+}
+
+/// Names of the friction laws.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
+)]
+#[strum(serialize_all = "kebab-case")]
+enum Law {
+    /// Eq. (5).
+    Stribeck,
+    /// A constant coefficient, smoothed at rest.
+    Constant,
+    /// A measured curve.
+    Table,
+    /// Elastic bristles.
+    Lugre,
+    /// Friction that depends on the age of the contact.
+    RateAndState,
+    /// No friction.
+    None,
+}
+
+keys! {
+    Friction |table| {
+        /// Friction law: Eq. (5), a constant coefficient, a measured curve, LuGre friction (elastic bristles), rate-and-state friction (age of the contact), or none, which is equivalent to omitting the table.
+        law = "law": choice::<Law>(), default "stribeck";
+        /// Coefficient of friction.
+        mu = "mu": COEFFICIENT, else "required with `constant`";
+        /// Static coefficient of friction.
+        mu_s = "mu_s": COEFFICIENT, else "required with `stribeck` and `lugre`";
+        /// Kinetic coefficient of friction; usually at most the static one.
+        mu_d = "mu_d": COEFFICIENT, else "required with `stribeck` and `lugre`";
+        /// Slope factor of the creep region, `d` of Eq. (5); a larger value gives a steeper increase near zero slip.
+        creep = "creep_slope_s_per_m": CREEP, default 1000;
+        /// Slope factor of the sliding region, `f` of Eq. (5); a larger value gives a steeper decrease.
+        stribeck = "stribeck_slope_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e6)), default 10;
+        /// Stiffness of the bristles divided by the normal force, `sigma_0`.
+        stiffness = "bristle_stiffness_per_m": number(PER_METRE, Positive(1e9)), else "required with `lugre`";
+        /// Damping of the bristles divided by the normal force, `sigma_1`.
+        damping = "bristle_damping_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`";
+        /// Viscous friction divided by the normal force, `sigma_2`.
+        viscous = "viscous_s_per_m": number(SECOND_PER_METRE, Closed(0.0, 1e4)), else "0, with `lugre`";
+        /// Coefficient of friction of steady sliding at the reference speed.
+        mu_0 = "mu_0": COEFFICIENT, else "required with `rate-and-state`";
+        /// Direct effect `a`: change of the coefficient at once per factor e of the slip speed.
+        direct = "direct_effect": number(ONE, Positive(1.0)), else "required with `rate-and-state`";
+        /// Evolution effect `b`: opposite change after the slip distance; larger than the direct effect for a coefficient that falls with the speed.
+        evolution = "evolution_effect": number(ONE, Closed(0.0, 1.0)), else "required with `rate-and-state`";
+        /// Reference speed `V_0`.
+        reference_speed = "reference_speed_m_per_s": number(METRE_PER_SECOND, Positive(1e3)), else "required with `rate-and-state`";
+        /// Slip distance `D_c` over which the contact renews its age.
+        distance = "slip_distance_um": number(MICROMETRE, Positive(1e5)), else "required with `rate-and-state`";
+        /// Whether the radial component of the friction force in Eq. (8) is included.
+        radial = "radial": Flag, default true;
+    } => match law {
+        Law::Stribeck => {
+            reject_parameters_of_other_laws(table, &[&["mu"], &POINTS[..], &BRISTLES, &AGEING].concat())?;
+            let (mu_s, mu_d) = (table.needed("mu_s", mu_s)?, table.needed("mu_d", mu_d)?);
+            Friction::Stribeck { law: Stribeck { mu_s, mu_d, creep, stribeck }, radial }
+        }
+        Law::Constant => {
+            let numbers = [&CURVE_OF_SPEED[..], &POINTS, &BRISTLES, &AGEING].concat();
+            reject_parameters_of_other_laws(table, &numbers)?;
+            Friction::Constant { law: Constant { mu: table.needed("mu", mu)?, creep }, radial }
+        }
+        Law::Table => {
+            reject_parameters_of_other_laws(table, &[&["mu"], &CURVE_OF_SPEED[..], &BRISTLES, &AGEING].concat())?;
+            let law = FrictionTable::new(friction_points(table.document)?, creep);
+            // In range and in order, they can still be too close together.
+            let law = law.ok_or_else(|| {
+                let [list, file] = [CURVE.knots.name, CURVE.csv.name];
+                let given = if table.has(file) { file } else { list };
+                let problem = "two speeds are so close that the slope between them is not finite";
+                table.inconsistent(given, &[], problem, "remove one of the two points")
+            })?;
+            Friction::Table { law: Arc::new(law), radial }
+        }
+        Law::Lugre => {
+            let numbers = [&["mu", "creep_slope_s_per_m"], &POINTS[..], &AGEING].concat();
+            reject_parameters_of_other_laws(table, &numbers)?;
+            let law = LuGre {
+                mu_s: positive(table, "mu_s", mu_s)?,
+                mu_d: positive(table, "mu_d", mu_d)?,
+                stribeck,
+                stiffness: table.needed("bristle_stiffness_per_m", stiffness)?,
+                damping: damping.unwrap_or(0.0),
+                viscous: viscous.unwrap_or(0.0),
+            };
+            Friction::Dynamic { law: DynamicFriction::LuGre(law), radial }
+        }
+        Law::RateAndState => {
+            let numbers = [&["mu", "creep_slope_s_per_m"], &CURVE_OF_SPEED[..], &POINTS, &BRISTLES].concat();
+            reject_parameters_of_other_laws(table, &numbers)?;
+            let law = RateAndState {
+                mu_0: positive(table, "mu_0", mu_0)?,
+                direct: table.needed("direct_effect", direct)?,
+                evolution: table.needed("evolution_effect", evolution)?,
+                reference_speed: table.needed("reference_speed_m_per_s", reference_speed)?,
+                distance: table.needed("slip_distance_um", distance)?,
+            };
+            if law.mu_0 > MOST_DIRECT * law.direct {
+                let problem = format!("the coefficient is more than {MOST_DIRECT} times the direct effect");
+                return Err(table.inconsistent("direct_effect", &["mu_0"], problem, "increase the direct effect"));
+            }
+            Friction::Dynamic { law: DynamicFriction::RateAndState(law), radial }
+        }
+        Law::None => {
+            let numbers = [&["mu", "creep_slope_s_per_m"], &CURVE_OF_SPEED[..], &POINTS, &BRISTLES, &AGEING].concat();
+            reject_parameters_of_other_laws(table, &numbers)?;
+            Friction::None
+        }
+    };
+}
+
+/// Parameters of the laws, to reject those that have no effect.
+const CURVE_OF_SPEED: [&str; 3] = ["mu_s", "mu_d", "stribeck_slope_s_per_m"];
+const POINTS: [&str; 2] = ["points", "points_csv"];
+const BRISTLES: [&str; 3] = [
+    "bristle_stiffness_per_m",
+    "bristle_damping_s_per_m",
+    "viscous_s_per_m",
+];
+const AGEING: [&str; 5] = [
+    "mu_0",
+    "direct_effect",
+    "evolution_effect",
+    "reference_speed_m_per_s",
+    "slip_distance_um",
+];
+
+/// Largest ratio of the coefficient to the direct effect; beyond it numbers would overflow.
+const MOST_DIRECT: f64 = 300.0;
+
+/// A required coefficient that must not be zero.
+fn positive(table: Table<'_>, name: &'static str, given: Option<f64>) -> Result<f64, SceneError> {
+    let number = table.needed(name, given)?;
+    match number > 0.0 {
+        true => Ok(number),
+        false => Err(table.inconsistent(
+            name,
+            &["law"],
+            "the selected law needs a positive coefficient",
+            "increase it",
+        )),
+    }
+}
+
+/// Rejects parameters of other laws, which would have no effect.
+pub fn reject_parameters_of_other_laws(
+    table: Table<'_>,
+    numbers: &[&str],
+) -> Result<(), SceneError> {
+    let remedy = format!("remove it, or choose another {}", table.path_of("law"));
+    table.reject(
+        numbers,
+        &["law"],
+        "the selected law does not use this parameter",
+        &remedy,
+    )
+}
+
+/// Checks what friction with states excludes.
+pub fn check_states(
+    document: &Document<'_>,
+    friction: &Friction,
+    contact: &Contact,
+) -> Result<(), SceneError> {
+    if friction.states() == 0 {
+        return Ok(());
+    }
+    ensure!(document, contact.reduction.is_none() => "contact.reduction", &["friction.law"];
+        "a friction law with states cannot be evaluated at a few nodes for all";
+        "remove this key, or choose another friction.law");
+    ensure!(document, contact.nodes <= MAX_NODES_WITH_STATES => "contact.nodes", &["friction.law"];
+        "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
+        "use at most {MAX_NODES_WITH_STATES} nodes, or choose another friction.law");
+    Ok(())
+}
+
+/// Keys of the measured friction curve.
+pub static CURVE: KnotKeys = KnotKeys {
+    table: "friction",
+    knots: Key {
+        name: "points",
+        meaning: "Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.",
+        kind: Tables(MAX_POINTS),
+        if_absent: ONE_CURVE,
+        old_name: None,
+    },
+    knot: [
+        Key {
+            name: "speed_m_per_s",
+            meaning: "Slip speed of the point; higher than that of the previous point.",
+            kind: number(METRE_PER_SECOND, Closed(0.0, 1e3)),
+            if_absent: IfAbsent::Required,
+            old_name: None,
+        },
+        Key {
+            name: "mu",
+            meaning: "Coefficient of friction at this speed.",
+            kind: COEFFICIENT,
+            if_absent: IfAbsent::Required,
+            old_name: None,
+        },
+    ],
+    csv: Key {
+        name: "points_csv",
+        meaning: "Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.",
+        kind: Text,
+        if_absent: ONE_CURVE,
+        old_name: None,
+    },
+    order: ["speed", "higher"],
+};
+
+const ONE_CURVE: IfAbsent =
+    IfAbsent::Described("exactly one of `points` and `points_csv` with `table`");
+
+/// Reads the points of the measured friction curve: slip speed (m/s) and coefficient.
+fn friction_points(document: &Document<'_>) -> Result<Vec<[f64; 2]>, SceneError> {
+    let table = document.table(CURVE.table);
+    let [list, file] = [CURVE.knots.name, CURVE.csv.name];
+    match (table.has(list), table.has(file)) {
+        (true, true) => Err(table.inconsistent(
+            file,
+            &[list],
+            "the scene gives the friction curve more than once",
+            format!("keep one of friction.{list} and friction.{file}"),
+        )),
+        // The units of the file are SI units.
+        (false, true) => csv::knots(document, &CURVE),
+        (true, false) => points(table.list(&CURVE.knots)?, &CURVE.knot, CURVE.order),
+        (false, false) => Err(document.missing("friction.points")),
+    }
+}
