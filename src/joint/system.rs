@@ -150,11 +150,14 @@ impl Joint {
             let (block, lane) = (&self.nodes.blocks[node / LANES], node % LANES);
             let speed = block.speed.0[lane];
             let normal = block.area.0[lane] * block.pre_stress.0[lane];
-            let coefficient = match self.evolving() {
-                Some(evolving) => evolving.steady_coefficient(node, speed),
-                None => (self.law.law()).map_or(0.0, |law| law.ratio(speed).value * speed),
+            let friction = match self.evolving() {
+                Some(evolving) => -normal * evolving.steady_coefficient(node, speed),
+                None => {
+                    let law = self.law.law();
+                    law.map_or(0.0, |law| -normal * law.ratio(speed).value * speed)
+                }
             };
-            self.nodes.blocks[node / LANES].steady_friction.0[lane] = -normal * coefficient;
+            self.nodes.blocks[node / LANES].steady_friction.0[lane] = friction;
         }
         out.truncate(omega.len());
         let q = out.iter().zip(&omega).map(|(f, w)| f / (w * w)).collect();
