@@ -243,28 +243,15 @@ impl Auto {
 
     /// `h rho` of the last attempted explicit step.
     fn explicit_rate(&mut self, omega: &[f64]) -> f64 {
-        let RungeKutta {
-            tableau,
-            step,
-            slopes,
-            ..
-        } = &self.explicit;
-        let (dim, h, end) = (step.dim(), step.length(), tableau.end);
-        let out = &mut self.difference;
+        let (step, out) = (&self.explicit.step, &mut self.difference);
+        let (h, end) = (step.length(), self.explicit.tableau.end);
         let size = |z: &[f64]| {
             let size = StateNorm::of(z, omega, 0);
             size.vibration + size.first_order
         };
-        let rows = slopes[(end - 1) * dim..(end + 1) * dim].split_at(dim);
-        for (out, (before, last)) in out.iter_mut().zip(rows.0.iter().zip(rows.1)) {
-            *out = last - before;
-        }
+        self.explicit.slope_change([end - 1, end], out);
         let change = size(out);
-        for (c, out) in out.iter_mut().enumerate() {
-            let weights = tableau.stages[end].iter().zip(&tableau.stages[end - 1]);
-            let terms = weights.enumerate();
-            *out = terms.map(|(j, (b, a))| (b - a) * slopes[j * dim + c]).sum();
-        }
+        self.explicit.stage_change([end - 1, end], out);
         let apart = size(out);
         // Below this the difference consists of rounding errors.
         if h * apart > 1e-13 * size(&step.end[..out.len()]) {

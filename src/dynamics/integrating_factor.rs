@@ -26,30 +26,71 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::combination::{Combination, load, positions, store};
-use super::runge_kutta::Form;
+use super::combination::{Aligned, Combination, lanes};
+use super::runge_kutta::{Form, Rows};
 use super::{System, trigonometry};
 
 /// Bound on the exponent `sigma h`. The backward map `exp(-h L)` amplifies by `exp(sigma h)`; the bound
 /// prevents overflow. The forward map compensates the amplification, so long steps lose no accuracy.
 const MAX_EXPONENT: f64 = 300.0;
 
-/// Linear parts of all modes.
-#[derive(Clone, Debug, Default)]
+/// Order of the components in a row: for each vector of modes the coordinates, then the velocities; then the
+/// first-order components.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    modes: usize,
+    first_order: usize,
+    lanes: usize,
+}
+
+impl Layout {
+    /// Number of vectors of modes.
+    fn pairs(self) -> usize {
+        self.modes.div_ceil(self.lanes)
+    }
+
+    /// Number of vectors of first-order components.
+    fn rest(self) -> usize {
+        self.first_order.div_ceil(self.lanes)
+    }
+
+    /// Vectors of numbers of the modes; zero beyond the last mode.
+    fn packed(self) -> Aligned {
+        Aligned::zeros(self.pairs() * self.lanes)
+    }
+}
+
+/// Linear parts of all modes, in vectors.
+#[derive(Clone, Debug)]
 struct LinearModes {
     /// `omega^2`, 1/s^2.
-    stiffness: Vec<f64>,
+    stiffness: Aligned,
     /// `sigma = zeta omega`, 1/s.
-    decay: Vec<f64>,
+    decay: Aligned,
     /// `omega_d`, rad/s.
-    damped: Vec<f64>,
+    damped: Aligned,
     /// `1 / omega_d`, s; zero for a mode with zero frequency.
-    inverse: Vec<f64>,
+    inverse: Aligned,
+    /// Largest `omega_d`, rad/s.
+    fastest: f64,
     /// Whether any mode is damped.
     is_damped: bool,
 }
 
 impl LinearModes {
+    fn new<Y: System + ?Sized>(sys: &Y, layout: Layout) -> Self {
+        let mut linear = Self {
+            stiffness: layout.packed(),
+            decay: layout.packed(),
+            damped: layout.packed(),
+            inverse: layout.packed(),
+            fastest: 0.0,
+            is_damped: false,
+        };
+        linear.read(sys);
+        linear
+    }
+
     /// Reads the linear part of a system with an unchanged number of modes.
     fn read<Y: System + ?Sized>(&mut self, sys: &Y) {
         for (i, &omega) in sys.omega().iter().enumerate() {
@@ -63,79 +104,43 @@ impl LinearModes {
                 0.0
             };
         }
+        self.fastest = self.damped.iter().copied().fold(0.0, f64::max);
         self.is_damped = self.decay.iter().any(|&sigma| sigma != 0.0);
     }
 }
 
-/// The propagator of the free vibration, `exp(t L)`, and the column of `exp(-t L)` that acts on a force.
+/// Number of coefficients of a mode in a [`Propagator`].
+const COEFFICIENTS: usize = 6;
+
+/// The propagator of the free vibration, `exp(t L)`, and the column of `exp(-t L)` that acts on a force: for each
+/// vector of modes the coefficients `qq`, `qv`, `vq`, `vv` of the former and `q`, `v` of the latter.
 #[derive(Clone, Debug)]
 struct Propagator {
-    qq: Vec<f64>,
-    qv: Vec<f64>,
-    vq: Vec<f64>,
-    vv: Vec<f64>,
-    back_q: Vec<f64>,
-    back_v: Vec<f64>,
+    layout: Layout,
+    numbers: Aligned,
 }
 
 impl Propagator {
-    /// The propagator over zero time.
-    fn identity(modes: usize) -> Self {
-        let (zeros, ones) = (vec![0.0; modes], vec![1.0; modes]);
+    fn new(layout: Layout) -> Self {
         Self {
-            qq: ones.clone(),
-            qv: zeros.clone(),
-            vq: zeros.clone(),
-            vv: ones.clone(),
-            back_q: zeros,
-            back_v: ones,
+            layout,
+            numbers: Aligned::zeros(COEFFICIENTS * layout.pairs() * layout.lanes),
         }
     }
 
-    /// Sets the propagator over `t` (s) from the sines and cosines of the angles `omega_d t`.
-    #[inline(always)]
-    fn set(&mut self, linear: &LinearModes, t: f64, sin: &[f64], cos: &[f64]) {
-        let modes = self.qq.len();
-        let (sin, cos) = (&sin[..modes], &cos[..modes]);
-        let (qq, qv) = (&mut self.qq[..modes], &mut self.qv[..modes]);
-        let (vq, vv) = (&mut self.vq[..modes], &mut self.vv[..modes]);
-        let (back_q, back_v) = (&mut self.back_q[..modes], &mut self.back_v[..modes]);
-        let (stiffness, decay) = (&linear.stiffness[..modes], &linear.decay[..modes]);
-        let inverse = &linear.inverse[..modes];
-        for i in 0..modes {
-            // A mode with zero frequency: sin(omega t) / omega -> t.
-            let s = if inverse[i] == 0.0 {
-                t
-            } else {
-                sin[i] * inverse[i]
-            };
-            let decay_term = decay[i] * s;
-            qq[i] = cos[i] + decay_term;
-            qv[i] = s;
-            vq[i] = -stiffness[i] * s;
-            vv[i] = cos[i] - decay_term;
-            back_q[i] = -s;
-            back_v[i] = cos[i] + decay_term;
-        }
-        if linear.is_damped {
-            for i in 0..modes {
-                let attenuation = (-decay[i] * t).exp();
-                qq[i] *= attenuation;
-                qv[i] *= attenuation;
-                vq[i] *= attenuation;
-                vv[i] *= attenuation;
-                back_q[i] /= attenuation;
-                back_v[i] /= attenuation;
-            }
-        }
+    /// The coefficients of a mode.
+    fn of_mode(&self, mode: usize) -> [f64; COEFFICIENTS] {
+        let Layout { lanes, .. } = self.layout;
+        let first = mode / lanes * COEFFICIENTS * lanes + mode % lanes;
+        std::array::from_fn(|k| self.numbers[first + k * lanes])
     }
 
     /// Applies `exp(t L)` to `width` tangent vectors.
     fn forward_vectors(&self, y: &mut [f64], width: usize) {
-        let (q, v) = y.split_at_mut(self.qq.len() * width);
+        let (q, v) = y.split_at_mut(self.layout.modes * width);
         let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
         for (i, (q, v)) in rows.enumerate() {
-            let (qq, qv, vq, vv) = (self.qq[i], self.qv[i], self.vq[i], self.vv[i]);
+            let [qq, qv, vq, vv, ..] = self.of_mode(i);
             for (q, v) in q.iter_mut().zip(v) {
                 let (q0, v0) = (*q, *v);
                 *q = qq * q0 + qv * v0;
@@ -146,10 +151,10 @@ impl Propagator {
 
     /// Applies `exp(-t L)` to the slopes `[0 | f | ..]` of `width` tangent vectors.
     fn backward_vectors(&self, slopes: &mut [f64], width: usize) {
-        let (q, v) = slopes.split_at_mut(self.qq.len() * width);
+        let (q, v) = slopes.split_at_mut(self.layout.modes * width);
         let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
         for (i, (q, v)) in rows.enumerate() {
-            let (back_q, back_v) = (self.back_q[i], self.back_v[i]);
+            let [.., back_q, back_v] = self.of_mode(i);
             for (q, v) in q.iter_mut().zip(v) {
                 *q = back_q * *v;
                 *v *= back_v;
@@ -163,7 +168,6 @@ struct SetPropagators<'a> {
     linear: &'a LinearModes,
     times: &'a [f64],
     propagators: &'a mut [Propagator],
-    angles: &'a mut Angles,
 }
 
 impl WithSimd for SetPropagators<'_> {
@@ -171,27 +175,73 @@ impl WithSimd for SetPropagators<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let damped = &self.linear.damped[..];
-        let modes = damped.len();
-        let count = self.times.len() * modes;
-        let Angles { angles, sin, cos } = self.angles;
-        let (angles, sin, cos) = (&mut angles[..count], &mut sin[..count], &mut cos[..count]);
-        for (angles, t) in angles.chunks_exact_mut(modes.max(1)).zip(self.times) {
-            for (angle, omega) in angles.iter_mut().zip(damped) {
-                *angle = omega * t;
+        for (k, &t) in self.times.iter().enumerate() {
+            let (set, rest) = self.propagators.split_at_mut(k);
+            let propagator = &mut rest[0].numbers;
+            match set.last() {
+                // The last two stages of a step belong to the same time.
+                Some(last) if t == self.times[k - 1] => propagator.copy_from_slice(&last.numbers),
+                _ => self.linear.set(simd, t, propagator),
             }
-        }
-        trigonometry::sin_cos(simd, angles, sin, cos);
-        for (k, (propagator, &t)) in self.propagators.iter_mut().zip(self.times).enumerate() {
-            propagator.set(self.linear, t, &sin[k * modes..], &cos[k * modes..]);
         }
     }
 }
 
-/// The kernel that applies `exp(t L)` to a combination of slopes.
+impl LinearModes {
+    /// Sets the propagator over `t` (s).
+    #[inline(always)]
+    fn set<S: Simd>(&self, simd: S, t: f64, propagator: &mut [f64]) {
+        let are_small = self.fastest * t.abs() < trigonometry::MAX_REDUCED_ANGLE;
+        let (propagators, _) = S::as_mut_simd_f64s(propagator).0.as_chunks_mut();
+        let pairs = propagators.len();
+        let vectors = |numbers| &S::as_simd_f64s(numbers).0[..pairs];
+        let (damped, inverse) = (vectors(&self.damped), vectors(&self.inverse));
+        let (decay, stiffness) = (vectors(&self.decay), vectors(&self.stiffness));
+        let time = simd.splat_f64s(t);
+        for p in 0..pairs {
+            let angle = simd.mul_f64s(damped[p], time);
+            let [sin, cos] = trigonometry::sin_cos(simd, angle, are_small);
+            // A mode with zero frequency: sin(omega t) / omega -> t.
+            let at_rest = simd.equal_f64s(inverse[p], simd.splat_f64s(0.0));
+            let s = simd.select_f64s(at_rest, time, simd.mul_f64s(sin, inverse[p]));
+            let decay_term = simd.mul_f64s(decay[p], s);
+            let sum = simd.add_f64s(cos, decay_term);
+            let vq = simd.mul_f64s(simd.neg_f64s(stiffness[p]), s);
+            let vv = simd.sub_f64s(cos, decay_term);
+            let mut row = [sum, s, vq, vv, simd.neg_f64s(s), sum];
+            if self.is_damped {
+                let attenuation = self.attenuation(simd, p, t);
+                for forward in &mut row[..4] {
+                    *forward = simd.mul_f64s(*forward, attenuation);
+                }
+                for backward in &mut row[4..] {
+                    *backward = simd.div_f64s(*backward, attenuation);
+                }
+            }
+            let out: &mut [S::f64s; COEFFICIENTS] = &mut propagators[p];
+            *out = row;
+        }
+    }
+
+    /// `exp(-sigma t)` of a vector of modes.
+    #[inline(always)]
+    fn attenuation<S: Simd>(&self, simd: S, pair: usize, t: f64) -> S::f64s {
+        let mut factors = simd.splat_f64s(0.0);
+        let decay = &self.decay[pair * S::F64_LANES..][..S::F64_LANES];
+        let lanes = pulp::bytemuck::cast_slice_mut(std::slice::from_mut(&mut factors));
+        for (factor, decay) in lanes.iter_mut().zip(decay) {
+            *factor = f64::exp(-decay * t);
+        }
+        factors
+    }
+}
+
+/// The kernel that applies `exp(t L)` to a combination of slopes, the last of which may be due.
 struct Advance<'a> {
     propagator: &'a Propagator,
-    combination: Combination<'a>,
+    rows: Rows<'a>,
+    /// What the last slope is computed from, unless it is known.
+    due: Option<PullBack<'a>>,
     out: &'a mut [f64],
 }
 
@@ -202,115 +252,131 @@ impl WithSimd for Advance<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self {
             propagator,
-            combination,
+            rows,
+            due,
             out,
         } = self;
-        let modes = propagator.qq.len();
-        let dim = out.len();
-        combination.write(simd, 2 * modes..dim, out);
-        let (q, rest) = out.split_at_mut(modes);
-        let v = &mut rest[..modes];
-        for at in positions::<S>(modes) {
-            let q0 = combination.vector(simd, 0..modes, at);
-            let v0 = combination.vector(simd, modes..2 * modes, at);
-            let Propagator { qq, qv, vq, vv, .. } = propagator;
-            store(simd, q, at, product(simd, [qq, qv], at, [q0, v0]));
-            store(simd, v, at, product(simd, [vq, vv], at, [q0, v0]));
+        if let Some(due) = due {
+            let last = (rows.weights.len() - 1) * rows.start.len();
+            due.write(simd, &mut rows.slopes[last..][..rows.start.len()]);
         }
+        propagator.advance(simd, &rows.combination(), out);
     }
 }
 
-/// A row of the propagators at a position times the vectors `[q | q']`.
-#[inline(always)]
-fn product<S: Simd>(
-    simd: S,
-    [by_q, by_v]: [&[f64]; 2],
-    at: usize,
-    [q, v]: [S::f64s; 2],
-) -> S::f64s {
-    let by_q = simd.mul_f64s(load(simd, by_q, at), q);
-    let by_v = simd.mul_f64s(load(simd, by_v, at), v);
-    // Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
-    simd.add_f64s(simd.add_f64s(by_q, by_v), simd.splat_f64s(0.0))
+impl Propagator {
+    /// Writes `exp(t L)` times a combination to `out`.
+    ///
+    /// The last vector of the coordinates reaches into the velocities, and the last vector of these beyond their end.
+    /// Therefore the vectors are written from the last one to the first one.
+    #[inline(always)]
+    fn advance<S: Simd>(&self, simd: S, combination: &Combination<'_>, out: &mut [f64]) {
+        let pairs = self.layout.pairs();
+        let mut pair = pairs;
+        while pair >= 2 {
+            pair -= 2;
+            let [q, v, next_q, next_v] = combination.vectors(simd, 2 * pair);
+            self.rotate(simd, pair + 1, [next_q, next_v], out);
+            self.rotate(simd, pair, [q, v], out);
+        }
+        if pair == 1 {
+            let motion = combination.vectors(simd, 0);
+            self.rotate(simd, 0, motion, out);
+        }
+        if self.layout.first_order > 0 {
+            combination.write(simd, 2 * pairs, &mut out[2 * self.layout.modes..]);
+        }
+    }
+
+    /// Writes `exp(t L)` times the coordinates and velocities of a vector of modes to `out`.
+    #[inline(always)]
+    fn rotate<S: Simd>(&self, simd: S, pair: usize, [q, v]: [S::f64s; 2], out: &mut [f64]) {
+        let row = &S::as_simd_f64s(&self.numbers).0[pair * COEFFICIENTS..][..COEFFICIENTS];
+        let first = pair * S::F64_LANES;
+        for (by, at) in [(0, first), (2, self.layout.modes + first)] {
+            let sum = simd.add_f64s(simd.mul_f64s(row[by], q), simd.mul_f64s(row[by + 1], v));
+            // Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
+            let sum = simd.add_f64s(sum, simd.splat_f64s(0.0));
+            S::as_mut_simd_f64s(&mut out[at..][..S::F64_LANES]).0[0] = sum;
+        }
+    }
 }
 
 /// The kernel that writes `exp(-t L) [0 | f | g]` for the force `[f | g]`.
 struct PullBack<'a> {
     propagator: &'a Propagator,
     force: &'a [f64],
-    slope: &'a mut [f64],
 }
 
-impl WithSimd for PullBack<'_> {
-    type Output = ();
-
+impl PullBack<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let modes = self.propagator.qq.len();
-        let (force, rest) = self.force.split_at(modes);
-        let (q, others) = self.slope.split_at_mut(modes);
-        let (v, w) = others.split_at_mut(modes);
-        w.copy_from_slice(rest);
-        for at in positions::<S>(modes) {
-            let f = load(simd, force, at);
-            let back_q = load(simd, &self.propagator.back_q, at);
-            let back_v = load(simd, &self.propagator.back_v, at);
-            store(simd, q, at, simd.mul_f64s(back_q, f));
-            store(simd, v, at, simd.mul_f64s(back_v, f));
+    fn write<S: Simd>(&self, simd: S, slope: &mut [f64]) {
+        let Layout {
+            modes, first_order, ..
+        } = self.propagator.layout;
+        let pairs = self.propagator.layout.pairs();
+        let (slopes, rest) = slope.split_at_mut(2 * pairs * S::F64_LANES);
+        let slopes = &mut S::as_mut_simd_f64s(slopes).0[..2 * pairs];
+        let force = &S::as_simd_f64s(self.force).0[..pairs];
+        let row = &S::as_simd_f64s(&self.propagator.numbers).0[..COEFFICIENTS * pairs];
+        for p in 0..pairs {
+            slopes[2 * p] = simd.mul_f64s(row[COEFFICIENTS * p + 4], force[p]);
+            slopes[2 * p + 1] = simd.mul_f64s(row[COEFFICIENTS * p + 5], force[p]);
+        }
+        if first_order > 0 {
+            rest[..first_order].copy_from_slice(&self.force[modes..][..first_order]);
         }
     }
 }
 
-/// Scratch space: angles of the modes at several times, with sines and cosines.
-#[derive(Clone, Debug)]
-struct Angles {
-    angles: Vec<f64>,
-    sin: Vec<f64>,
-    cos: Vec<f64>,
+/// The kernel that writes a slope.
+struct WriteSlope<'a> {
+    pull_back: PullBack<'a>,
+    slope: &'a mut [f64],
+}
+
+impl WithSimd for WriteSlope<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.pull_back.write(simd, self.slope);
+    }
 }
 
 /// Coordinates that are constant in free vibration.
 #[derive(Clone, Debug)]
 pub(super) struct IntegratingFactor {
+    layout: Layout,
     linear: LinearModes,
     /// Step length for which `stages` is valid, s.
     h: f64,
-    /// Propagators from the start of the step to each stage.
+    /// Propagators from the start of the step to each stage; that of the first stage is not used.
     stages: Vec<Propagator>,
     /// Propagator from the start of the step to a sample.
     sample: Propagator,
     /// Times of the stages from the start of the step, s.
     times: Vec<f64>,
-    angles: Angles,
     arch: Arch,
 }
 
 impl IntegratingFactor {
     /// The integrating-factor form of a system for a method with `stages` stages.
     pub fn new<Y: System + ?Sized>(sys: &Y, stages: usize) -> Self {
-        let modes = sys.modes();
-        let zeros = vec![0.0; modes];
-        let mut linear = LinearModes {
-            stiffness: zeros.clone(),
-            decay: zeros.clone(),
-            damped: zeros.clone(),
-            inverse: zeros.clone(),
-            is_damped: false,
+        let arch = Arch::new();
+        let layout = Layout {
+            modes: sys.modes(),
+            first_order: sys.first_order(),
+            lanes: lanes(arch),
         };
-        linear.read(sys);
-        let angles = vec![0.0; stages * modes];
         Self {
-            linear,
+            layout,
+            linear: LinearModes::new(sys, layout),
             h: 0.0,
-            stages: vec![Propagator::identity(modes); stages],
-            sample: Propagator::identity(modes),
+            stages: vec![Propagator::new(layout); stages],
+            sample: Propagator::new(layout),
             times: vec![0.0; stages],
-            angles: Angles {
-                sin: angles.clone(),
-                cos: angles.clone(),
-                angles,
-            },
-            arch: Arch::new(),
+            arch,
         }
     }
 
@@ -320,12 +386,42 @@ impl IntegratingFactor {
             linear: &self.linear,
             times: &[offset],
             propagators: std::slice::from_mut(&mut self.sample),
-            angles: &mut self.angles,
         });
     }
 }
 
 impl Form for IntegratingFactor {
+    fn row_len(&self) -> usize {
+        let Layout { lanes, .. } = self.layout;
+        (2 * self.layout.pairs() + self.layout.rest()) * lanes
+    }
+
+    fn position(&self, component: usize) -> usize {
+        let Layout { modes, lanes, .. } = self.layout;
+        match component {
+            q if q < modes => q / lanes * 2 * lanes + q % lanes,
+            v if v < 2 * modes => {
+                let v = v - modes;
+                (v / lanes * 2 + 1) * lanes + v % lanes
+            }
+            w => 2 * self.layout.pairs() * lanes + w - 2 * modes,
+        }
+    }
+
+    fn pack(&self, z: &[f64], row: &mut [f64]) {
+        let Layout { modes, lanes, .. } = self.layout;
+        let (motion, rest) = row.split_at_mut(2 * self.layout.pairs() * lanes);
+        let (q, others) = z.split_at(modes);
+        let (v, w) = others.split_at(modes);
+        let vectors = q.chunks(lanes).zip(v.chunks(lanes));
+        for (pair, (q, v)) in motion.chunks_exact_mut(2 * lanes).zip(vectors) {
+            let (to_q, to_v) = pair.split_at_mut(lanes);
+            to_q.iter_mut().zip(q).for_each(|(to, q)| *to = *q);
+            to_v.iter_mut().zip(v).for_each(|(to, v)| *to = *v);
+        }
+        rest.iter_mut().zip(w).for_each(|(to, w)| *to = *w);
+    }
+
     fn add_linear_part<Y: System + ?Sized>(
         &self,
         _: &Y,
@@ -333,7 +429,7 @@ impl Form for IntegratingFactor {
         slope: &mut [f64],
         width: usize,
     ) {
-        slope[..self.sample.qq.len() * width].fill(0.0);
+        slope[..self.layout.modes * width].fill(0.0);
     }
 
     fn prepare(&mut self, nodes: &[f64], h: f64) {
@@ -349,23 +445,43 @@ impl Form for IntegratingFactor {
             linear: &self.linear,
             times: &self.times[1..],
             propagators: &mut self.stages[1..],
-            angles: &mut self.angles,
         });
     }
 
-    fn advance(&self, stage: usize, combination: Combination<'_>, out: &mut [f64]) {
+    fn advance(&self, stage: usize, rows: Rows<'_>, out: &mut [f64]) {
         self.arch.dispatch(Advance {
             propagator: &self.stages[stage],
-            combination,
+            rows,
+            due: None,
             out,
         });
     }
 
-    fn advance_by(&mut self, offset: f64, combination: Combination<'_>, out: &mut [f64]) {
+    fn advance_from<Y: System + ?Sized>(
+        &self,
+        _: &Y,
+        [from, stage]: [usize; 2],
+        force: &[f64],
+        rows: Rows<'_>,
+        state: &mut [f64],
+    ) {
+        self.arch.dispatch(Advance {
+            propagator: &self.stages[stage],
+            rows,
+            due: Some(PullBack {
+                propagator: &self.stages[from],
+                force,
+            }),
+            out: state,
+        });
+    }
+
+    fn advance_by(&mut self, offset: f64, rows: Rows<'_>, out: &mut [f64]) {
         self.prepare_sample(offset);
         self.arch.dispatch(Advance {
             propagator: &self.sample,
-            combination,
+            rows,
+            due: None,
             out,
         });
     }
@@ -378,11 +494,19 @@ impl Form for IntegratingFactor {
         force: &[f64],
         slope: &mut [f64],
     ) {
-        self.arch.dispatch(PullBack {
-            propagator: &self.stages[stage],
-            force,
+        self.arch.dispatch(WriteSlope {
+            pull_back: PullBack {
+                propagator: &self.stages[stage],
+                force,
+            },
             slope,
         });
+    }
+
+    fn first_slope<Y: System + ?Sized>(&self, _: &Y, _: &[f64], force: &[f64], slope: &mut [f64]) {
+        let (q, rest) = slope.split_at_mut(self.layout.modes);
+        q.fill(0.0);
+        rest.copy_from_slice(&force[..rest.len()]);
     }
 
     fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
@@ -404,11 +528,8 @@ impl Form for IntegratingFactor {
     }
 
     fn max_step_of_linear_part(&self) -> f64 {
-        let fastest = self
-            .linear
-            .decay
-            .iter()
-            .fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
+        let decay = self.linear.decay.iter();
+        let fastest = decay.fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
         MAX_EXPONENT / fastest
     }
 }

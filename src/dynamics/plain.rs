@@ -7,17 +7,40 @@
 use pulp::Arch;
 
 use super::System;
-use super::combination::{Combination, Write};
-use super::runge_kutta::Form;
+use super::combination::{Write, lanes};
+use super::runge_kutta::{Form, Rows};
 use super::system::add_linear;
 
 /// The method's coordinates are the state.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Plain {
     arch: Arch,
+    dim: usize,
+}
+
+impl Plain {
+    /// The plain form of a system.
+    pub fn new<Y: System + ?Sized>(sys: &Y) -> Self {
+        Self {
+            arch: Arch::new(),
+            dim: sys.dim(),
+        }
+    }
 }
 
 impl Form for Plain {
+    fn row_len(&self) -> usize {
+        self.dim.next_multiple_of(lanes(self.arch))
+    }
+
+    fn position(&self, component: usize) -> usize {
+        component
+    }
+
+    fn pack(&self, z: &[f64], row: &mut [f64]) {
+        row[..self.dim].copy_from_slice(z);
+    }
+
     fn add_linear_part<Y: System + ?Sized>(
         &self,
         sys: &Y,
@@ -30,12 +53,13 @@ impl Form for Plain {
 
     fn prepare(&mut self, _nodes: &[f64], _h: f64) {}
 
-    fn advance(&self, _stage: usize, combination: Combination<'_>, out: &mut [f64]) {
+    fn advance(&self, _stage: usize, rows: Rows<'_>, out: &mut [f64]) {
+        let combination = rows.combination();
         self.arch.dispatch(Write { combination, out });
     }
 
-    fn advance_by(&mut self, _offset: f64, combination: Combination<'_>, out: &mut [f64]) {
-        self.arch.dispatch(Write { combination, out });
+    fn advance_by(&mut self, _offset: f64, rows: Rows<'_>, out: &mut [f64]) {
+        self.advance(0, rows, out);
     }
 
     fn slope<Y: System + ?Sized>(
@@ -46,6 +70,8 @@ impl Form for Plain {
         force: &[f64],
         slope: &mut [f64],
     ) {
+        let slope = &mut slope[..self.dim];
+        let force = &force[..self.dim - sys.modes()];
         slope[sys.modes()..].copy_from_slice(force);
         add_linear(sys.omega(), sys.damping(), z, slope, 1);
     }

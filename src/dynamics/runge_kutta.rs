@@ -7,19 +7,53 @@
 //! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
 //! additional stages for the dense output, which are evaluated on demand.
 
-use super::combination::Combination;
+use super::combination::{Aligned, Combination, MAX_LANES};
 use super::error_control::{MethodTraits, StateNorm};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
 
+/// A [`Combination`] whose last slope may still have to be written.
+pub(super) struct Rows<'a> {
+    pub start: &'a [f64],
+    /// Length of the step, s.
+    pub h: f64,
+    pub slopes: &'a mut [f64],
+    pub weights: &'a [f64],
+}
+
+impl Rows<'_> {
+    /// The combination of the slopes as they are.
+    #[inline(always)]
+    pub fn combination(&self) -> Combination<'_> {
+        Combination {
+            start: self.start,
+            h: self.h,
+            slopes: self.slopes,
+            weights: self.weights,
+        }
+    }
+}
+
 /// The coordinates `y` in which a Runge–Kutta method is applied. `y` equals the state `z` at the start
 /// of the step.
+///
+/// States `z` and slopes of `y` enter combinations as rows of whole vectors, whose order the form chooses.
+/// Outputs `out` and forces have [`MAX_LANES`] numbers more than needed, which are arbitrary.
 ///
 /// The transformation is linear and also applies to tangent vectors, `width` of them stored component by
 /// component.
 pub(super) trait Form {
+    /// Length of a row.
+    fn row_len(&self) -> usize;
+
+    /// Position of a component of the state in a row.
+    fn position(&self, component: usize) -> usize;
+
+    /// Writes a state or slope to a row.
+    fn pack(&self, z: &[f64], row: &mut [f64]);
+
     /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
     /// Components that the form integrates exactly become zero.
     fn add_linear_part<Y: System + ?Sized>(
@@ -34,13 +68,28 @@ pub(super) trait Form {
     fn prepare(&mut self, nodes: &[f64], h: f64);
 
     /// Writes the state `z` at a stage for a combination `y`.
-    fn advance(&self, stage: usize, combination: Combination<'_>, out: &mut [f64]);
+    fn advance(&self, stage: usize, rows: Rows<'_>, out: &mut [f64]);
+
+    /// Writes the last slope of a combination `y`, that at the stage `from` with the given force and state, then
+    /// replaces the state by that at `stage`.
+    fn advance_from<Y: System + ?Sized>(
+        &self,
+        sys: &Y,
+        [from, stage]: [usize; 2],
+        force: &[f64],
+        rows: Rows<'_>,
+        state: &mut [f64],
+    ) {
+        let len = rows.start.len();
+        let last = (rows.weights.len() - 1) * len;
+        self.slope(sys, from, state, force, &mut rows.slopes[last..][..len]);
+        self.advance(stage, rows, state);
+    }
 
     /// Writes the state `z` at `offset` (s) after the start of the step for a combination `y`.
-    fn advance_by(&mut self, offset: f64, combination: Combination<'_>, out: &mut [f64]);
+    fn advance_by(&mut self, offset: f64, rows: Rows<'_>, out: &mut [f64]);
 
-    /// Writes the slope of `y` for the state `z` at a stage and the force `[f | g]` there. Stage 0 is the
-    /// start of a step.
+    /// Writes the slope of `y` for the state `z` at a stage after the first and the force `[f | g]` there to a row.
     fn slope<Y: System + ?Sized>(
         &self,
         sys: &Y,
@@ -49,6 +98,17 @@ pub(super) trait Form {
         force: &[f64],
         slope: &mut [f64],
     );
+
+    /// Writes the slope of `y` at the start of a step, component by component.
+    fn first_slope<Y: System + ?Sized>(
+        &self,
+        sys: &Y,
+        z: &[f64],
+        force: &[f64],
+        slope: &mut [f64],
+    ) {
+        self.slope(sys, 0, z, force, slope);
+    }
 
     /// Transforms slopes of tangent vectors at a stage into slopes of `y`, in place.
     fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize);
@@ -76,14 +136,18 @@ pub(super) struct RungeKutta<P, const S: usize> {
     /// Coordinates of the method.
     pub form: P,
     pub step: Step,
-    /// Slopes of `y` at the stages, `stages x dim`, row-major.
-    pub slopes: Vec<f64>,
+    /// Start of the step, as a row.
+    start: Aligned,
+    /// Slopes of `y` at the stages, one row each.
+    slopes: Aligned,
+    /// Slope of `y` at the start of the step, component by component.
+    start_slope: Vec<f64>,
+    /// State at the present stage.
+    state: Aligned,
     /// Force `[f | g]` at the present stage.
-    force: Vec<f64>,
-    /// State at a stage of the dense output.
-    scratch: Vec<f64>,
-    /// The start of a combination that is a difference.
-    zeros: Vec<f64>,
+    force: Aligned,
+    /// The start of a combination that is a difference, as a row.
+    zeros: Aligned,
     /// The second error estimate, if the tableau has one.
     coarse_error: Vec<f64>,
     /// Whether the dense-output stages belong to the last step.
@@ -95,19 +159,46 @@ pub(super) struct RungeKutta<P, const S: usize> {
 impl<P: Form, const S: usize> RungeKutta<P, S> {
     /// A workspace for a system.
     pub fn new<Y: System + ?Sized>(tableau: &'static Tableau<S>, form: P, sys: &Y) -> Self {
-        let dim = sys.dim();
+        let (dim, len) = (sys.dim(), form.row_len());
         Self {
             tableau,
             form,
             step: Step::new(dim),
-            slopes: vec![0.0; S * dim],
-            force: vec![0.0; dim - sys.modes()],
-            scratch: vec![0.0; dim],
-            zeros: vec![0.0; dim],
+            start: Aligned::zeros(len),
+            slopes: Aligned::zeros(S * len),
+            start_slope: vec![0.0; dim],
+            state: Aligned::zeros(dim + MAX_LANES),
+            force: Aligned::zeros(dim - sys.modes() + MAX_LANES),
+            zeros: Aligned::zeros(len),
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
         }
+    }
+
+    /// The change of the slope from one stage to another, component by component.
+    pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
+        let (from, to) = (self.slope_row(from), self.slope_row(to));
+        for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
+            *out = to[at] - from[at];
+        }
+    }
+
+    /// The change of `y`, divided by the step, from one stage to another, component by component.
+    pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
+        let stages = &self.tableau.stages;
+        for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
+            let weights = stages[to].iter().zip(&stages[from]).enumerate();
+            *out = weights
+                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[at])
+                .sum();
+        }
+    }
+
+    fn slope_row(&self, stage: usize) -> &[f64] {
+        &self.slopes[stage * self.start.len()..][..self.start.len()]
     }
 
     /// Exchanges the records at the two ends of the step.
@@ -117,63 +208,69 @@ impl<P: Form, const S: usize> RungeKutta<P, S> {
         }
     }
 
-    /// Copies the slope at the end of the step to its start.
-    fn reuse_end_slope(&mut self) {
-        let dim = self.step.dim();
-        self.slopes[..dim].copy_from_slice(&self.step.end_slope);
-    }
-
     /// Writes the state at a stage.
-    fn advance(&mut self, stage: usize, storage: StageState) {
-        let combination = Combination {
-            start: &self.step.start,
+    fn advance(&mut self, stage: usize) {
+        let rows = Rows {
+            start: &self.start,
             h: self.step.length(),
-            slopes: &self.slopes,
+            slopes: &mut self.slopes,
             weights: &self.tableau.stages[stage][..stage],
         };
-        let out = match storage {
-            StageState::End => &mut self.step.end,
-            StageState::Scratch => &mut self.scratch,
-        };
-        self.form.advance(stage, combination, out);
+        self.form.advance(stage, rows, &mut self.state);
     }
 
-    /// Evaluates the force at a stage and writes the slope.
-    fn evaluate<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stage: usize,
-        storage: StageState,
-    ) {
-        let z = match storage {
-            StageState::End => &self.step.end,
-            StageState::Scratch => &self.scratch,
+    /// Writes the slope of the stage before, then the state at a stage.
+    fn advance_from_previous<Y: System + ?Sized>(&mut self, sys: &Y, stage: usize) {
+        let rows = Rows {
+            start: &self.start,
+            h: self.step.length(),
+            slopes: &mut self.slopes,
+            weights: &self.tableau.stages[stage][..stage],
         };
+        let stages = [stage - 1, stage];
+        (self.form).advance_from(sys, stages, &self.force, rows, &mut self.state);
+    }
+
+    /// Evaluates the force at a stage.
+    fn evaluate<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, stage: usize) {
+        let dim = self.step.dim();
+        let (z, out) = (&self.state[..dim], &mut self.force[..dim - sys.modes()]);
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
-            None => force(sys, status, time, z, &mut self.force),
-            Some(record) => {
-                differentiable(sys).force_recorded(status, time, z, &mut self.force, record);
-            }
-        }
-        let slope = &mut self.slopes[stage * z.len()..][..z.len()];
-        self.form.slope(sys, stage, z, &self.force, slope);
-        if stage == self.tableau.end {
-            // The same slope in the coordinates of the next step.
-            let slope = &mut self.step.end_slope;
-            self.form.slope(sys, 0, z, &self.force, slope);
+            None => force(sys, status, time, z, out),
+            Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
         }
     }
-}
 
-/// Storage of the state at a stage.
-#[derive(Clone, Copy)]
-enum StageState {
-    /// The end of the step.
-    End,
-    /// Scratch space for stages of the dense output.
-    Scratch,
+    /// Writes the slope at the end of the step in the coordinates of the next step.
+    fn write_end_slope<Y: System + ?Sized>(&mut self, sys: &Y) {
+        let z = &self.state[..self.step.dim()];
+        let slope = &mut self.step.end_slope;
+        self.form.first_slope(sys, z, &self.force, slope);
+    }
+
+    /// Writes the error estimates and the slope at the end of the step, which they need.
+    fn estimate_errors<Y: System + ?Sized>(&mut self, sys: &Y) {
+        let (dim, end, h) = (self.step.dim(), self.tableau.end, self.step.length());
+        let rows = Rows {
+            start: &self.zeros,
+            h,
+            slopes: &mut self.slopes,
+            weights: &self.tableau.error[..=end],
+        };
+        (self.form).advance_from(sys, [end, end], &self.force, rows, &mut self.state);
+        self.step.error.copy_from_slice(&self.state[..dim]);
+        if let Some(weights) = &self.tableau.coarse_error {
+            let rows = Rows {
+                start: &self.zeros,
+                h,
+                slopes: &mut self.slopes,
+                weights: &weights[..=end],
+            };
+            self.form.advance(end, rows, &mut self.state);
+            self.coarse_error.copy_from_slice(&self.state[..dim]);
+        }
+    }
 }
 
 impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
@@ -206,10 +303,13 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         stats.rhs_evals += 1;
         self.step.full_end_time = self.step.end_time;
         self.step.start_time = self.step.end_time;
-        self.evaluate(sys, status, self.tableau.end, StageState::End);
+        let dim = self.step.dim();
+        self.state[..dim].copy_from_slice(&self.step.end);
         // The record stays at the end; the next step takes it from there.
+        self.evaluate(sys, status, self.tableau.end);
+        self.write_end_slope(sys);
         self.step.start_at_end();
-        self.reuse_end_slope();
+        self.start_slope.copy_from_slice(&self.step.end_slope);
     }
 
     fn begin_step<Y: System + ?Sized>(
@@ -219,14 +319,16 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         _tally: &mut SolverStats,
     ) {
         self.step.start_at_end();
-        self.reuse_end_slope();
+        self.start_slope.copy_from_slice(&self.step.end_slope);
+        let len = self.start.len();
+        self.form.pack(&self.step.start, &mut self.start);
+        self.form.pack(&self.start_slope, &mut self.slopes[..len]);
         self.swap_end_records();
     }
 
     fn reject_step(&mut self) {
-        let dim = self.step.dim();
         self.step.revert();
-        self.step.end_slope.copy_from_slice(&self.slopes[..dim]);
+        self.step.end_slope.copy_from_slice(&self.start_slope);
         self.swap_end_records();
     }
 
@@ -240,29 +342,21 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         self.step.end_time = end_time;
         self.step.full_end_time = end_time;
         self.is_dense = false;
-        let h = self.step.length();
-        let tableau = self.tableau;
-        let end = tableau.end;
-        self.form.prepare(&tableau.nodes, h);
+        let (dim, end) = (self.step.dim(), self.tableau.end);
+        self.form.prepare(&self.tableau.nodes, self.step.length());
         for stage in 1..=end {
-            self.advance(stage, StageState::End);
-            if let (true, Some(status)) = (stage == end, status) {
-                switching(sys).settle(status, end_time, &mut self.step.end);
+            match stage {
+                1 => self.advance(stage),
+                _ => self.advance_from_previous(sys, stage),
             }
-            self.evaluate(sys, status, stage, StageState::End);
+            if let (true, Some(status)) = (stage == end, status) {
+                switching(sys).settle(status, end_time, &mut self.state[..dim]);
+            }
+            self.evaluate(sys, status, stage);
         }
-        let difference = |weights| Combination {
-            start: &self.zeros,
-            h,
-            slopes: &self.slopes,
-            weights,
-        };
-        let error = difference(&tableau.error[..=end]);
-        self.form.advance(end, error, &mut self.step.error);
-        if let Some(weights) = &tableau.coarse_error {
-            let error = difference(&weights[..=end]);
-            self.form.advance(end, error, &mut self.coarse_error);
-        }
+        self.step.end.copy_from_slice(&self.state[..dim]);
+        self.write_end_slope(sys);
+        self.estimate_errors(sys);
         stats.rhs_evals += end as u64;
     }
 
@@ -286,9 +380,13 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
             return;
         }
         self.is_dense = true;
+        let (dim, len) = (self.step.dim(), self.start.len());
         for stage in tableau.end + 1..S {
-            self.advance(stage, StageState::Scratch);
-            self.evaluate(sys, status, stage, StageState::Scratch);
+            self.advance(stage);
+            self.evaluate(sys, status, stage);
+            let slope = &mut self.slopes[stage * len..][..len];
+            let z = &self.state[..dim];
+            self.form.slope(sys, stage, z, &self.force, slope);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -300,13 +398,14 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         }
         let h = self.step.length();
         let offset = t - self.step.start_time;
-        let combination = Combination {
-            start: &self.step.start,
+        let rows = Rows {
+            start: &self.start,
             h,
-            slopes: &self.slopes,
+            slopes: &mut self.slopes,
             weights: &self.tableau.weights(offset / h),
         };
-        self.form.advance_by(offset, combination, out);
+        self.form.advance_by(offset, rows, &mut self.state);
+        out.copy_from_slice(&self.state[..out.len()]);
     }
 
     fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use pulp::Simd;
 
-use super::combination::{load, positions, store};
+use super::combination::MAX_LANES;
 
 /// The leading 33 bits of pi/2: a product with an integer below 2^20 is exact.
 const HALF_PI_HIGH: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
@@ -19,27 +19,26 @@ const HALF_PI_LOW: f64 = (FRAC_PI_2 - HALF_PI_HIGH) + 6.123_233_995_736_766e-17;
 /// Adding this to a small number rounds it to an integer in the lowest bits.
 const ROUNDING_OFFSET: f64 = 1.5 * (1_u64 << 52) as f64;
 /// Angles below this are reduced exactly (fewer than 2^20 multiples of pi/2), rad.
-const MAX_REDUCED_ANGLE: f64 = 1e6;
+pub(super) const MAX_REDUCED_ANGLE: f64 = 1e6;
 
-/// Writes the sine and the cosine of each angle (rad).
+/// Sine and cosine of each angle (rad). `are_small` states that all are below [`MAX_REDUCED_ANGLE`].
 #[inline(always)]
-pub(super) fn sin_cos<S: Simd>(simd: S, angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
-    let is_small = |small, x: &f64| small & (x.abs() < MAX_REDUCED_ANGLE);
-    if !angles.iter().fold(true, is_small) {
-        return each_sin_cos(angles, sin, cos);
+pub(super) fn sin_cos<S: Simd>(simd: S, angles: S::f64s, are_small: bool) -> [S::f64s; 2] {
+    if are_small {
+        return reduced(simd, angles);
     }
-    for at in positions::<S>(angles.len()) {
-        let [s, c] = reduced(simd, load(simd, angles, at));
-        store(simd, sin, at, s);
-        store(simd, cos, at, c);
-    }
+    let (mut sin, mut cos) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
+    let (sin, cos) = (&mut sin[..S::F64_LANES], &mut cos[..S::F64_LANES]);
+    simd.partial_store_f64s(sin, angles);
+    each_sin_cos(sin, cos);
+    [sin, cos].map(|numbers| simd.partial_load_f64s(numbers))
 }
 
-/// [`sin_cos`] by the standard library.
+/// Replaces angles by their sines and writes their cosines, by the standard library.
 #[inline(never)]
-fn each_sin_cos(angles: &[f64], sin: &mut [f64], cos: &mut [f64]) {
-    for ((x, sin), cos) in angles.iter().zip(sin).zip(cos) {
-        (*sin, *cos) = x.sin_cos();
+fn each_sin_cos(angles: &mut [f64], cos: &mut [f64]) {
+    for (x, cos) in angles.iter_mut().zip(cos) {
+        (*x, *cos) = x.sin_cos();
     }
 }
 
@@ -126,9 +125,16 @@ mod tests {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> [Vec<f64>; 2] {
-            let zeros = vec![0.0; self.0.len()];
-            let [mut sin, mut cos] = [zeros.clone(), zeros];
-            sin_cos(simd, self.0, &mut sin, &mut cos);
+            let (mut sin, mut cos) = (Vec::new(), Vec::new());
+            for angles in self.0.chunks(S::F64_LANES) {
+                let are_small = angles.iter().all(|x| x.abs() < MAX_REDUCED_ANGLE);
+                let found = sin_cos(simd, simd.partial_load_f64s(angles), are_small);
+                for (out, vector) in [&mut sin, &mut cos].into_iter().zip(found) {
+                    let mut numbers = vec![0.0; angles.len()];
+                    simd.partial_store_f64s(&mut numbers, vector);
+                    out.extend(numbers);
+                }
+            }
             [sin, cos]
         }
     }

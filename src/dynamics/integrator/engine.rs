@@ -56,9 +56,9 @@ impl Engine {
         };
         Ok(match method {
             Method::Lawson54 { .. } => Self::Lawson54(lawson54()),
-            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::default(), sys)),
-            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain::default(), sys)),
-            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain::default(), sys)),
+            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::new(sys), sys)),
+            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain::new(sys), sys)),
+            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain::new(sys), sys)),
             Method::Lawson853 { .. } => {
                 let form = IntegratingFactor::new(sys, DOP853.nodes.len());
                 Self::Lawson853(RungeKutta::new(&DOP853, form, sys))
