@@ -51,6 +51,9 @@ pub struct ChangeDetector {
     /// Exponents; logarithms of the total energy, of the modal energies and of the mean squares of the other
     /// components.
     blocks: BlockMeans,
+    /// Blocks before each change, and the number and length of the blocks in which these changes were found.
+    changes: Vec<usize>,
+    searched: [usize; 2],
 }
 
 impl ChangeDetector {
@@ -80,6 +83,8 @@ impl ChangeDetector {
             sums: vec![0.0; components],
             growth: vec![0.0; exponents],
             blocks: BlockMeans::new(exponents + 1 + components),
+            changes: Vec::new(),
+            searched: [0; 2],
         }
     }
 
@@ -158,16 +163,20 @@ impl ChangeDetector {
     /// The motions since the start, each with the exponents averaged within it; at least one. The averages
     /// leave out a block on each side of a change, and then the time in which the vectors align.
     pub fn segments<Y: System + ?Sized>(
-        &self,
+        &mut self,
         sys: &Y,
         integrator: &Integrator,
     ) -> Vec<MotionSegment> {
         let now = integrator.time();
         let motion = integrator.motion(sys);
         let block = self.block();
-        let changes = change_points(&self.channels());
-        let changes = changes.into_iter().map(|at| self.start + at as f64 * block);
-        let changes: Vec<f64> = changes.collect();
+        // Results are requested more often than blocks are completed.
+        let blocks = [self.blocks.count(), self.blocks.length()];
+        if std::mem::replace(&mut self.searched, blocks) != blocks {
+            self.changes = change_points(&self.channels());
+        }
+        let changes = self.changes.iter();
+        let changes: Vec<f64> = changes.map(|at| self.start + *at as f64 * block).collect();
         let starts = [self.start].into_iter().chain(changes.iter().copied());
         let ends = changes.iter().copied().chain([now]);
         let segment = |(start, end): (f64, f64)| {

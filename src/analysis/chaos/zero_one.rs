@@ -29,14 +29,13 @@
 //! * Weak chaos, and a torus observed over few periods, give any value between 0 and 1. Without noise,
 //!   more samples move the result towards 0 or 1.
 
+use std::cell::RefCell;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{ROUNDING, largest};
@@ -47,6 +46,11 @@ const HORIZON_DIVISOR: usize = 10;
 
 /// A signal is oversampled while its range exceeds this many mean steps.
 const OVERSAMPLED: f64 = 10.0;
+
+thread_local! {
+    /// Plans of the transforms, which successive windows share.
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
 
 /// Parameters of [`zero_one`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,8 +122,8 @@ pub struct ZeroOne {
 
 /// Applies the 0-1 test to every `stride`-th sample, starting with the first.
 ///
-/// The displacements are computed with a Fourier transform, which takes `O(N log N)` per frequency. The
-/// result does not depend on the number of threads.
+/// The time is `O(N log N)` for a correlation of the samples that all frequencies share, and `O(N)` for each
+/// frequency.
 ///
 /// # Errors
 /// [`AnalysisError::ZeroCount`] for a stride or a number of frequencies of 0;
@@ -147,14 +151,9 @@ pub fn zero_one(samples: &[f64], test: &ZeroOneTest) -> Result<ZeroOne, Analysis
     let frequencies: Vec<f64> = (0..test.frequencies)
         .map(|_| rng.random_range(PI / 5.0..4.0 * PI / 5.0))
         .collect();
-    let solver = DisplacementSolver::new(taken.len());
-    let by_frequency: Vec<[f64; 2]> = frequencies
-        .into_par_iter()
-        .map_init(Scratch::default, |scratch, c| {
-            let displacement = solver.displacement(&taken, c, scratch);
-            [c, correlation_with_time(displacement)]
-        })
-        .collect();
+    let solver = DisplacementSolver::new(&taken);
+    let correlation = |c: f64| [c, correlation_with_time(&solver.displacement(c))];
+    let by_frequency: Vec<[f64; 2]> = frequencies.into_iter().map(correlation).collect();
     let mut order: Vec<[f64; 2]> = by_frequency.clone();
     order.sort_by(|a, b| a[1].total_cmp(&b[1]));
     let (low, high) = (order[(order.len() - 1) / 2], order[order.len() / 2]);
@@ -213,82 +212,92 @@ fn correlation_with_time(curve: &[f64]) -> f64 {
     both / (time_alone * curve_alone).sqrt()
 }
 
-/// Computes displacements of paths of one length.
-struct DisplacementSolver {
+/// Computes the displacements of one signal.
+///
+/// With samples `x_0, x_1, ...` and the sums over the `M` starts `j` = 0, ..., M - 1,
+///
+/// ```text
+/// M D_c(n) = sum_(m,m'=1..n) cos((m - m') c) sum_j x_(j+m) x_(j+m')
+/// ```
+///
+/// so that the increment of `M D_c` from `n - 1` to `n` is
+///
+/// ```text
+/// S(n) = A_0(n) + 2 sum_(d=1..n-1) cos(d c) A_d(n),   A_d(n) = sum_j x_(j+n) x_(j+n-d)
+/// ```
+///
+/// Since `A_d(n)` differs from `A_d(n-1)` by one product at either end, `S(n) - S(n-1)` consists of
+/// `2 cos((n-1) c) A_(n-1)(n)`, a correlation of the samples that does not depend on `c`, and of products of one
+/// sample with a part of the path at either end.
+struct DisplacementSolver<'a> {
+    samples: &'a [f64],
     /// Largest time of the displacement, samples.
     horizon: usize,
-    forward: Arc<dyn Fft<f64>>,
-    inverse: Arc<dyn Fft<f64>>,
+    /// `A_d(d + 1)` for `d` = 0, 1, ... up to the horizon.
+    correlations: Vec<f64>,
 }
 
-/// Buffers of a [`DisplacementSolver`], one set per thread.
-#[derive(Default)]
-struct Scratch {
-    path: Vec<Complex<f64>>,
-    head: Vec<Complex<f64>>,
-    work: Vec<Complex<f64>>,
-    /// Cumulative sums of the squared path, starting with 0.
-    squares: Vec<f64>,
-    displacement: Vec<f64>,
-}
-
-impl DisplacementSolver {
-    fn new(samples: usize) -> Self {
-        let mut planner = FftPlanner::new();
-        let size = samples.next_power_of_two();
+impl<'a> DisplacementSolver<'a> {
+    fn new(samples: &'a [f64]) -> Self {
+        let horizon = samples.len() / HORIZON_DIVISOR;
+        let starts = samples.len() - horizon;
+        // Long enough that the correlations up to the horizon do not wrap around.
+        let size = samples.len().next_power_of_two();
+        let (forward, inverse) = PLANNER.with_borrow_mut(|planner| {
+            (
+                planner.plan_fft_forward(size),
+                planner.plan_fft_inverse(size),
+            )
+        });
+        let transform = |part: &[f64]| {
+            let mut padded = part.to_vec();
+            padded.resize(size, 0.0);
+            let mut spectrum = forward.make_output_vec();
+            let done = forward.process(&mut padded, &mut spectrum);
+            done.expect("the buffers have the lengths of the plan");
+            spectrum
+        };
+        let (first, mut all) = (transform(&samples[1..=starts]), transform(&samples[1..]));
+        for (product, first) in all.iter_mut().zip(first) {
+            *product *= first.conj();
+        }
+        // Zero also where huge samples overflow; the inverse transform checks it.
+        [all[0].im, all[size / 2].im] = [0.0; 2];
+        let mut correlations = inverse.make_output_vec();
+        let done = inverse.process(&mut all, &mut correlations);
+        done.expect("the buffers have the lengths of the plan");
+        correlations.truncate(horizon);
+        correlations.iter_mut().for_each(|sum| *sum /= size as f64);
         Self {
-            horizon: samples / HORIZON_DIVISOR,
-            forward: planner.plan_fft_forward(size),
-            inverse: planner.plan_fft_inverse(size),
+            samples,
+            horizon,
+            correlations,
         }
     }
 
     /// `D_c(1), D_c(2), ...` up to the horizon.
-    ///
-    /// `|z_(j+n) - z_j|^2 = |z_(j+n)|^2 + |z_j|^2 - 2 Re(conj z_j z_(j+n))`: the sums of squares are
-    /// differences of cumulative sums, the products a correlation of the path with its first part.
-    fn displacement<'s>(&self, samples: &[f64], c: f64, scratch: &'s mut Scratch) -> &'s [f64] {
-        let Scratch {
-            path,
-            head,
-            work,
-            squares,
-            displacement,
-        } = scratch;
-        path.clear();
-        path.extend(translate(samples, c));
-        // Centring minimises the squares of the path and thus the cancellation.
-        let centre = path.iter().sum::<Complex<f64>>() / path.len() as f64;
-        path.iter_mut().for_each(|z| *z -= centre);
-        squares.clear();
-        squares.push(0.0);
-        let mut sum = 0.0;
-        squares.extend(path.iter().map(|z| {
-            sum += z.norm_sqr();
-            sum
-        }));
-
-        let starts = samples.len() - self.horizon;
-        let size = self.forward.len();
-        head.clear();
-        head.extend_from_slice(&path[..starts]);
-        head.resize(size, Complex::default());
-        path.resize(size, Complex::default());
-        work.resize(self.forward.get_inplace_scratch_len(), Complex::default());
-        self.forward.process_with_scratch(path, work);
-        self.forward.process_with_scratch(head, work);
-        for (z, h) in path.iter_mut().zip(head.iter()) {
-            *z *= h.conj();
+    fn displacement(&self, c: f64) -> Vec<f64> {
+        let (samples, starts) = (self.samples, self.samples.len() - self.horizon);
+        let step = Complex::from_polar(1.0, c);
+        // exp(i n c), and the paths of the samples that enter and leave the sums.
+        let mut phasor = step;
+        let [mut entered, mut left] = [Complex::default(); 2];
+        let mut increment = self.correlations[0];
+        let mut sum = increment;
+        let mut displacement = Vec::with_capacity(self.horizon);
+        displacement.push(sum / starts as f64);
+        for n in 2..=self.horizon {
+            let middle = phasor.re * self.correlations[n - 1];
+            phasor *= step;
+            let [old, new] = [samples[n - 1], samples[starts + n - 1]];
+            let [leaving, entering] = [old, new].map(|x| phasor * x);
+            let ends = (entering * entered.conj()).re - (leaving * left.conj()).re;
+            increment += new * new - old * old + 2.0 * (middle + ends);
+            entered += entering;
+            left += leaving;
+            sum += increment;
+            displacement.push(sum / starts as f64);
         }
-        work.resize(self.inverse.get_inplace_scratch_len(), Complex::default());
-        self.inverse.process_with_scratch(path, work);
-
-        displacement.clear();
-        displacement.extend((1..=self.horizon).map(|n| {
-            let ends = squares[starts + n] - squares[n];
-            let products = path[n].re / size as f64;
-            (ends + squares[starts] - 2.0 * products) / starts as f64
-        }));
         displacement
     }
 }

@@ -29,14 +29,25 @@ impl Window {
 
     /// Samples of the window at `n` points. The maximum is 1 at index `n / 2`.
     pub fn samples(self, n: usize) -> Vec<f64> {
-        let weight = |i| {
-            let s = i as f64 / n as f64 - 0.5;
-            let cosines = self.coefficients().iter().enumerate();
-            cosines
-                .map(|(k, a)| a * (2.0 * PI * k as f64 * s).cos())
-                .sum()
+        let (constant, others) = self
+            .coefficients()
+            .split_first()
+            .expect("a window has coefficients");
+        let weight = |i: usize| {
+            let cosine = (2.0 * PI * (i as f64 / n as f64 - 0.5)).cos();
+            // Clenshaw's recurrence: cosines of multiples of an angle from that of the angle.
+            let terms = others.iter().rev();
+            let [last, before] = terms.fold([0.0; 2], |[last, before], a| {
+                [a + 2.0 * cosine * last - before, last]
+            });
+            constant + cosine * last - before
         };
-        (0..n).map(weight).collect()
+        let mut weights: Vec<f64> = (0..n.min(n / 2 + 1)).map(weight).collect();
+        // The other half is the mirror image.
+        for i in weights.len()..n {
+            weights.push(weights[n - i]);
+        }
+        weights
     }
 
     /// Coherent gain: the mean of the window, which scales the amplitude of a line.

@@ -495,7 +495,7 @@ impl<Y: System + ?Sized> StudyRun<'_, Y> {
 
     /// Divides the time so far into motions. The running estimates start again with each change.
     fn update_segments(&mut self) {
-        let Some(detector) = &self.detector else {
+        let Some(detector) = &mut self.detector else {
             return;
         };
         let segments = detector.segments(self.sys, self.integrator);

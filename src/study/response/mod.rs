@@ -389,7 +389,7 @@ impl<'a> Run<'a> {
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
-        let motions = changes.map(|changes| changes.segments(&*self.system, &self.integrator));
+        let motions = changes.map(|mut changes| changes.segments(&*self.system, &self.integrator));
         let mut motions = motions.unwrap_or_default();
         let changed = largest >= SILENCE && (motions.len() > 1 || detector.has_changed());
         let exponents = motions.pop().map(|motion| motion.spectrum);

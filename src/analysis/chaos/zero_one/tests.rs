@@ -33,17 +33,14 @@ fn displacement_by_definition(samples: &[f64], c: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_transform_matches_the_definition_of_the_displacement() {
+fn the_recursion_matches_the_definition_of_the_displacement() {
     for (samples, c) in [
         (centred(&logistic(3.97, 1000), 1), 1.1),
         (centred(&logistic(3.55, 777), 1), 2.3),
         // In resonance with the signal: the path is unbounded.
         (centred(&sines(1.0, 1003, &[(0.2, 1.0, 0.3)]), 1), 0.4 * PI),
     ] {
-        let mut scratch = Scratch::default();
-        let got = DisplacementSolver::new(samples.len())
-            .displacement(&samples, c, &mut scratch)
-            .to_vec();
+        let got = DisplacementSolver::new(&samples).displacement(c);
         let expected = displacement_by_definition(&samples, c);
         let largest = largest(&expected);
         assert_eq!(got.len(), expected.len());
@@ -200,17 +197,6 @@ fn invalid_tests_are_rejected() {
         ),
         zero("0-1 test: the number of frequencies")
     );
-}
-
-#[test]
-fn threads_do_not_change_the_result() {
-    let signal = logistic(3.97, 1500);
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| zero_one(&signal, &ZeroOneTest::with_stride(1)).unwrap())
-    };
-    assert_eq!(with(1), with(3));
 }
 
 proptest! {
