@@ -147,8 +147,8 @@ impl SweepPlan {
         self.scene.with_values(&values)
     }
 
-    /// The points of a shard as chains. Within a chain each point continues from the one before it; chains
-    /// are independent of each other. Of `n` shards, each has every `n`-th chain.
+    /// The points of a shard as chains, the longest first. Within a chain each point continues from the one before
+    /// it; chains are independent of each other. Of `n` shards, each has every `n`-th chain.
     pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
         let Some(row) = self.axes.first().map(|axis| axis.values.len()) else {
             return Vec::new();
@@ -169,6 +169,8 @@ impl SweepPlan {
                 }
             }
         }
+        // Long chains first: at the end no thread waits for one, and shards have about the same work.
+        chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
         let mine = chains.into_iter().enumerate();
         let mine = mine.filter(|(k, _)| k % shard.of == shard.number - 1);
         mine.map(|(_, chain)| chain).collect()
@@ -294,6 +296,9 @@ mod tests {
         let chains = plan.chains(Shard::WHOLE);
         assert_eq!(chains[..4], [[0, 1, 2], [3, 4, 5], [8, 7, 6], [11, 10, 9]]);
         assert_eq!(chains[4..], [[12], [13], [14], [15], [16], [17]]);
+        // The long chains come first whatever the order of the starts.
+        let chains = self::plan(&[Start::Fresh, Start::Upward]).chains(Shard::WHOLE);
+        assert_eq!(chains[..3], [vec![6, 7, 8], vec![9, 10, 11], vec![0]]);
     }
 
     #[test]
