@@ -65,6 +65,13 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect) {
     let panels = figure.rows.iter().flatten();
     let ticks = panels.map(|panel| label_width(panel, height, canvas.font_size));
     let left = ticks.fold(0.0, f64::max);
+    let font_size = canvas.font_size;
+    let margins = figure.rows.iter().flat_map(|row| {
+        let width = body.width / row.len().max(1) as f64 - left;
+        row.iter()
+            .map(move |panel| right_margin(panel, width, font_size))
+    });
+    let right = margins.fold(0.0, f64::max);
     for (number, row) in figure.rows.iter().enumerate() {
         let width = body.width / row.len().max(1) as f64;
         let headers: Vec<PanelHeader> = row
@@ -81,7 +88,7 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect) {
                 height,
             };
             header.draw(canvas, cell);
-            let area = plot_area(panel, cell, tallest, left, canvas.font_size);
+            let area = plot_area(panel, cell, tallest, [left, right], canvas.font_size);
             draw_panel(canvas, panel, area);
         }
     }
@@ -104,6 +111,17 @@ fn label_width(panel: &Panel, height: f64, font_size: f64) -> f64 {
     widths.fold(0.0, f64::max) + name
 }
 
+/// Space to the right of a plot area of about `width` for the last label of the horizontal axis, which is centred
+/// on its tick.
+fn right_margin(panel: &Panel, width: f64, font_size: f64) -> f64 {
+    let ticks = panel.x.ticks(max_ticks(&panel.x, width, font_size, false));
+    let labels = panel.x.labels(&ticks);
+    let overhangs = ticks.iter().zip(&labels).map(|(tick, label)| {
+        0.5 * text::width(label, font_size, false) - width * (1.0 - panel.x.fraction(*tick))
+    });
+    overhangs.fold(0.8 * font_size, f64::max) + 0.8 * font_size
+}
+
 /// Maximum number of ticks of an axis of a length. Ticks of a vertical axis are closer (`close`), except in a
 /// square panel, where both axes have the same number.
 fn max_ticks(axis: &Axis, length: f64, font_size: f64, close: bool) -> usize {
@@ -116,10 +134,16 @@ fn max_ticks(axis: &Axis, length: f64, font_size: f64, close: bool) -> usize {
 }
 
 /// The plot area of a panel.
-fn plot_area(panel: &Panel, cell: Rect, header: f64, left: f64, font_size: f64) -> Rect {
+fn plot_area(
+    panel: &Panel,
+    cell: Rect,
+    header: f64,
+    [left, right]: [f64; 2],
+    font_size: f64,
+) -> Rect {
     let left = left + 1.8 * font_size;
     let below = 3.8 * font_size;
-    let width = (cell.width - left - 1.6 * font_size).max(font_size);
+    let width = (cell.width - left - right).max(font_size);
     let height = (cell.height - header - below).max(font_size);
     let side = width.min(height);
     let [width, height] = if panel.square {

@@ -246,8 +246,9 @@ fn elements() -> Refinement {
     Refinement::new(Source::Elements, ELEMENTS.iter().map(level).collect())
 }
 
-/// Mode sets from that of the scene to twice its size. `None` if the modes define the model: published
-/// frequencies, or different damping ratios of the modes.
+/// Mode sets from that of the scene to twice its size. All modes have the damping ratio of the scene, or none if the
+/// body is undamped. `None` if the modes define the model: published frequencies, or different damping ratios of the
+/// modes.
 fn modes(scene: &Scene) -> Option<Refinement> {
     let body = scene.ball_on_beam().ok()?;
     let damping = &scene.joint().ok()?.spec.damping;
@@ -255,7 +256,10 @@ fn modes(scene: &Scene) -> Option<Refinement> {
     if uneven || body.frequencies != Frequencies::FiniteElement {
         return None;
     }
-    let ratio = damping.first().copied().unwrap_or(0.0);
+    // A list in the scene would not have as many ratios as there are modes.
+    let ratio = damping
+        .first()
+        .map(|ratio| SceneSetting::number("damping.ratio", *ratio));
     let own = body.families;
     let level = |share: f64| {
         let of = |count: usize| (share * count as f64).ceil() as usize;
@@ -264,12 +268,12 @@ fn modes(scene: &Scene) -> Option<Refinement> {
             torsion: of(own.torsion),
             axial: of(own.axial),
         };
-        let settings = vec![
+        let settings = [
             SceneSetting::number("body.bending_pairs", families.bending_pairs as f64),
             SceneSetting::number("body.torsion_modes", families.torsion as f64),
             SceneSetting::number("body.axial_modes", families.axial as f64),
-            SceneSetting::number("damping.ratio", ratio),
         ];
+        let settings = settings.into_iter().chain(ratio.clone()).collect();
         (format!("{} modes", families.count()), settings)
     };
     Some(Refinement::new(
@@ -313,4 +317,36 @@ pub fn others(scene: &Scene, settling: f64, factor: f64, with_motion: bool) -> V
         refinements.push(averaging(scene, settling, factor));
     }
     refinements
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The body of `periodic-2deg` with modes from finite elements and a table of damping.
+    fn levels(damping: &str) -> Option<Vec<Level>> {
+        let text = Scene::load("periodic-2deg").unwrap().text;
+        let text = text.replace("\"published\"", "\"fe\"");
+        let scene = Scene::parse("fe", format!("{text}\n{damping}")).unwrap();
+        modes(&scene).map(|refinement| refinement.levels)
+    }
+
+    #[test]
+    fn every_mode_set_has_the_damping_of_the_scene() {
+        let ratio = |level: &Level| {
+            let mut settings = level.settings.iter();
+            settings
+                .find(|setting| setting.key == "damping.ratio")
+                .cloned()
+        };
+        let given = SceneSetting::number("damping.ratio", 0.002);
+        for (damping, expected) in [("", None), ("[damping]\nratio = 0.002", Some(given))] {
+            let levels = levels(damping).unwrap();
+            assert_eq!(levels.len(), 4);
+            assert!(levels.iter().all(|level| ratio(level) == expected));
+        }
+        let uneven: Vec<&str> = [["0.001"; 10].as_slice(), &["0.002"]].concat();
+        let uneven = format!("[damping]\nratio = [{}]", uneven.join(", "));
+        assert_eq!(levels(&uneven), None);
+    }
 }
