@@ -6,7 +6,9 @@ use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use clap_complete::Shell;
 
 use super::analyse_args::AnalyseArgs;
-use super::common_args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url};
+use super::common_args::{
+    AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url,
+};
 use super::figures::FigureArgs;
 use super::live_args::LiveArgs;
 use super::sound_args::SoundArgs;
@@ -93,6 +95,8 @@ pub struct RunArgs {
     pub duration: Option<f64>,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
+    #[command(flatten)]
+    pub budget: BudgetArgs,
     /// Fail with exit code 1 if the residual of the energy audit exceeds 5 %; refuse a scene without an
     /// audit.
     #[arg(long, help_heading = "Simulation")]
@@ -302,6 +306,10 @@ mod tests {
         assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
         assert_eq!(run.json, Some(PathBuf::from("out.json")));
         assert!(parse("squeakscope run --spawn --connect").is_err());
+        assert_eq!(run.budget.budget, None);
+        assert!(parse("squeakscope run --budget realtime").is_ok());
+        assert!(parse("squeakscope live --budget complete").is_ok());
+        assert!(parse("squeakscope run --budget never").is_err());
         for sound in ["--sound pressure", "--probe 8,0,60", "--time-stretch 10"] {
             assert!(
                 parse(&format!("squeakscope run {sound}")).is_err(),

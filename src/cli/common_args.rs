@@ -3,9 +3,11 @@
 use std::ffi::OsStr;
 
 use clap::Args as Arguments;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use strum::VariantArray;
 
 use super::steps::{Steps, StepsError};
-use crate::scene::{DEFAULT_SCENE, Scene, SceneError};
+use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Scene, SceneError};
 
 /// The scene of a command.
 #[derive(Clone, Debug, Default, Arguments)]
@@ -43,6 +45,31 @@ impl AccuracyArgs {
             scene.with_accuracy(error)
         })
     }
+}
+
+/// The budget of the analyses of a command.
+#[derive(Clone, Copy, Debug, Default, Arguments)]
+pub struct BudgetArgs {
+    /// Compute all windows of the analyses, or fewer of those that are only displayed while they are slower than
+    /// real time (in a live run: than the playback) [default: the scene's].
+    #[arg(long, value_name = "BUDGET", value_parser = budgets(), help_heading = "Simulation")]
+    pub budget: Option<AnalysisBudget>,
+}
+
+impl BudgetArgs {
+    /// Returns the scene with this budget.
+    pub fn apply(self, scene: Scene) -> Scene {
+        match self.budget {
+            Some(budget) => scene.with_analysis_budget(budget),
+            None => scene,
+        }
+    }
+}
+
+/// Parses a budget by its name in a scene file.
+fn budgets() -> impl TypedValueParser<Value = AnalysisBudget> {
+    let names = AnalysisBudget::VARIANTS.iter().map(<&str>::from);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<AnalysisBudget>())
 }
 
 /// Applies the value of an option to a scene, if it is given.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
-use super::common_args::{AccuracyArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
+use super::common_args::{AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
 use super::sound_args::SoundArgs;
 
 /// Arguments of `squeakscope live`.
@@ -21,6 +21,8 @@ pub struct LiveArgs {
     pub speed: f64,
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
+    #[command(flatten)]
+    pub budget: BudgetArgs,
     /// Skip Lyapunov exponents and the perturbed trajectory (the most expensive analyses) to keep up with
     /// real time.
     #[arg(long, help_heading = "Simulation")]

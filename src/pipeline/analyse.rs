@@ -1,20 +1,23 @@
-//! The analyses of a run: frames in, records out, independent of threads.
+//! The analyses of a run: frames in, records out.
 
 use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::error::AnalyseError;
 use super::message::{Frame, Header, Record, Summary};
 use super::sink::Sink;
-use super::stages::{Context, Stage, stages};
+use super::stages::{StageGroup, StageGroups, stages};
 use crate::scene::AnalysisSpec;
 
 /// The requested analyses.
 ///
 /// Records of one kind are in time order, at times fixed by the scene and the first sample. They do not
-/// depend on how the samples are split into frames.
+/// depend on how the samples are split into frames. Analyses that do not depend on each other run at the same
+/// time, on the threads of the current thread pool; neither the records nor their order depend on the number of
+/// these threads.
 pub struct Analyser {
-    context: Context,
-    stages: Vec<Box<dyn Stage>>,
+    groups: StageGroups,
 }
 
 /// Memory of an analysis per sample of its window, bytes: four copies of the window while it slides, and its
@@ -42,41 +45,55 @@ impl Analyser {
     /// Sets up the analyses of the run described by `header`.
     pub fn new(spec: &AnalysisSpec, header: &Header) -> Self {
         Self {
-            context: Context::new(header.sample_rate),
-            stages: stages(spec, header),
+            groups: stages(spec, header),
         }
     }
 
     /// From now on, computes only every `divisor`-th window of the analyses that are only displayed.
     pub fn set_rate_divisor(&mut self, divisor: u64) {
-        self.context.rate_divisor = divisor;
+        for group in self.groups_mut() {
+            group.context.rate_divisor = divisor;
+        }
     }
 
-    /// Passes the frame to `sink` as [`Record::Samples`], followed by the results of the analyses up to its
-    /// last sample.
+    /// Analyses the next frames. Returns the records of each frame: its events, its samples as
+    /// [`Record::Samples`], and the results of the analyses up to its last sample.
+    ///
+    /// # Errors
+    /// [`AnalyseError`]; the run cannot continue after it.
+    pub fn analyse(&mut self, frames: &[Arc<Frame>]) -> Result<Vec<Vec<Record>>, AnalyseError> {
+        let StageGroups { independent, last } = &mut self.groups;
+        last.context.clock.check(frames)?;
+        let results: Vec<_> = independent
+            .par_iter_mut()
+            .map(|group| group.analyse(frames))
+            .collect();
+        let results = results.into_iter().map(|of| of.map(Vec::into_iter));
+        let mut results = results.collect::<Result<Vec<_>, _>>()?;
+        let all = frames.iter().map(|frame| {
+            let events = frame.events.iter();
+            let mut records: Vec<Record> = events
+                .map(|text| Record::Event {
+                    time: frame.t0,
+                    text: text.clone(),
+                })
+                .collect();
+            records.push(Record::Samples(Arc::clone(frame)));
+            records.extend(results.iter_mut().filter_map(Iterator::next).flatten());
+            last.observe(frame, &mut records)?;
+            Ok(records)
+        });
+        all.collect()
+    }
+
+    /// Passes the records of one frame to `sink`, see [`Analyser::analyse`].
     ///
     /// # Errors
     /// [`AnalyseError`]; the run cannot continue after it.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        self.context.clock.check(frame)?;
-        for text in &frame.events {
-            let (time, text) = (frame.t0, text.clone());
-            sink.accept(Record::Event { time, text })
-                .map_err(AnalyseError::Sink)?;
-        }
-        sink.accept(Record::Samples(Arc::clone(frame)))
-            .map_err(AnalyseError::Sink)?;
-        let mut rest = &mut self.stages[..];
-        while let Some((stage, later)) = rest.split_first_mut() {
-            let mut emit = |record| {
-                later.iter_mut().for_each(|stage| stage.observe(&record));
-                sink.accept(record).map_err(AnalyseError::Sink)
-            };
-            stage.push(frame, &mut self.context, &mut emit)?;
-            rest = later;
-        }
-        self.context.clock.advance(frame);
-        Ok(())
+        let records = self.analyse(std::slice::from_ref(frame))?;
+        let mut records = records.into_iter().flatten();
+        records.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
     }
 
     /// Emits the remaining results after the last frame.
@@ -84,9 +101,10 @@ impl Analyser {
     /// # Errors
     /// [`AnalyseError`].
     pub fn finish(&mut self, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        let mut emit = |record| sink.accept(record).map_err(AnalyseError::Sink);
-        for stage in &mut self.stages {
-            stage.finish(&mut self.context, &mut emit)?;
+        for group in self.groups_mut() {
+            for record in group.finish()? {
+                sink.accept(record).map_err(AnalyseError::Sink)?;
+            }
         }
         Ok(())
     }
@@ -95,14 +113,21 @@ impl Analyser {
     /// amplitude and peak velocity of the last window (that of the spectrum, else 20 ms); the last exponents
     /// and the distance of the perturbed trajectory. All other fields have default values.
     pub fn summary(&self) -> Summary {
+        let StageGroups { independent, last } = &self.groups;
         let mut summary = Summary {
-            simulated: self.context.clock.elapsed(),
+            simulated: last.context.clock.elapsed(),
             ..Summary::default()
         };
-        for stage in &self.stages {
-            stage.summarise(&mut summary);
+        for group in independent.iter().chain([last]) {
+            group.summarise(&mut summary);
         }
         summary
+    }
+
+    /// All groups, in the order of their records.
+    fn groups_mut(&mut self) -> impl Iterator<Item = &mut StageGroup> {
+        let StageGroups { independent, last } = &mut self.groups;
+        independent.iter_mut().chain([last])
     }
 }
 

@@ -7,15 +7,20 @@ mod summary;
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::*;
 use crate::analysis::test_signals::noise;
-use crate::analysis::{Direction, RecurrenceImage, Regime, Threshold};
+use crate::analysis::{AnalysisError, Direction, RecurrenceImage, Regime, Threshold};
 use crate::pipeline::message::SectionPoint;
 use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, all_analyses, analyses, header,
 };
-use crate::scene::{AnalysisSpec, AutoOr, SectionSpec, SectionSurface, StateCoordinate};
+use crate::pipeline::stages::{Context, Emit, Stage};
+use crate::scene::{
+    AnalysisSpec, AutoOr, ChaosSpec, QuantificationSpec, RecurrenceSpec, SectionSpec,
+    SectionSurface, StateCoordinate,
+};
 
 const T0: f64 = 0.25;
 
@@ -84,6 +89,111 @@ fn a_lower_rate_leaves_exact_results() {
     // Windows 3 to 12; the even ones remain.
     assert_eq!((all.len(), fewer.len()), (10, 5));
     assert!(all.iter().skip(1).step_by(2).eq(&fewer));
+}
+
+/// The records of all analyses on a number of threads, with all digits; frames are passed in batches.
+fn texts_on(
+    threads: usize,
+    spec: &AnalysisSpec,
+    frames: &[Arc<Frame>],
+    batch: usize,
+) -> Vec<String> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.unwrap().install(|| {
+        let mut analyser = Analyser::new(spec, &header());
+        let mut records: Vec<Record> = Vec::new();
+        for frames in frames.chunks(batch) {
+            records.extend(analyser.analyse(frames).unwrap().into_iter().flatten());
+        }
+        analyser.finish(&mut records).unwrap();
+        let mut texts: Vec<String> = records.iter().map(|record| format!("{record:?}")).collect();
+        texts.push(format!("{:?}", analyser.summary()));
+        texts
+    })
+}
+
+/// With delays that the scene gives, all analyses are independent; with chosen ones some wait for the choice.
+#[test]
+fn neither_threads_nor_batches_change_the_records_or_their_order() {
+    let frames = Motion::tones(0.06, &TORUS).frames(T0, 0.05, 256);
+    let chosen = all_analyses();
+    let mut given = chosen.clone();
+    given.recurrence = given.recurrence.map(|spec| RecurrenceSpec {
+        embedding: EMBEDDING,
+        ..spec
+    });
+    given.quantification = given.quantification.map(|spec| QuantificationSpec {
+        embedding: EMBEDDING,
+        ..spec
+    });
+    given.chaos = given.chaos.map(|spec| ChaosSpec {
+        embedding: EMBEDDING,
+        ..spec
+    });
+    given.section = given.section.map(|spec| SectionSpec {
+        surface: SectionSurface::Delay {
+            lag: EMBEDDING.lag,
+            level: 0.0,
+        },
+        ..spec
+    });
+    for (spec, groups) in [(chosen, 4), (given, 8)] {
+        assert_eq!(stages(&spec, &header()).independent.len(), groups);
+        let one = texts_on(1, &spec, &frames, 1);
+        for kind in [
+            "Spectrum {",
+            "SpectrogramColumn",
+            "Delay",
+            "Recurrence",
+            "Quantification",
+            "Chaos",
+            "Regime",
+        ] {
+            assert!(one.iter().any(|text| text.starts_with(kind)), "{kind}");
+        }
+        for (threads, batch) in [(1, 8), (2, 1), (2, 8), (4, 3)] {
+            assert!(
+                one == texts_on(threads, &spec, &frames, batch),
+                "{threads} threads, batches of {batch}"
+            );
+        }
+    }
+}
+
+/// A stage that fails at the first frame: with a panic, or with an error that states a number.
+struct Failing(Option<usize>);
+
+impl Stage for Failing {
+    fn push(
+        &mut self,
+        _frame: &Frame,
+        _context: &mut Context,
+        _emit: &mut Emit<'_>,
+    ) -> Result<(), AnalyseError> {
+        let have = self.0.expect("a stage that panics");
+        let error = AnalysisError::TooShort {
+            what: "test",
+            have,
+            need: 9,
+        };
+        Err(error.into())
+    }
+}
+
+#[test]
+fn errors_and_panics_of_any_thread_end_the_analysis() {
+    let analyse = |failing: [Failing; 2]| {
+        let boxed = failing.map(|stage| vec![Box::new(stage) as Box<dyn Stage>]);
+        let mut analyser = Analyser {
+            groups: StageGroups::new(boxed.into(), Vec::new(), RATE),
+        };
+        analyser.analyse(&Motion::tones(0.01, &CYCLE).frames(T0, 0.0, 256))
+    };
+    // The first in the order of the records, whichever fails first.
+    let error = analyse([Failing(Some(1)), Failing(Some(2))]).unwrap_err();
+    assert!(error.to_string().contains("1 sample"), "{error}");
+    let panic = AssertUnwindSafe(|| analyse([Failing(Some(1)), Failing(None)]));
+    assert!(catch_unwind(panic).is_err());
 }
 
 #[test]

@@ -1,6 +1,8 @@
-//! Budget of the analyses: fewer windows while they are slower than real time.
+//! Budget of the analyses: fewer windows while they are slower than real time, or than the playback of a live run.
 
-use super::message::Record;
+use std::sync::Arc;
+
+use super::message::{Frame, Record};
 use crate::scene::AnalysisBudget;
 
 /// Simulated time over which the load is measured, s: several windows of each analysis.
@@ -18,8 +20,9 @@ const LOW_LOAD: f64 = 0.4;
 pub(super) struct Budget {
     kind: AnalysisBudget,
     divisor: u64,
-    /// Simulated time and computing time since the last decision, s.
+    /// Since the last decision, s: simulated time, the time in which it is to be played, and computing time.
     simulated: f64,
+    playback: f64,
     busy: f64,
     /// Simulated time so far, and the same weighted with the rate, s.
     total: f64,
@@ -32,6 +35,7 @@ impl Budget {
             kind,
             divisor: 1,
             simulated: 0.0,
+            playback: 0.0,
             busy: 0.0,
             total: 0.0,
             weighted: 0.0,
@@ -43,21 +47,29 @@ impl Budget {
         self.divisor
     }
 
-    /// Adds a frame of `simulated` seconds that ends at `time` (s) and whose analyses took `busy` seconds.
-    /// Returns a warning if the divisor changes.
-    pub fn follow(&mut self, time: f64, simulated: f64, busy: f64) -> Option<Record> {
+    /// Adds successive frames whose analyses took `busy` seconds. Returns a warning if the divisor changes.
+    pub fn follow(&mut self, frames: &[Arc<Frame>], busy: f64) -> Option<Record> {
+        let (first, last) = (frames.first()?, frames.last()?);
+        let playback = frames.iter().map(|frame| frame.playback_time()).sum();
+        self.add(last.end(), last.end() - first.t0, playback, busy)
+    }
+
+    /// Adds `simulated` seconds until `time` (s), to be played in `playback` seconds, whose analyses took `busy`
+    /// seconds.
+    fn add(&mut self, time: f64, simulated: f64, playback: f64, busy: f64) -> Option<Record> {
         if self.kind == AnalysisBudget::Complete {
             return None;
         }
         self.total += simulated;
         self.weighted += simulated / self.divisor as f64;
         self.simulated += simulated;
+        self.playback += playback;
         self.busy += busy;
         if self.simulated < INTERVAL {
             return None;
         }
-        let load = self.busy / self.simulated;
-        (self.simulated, self.busy) = (0.0, 0.0);
+        let load = self.busy / self.playback;
+        (self.simulated, self.playback, self.busy) = (0.0, 0.0, 0.0);
         let divisor = match load {
             1.0.. => MAX_DIVISOR.min(2 * self.divisor),
             ..LOW_LOAD => (self.divisor / 2).max(1),
@@ -71,7 +83,7 @@ impl Budget {
         changed.then(|| Record::Warning {
             time,
             text: format!(
-                "the analyses took {load:.2} s per simulated second: {windows} computed from {:.0} ms on",
+                "the analyses took {load:.2} times the time of the playback: {windows} computed from {:.0} ms on",
                 1e3 * time
             ),
         })
@@ -87,15 +99,31 @@ impl Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::RecurrenceImage;
+    use crate::pipeline::message::Summary;
+    use crate::pipeline::{Monitor, run};
+    use crate::scene::{AnalysisSpec, Scene};
 
-    /// Follows frames of 10 ms whose full analyses take `load` times as long.
-    fn follow(budget: &mut Budget, loads: &[f64]) -> Vec<u64> {
+    /// Follows frames of 10 ms whose full analyses take `load` times as long, at a playback speed.
+    fn follow_at(speed: f64, budget: &mut Budget, loads: &[f64]) -> Vec<u64> {
         let divisor = |(k, load): (usize, &f64)| {
             let busy = 10e-3 * load / budget.divisor() as f64;
-            budget.follow(10e-3 * (k + 1) as f64, 10e-3, busy);
+            budget.add(10e-3 * (k + 1) as f64, 10e-3, 10e-3 / speed, busy);
             budget.divisor()
         };
         loads.iter().enumerate().map(divisor).collect()
+    }
+
+    fn follow(budget: &mut Budget, loads: &[f64]) -> Vec<u64> {
+        follow_at(1.0, budget, loads)
+    }
+
+    #[test]
+    fn a_slow_playback_leaves_more_time() {
+        let mut budget = Budget::new(AnalysisBudget::Realtime);
+        assert_eq!(follow_at(0.1, &mut budget, &[8.0; 16]), [1; 16]);
+        assert_eq!(budget.rate(), Some(1.0));
+        assert!(follow_at(0.1, &mut budget, &[30.0; 16])[15] >= 2);
     }
 
     #[test]
@@ -107,6 +135,55 @@ mod tests {
         assert_eq!(fast[15], 1);
         let rate = budget.rate().unwrap();
         assert!((0.4..0.8).contains(&rate), "{rate}");
+    }
+
+    /// The motion (q and dq/dt of all samples), the recurrence plots with their times, the number of warnings, and
+    /// the summary.
+    type Results = (Vec<f64>, Vec<(f64, Arc<RecurrenceImage>)>, usize, Summary);
+
+    fn results(scene: &Scene, budget: AnalysisBudget) -> Results {
+        let scene = scene.clone().with_analysis_budget(budget);
+        let mut records: Vec<Record> = Vec::new();
+        let summary = run(&scene, "", &mut records, Monitor::default()).unwrap();
+        let (mut motion, mut plots, mut warnings) = (Vec::new(), Vec::new(), 0);
+        for record in records {
+            match record {
+                Record::Samples(frame) => motion.extend([&frame.q[..], &frame.qdot].concat()),
+                Record::Recurrence { time, image } => plots.push((time, image)),
+                Record::Warning { .. } => warnings += 1,
+                _ => {}
+            }
+        }
+        (motion, plots, warnings, summary)
+    }
+
+    /// A plot of 600 states every half millisecond takes several times longer than the simulated time.
+    #[test]
+    fn a_budget_changes_the_number_of_windows_and_nothing_else() {
+        let mut scene = Scene::load("torus-3deg").unwrap();
+        let mut recurrence = scene.analysis.recurrence.unwrap();
+        (recurrence.size, recurrence.sliding.every) = (600, 0.5e-3);
+        scene.analysis = AnalysisSpec {
+            recurrence: Some(recurrence),
+            ..AnalysisSpec::default()
+        };
+        let scene = scene.with_duration(150.0).unwrap();
+        let (motion, plots, warnings, summary) = results(&scene, AnalysisBudget::Complete);
+        assert_eq!((warnings, summary.analysis_rate), (0, None));
+        let (same, fewer, changes, limited) = results(&scene, AnalysisBudget::Realtime);
+        assert!(motion == same, "the motion depends on the budget");
+        assert_eq!(
+            (summary.stats, summary.peaks),
+            (limited.stats, limited.peaks)
+        );
+        assert!(
+            changes > 0 && 4 * fewer.len() < 3 * plots.len(),
+            "{}",
+            fewer.len()
+        );
+        let rate = limited.analysis_rate.unwrap();
+        assert!((0.1..0.9).contains(&rate), "{rate}");
+        assert!(fewer.iter().all(|plot| plots.contains(plot)));
     }
 
     #[test]

@@ -51,7 +51,8 @@ impl Monitor<'_> {
 
 /// Simulates a scene to its end, or until the stop flag is set, and sends the records to a sink.
 ///
-/// `command` is the command line, for the header. Simulation, analysis and recording run on one thread each.
+/// `command` is the command line, for the header. Simulation, analysis and recording have one thread each, and the
+/// analyses also use the current thread pool.
 /// On success and after a stop the sink is finished; after an error it is abandoned.
 ///
 /// # Errors
@@ -152,24 +153,30 @@ fn analyse(
     mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
     let mut health = HealthMeter::default();
-    for frame in frames {
-        let frame = Arc::new(frame);
+    while let Ok(next) = frames.recv() {
+        // Analyses that run at the same time share out several frames more evenly than one.
+        let waiting = frames.try_iter().take(FRAMES_WAITING - 1);
+        let batch: Vec<_> = std::iter::once(next).chain(waiting).map(Arc::new).collect();
         let began = Instant::now();
-        analyser.push(&frame, &mut record_sender)?;
-        let (span, busy) = (frame.end() - frame.t0, began.elapsed().as_secs_f64());
-        if let Some(warning) = budget.follow(frame.end(), span, busy) {
+        let results = analyser.analyse(&batch)?;
+        for (k, (frame, records)) in batch.iter().zip(results).enumerate() {
+            for record in records {
+                record_sender.accept(record).map_err(PipelineError::Sink)?;
+            }
+            let measured = health.measure(
+                frame,
+                frames.len() + batch.len() - 1 - k,
+                record_sender.waiting(),
+                record_sender.drops(),
+            );
+            record_sender
+                .accept(Record::Health(measured))
+                .map_err(PipelineError::Sink)?;
+        }
+        if let Some(warning) = budget.follow(&batch, began.elapsed().as_secs_f64()) {
             analyser.set_rate_divisor(budget.divisor());
             record_sender.accept(warning).map_err(PipelineError::Sink)?;
         }
-        let measured = health.measure(
-            &frame,
-            frames.len(),
-            record_sender.waiting(),
-            record_sender.drops(),
-        );
-        record_sender
-            .accept(Record::Health(measured))
-            .map_err(PipelineError::Sink)?;
     }
     analyser.finish(&mut record_sender)?;
     record_sender.flush()?;

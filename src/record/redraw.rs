@@ -39,6 +39,7 @@ mod tests {
         assert!(due.is_due(0.0) && due.is_due(1e-3));
         due.set_rate(&Frame {
             shown: Some(DisplayRates {
+                speed: 1.0,
                 pictures: 20.0,
                 every: 1,
                 apart: 0,

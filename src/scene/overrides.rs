@@ -4,7 +4,7 @@ use super::error::{Location, SceneError, SceneWarning};
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
 use super::spec::Scene;
-use super::tables::analysis::AnalysisSpec;
+use super::tables::analysis::{AnalysisBudget, AnalysisSpec};
 use super::tables::load::{FACTOR, LOAD, TILT};
 use super::tables::{SCHEMA, check_imported_patch, check_sliding, demonstrated_mechanism};
 use crate::joint::{BodySpec, Frequencies, Friction};
@@ -46,6 +46,14 @@ impl Scene {
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.start.seed = seed;
         self.note("start.seed", seed);
+        self
+    }
+
+    /// Returns the scene with another budget of the analyses.
+    pub fn with_analysis_budget(mut self, budget: AnalysisBudget) -> Self {
+        self.analysis.budget = budget;
+        let name: &str = budget.into();
+        self.note("analysis.budget", name);
         self
     }
 

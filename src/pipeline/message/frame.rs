@@ -272,6 +272,8 @@ pub struct Frame {
 /// run do not depend on them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayRates {
+    /// Playback speed, simulated seconds per second of wall time.
+    pub speed: f64,
     /// Snapshots of body and patch per simulated second.
     pub pictures: f64,
     /// Number of samples per displayed sample of the time series, at least 1.
@@ -300,6 +302,7 @@ impl DisplayRates {
     pub fn at_speed(speed: f64, rate: f64) -> (usize, Self) {
         let samples = (speed * rate / Self::FRAMES).round();
         let shown = Self {
+            speed,
             pictures: (Self::SNAPSHOTS / speed).min(rate),
             every: (speed * rate / Self::ROWS).round().max(1.0) as usize,
             apart: (speed * rate / Self::WINDOWS).round() as u64,
@@ -328,6 +331,11 @@ impl Frame {
     /// all windows that the scene requests.
     pub fn apart(&self) -> u64 {
         self.shown.map_or(0, |shown| shown.apart)
+    }
+
+    /// Wall time in which the frame is to be played, s: its simulated time, unless a live run is slower or faster.
+    pub fn playback_time(&self) -> f64 {
+        (self.end() - self.t0) / self.shown.map_or(1.0, |shown| shown.speed)
     }
 
     /// Time of sample `k`, s.

@@ -8,6 +8,7 @@ mod clock;
 mod delay;
 mod divergence;
 mod exponents;
+mod group;
 mod lesson;
 mod named_lines;
 mod narration;
@@ -25,34 +26,40 @@ mod summary;
 pub(super) mod synthetic_tests;
 mod windowed;
 
-pub use stage::{Context, Stage};
+pub use group::{StageGroup, StageGroups};
+#[cfg(test)]
+pub(super) use stage::{Context, Emit};
 
 use chatter::ChatterStage;
 use divergence::DivergenceStage;
 use exponents::ExponentsStage;
 use lesson::LessonStage;
 use reduction::ReductionStage;
+pub use stage::Stage;
 use summary::SummaryStage;
 
 use super::message::Header;
-use crate::scene::AnalysisSpec;
+use crate::scene::{AnalysisSpec, AutoOr, EmbeddingSpec, SectionSurface};
 
-/// The stages of a run, in order. Each stage observes the records of the stages before it.
-pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
+/// The stages of a run. Each stage observes the records of the stages before it in its group, and those of the
+/// last group observe the records of all others.
+pub fn stages(spec: &AnalysisSpec, header: &Header) -> StageGroups {
     let rate = header.sample_rate;
     let delay = spec.delay.as_ref();
     let joint = header.joint();
     let rest = header.rest_speed;
     let summary = SummaryStage::new(spec.spectrum.as_ref(), header);
-    let stages = [
+    let tones = [
         boxed(&spec.spectrum, |spec| spectrum::spectrum(spec, rate, rest)),
-        // Only a sliding joint is described.
+        // Only a sliding joint is described, with the names of the lines of the spectrum.
         boxed(&spec.spectrum.zip(joint), |(spec, joint)| {
             narration::narration(spec.sliding.every, joint, header)
         }),
-        boxed(&spec.spectrogram, |spec| {
-            spectrogram::spectrogram(spec, rate)
-        }),
+    ];
+    let spectrogram = boxed(&spec.spectrogram, |spec| {
+        spectrogram::spectrogram(spec, rate)
+    });
+    let unfolded = [
         // Before the stages that use its choice.
         boxed(&spec.delay, |spec| delay::delay(spec, rate)),
         boxed(&spec.recurrence, |spec| {
@@ -65,7 +72,9 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
             .as_ref()
             .map(|spec| section::section(spec, delay, rate)),
         boxed(&spec.chaos, |spec| chaos::chaos(spec, delay, rate)),
-        boxed(&spec.regime, |spec| regime::regime(spec, rate)),
+    ];
+    let regime = boxed(&spec.regime, |spec| regime::regime(spec, rate));
+    let last = [
         boxed(&spec.exponents, |_| ExponentsStage::default()),
         boxed(&spec.perturbed_trajectory, |spec| {
             DivergenceStage::new(*spec, rate)
@@ -75,7 +84,35 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> Vec<Box<dyn Stage>> {
         LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
         Some(Box::new(summary) as Box<dyn Stage>),
     ];
-    stages.into_iter().flatten().collect()
+    let mut independent = vec![tones.into_iter().flatten().collect()];
+    independent.push(spectrogram.into_iter().collect());
+    match needs_choice(spec) {
+        true => independent.push(unfolded.into_iter().flatten().collect()),
+        false => independent.extend(unfolded.into_iter().flatten().map(|stage| vec![stage])),
+    }
+    independent.push(regime.into_iter().collect());
+    StageGroups::new(independent, last.into_iter().flatten().collect(), rate)
+}
+
+/// Whether a stage uses the delay or the dimension that the delay analysis chooses.
+fn needs_choice(spec: &AnalysisSpec) -> bool {
+    let embeddings = [
+        spec.recurrence.map(|spec| spec.embedding),
+        spec.quantification.map(|spec| spec.embedding),
+        spec.chaos.map(|spec| spec.embedding),
+    ];
+    let is_chosen = |embedding: &EmbeddingSpec| {
+        embedding.lag == AutoOr::Auto || embedding.dimension == AutoOr::Auto
+    };
+    let surface = spec.section.as_ref().map(|spec| &spec.surface);
+    let chosen_section = matches!(
+        surface,
+        Some(SectionSurface::Delay {
+            lag: AutoOr::Auto,
+            ..
+        })
+    );
+    chosen_section || embeddings.iter().flatten().any(is_chosen)
 }
 
 /// The stage for a specification, if there is one.
