@@ -73,6 +73,7 @@
 
 mod auto;
 mod combination;
+pub mod continuation;
 mod error;
 mod error_control;
 mod events;

@@ -1,0 +1,35 @@
+//! Systems that depend on a parameter.
+
+use super::super::System;
+
+/// Failure to build a system of a family.
+pub type FamilyError = Box<dyn std::error::Error + Send + Sync>;
+
+/// A family of systems with one real parameter.
+///
+/// All systems of a family have the same size, and depend smoothly on the parameter. Shooting needs their derivative
+/// ([`System::differentiable`]).
+pub trait Family {
+    /// Builds the system at a value of the parameter.
+    ///
+    /// # Errors
+    /// If the family has no system there.
+    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError>;
+
+    /// Period of the drive at a value of the parameter, s; `None` for autonomous systems, whose period is unknown.
+    fn drive_period(&self, _parameter: f64) -> Option<f64> {
+        None
+    }
+
+    /// The observable whose range over an orbit is its [`PeriodicOrbit::amplitude`](super::PeriodicOrbit::amplitude),
+    /// at a value of the parameter and a state. The default is the first component of the state.
+    fn observable(&self, _parameter: f64, z: &[f64]) -> f64 {
+        z[0]
+    }
+
+    /// The signs of a reflection symmetry: if `z(t)` is a solution, so is `s_i z_i(t)`. For a forced system this holds
+    /// together with a shift by half a period of the drive. Used to name a branch point that breaks the symmetry.
+    fn symmetry(&self) -> Option<&[f64]> {
+        None
+    }
+}

@@ -1,0 +1,45 @@
+//! Continuation of periodic orbits in one parameter, with Floquet multipliers and bifurcations.
+//!
+//! A sweep of simulations shows attractors. A branch shows periodic orbits whether they attract or not, and
+//! therefore where and why an attractor is lost. [`continue_orbits`] follows a family of orbits of a [`Family`] of
+//! systems through folds and reports its [`Bifurcation`]s.
+//!
+//! # Method
+//!
+//! * *Multiple shooting.* The period is divided into segments. The unknowns are the states at their starts, the
+//!   period (of an autonomous system) and the parameter. Newton's method uses the tangent flow of each segment,
+//!   which passes events with their saltation correction. The number of segments follows the growth and contraction
+//!   of the flow, and the linear systems are solved segment by segment with orthogonal transformations: neither
+//!   needs the product of the segments (U. Ascher, R. Mattheij, R. Russell, Numerical Solution of Boundary Value
+//!   Problems for Ordinary Differential Equations, SIAM 1995; S. J. Wright, SIAM J. Sci. Stat. Comput. 13 (1992)
+//!   742-764).
+//! * *Phase.* The phase of an autonomous orbit is fixed by the integral condition relative to the preceding orbit,
+//!   summed over the segment starts (E. J. Doedel, H. B. Keller, J. P. Kernévez, Int. J. Bifurcation Chaos 1 (1991)
+//!   745-772). A forced system has the period of its drive, or a multiple of it, and no free phase.
+//! * *Pseudo-arclength.* Steps follow the tangent of the branch, and the correction is orthogonal to it (H. B.
+//!   Keller, in: Applications of Bifurcation Theory, Academic Press 1977, 359-384). The step length follows the
+//!   number of Newton iterations and the angle between successive tangents.
+//! * *Multipliers.* The periodic Schur decomposition of the segments gives Floquet multipliers of any magnitude with
+//!   a small relative error ([`floquet_multipliers`]). The multiplier of an autonomous orbit that should equal 1
+//!   measures the error.
+//! * *Bifurcations* are zeros of test functions along the branch, located by a bracketing secant method.
+//!
+//! # Limits
+//!
+//! The flow must be differentiable along the orbit. At a grazing impact it is not: the branch is split there, or
+//! ends. Through kinks of a continuous system ([`Switching::is_continuous`](super::Switching::is_continuous)) the
+//! flow is differentiable once, which Newton's method needs.
+
+mod bifurcation;
+mod branch;
+mod error;
+mod family;
+mod options;
+mod orbit;
+
+pub use bifurcation::{Bifurcation, BifurcationKind, Resonance};
+pub use branch::{BranchEnd, BranchStats, BranchUpdate, OrbitBranch};
+pub use error::ContinuationError;
+pub use family::{Family, FamilyError};
+pub use options::{ContinuationOptions, StepLimits};
+pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
