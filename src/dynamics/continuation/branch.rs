@@ -37,6 +37,11 @@ pub enum BranchEnd {
         /// Frequency there, Hz.
         frequency_hz: f64,
     },
+    /// The orbit of twice the period coincides with one of half its period: a period doubling of that orbit.
+    PeriodHalved {
+        /// Value of the parameter there, by interpolation.
+        parameter: f64,
+    },
     /// The maximum number of points was reached.
     MaxPoints,
     /// The caller stopped the computation.
@@ -66,6 +71,9 @@ pub struct OrbitBranch {
     pub points: Vec<PeriodicOrbit>,
     /// The bifurcations in their order along the branch.
     pub bifurcations: Vec<Bifurcation>,
+    /// Intervals of the parameter between two successive points in which the number of multipliers outside the unit circle
+    /// changes without an identified bifurcation.
+    pub unresolved: Vec<[f64; 2]>,
     /// Why the branch ends before its first point and after its last one. A branch that was followed in one direction
     /// has no end at its start.
     pub ends: [Option<BranchEnd>; 2],

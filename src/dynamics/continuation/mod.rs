@@ -32,14 +32,34 @@
 
 mod bifurcation;
 mod branch;
+mod cyclic;
+mod detect;
+mod ends;
 mod error;
 mod family;
+mod flow;
+mod follow;
+mod locate;
+mod mesh;
+mod multipliers;
+mod newton;
 mod options;
 mod orbit;
+mod point;
+mod shape;
+mod shot;
+mod start;
+mod step;
+#[cfg(test)]
+mod tests;
 
 pub use bifurcation::{Bifurcation, BifurcationKind, Resonance};
 pub use branch::{BranchEnd, BranchStats, BranchUpdate, OrbitBranch};
 pub use error::ContinuationError;
 pub use family::{Family, FamilyError};
+pub use follow::{OnBranchUpdate, continue_orbits};
+pub use multipliers::{SchurError, floquet_multipliers};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
+pub use shape::{OrbitSample, sample_orbit};
+pub use start::{BranchStart, HopfPoint, ReturnSearch, hopf_orbit, settled_orbit, switched_orbit};

@@ -114,9 +114,9 @@ pub struct PeriodicOrbit {
     pub state: Vec<f64>,
     /// Floquet multipliers, the largest first, including the one at 1 of an autonomous orbit.
     pub multipliers: Vec<Multiplier>,
-    /// Whether all multipliers, except the trivial one of an autonomous orbit, are inside the unit circle.
+    /// Whether no multiplier, except the trivial one of an autonomous orbit, is outside the unit circle.
     pub stable: bool,
-    /// Number of multipliers outside the unit circle, without the trivial one.
+    /// Number of multipliers with a magnitude above 1 + 1e-7, without the trivial one.
     pub unstable_multipliers: usize,
     /// Distance from 1 of the multiplier that is 1 for an autonomous orbit, the estimate of the error of the
     /// multipliers; `None` for a forced orbit.

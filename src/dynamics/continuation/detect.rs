@@ -1,0 +1,181 @@
+//! Test functions, whose zeros along a branch are bifurcations.
+
+use super::point::Point;
+use super::shape::GuardDistances;
+use super::{BifurcationKind, Multiplier, PeriodicOrbit};
+
+/// Largest distance `|ln|multiplier||` of a pair from the unit circle at a Neimark-Sacker point. A larger one shows that
+/// the test function vanishes because two real multipliers have the product 1, which is no bifurcation.
+const MAX_PAIR_ERROR: f64 = 1e-3;
+
+/// Values of the test function of pairs that are rounding errors.
+const PAIR_NOISE: f64 = 1e-7;
+
+/// A test function: smooth along the branch, with a simple zero at a bifurcation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Test {
+    /// The parameter's component of the tangent: zero at a fold.
+    Turn,
+    /// A product of `1 - multiplier`: zero at folds and branch points.
+    One,
+    /// A product of `1 + multiplier`: zero at a period doubling.
+    MinusOne,
+    /// A product of `multiplier_i multiplier_j - 1`: zero if a pair is on the unit circle.
+    Pair,
+    /// The lowest minimum of a guard of a continuous system.
+    Guard,
+}
+
+impl Test {
+    /// Value at a point.
+    pub fn value(self, point: &Point) -> f64 {
+        let orbit = &point.orbit;
+        match self {
+            Self::Turn => point.tangent.parameter / point.scale.parameter,
+            Self::One => product(orbit.nontrivial_multipliers(), |m| {
+                (1.0 - m.re(), m.im()).into()
+            }),
+            Self::MinusOne => product(orbit.nontrivial_multipliers(), |m| {
+                (1.0 + m.re(), m.im()).into()
+            }),
+            Self::Pair => pairs(orbit),
+            Self::Guard => lowest_guard(point).map_or(1.0, |(_, least)| least),
+        }
+    }
+
+    /// Whether it changes its sign between two points.
+    pub fn changes(self, from: &Point, to: &Point) -> bool {
+        let [a, b] = [from, to].map(|point| self.value(point));
+        // The pairs of a conservative system stay on the circle to rounding.
+        let is_noise = self == Self::Pair && a.abs().max(b.abs()) < PAIR_NOISE;
+        (a < 0.0) != (b < 0.0) && !is_noise
+    }
+
+    /// The type of the bifurcation at a located zero; `None` if it is no bifurcation.
+    pub fn kind(self, orbit: &PeriodicOrbit) -> Option<BifurcationKind> {
+        match self {
+            Self::Turn => Some(BifurcationKind::Fold),
+            Self::One => Some(BifurcationKind::BranchPoint),
+            Self::MinusOne => Some(BifurcationKind::PeriodDoubling),
+            Self::Pair => critical_pair(orbit)
+                .filter(|pair| pair.ln_magnitude.abs() <= MAX_PAIR_ERROR)
+                .map(|_| BifurcationKind::NeimarkSacker),
+            Self::Guard => Some(BifurcationKind::Grazing),
+        }
+    }
+
+    /// The critical multiplier of an orbit at or near the bifurcation.
+    pub fn critical(self, orbit: &PeriodicOrbit) -> Option<Multiplier> {
+        match self {
+            Self::Turn | Self::Guard => None,
+            Self::One => nearest(orbit, 1.0),
+            Self::MinusOne => nearest(orbit, -1.0),
+            Self::Pair => critical_pair(orbit),
+        }
+    }
+}
+
+/// A complex number: real and imaginary part.
+struct Factor {
+    re: f64,
+    im: f64,
+}
+
+impl From<(f64, f64)> for Factor {
+    fn from((re, im): (f64, f64)) -> Self {
+        Self { re, im }
+    }
+}
+
+/// A product over real multipliers and conjugate pairs, each factor divided by `1 + |multiplier|`. It is real.
+fn product(multipliers: impl Iterator<Item = Multiplier>, factor: fn(Multiplier) -> Factor) -> f64 {
+    let mut product = 1.0;
+    for multiplier in multipliers {
+        let scale = 1.0 + multiplier.magnitude().min(1e150);
+        let value = factor(multiplier);
+        product *= match (multiplier.is_real(), multiplier.angle > 0.0) {
+            (true, _) => (value.re / scale).clamp(-1.0, 1.0),
+            // The product of both of a pair.
+            (false, true) => (value.re.hypot(value.im) / scale).powi(2),
+            (false, false) => 1.0,
+        };
+    }
+    product
+}
+
+/// The product of `multiplier_i multiplier_j - 1` over all pairs, each factor divided by `1 + |multiplier_i multiplier_j|`.
+/// Factors of conjugate pairs are real; the others come in conjugate pairs, whose products are positive, or are real.
+fn pairs(orbit: &PeriodicOrbit) -> f64 {
+    let all: Vec<_> = orbit.nontrivial_multipliers().collect();
+    let mut product = 1.0;
+    for (i, a) in all.iter().enumerate() {
+        for b in &all[i + 1..] {
+            let is_conjugate = !a.is_real() && a.angle == -b.angle;
+            if (a.is_real() && b.is_real()) || is_conjugate {
+                let sign = (a.angle + b.angle).cos().signum();
+                let ln_size = a.ln_magnitude + b.ln_magnitude;
+                // (x - 1) / (|x| + 1) for x = sign e^ln_size.
+                product *= match sign < 0.0 {
+                    true => -1.0,
+                    false => (0.5 * ln_size).tanh(),
+                };
+            }
+        }
+    }
+    product
+}
+
+/// The multiplier without the trivial one that is closest to a real number, among the real ones if there are any.
+fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .min_by(|a, b| a.distance_from(real).total_cmp(&b.distance_from(real)))
+}
+
+/// The pair of complex multipliers closest to the unit circle.
+fn critical_pair(orbit: &PeriodicOrbit) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
+        .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()))
+}
+
+/// The guard of a continuous system with the lowest minimum over the orbit.
+pub(super) fn lowest_guard(point: &Point) -> Option<(usize, f64)> {
+    match &point.shape.guards {
+        GuardDistances::Minima(minima) => minima
+            .iter()
+            .copied()
+            .enumerate()
+            .min_by(|a, b| a.1.total_cmp(&b.1)),
+        GuardDistances::ClosestDip(_) => None,
+    }
+}
+
+/// The tests that change their sign between two successive points. A branch point is a change of [`Test::One`] without a
+/// fold.
+pub(super) fn changed(from: &Point, to: &Point) -> Vec<Test> {
+    let turns = Test::Turn.changes(from, to);
+    let mut found = Vec::new();
+    if turns {
+        found.push(Test::Turn);
+    }
+    if Test::One.changes(from, to) && !turns {
+        found.push(Test::One);
+    }
+    for test in [Test::MinusOne, Test::Pair, Test::Guard] {
+        if test.changes(from, to) {
+            found.push(test);
+        }
+    }
+    found
+}
+
+/// Whether bifurcations between two points explain the change of the number of multipliers outside the unit circle.
+pub(super) fn explains(tests: &[Test], from: &Point, to: &Point) -> bool {
+    let change = to.orbit.unstable_multipliers as i64 - from.orbit.unstable_multipliers as i64;
+    let real = [Test::Turn, Test::One, Test::MinusOne];
+    let single = tests.iter().filter(|test| real.contains(test)).count() as i64;
+    let double = 2 * tests.iter().filter(|test| **test == Test::Pair).count() as i64;
+    change.abs() <= single + double && (change - single) % 2 == 0
+}

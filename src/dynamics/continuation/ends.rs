@@ -1,0 +1,182 @@
+//! The ends of a branch.
+
+use nalgebra::DVector;
+
+use super::follow::Course;
+use super::point::Point;
+use super::shape::GuardDistances;
+use super::shot::Shot;
+use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
+
+/// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
+const GRAZING: f64 = 1e-2;
+
+/// Amplitude relative to the largest one of a branch below which it is extrapolated to zero.
+const SMALL_AMPLITUDE: f64 = 0.02;
+
+/// Points of a branch before it may close.
+const MIN_POINTS: usize = 5;
+
+impl Course<'_, '_> {
+    /// The end of a branch on which no further point was found.
+    pub(super) fn end_of_failure(&mut self, error: &ContinuationError) -> BranchEnd {
+        let now = &self.now;
+        let is_small = now.orbit.amplitude < 2.0 * SMALL_AMPLITUDE * self.largest_amplitude;
+        if let Some(end) = self.hopf().filter(|_| is_small) {
+            return end;
+        }
+        match now.shape.guards {
+            GuardDistances::ClosestDip(Some((guard, least))) if least < GRAZING => {
+                let grazing = self.grazing(now.orbit.parameter);
+                let parameter = grazing.parameter;
+                self.found.bifurcations.push(grazing);
+                BranchEnd::Grazing {
+                    parameter,
+                    guard: Some(guard),
+                }
+            }
+            _ => BranchEnd::NotConverged {
+                message: with_sources(error),
+            },
+        }
+    }
+
+    /// The grazing after the present point, before an orbit at the parameter `beyond` that has other events, or that cannot
+    /// be reached. The distance from the guard is extrapolated to zero.
+    pub(super) fn grazing(&self, beyond: f64) -> Bifurcation {
+        let now = &self.now;
+        let here = now.orbit.parameter;
+        let dip = |point: &Point| match point.shape.guards {
+            GuardDistances::ClosestDip(dip) => dip,
+            GuardDistances::Minima(_) => None,
+        };
+        let last = self
+            .before
+            .as_ref()
+            .and_then(|before| dip(before).map(|dip| (before.orbit.parameter, dip)))
+            .zip(dip(now));
+        let extrapolated = last.and_then(|((earlier, (guard_before, a)), (guard, b))| {
+            (guard == guard_before && a > b).then(|| here + (here - earlier) * b / (a - b))
+        });
+        let parameter = extrapolated.unwrap_or(0.5 * (here + beyond));
+        Bifurcation {
+            kind: BifurcationKind::Grazing,
+            parameter,
+            accuracy: (parameter - here).abs().max((beyond - here).abs()),
+            frequency_hz: now.orbit.frequency_hz(),
+            rotation_number: None,
+            torus_frequency_hz: None,
+            resonance: None,
+            crossing_rate: None,
+            fold_curvature: None,
+            guard: dip(now).map(|(guard, _)| guard),
+            unstable_change: 0,
+            orbit: now.orbit.clone(),
+        }
+    }
+
+    /// The end of the branch at the present point, if it is one.
+    pub(super) fn end(&self) -> Option<BranchEnd> {
+        let orbit = &self.now.orbit;
+        if orbit.period_s > self.flow.options.max_period_s {
+            return Some(BranchEnd::PeriodTooLong {
+                period_s: orbit.period_s,
+            });
+        }
+        let is_small = orbit.amplitude < SMALL_AMPLITUDE * self.largest_amplitude;
+        if is_small && orbit.is_autonomous() {
+            return self.hopf();
+        }
+        if self.found.points.len() >= MIN_POINTS && self.is_closed() {
+            return Some(BranchEnd::Closed);
+        }
+        self.halved()
+            .map(|parameter| BranchEnd::PeriodHalved { parameter })
+    }
+
+    /// The Hopf point at which the amplitude vanishes. The parameter and the period change with the square of the amplitude.
+    fn hopf(&self) -> Option<BranchEnd> {
+        let before = &self.before.as_ref()?.orbit;
+        let now = &self.now.orbit;
+        let [a, b] = [before, now].map(|orbit| orbit.amplitude.powi(2));
+        if b >= a {
+            return None;
+        }
+        let at_zero = |before: f64, now: f64| (now * a - before * b) / (a - b);
+        Some(BranchEnd::Hopf {
+            parameter: at_zero(before.parameter, now.parameter),
+            frequency_hz: 1.0 / at_zero(before.period_s, now.period_s),
+        })
+    }
+
+    /// Whether the last step passed the first point of the branch.
+    fn is_closed(&self) -> bool {
+        let (Some(before), first) = (&self.before, &self.first) else {
+            return false;
+        };
+        let scale = &self.now.scale;
+        if first.shot.phases != self.now.shot.phases || before.shot.phases != first.shot.phases {
+            return false;
+        }
+        let step = self.now.shot.minus(&before.shot);
+        let passed = first.shot.minus(&before.shot);
+        let length = scale.norm(&step);
+        let along = scale.dot(&step, &passed) / length;
+        let aside = scale.norm(&passed.plus(-along / length, &step));
+        let is_parallel = scale.dot(&first.tangent, &step) > 0.5 * length;
+        is_parallel && (0.0..=length).contains(&along) && aside < 0.2 * length
+    }
+
+    /// The parameter at which the orbit and the same orbit half a period later change places in the last step: both halves
+    /// are equal there.
+    fn halved(&self) -> Option<f64> {
+        let before = self.before.as_ref()?;
+        let now = &self.now;
+        let [a, b] = [halves(&before.shot)?, halves(&now.shot)?];
+        if a.len() != b.len() {
+            return None;
+        }
+        let scale = &now.scale;
+        let dot = |a: &[DVector<f64>], b: &[DVector<f64>]| -> f64 {
+            let terms = a.iter().zip(b);
+            terms.map(|(a, b)| scale.dot_states(a, b)).sum()
+        };
+        let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
+        if cosine > -0.5 {
+            return None;
+        }
+        let [from, to] = [dot(&a, &a), dot(&b, &b)].map(f64::sqrt);
+        let share = from / (from + to);
+        Some(
+            super::locate::Piece {
+                from: before,
+                to: now,
+            }
+            .guess(share)
+            .parameter,
+        )
+    }
+}
+
+/// The differences of the states of the first and the second half of an orbit with equal phases in both.
+fn halves(shot: &Shot) -> Option<Vec<DVector<f64>>> {
+    let half = shot.len() / 2;
+    let is_double = shot.len() % 2 == 0
+        && (0..half).all(|k| (shot.phases[k] + 0.5 - shot.phases[half + k]).abs() < 1e-12);
+    is_double.then(|| {
+        (0..half)
+            .map(|k| &shot.states[k] - &shot.states[half + k])
+            .collect()
+    })
+}
+
+/// An error with its causes.
+fn with_sources(error: &ContinuationError) -> String {
+    let mut message = error.to_string();
+    let mut source = std::error::Error::source(error);
+    while let Some(cause) = source {
+        message = format!("{message}: {cause}");
+        source = cause.source();
+    }
+    message
+}

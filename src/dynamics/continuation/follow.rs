@@ -1,0 +1,370 @@
+//! The continuation of a branch.
+
+use super::detect::{changed, explains};
+use super::flow::Flow;
+use super::locate::Piece;
+use super::newton::{Constraint, Precision};
+use super::point::Point;
+use super::shot::{Direction, Scale, Shot};
+use super::start::BranchStart;
+use super::step::StepControl;
+use super::{
+    Bifurcation, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions, Family,
+    OrbitBranch, PeriodicOrbit,
+};
+
+/// Receives the parts of a branch as they are computed; returns `false` to stop.
+pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
+
+/// Share of the largest size of the orbits of a branch below which the scale of the state does not decrease.
+const MIN_SCALE: f64 = 0.3;
+
+/// Follows a branch of periodic orbits from an orbit: in both directions, or away from the origin of the orbit. It ends at
+/// the bounds of the parameter or for another reason, which is part of the result ([`BranchEnd`]).
+///
+/// # Errors
+/// If no orbit is found at the start. Later failures end the branch.
+pub fn continue_orbits(
+    family: &dyn Family,
+    start: &BranchStart,
+    options: &ContinuationOptions,
+    watch: OnBranchUpdate<'_>,
+) -> Result<OrbitBranch, ContinuationError> {
+    let mut flow = Flow::new(family, options)?;
+    let shot = Shot::of(&start.orbit);
+    let scale = flow.scale(&shot)?;
+    let away = start
+        .origin
+        .as_ref()
+        .filter(|origin| origin.len() == shot.len())
+        .map(|origin| shot.minus(origin));
+    let constraint = match &away {
+        Some(tangent) => Constraint::Arclength {
+            tangent,
+            target: &shot,
+        },
+        None => Constraint::Parameter,
+    };
+    let mut reference = Vec::new();
+    let precision = Precision::Location;
+    let mut first = flow.point(&shot, &scale, constraint, precision, &mut reference)?;
+    let forward = |tangent: &Direction, scale: &Scale| match &away {
+        Some(away) if away.states.len() == tangent.states.len() => scale.dot(tangent, away) > 0.0,
+        _ => tangent.parameter > 0.0,
+    };
+    if !forward(&first.tangent, &first.scale) {
+        first.tangent = first.tangent.scaled(-1.0);
+    }
+    let mut branch = OrbitBranch {
+        points: vec![first.orbit.clone()],
+        bifurcations: Vec::new(),
+        unresolved: Vec::new(),
+        ends: [None, None],
+        stats: flow.stats,
+    };
+    if !watch(BranchUpdate::Point(&first.orbit)) {
+        branch.ends[1] = Some(BranchEnd::Stopped);
+        return Ok(branch);
+    }
+    if away.is_none() {
+        let mut back = first.clone();
+        back.tangent = back.tangent.scaled(-1.0);
+        let mut found = Course::new(&mut flow, back, &mut reference).run(watch)?;
+        found.points.reverse();
+        found.bifurcations.reverse();
+        found.unresolved.reverse();
+        for bifurcation in &mut found.bifurcations {
+            bifurcation.unstable_change *= -1;
+        }
+        found.points.append(&mut branch.points);
+        branch.points = found.points;
+        branch.bifurcations = found.bifurcations;
+        branch.unresolved = found.unresolved;
+        let is_complete = matches!(found.end, BranchEnd::Closed | BranchEnd::Stopped);
+        branch.ends[0] = Some(found.end);
+        if is_complete {
+            branch.stats = flow.stats;
+            return Ok(branch);
+        }
+    }
+    let mut found = Course::new(&mut flow, first, &mut reference).run(watch)?;
+    branch.points.append(&mut found.points);
+    branch.bifurcations.append(&mut found.bifurcations);
+    branch.unresolved.append(&mut found.unresolved);
+    branch.ends[1] = Some(found.end);
+    branch.stats = flow.stats;
+    Ok(branch)
+}
+
+/// One direction of a branch.
+pub(super) struct Course<'a, 'f> {
+    pub flow: &'a mut Flow<'f>,
+    /// Status under which the guards of a continuous system are evaluated.
+    reference: &'a mut Vec<u8>,
+    pub first: Point,
+    pub now: Point,
+    /// The point before the present one.
+    pub before: Option<Point>,
+    /// Change of the tangent per arclength over the last step.
+    bend: Option<Direction>,
+    control: StepControl,
+    pub largest_amplitude: f64,
+    largest_sizes: [f64; 2],
+    pub found: Found,
+}
+
+/// What was found in one direction.
+pub(super) struct Found {
+    pub points: Vec<PeriodicOrbit>,
+    pub bifurcations: Vec<Bifurcation>,
+    unresolved: Vec<[f64; 2]>,
+    end: BranchEnd,
+}
+
+/// Why a step should be shorter.
+enum Objection {
+    /// It may have jumped to another branch.
+    Jump,
+    /// The number of events changed: the orbit grazes a guard in between.
+    Events,
+    /// Multipliers crossed the unit circle without an identified bifurcation.
+    Unexplained,
+}
+
+/// The guess for the next point.
+struct Prediction {
+    shot: Shot,
+    /// Length of the step.
+    step: f64,
+    /// The bound on which the parameter is fixed, if the step reaches it.
+    ends_at_bound: bool,
+}
+
+impl<'a, 'f> Course<'a, 'f> {
+    fn new(flow: &'a mut Flow<'f>, first: Point, reference: &'a mut Vec<u8>) -> Self {
+        let control = StepControl::new(flow.options.steps);
+        Self {
+            flow,
+            reference,
+            now: first.clone(),
+            before: None,
+            bend: None,
+            control,
+            largest_amplitude: first.orbit.amplitude,
+            largest_sizes: first.shape.sizes,
+            first,
+            found: Found {
+                points: Vec::new(),
+                bifurcations: Vec::new(),
+                unresolved: Vec::new(),
+                end: BranchEnd::Stopped,
+            },
+        }
+    }
+
+    fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<Found, ContinuationError> {
+        self.found.end = loop {
+            if self.found.points.len() >= self.flow.options.max_points {
+                break BranchEnd::MaxPoints;
+            }
+            let Some(prediction) = self.predict()? else {
+                break BranchEnd::ParameterBound;
+            };
+            let next = self.attempt(&prediction);
+            let next = match next {
+                Ok(next) => next,
+                Err(error) => {
+                    self.flow.stats.rejected_steps += 1;
+                    if self.control.shorten() {
+                        continue;
+                    }
+                    break self.end_of_failure(&error);
+                }
+            };
+            if let Some(objection) = self.objection(&prediction, &next) {
+                self.flow.stats.rejected_steps += 1;
+                if self.control.shorten() {
+                    continue;
+                }
+                match objection {
+                    Objection::Jump => {
+                        break BranchEnd::NotConverged {
+                            message: "the branch turns within the minimum step".to_owned(),
+                        };
+                    }
+                    Objection::Events => {
+                        let grazing = self.grazing(next.orbit.parameter);
+                        self.found.bifurcations.push(grazing);
+                    }
+                    Objection::Unexplained => {}
+                }
+            }
+            if !self.accept(&prediction, next, watch)? {
+                break BranchEnd::Stopped;
+            }
+            if let Some(end) = self.end() {
+                break end;
+            }
+        };
+        Ok(self.found)
+    }
+
+    /// Predicts the next point; `None` if the branch leaves the bounds here.
+    fn predict(&mut self) -> Result<Option<Prediction>, ContinuationError> {
+        let [low, high] = self.flow.options.bounds;
+        let (now, tangent) = (&self.now, &self.now.tangent);
+        let here = now.orbit.parameter;
+        let bound = if tangent.parameter > 0.0 { high } else { low };
+        let is_at_bound = (here - bound).abs() <= 1e-12 * (high - low);
+        if is_at_bound || !(low..=high).contains(&here) {
+            return Ok(None);
+        }
+        let mut step = self.control.step;
+        let guess_at = |step: f64| {
+            let guess = now.shot.moved(step, tangent);
+            match &self.bend {
+                Some(bend) if bend.states.len() == guess.len() => {
+                    guess.moved(0.5 * step * step, bend)
+                }
+                _ => guess,
+            }
+        };
+        let mut shot = guess_at(step);
+        let ends_at_bound = !(low..=high).contains(&shot.parameter);
+        if ends_at_bound {
+            let bound = if shot.parameter > high { high } else { low };
+            let share = (bound - here) / (shot.parameter - here);
+            step *= share;
+            shot = guess_at(step);
+            shot.parameter = bound;
+        }
+        shot.period = if shot.period > 0.0 {
+            shot.period
+        } else {
+            now.shot.period
+        };
+        Ok(Some(Prediction {
+            shot,
+            step,
+            ends_at_bound,
+        }))
+    }
+
+    /// The scale for the next point: that of the present one, but not below a share of the largest one.
+    fn scale(&self) -> Scale {
+        let mut scale = self.now.scale.clone();
+        let m = scale.state.len();
+        let largest = self.largest_sizes;
+        let here = self.now.shape.sizes;
+        let factor = [0, 1].map(|part| match here[part] {
+            0.0 => 1.0,
+            size => (size / (MIN_SCALE * largest[part]).max(size)).min(1.0),
+        });
+        let modal = self.now.scale.modal;
+        for i in 0..m {
+            scale.state[i] *= factor[usize::from(i >= modal)];
+        }
+        scale
+    }
+
+    /// Corrects a prediction.
+    fn attempt(&mut self, prediction: &Prediction) -> Result<Point, ContinuationError> {
+        let scale = self.scale();
+        let constraint = match prediction.ends_at_bound {
+            true => Constraint::Parameter,
+            false => Constraint::Arclength {
+                tangent: &self.now.tangent,
+                target: &prediction.shot,
+            },
+        };
+        let reference = &mut *self.reference;
+        let precision = Precision::Branch;
+        let mut next =
+            self.flow
+                .point(&prediction.shot, &scale, constraint, precision, reference)?;
+        if next.shot.phases != self.now.shot.phases {
+            self.now = self
+                .flow
+                .with_phases(&self.now, &next.shot.phases, reference)?;
+            self.bend = None;
+        }
+        if self.now.scale.dot(&next.tangent, &self.now.tangent) < 0.0 {
+            next.tangent = next.tangent.scaled(-1.0);
+        }
+        Ok(next)
+    }
+
+    /// Why a step should be shorter; `None` if it is accepted.
+    fn objection(&mut self, prediction: &Prediction, next: &Point) -> Option<Objection> {
+        let now = &self.now;
+        if self.control.is_jump(now, next, prediction.step) {
+            return Some(Objection::Jump);
+        }
+        if next.orbit.events != now.orbit.events {
+            return Some(Objection::Events);
+        }
+        let tests = changed(now, next);
+        let is_unexplained = !explains(&tests, now, next) && self.control.may_resolve();
+        is_unexplained.then_some(Objection::Unexplained)
+    }
+
+    /// Takes the next point: locates bifurcations before it and prepares the next step. Returns whether to continue.
+    fn accept(
+        &mut self,
+        prediction: &Prediction,
+        next: Point,
+        watch: OnBranchUpdate<'_>,
+    ) -> Result<bool, ContinuationError> {
+        let tests = changed(&self.now, &next);
+        let piece = Piece {
+            from: &self.now,
+            to: &next,
+        };
+        let parameters = [self.now.orbit.parameter, next.orbit.parameter];
+        let mut located = Vec::new();
+        let mut is_explained = explains(&tests, &self.now, &next);
+        for test in tests {
+            match self.flow.locate(piece, test, self.reference) {
+                Ok(bifurcation) => located.extend(bifurcation),
+                Err(_) => is_explained = false,
+            }
+        }
+        if !is_explained {
+            self.found.unresolved.push(parameters);
+        }
+        located.sort_by(|a, b| {
+            let along = |bifurcation: &Bifurcation| {
+                let difference = Shot::of(&bifurcation.orbit);
+                match difference.len() == self.now.shot.len() {
+                    true => self
+                        .now
+                        .scale
+                        .dot(&self.now.tangent, &difference.minus(&self.now.shot)),
+                    false => 0.0,
+                }
+            };
+            along(a).total_cmp(&along(b))
+        });
+        for bifurcation in located {
+            let goes_on = watch(BranchUpdate::Bifurcation(&bifurcation));
+            self.found.bifurcations.push(bifurcation);
+            if !goes_on {
+                return Ok(false);
+            }
+        }
+        self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
+        self.largest_sizes =
+            [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
+        let goes_on = watch(BranchUpdate::Point(&next.orbit));
+        self.found.points.push(next.orbit.clone());
+        self.bend = Some(
+            next.tangent
+                .clone()
+                .plus(-1.0, &self.now.tangent)
+                .scaled(1.0 / prediction.step),
+        );
+        self.control.adapt(&self.now, &next, prediction.step);
+        self.before = Some(std::mem::replace(&mut self.now, next));
+        Ok(goes_on)
+    }
+}

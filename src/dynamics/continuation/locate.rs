@@ -1,0 +1,250 @@
+//! Location of bifurcations between two points of a branch.
+
+use super::detect::{Test, lowest_guard};
+use super::flow::Flow;
+use super::newton::{Constraint, Precision};
+use super::point::Point;
+use super::shot::Shot;
+use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonance};
+
+/// Maximum number of orbits for the location of one bifurcation.
+const MAX_ORBITS: usize = 40;
+
+/// Distance from the symmetric motion below which an orbit counts as symmetric, relative to its size.
+const SYMMETRIC: f64 = 1e-6;
+
+/// Two successive points with equal phases.
+#[derive(Clone, Copy)]
+pub(super) struct Piece<'a> {
+    pub from: &'a Point,
+    pub to: &'a Point,
+}
+
+impl Piece<'_> {
+    /// Distance of the two points along the tangent of the first.
+    pub fn length(self) -> f64 {
+        let chord = self.to.shot.minus(&self.from.shot);
+        self.from.scale.dot(&self.from.tangent, &chord)
+    }
+
+    /// The cubic through both points with both tangents, at a share of the piece.
+    pub fn guess(self, share: f64) -> Shot {
+        let chord = self.to.shot.minus(&self.from.shot);
+        let length = self.from.scale.norm(&chord);
+        let r = 1.0 - share;
+        let bend = self
+            .from
+            .tangent
+            .clone()
+            .scaled(share * r * r * length)
+            .plus(-share * share * r * length, &self.to.tangent);
+        self.from
+            .shot
+            .moved(share * share * (3.0 - 2.0 * share), &chord)
+            .moved(1.0, &bend)
+    }
+}
+
+/// A bracketing secant method (Illinois) for the zero of a function on an interval.
+struct Bracket {
+    low: [f64; 2],
+    high: [f64; 2],
+    /// The side that was replaced last: -1, 0 or 1.
+    side: i8,
+}
+
+impl Bracket {
+    fn next(&self) -> f64 {
+        let ([a, fa], [b, fb]) = (self.low, self.high);
+        let secant = (a * fb - b * fa) / (fb - fa);
+        let margin = 1e-3 * (b - a);
+        if secant.is_finite() {
+            secant.clamp(a + margin, b - margin)
+        } else {
+            0.5 * (a + b)
+        }
+    }
+
+    fn update(&mut self, at: f64, value: f64) {
+        if (value < 0.0) == (self.low[1] < 0.0) {
+            self.low = [at, value];
+            if self.side == -1 {
+                self.high[1] *= 0.5;
+            }
+            self.side = -1;
+        } else {
+            self.high = [at, value];
+            if self.side == 1 {
+                self.low[1] *= 0.5;
+            }
+            self.side = 1;
+        }
+    }
+}
+
+impl Flow<'_> {
+    /// Locates the zero of a test function. `None` if it is no bifurcation.
+    pub fn locate(
+        &mut self,
+        piece: Piece<'_>,
+        test: Test,
+        reference: &mut Vec<u8>,
+    ) -> Result<Option<Bifurcation>, ContinuationError> {
+        let mut bracket = Bracket {
+            low: [0.0, test.value(piece.from)],
+            high: [1.0, test.value(piece.to)],
+            side: 0,
+        };
+        let target = self.options.bifurcation_accuracy * self.width();
+        let mut best: Option<Point> = None;
+        let mut error = f64::INFINITY;
+        for _ in 0..MAX_ORBITS {
+            let at = bracket.next();
+            let point = self.point_within(piece, at, reference)?;
+            let value = test.value(&point);
+            error = best.as_ref().map_or(f64::INFINITY, |before| {
+                (point.orbit.parameter - before.orbit.parameter).abs()
+            });
+            best = Some(point);
+            bracket.update(at, value);
+            let is_narrow = bracket.high[0] - bracket.low[0] <= 1e-13;
+            if value == 0.0 || error <= target || is_narrow {
+                break;
+            }
+        }
+        let Some(point) = best else {
+            return Ok(None);
+        };
+        let Some(kind) = test.kind(&point.orbit) else {
+            return Ok(None);
+        };
+        Ok(Some(self.bifurcation(piece, test, kind, point, error)?))
+    }
+
+    /// The orbit at a share of a piece.
+    pub fn point_within(
+        &mut self,
+        piece: Piece<'_>,
+        share: f64,
+        reference: &mut Vec<u8>,
+    ) -> Result<Point, ContinuationError> {
+        let guess = piece.guess(share);
+        let constraint = Constraint::Arclength {
+            tangent: &piece.from.tangent,
+            target: &guess,
+        };
+        let mut point = self.point(
+            &guess,
+            &piece.from.scale,
+            constraint,
+            Precision::Location,
+            reference,
+        )?;
+        if point.shot.len() == piece.from.shot.len()
+            && piece.from.scale.dot(&point.tangent, &piece.from.tangent) < 0.0
+        {
+            point.tangent = point.tangent.scaled(-1.0);
+        }
+        Ok(point)
+    }
+
+    /// The result for a located bifurcation.
+    fn bifurcation(
+        &mut self,
+        piece: Piece<'_>,
+        test: Test,
+        kind: BifurcationKind,
+        point: Point,
+        error: f64,
+    ) -> Result<Bifurcation, ContinuationError> {
+        let orbit = &point.orbit;
+        let critical = test.critical(orbit);
+        let crossing_rate = match kind {
+            BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker => {
+                critical.and_then(|critical| crossing_rate(piece, &point, critical))
+            }
+            _ => None,
+        };
+        // An error of the multipliers moves the zero.
+        let by_multipliers = orbit
+            .trivial_multiplier_error
+            .zip(crossing_rate)
+            .map_or(0.0, |(error, rate)| error / rate.abs());
+        let rotation_number = critical
+            .filter(|_| kind == BifurcationKind::NeimarkSacker)
+            .map(Multiplier::rotation_number);
+        let kind = match kind {
+            BifurcationKind::BranchPoint if self.breaks_symmetry(&point)? => {
+                BifurcationKind::SymmetryBreaking
+            }
+            kind => kind,
+        };
+        let change = |from: usize, to: usize| to as i32 - from as i32;
+        let [from, to] = [piece.from, piece.to].map(|point| point.orbit.unstable_multipliers);
+        Ok(Bifurcation {
+            kind,
+            parameter: orbit.parameter,
+            accuracy: error + by_multipliers,
+            frequency_hz: orbit.frequency_hz(),
+            rotation_number,
+            torus_frequency_hz: rotation_number.map(|number| number / orbit.period_s),
+            resonance: rotation_number.and_then(Resonance::of),
+            crossing_rate,
+            fold_curvature: (kind == BifurcationKind::Fold).then(|| fold_curvature(piece)),
+            guard: match kind {
+                BifurcationKind::Grazing => lowest_guard(&point).map(|(guard, _)| guard),
+                _ => None,
+            },
+            unstable_change: change(from, to),
+            orbit: point.orbit,
+        })
+    }
+
+    /// Whether an orbit at a branch point is symmetric under the reflection of the family: the branch that crosses then
+    /// breaks the symmetry.
+    fn breaks_symmetry(&mut self, point: &Point) -> Result<bool, ContinuationError> {
+        let Some(signs) = self.family.symmetry().map(<[f64]>::to_vec) else {
+            return Ok(false);
+        };
+        let shot = &point.shot;
+        // The state half a period later is the reflected one.
+        let half = Shot {
+            phases: vec![0.0, 0.5],
+            states: vec![shot.states[0].clone()],
+            ..shot.clone()
+        };
+        let sys = self.system(shot.parameter)?;
+        let end = self.segments(sys.as_ref(), &half, false)?.ends.remove(0);
+        let reflected = nalgebra::DVector::from_fn(end.len(), |i, _| signs[i] * end[i]);
+        let is_within = |other: &nalgebra::DVector<f64>| {
+            point.scale.norm_state(&(other - &shot.states[0])) < SYMMETRIC
+        };
+        Ok(is_within(&reflected))
+    }
+}
+
+/// `d ln|multiplier| / d parameter` of the critical multiplier: the slope of the parabola through both ends of the piece and
+/// the point. `None` if the parameter does not change monotonically.
+fn crossing_rate(piece: Piece<'_>, point: &Point, critical: Multiplier) -> Option<f64> {
+    let like = |other: &Point| {
+        let distance = |m: &Multiplier| {
+            (m.ln_magnitude - critical.ln_magnitude).hypot(m.angle - critical.angle)
+        };
+        other
+            .orbit
+            .nontrivial_multipliers()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let [a, b] = [piece.from, piece.to].map(|end| {
+        let x = end.orbit.parameter - point.orbit.parameter;
+        like(end).map(|m| [x, (m.ln_magnitude - critical.ln_magnitude) / x])
+    });
+    let ([xa, slope_a], [xb, slope_b]) = (a?, b?);
+    (xa * xb < 0.0).then(|| (slope_a * xb - slope_b * xa) / (xb - xa))
+}
+
+/// Second derivative of the parameter with respect to the arclength, from the tangents at both ends of a piece.
+fn fold_curvature(piece: Piece<'_>) -> f64 {
+    let length = piece.length();
+    (piece.to.tangent.parameter - piece.from.tangent.parameter) / length
+}

@@ -1,0 +1,140 @@
+//! Points of a branch while it is computed.
+
+use nalgebra::DMatrix;
+
+use super::flow::Flow;
+use super::multipliers::floquet_multipliers;
+use super::newton::{Constraint, Corrected, Precision};
+use super::shape::Shape;
+use super::shot::{Direction, Scale, Shot};
+use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
+
+/// Maximum number of times that segments are divided. A jump may have a large growth ratio over no time.
+const MAX_REFINEMENTS: usize = 4;
+
+/// Natural logarithm of the magnitude above which a multiplier is outside the unit circle. Multipliers on the circle, as
+/// those of a conservative system, are not.
+const UNSTABLE: f64 = 1e-7;
+
+/// An orbit with what continuation needs of it.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    pub orbit: PeriodicOrbit,
+    pub shot: Shot,
+    /// The tangent of the branch.
+    pub tangent: Direction,
+    /// Derivatives of the segment maps.
+    pub maps: Vec<DMatrix<f64>>,
+    pub shape: Shape,
+    pub scale: Scale,
+    /// The first Newton correction.
+    pub first_correction: f64,
+}
+
+impl Flow<'_> {
+    /// Corrects a guess, refines its segments if necessary, and measures the orbit.
+    pub fn point(
+        &mut self,
+        guess: &Shot,
+        scale: &Scale,
+        constraint: Constraint<'_>,
+        precision: Precision,
+        reference: &mut Vec<u8>,
+    ) -> Result<Point, ContinuationError> {
+        let mut corrected = self.correct(guess, scale, constraint, precision)?;
+        let first_correction = corrected.corrections[0];
+        let iterations = corrected.iterations;
+        for _ in 0..MAX_REFINEMENTS {
+            let Some(refined) = self.refine(&corrected.shot, &corrected.maps, scale)? else {
+                break;
+            };
+            corrected = self.correct(&refined, scale, Constraint::Parameter, precision)?;
+            corrected.iterations += iterations;
+        }
+        let shape = self.shape(&corrected.shot, scale, reference)?;
+        let sys = self.system(corrected.shot.parameter)?;
+        let scale = Scale::new(
+            sys.as_ref(),
+            shape.sizes,
+            corrected.shot.period,
+            self.width(),
+        );
+        self.stats.orbits += 1;
+        let orbit = self.orbit(&corrected, &shape, &scale)?;
+        let norm = scale.norm(&corrected.tangent);
+        Ok(Point {
+            orbit,
+            shot: corrected.shot,
+            tangent: corrected.tangent.scaled(1.0 / norm),
+            maps: corrected.maps,
+            shape,
+            scale,
+            first_correction,
+        })
+    }
+
+    /// The result for a corrected orbit.
+    fn orbit(
+        &self,
+        corrected: &Corrected,
+        shape: &Shape,
+        scale: &Scale,
+    ) -> Result<PeriodicOrbit, ContinuationError> {
+        let shot = &corrected.shot;
+        let n = shot.states[0].len();
+        // The transpose of a matrix by columns is the matrix by rows.
+        let factors: Vec<Vec<f64>> = corrected
+            .maps
+            .iter()
+            .map(|map| scale.scaled_map(map).transpose().as_slice().to_vec())
+            .collect();
+        let parameter = shot.parameter;
+        let multipliers = floquet_multipliers(n, &factors)
+            .map_err(|_| ContinuationError::Multipliers { parameter })?;
+        let segments = shot.phases.iter().zip(&shot.states);
+        let mut orbit = PeriodicOrbit {
+            parameter,
+            period_s: shot.period,
+            drive_periods: shot.drive_periods,
+            state: shot.states[0].as_slice().to_vec(),
+            multipliers,
+            stable: false,
+            unstable_multipliers: 0,
+            trivial_multiplier_error: None,
+            amplitude: shape.amplitude,
+            component_amplitudes: shape.component_amplitudes.clone(),
+            residual: shape.residual,
+            correction: corrected.corrections[1],
+            iterations: corrected.iterations,
+            events: shape.crossings,
+            open_guards: shape.open_guards(),
+            segments: segments
+                .map(|(&phase, state)| OrbitSegment {
+                    phase,
+                    state: state.as_slice().to_vec(),
+                })
+                .collect(),
+        };
+        orbit.unstable_multipliers = orbit
+            .nontrivial_multipliers()
+            .filter(|multiplier| multiplier.ln_magnitude > UNSTABLE)
+            .count();
+        orbit.stable = orbit.unstable_multipliers == 0;
+        orbit.trivial_multiplier_error = orbit
+            .trivial_multiplier()
+            .map(|k| orbit.multipliers[k].distance_from(1.0));
+        Ok(orbit)
+    }
+
+    /// The scale for an orbit or a guess.
+    pub fn scale(&mut self, shot: &Shot) -> Result<Scale, ContinuationError> {
+        let sys = self.system(shot.parameter)?;
+        let sizes = self.sizes(sys.as_ref(), shot)?;
+        Ok(Scale::new(
+            sys.as_ref(),
+            sizes,
+            self.period(shot),
+            self.width(),
+        ))
+    }
+}

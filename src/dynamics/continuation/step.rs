@@ -1,0 +1,80 @@
+//! The length of the steps along a branch.
+
+use super::StepLimits;
+use super::point::Point;
+
+/// Angle between successive tangents at which the step stays as it is, rad.
+const TARGET_ANGLE: f64 = 0.15;
+
+/// Largest angle between successive tangents, rad: beyond it a step may have jumped to another branch.
+const MAX_ANGLE: f64 = 0.6;
+
+/// Largest first Newton correction, relative to the step.
+const MAX_FIRST_CORRECTION: f64 = 0.7;
+
+/// Newton iterations at which the step stays as it is.
+const TARGET_ITERATIONS: f64 = 4.0;
+
+/// Maximum number of times that a step is shortened to separate bifurcations.
+const MAX_RESOLUTIONS: u32 = 8;
+
+/// Chooses the length of the steps.
+pub(super) struct StepControl {
+    limits: StepLimits,
+    /// Length of the next step.
+    pub step: f64,
+    /// Times that the present step was shortened to separate bifurcations.
+    resolutions: u32,
+}
+
+impl StepControl {
+    pub fn new(limits: StepLimits) -> Self {
+        Self {
+            limits,
+            step: limits.initial,
+            resolutions: 0,
+        }
+    }
+
+    /// Shortens the step; returns `false` at the minimum.
+    pub fn shorten(&mut self) -> bool {
+        let is_possible = self.step > self.limits.min;
+        self.step = (0.5 * self.step).max(self.limits.min);
+        is_possible
+    }
+
+    /// Whether the step may be shortened to separate bifurcations; counts the attempts.
+    pub fn may_resolve(&mut self) -> bool {
+        self.resolutions += 1;
+        self.resolutions <= MAX_RESOLUTIONS && self.step > self.limits.min
+    }
+
+    /// Whether a step of length `step` may have jumped to another branch, or around a narrow turn.
+    pub fn is_jump(&self, from: &Point, to: &Point, step: f64) -> bool {
+        angle(from, to) > MAX_ANGLE || to.first_correction > MAX_FIRST_CORRECTION * step
+    }
+
+    /// Chooses the length of the next step after an accepted one of length `step`.
+    pub fn adapt(&mut self, from: &Point, to: &Point, step: f64) {
+        let by_angle = TARGET_ANGLE / angle(from, to).max(1e-6);
+        let by_iterations = 2.0_f64.powf(TARGET_ITERATIONS - f64::from(to.orbit.iterations));
+        let by_correction = 0.3 * step / to.first_correction.max(1e-12 * step);
+        let factor = by_angle
+            .min(by_iterations)
+            .min(by_correction)
+            .clamp(0.5, 2.0);
+        // A step that was cut at a bound says nothing about longer ones.
+        let length = step.max(1e-3 * self.step);
+        self.step = (length * factor).clamp(self.limits.min, self.limits.max);
+        self.resolutions = 0;
+    }
+}
+
+/// Angle between the tangents of two points, rad.
+fn angle(from: &Point, to: &Point) -> f64 {
+    let scale = &from.scale;
+    let norms = scale.norm(&from.tangent) * scale.norm(&to.tangent);
+    (scale.dot(&from.tangent, &to.tangent) / norms)
+        .clamp(-1.0, 1.0)
+        .acos()
+}
