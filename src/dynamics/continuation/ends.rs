@@ -19,7 +19,7 @@ const MIN_POINTS: usize = 5;
 
 impl Course<'_, '_> {
     /// The end of a branch on which no further point was found.
-    pub(super) fn end_of_failure(&mut self, error: &ContinuationError) -> BranchEnd {
+    pub(super) fn end_of_failure(&mut self, message: &str) -> BranchEnd {
         let now = &self.now;
         let is_small = now.orbit.amplitude < 2.0 * SMALL_AMPLITUDE * self.largest_amplitude;
         if let Some(end) = self.hopf().filter(|_| is_small) {
@@ -36,7 +36,7 @@ impl Course<'_, '_> {
                 }
             }
             _ => BranchEnd::NotConverged {
-                message: with_sources(error),
+                message: message.to_owned(),
             },
         }
     }
@@ -142,7 +142,8 @@ impl Course<'_, '_> {
             terms.map(|(a, b)| scale.dot_states(a, b)).sum()
         };
         let cosine = dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt();
-        if cosine > -0.5 {
+        // Not a number if both halves are equal everywhere.
+        if cosine.is_nan() || cosine > -0.5 {
             return None;
         }
         let [from, to] = [dot(&a, &a), dot(&b, &b)].map(f64::sqrt);
@@ -171,7 +172,7 @@ fn halves(shot: &Shot) -> Option<Vec<DVector<f64>>> {
 }
 
 /// An error with its causes.
-fn with_sources(error: &ContinuationError) -> String {
+pub(super) fn with_sources(error: &ContinuationError) -> String {
     let mut message = error.to_string();
     let mut source = std::error::Error::source(error);
     while let Some(cause) = source {

@@ -105,7 +105,6 @@ impl<'a> Flow<'a> {
         let (n, period) = (sys.tangent_dim(), self.period(shot));
         let mut integrator = self.take_integrator(sys, with_maps).map_err(failed)?;
         let before = integrator.stats();
-        let identity = DMatrix::<f64>::identity(n, n);
         let mut found = SegmentEnds {
             ends: Vec::with_capacity(shot.len()),
             slopes: Vec::with_capacity(shot.len()),
@@ -115,11 +114,16 @@ impl<'a> Flow<'a> {
         };
         for k in 0..shot.len() {
             let [from, to] = shot.span(k).map(|phase| phase * period);
-            let state = with_quadratures(sys, &shot.states[k]);
+            let mut state = with_quadratures(sys, &shot.states[k]);
+            let mut directions = DMatrix::<f64>::identity(n, n);
+            if let Some((switching, status)) = sys.switching().zip(shot.status(k)) {
+                switching.settle(status, from, &mut state);
+                switching.settle_tangents(status, directions.as_mut_slice(), n);
+            }
             integrator.start(sys, from, &state).map_err(failed)?;
             if with_maps {
                 integrator
-                    .set_tangent_vectors(identity.as_slice())
+                    .set_tangent_vectors(directions.as_slice())
                     .map_err(failed)?;
             }
             observer(&mut integrator, sys, k)?;
@@ -192,15 +196,22 @@ impl<'a> Flow<'a> {
                 parameter,
                 ..shot.clone()
             };
-            Ok::<_, ContinuationError>(self.segments(sys.as_ref(), &shifted, false)?.ends)
+            self.segments(sys.as_ref(), &shifted, false)
+        };
+        // Beyond a grazing the flow has other events, and another derivative.
+        let is_like = |side: &Result<SegmentEnds, _>| {
+            side.as_ref()
+                .is_ok_and(|side| side.crossings == ends.crossings)
         };
         let ahead = ends_at(shot.parameter + step);
         let behind = ends_at(shot.parameter - step);
-        let (ahead, behind, distance) = match (ahead, behind) {
-            (Ok(ahead), Ok(behind)) => (ahead, behind, 2.0 * step),
-            (Ok(ahead), Err(_)) => (ahead, ends.ends.clone(), step),
-            (Err(_), Ok(behind)) => (ends.ends.clone(), behind, step),
-            (Err(error), Err(_)) => return Err(error),
+        let alike = [is_like(&ahead), is_like(&behind)];
+        let here = || ends.ends.clone();
+        let (ahead, behind, distance) = match (alike, ahead, behind) {
+            ([true, false], Ok(ahead), _) => (ahead.ends, here(), step),
+            ([false, true], _, Ok(behind)) => (here(), behind.ends, step),
+            (_, Ok(ahead), Ok(behind)) => (ahead.ends, behind.ends, 2.0 * step),
+            (_, Err(error), _) | (_, _, Err(error)) => return Err(error),
         };
         let pairs = ahead.into_iter().zip(behind);
         Ok(pairs.map(|(a, b)| (a - b) / distance).collect())

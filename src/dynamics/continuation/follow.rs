@@ -1,6 +1,7 @@
 //! The continuation of a branch.
 
 use super::detect::{changed, explains};
+use super::ends::with_sources;
 use super::flow::Flow;
 use super::locate::Piece;
 use super::newton::{Constraint, Precision};
@@ -178,7 +179,7 @@ impl<'a, 'f> Course<'a, 'f> {
                     if self.control.shorten() {
                         continue;
                     }
-                    break self.end_of_failure(&error);
+                    break self.end_of_failure(&with_sources(&error));
                 }
             };
             if let Some(objection) = self.objection(&prediction, &next) {
@@ -188,9 +189,7 @@ impl<'a, 'f> Course<'a, 'f> {
                 }
                 match objection {
                     Objection::Jump => {
-                        break BranchEnd::NotConverged {
-                            message: "the branch turns within the minimum step".to_owned(),
-                        };
+                        break self.end_of_failure("the branch turns within the minimum step");
                     }
                     Objection::Events => {
                         let grazing = self.grazing(next.orbit.parameter);
@@ -297,11 +296,11 @@ impl<'a, 'f> Course<'a, 'f> {
     /// Why a step should be shorter; `None` if it is accepted.
     fn objection(&mut self, prediction: &Prediction, next: &Point) -> Option<Objection> {
         let now = &self.now;
-        if self.control.is_jump(now, next, prediction.step) {
-            return Some(Objection::Jump);
-        }
         if next.orbit.events != now.orbit.events {
             return Some(Objection::Events);
+        }
+        if self.control.is_jump(now, next, prediction.step) {
+            return Some(Objection::Jump);
         }
         let tests = changed(now, next);
         let is_unexplained = !explains(&tests, now, next) && self.control.may_resolve();

@@ -45,70 +45,116 @@ impl Piece<'_> {
     }
 }
 
+/// One end of a bracket.
+#[derive(Clone, Copy)]
+struct Side {
+    /// Share of the piece.
+    share: f64,
+    /// Value of the test function, halved where the secant method demands it.
+    value: f64,
+    parameter: f64,
+}
+
 /// A bracketing secant method (Illinois) for the zero of a function on an interval.
 struct Bracket {
-    low: [f64; 2],
-    high: [f64; 2],
+    low: Side,
+    high: Side,
     /// The side that was replaced last: -1, 0 or 1.
-    side: i8,
+    last: i8,
 }
 
 impl Bracket {
-    fn next(&self) -> f64 {
-        let ([a, fa], [b, fb]) = (self.low, self.high);
-        let secant = (a * fb - b * fa) / (fb - fa);
-        let margin = 1e-3 * (b - a);
-        if secant.is_finite() {
-            secant.clamp(a + margin, b - margin)
-        } else {
-            0.5 * (a + b)
-        }
+    fn length(&self) -> f64 {
+        self.high.share - self.low.share
     }
 
-    fn update(&mut self, at: f64, value: f64) {
-        if (value < 0.0) == (self.low[1] < 0.0) {
-            self.low = [at, value];
-            if self.side == -1 {
-                self.high[1] *= 0.5;
+    /// Position of the zero of the secant within the bracket, 0 to 1.
+    fn secant(&self) -> f64 {
+        let (a, b) = (self.low.value, self.high.value);
+        let position = a / (a - b);
+        if position.is_finite() { position } else { 0.5 }
+    }
+
+    fn next(&self) -> f64 {
+        self.low.share + self.secant().clamp(1e-3, 1.0 - 1e-3) * self.length()
+    }
+
+    /// The parameter at the zero of the secant.
+    fn parameter(&self) -> f64 {
+        self.low.parameter + self.secant() * (self.high.parameter - self.low.parameter)
+    }
+
+    fn update(&mut self, side: Side) {
+        if (side.value < 0.0) == (self.low.value < 0.0) {
+            self.low = side;
+            if self.last == -1 {
+                self.high.value *= 0.5;
             }
-            self.side = -1;
+            self.last = -1;
         } else {
-            self.high = [at, value];
-            if self.side == 1 {
-                self.low[1] *= 0.5;
+            self.high = side;
+            if self.last == 1 {
+                self.low.value *= 0.5;
             }
-            self.side = 1;
+            self.last = 1;
         }
     }
 }
 
 impl Flow<'_> {
     /// Locates the zero of a test function. `None` if it is no bifurcation.
+    ///
+    /// At a branch point itself the equations are singular. If Newton's method fails close to it, the parameter is
+    /// interpolated between the closest orbits on both sides.
     pub fn locate(
         &mut self,
         piece: Piece<'_>,
         test: Test,
         reference: &mut Vec<u8>,
     ) -> Result<Option<Bifurcation>, ContinuationError> {
+        let side = |share: f64, point: &Point| Side {
+            share,
+            value: test.value(point),
+            parameter: point.orbit.parameter,
+        };
         let mut bracket = Bracket {
-            low: [0.0, test.value(piece.from)],
-            high: [1.0, test.value(piece.to)],
-            side: 0,
+            low: side(0.0, piece.from),
+            high: side(1.0, piece.to),
+            last: 0,
         };
         let target = self.options.bifurcation_accuracy * self.width();
         let mut best: Option<Point> = None;
         let mut error = f64::INFINITY;
+        let mut interpolated = None;
         for _ in 0..MAX_ORBITS {
             let at = bracket.next();
-            let point = self.point_within(piece, at, reference)?;
-            let value = test.value(&point);
+            let mut point = self.point_within(piece, at, reference);
+            let mut share = at;
+            if point.is_err() && best.is_none() {
+                // Away from a singular point.
+                share = bracket.low.share + 0.8 * (at - bracket.low.share);
+                point = self.point_within(piece, share, reference);
+            }
+            let point = match point {
+                Ok(point) => point,
+                Err(_) if best.is_some() && test == Test::One => {
+                    let parameter = bracket.parameter();
+                    let ends = [bracket.low.parameter, bracket.high.parameter];
+                    error = ends
+                        .iter()
+                        .fold(0.0, |max: f64, end| max.max((end - parameter).abs()));
+                    interpolated = Some(parameter);
+                    break;
+                }
+                Err(failure) => return Err(failure),
+            };
+            let here = side(share, &point);
             error = best.as_ref().map_or(f64::INFINITY, |before| {
                 (point.orbit.parameter - before.orbit.parameter).abs()
             });
             best = Some(point);
-            bracket.update(at, value);
-            let is_narrow = bracket.high[0] - bracket.low[0] <= 1e-13;
-            if value == 0.0 || error <= target || is_narrow {
+            bracket.update(here);
+            if here.value == 0.0 || error <= target || bracket.length() <= 1e-13 {
                 break;
             }
         }
@@ -118,7 +164,9 @@ impl Flow<'_> {
         let Some(kind) = test.kind(&point.orbit) else {
             return Ok(None);
         };
-        Ok(Some(self.bifurcation(piece, test, kind, point, error)?))
+        let mut found = self.bifurcation(piece, test, kind, point, error)?;
+        found.parameter = interpolated.unwrap_or(found.parameter);
+        Ok(Some(found))
     }
 
     /// The orbit at a share of a piece.
@@ -133,13 +181,9 @@ impl Flow<'_> {
             tangent: &piece.from.tangent,
             target: &guess,
         };
-        let mut point = self.point(
-            &guess,
-            &piece.from.scale,
-            constraint,
-            Precision::Location,
-            reference,
-        )?;
+        let scale = &piece.from.scale;
+        let precision = Precision::Location;
+        let mut point = self.point(&guess, scale, constraint, precision, reference)?;
         if point.shot.len() == piece.from.shot.len()
             && piece.from.scale.dot(&point.tangent, &piece.from.tangent) < 0.0
         {
@@ -211,6 +255,7 @@ impl Flow<'_> {
         let half = Shot {
             phases: vec![0.0, 0.5],
             states: vec![shot.states[0].clone()],
+            statuses: Vec::new(),
             ..shot.clone()
         };
         let sys = self.system(shot.parameter)?;

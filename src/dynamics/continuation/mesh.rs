@@ -25,6 +25,7 @@ impl Flow<'_> {
     ) -> Result<Shot, ContinuationError> {
         let mut shot = Shot {
             phases: vec![0.0],
+            statuses: Vec::new(),
             states: vec![guess.states[0].clone()],
             ..guess.clone()
         };
@@ -32,6 +33,7 @@ impl Flow<'_> {
         let longest = 1.0 / self.options.min_segments.max(1) as f64;
         let mut piece = Shot {
             phases: vec![0.0],
+            statuses: Vec::new(),
             ..guess.clone()
         };
         let mut map = DMatrix::identity(piece.states[0].len(), piece.states[0].len());
@@ -64,6 +66,7 @@ impl Flow<'_> {
         let whole = Shot {
             phases: span.to_vec(),
             states: vec![from.states[0].clone()],
+            statuses: Vec::new(),
             ..from.clone()
         };
         let mut ends = self.segments(sys, &whole, true)?;
@@ -82,6 +85,7 @@ impl Flow<'_> {
         let mut shot = Shot {
             phases: phases.to_vec(),
             states: Vec::with_capacity(phases.len()),
+            statuses: Vec::new(),
             ..old.clone()
         };
         for &phase in phases {
@@ -130,6 +134,7 @@ impl Flow<'_> {
         let mut refined = Shot {
             phases: Vec::new(),
             states: Vec::new(),
+            statuses: Vec::new(),
             ..shot.clone()
         };
         for (k, ratio) in ratios.iter().enumerate() {

@@ -15,10 +15,11 @@ const MIN_DAMPING: f64 = 1.0 / 16.0;
 const MAX_GROWTH: f64 = 2.0;
 
 /// Iterations after which the derivative with respect to the parameter is computed again.
-const RENEWAL: u32 = 4;
+const RENEWAL: u32 = 3;
 
-/// Largest last correction of an orbit, relative to its size: the multipliers belong to the orbit before that correction.
-const MAX_LAST_CORRECTION: f64 = 1e-5;
+/// Largest last correction of a point of a branch, relative to its size. The tangent belongs to the orbit before that
+/// correction.
+const MAX_LAST_CORRECTION: f64 = 1e-4;
 
 /// The last equation of multiple shooting.
 #[derive(Clone, Copy)]
@@ -45,7 +46,7 @@ pub(super) enum Precision {
 #[derive(Clone, Debug)]
 pub(super) struct Corrected {
     pub shot: Shot,
-    /// Derivatives of the segment maps.
+    /// Derivatives of the segment maps before the last correction.
     pub maps: Vec<DMatrix<f64>>,
     /// The tangent of the branch, of norm 1.
     pub tangent: Direction,
@@ -132,6 +133,8 @@ impl Flow<'_> {
         let residual = residuals
             .iter()
             .fold(0.0, |max: f64, r| max.max(scale.norm_state(r)));
+        shot.statuses.clone_from(&ends.statuses);
+        shot.statuses.rotate_right(1);
         Ok(Iterate {
             shot,
             sys,
@@ -183,7 +186,7 @@ impl Flow<'_> {
         let noise = 1e3 * self.tolerance();
         let is_noise = last <= noise && last > 0.3 * previous;
         let allowed = match precision {
-            Precision::Branch => MAX_LAST_CORRECTION.max(tolerance),
+            Precision::Branch => MAX_LAST_CORRECTION,
             Precision::Location => tolerance,
         };
         last <= tolerance || is_noise || last <= allowed && next <= tolerance
@@ -195,12 +198,10 @@ impl Flow<'_> {
         let Some(switching) = from.sys.switching() else {
             return shot;
         };
-        let count = shot.len();
-        for k in 0..count {
-            let status = &from.ends.statuses[(k + count - 1) % count];
+        for (k, state) in shot.states.iter_mut().enumerate() {
+            let status = &shot.statuses[k];
             if !status.is_empty() {
-                let t = shot.phases[k] * shot.period;
-                switching.settle(status, t, shot.states[k].as_mut_slice());
+                switching.settle(status, shot.phases[k] * shot.period, state.as_mut_slice());
             }
         }
         shot

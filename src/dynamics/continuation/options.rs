@@ -43,7 +43,8 @@ pub struct ContinuationOptions {
     /// Maximum period, s.
     pub max_period_s: f64,
     /// Maximum natural logarithm of the ratio between the largest and the smallest growth of the flow over a segment,
-    /// which sets the number of segments.
+    /// which sets the number of segments. The relative error of the smallest multipliers is the tolerance of the integration
+    /// times this ratio.
     pub max_segment_log_ratio: f64,
     /// Minimum number of segments.
     pub min_segments: usize,
@@ -66,7 +67,7 @@ impl ContinuationOptions {
             steps: StepLimits::default(),
             max_points: 500,
             max_period_s: f64::INFINITY,
-            max_segment_log_ratio: 12.0,
+            max_segment_log_ratio: 8.0,
             min_segments: 2,
             bifurcation_accuracy: 1e-9,
         }

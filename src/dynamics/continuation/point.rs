@@ -1,7 +1,5 @@
 //! Points of a branch while it is computed.
 
-use nalgebra::DMatrix;
-
 use super::flow::Flow;
 use super::multipliers::floquet_multipliers;
 use super::newton::{Constraint, Corrected, Precision};
@@ -23,8 +21,6 @@ pub(super) struct Point {
     pub shot: Shot,
     /// The tangent of the branch.
     pub tangent: Direction,
-    /// Derivatives of the segment maps.
-    pub maps: Vec<DMatrix<f64>>,
     pub shape: Shape,
     pub scale: Scale,
     /// The first Newton correction.
@@ -66,7 +62,6 @@ impl Flow<'_> {
             orbit,
             shot: corrected.shot,
             tangent: corrected.tangent.scaled(1.0 / norm),
-            maps: corrected.maps,
             shape,
             scale,
             first_correction,
@@ -83,7 +78,7 @@ impl Flow<'_> {
         let shot = &corrected.shot;
         let n = shot.states[0].len();
         // The transpose of a matrix by columns is the matrix by rows.
-        let factors: Vec<Vec<f64>> = corrected
+        let factors: Vec<Vec<f64>> = shape
             .maps
             .iter()
             .map(|map| scale.scaled_map(map).transpose().as_slice().to_vec())

@@ -1,6 +1,6 @@
 //! Samples of an orbit: its range, and its distance from the guards.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::flow::{Flow, SegmentEnds, slope_in};
 use super::newton::residuals;
@@ -46,6 +46,8 @@ pub(super) struct Shape {
     /// Guards crossed.
     pub crossings: u64,
     pub guards: GuardDistances,
+    /// Derivatives of the segment maps.
+    pub maps: Vec<DMatrix<f64>>,
 }
 
 impl Shape {
@@ -70,7 +72,9 @@ pub fn sample_orbit(
 ) -> Result<Vec<OrbitSample>, ContinuationError> {
     let mut flow = Flow::new(family, options)?;
     let sys = flow.system(orbit.parameter)?;
-    Ok(flow.samples(sys.as_ref(), &Shot::of(orbit), count)?.states)
+    Ok(flow
+        .samples(sys.as_ref(), &Shot::of(orbit), count, false)?
+        .states)
 }
 
 /// Samples of an orbit.
@@ -89,6 +93,7 @@ impl Flow<'_> {
         sys: &dyn System,
         shot: &Shot,
         count: usize,
+        with_maps: bool,
     ) -> Result<Samples, ContinuationError> {
         let period = self.period(shot);
         let parameter = shot.parameter;
@@ -96,7 +101,7 @@ impl Flow<'_> {
         let mut crossings = Vec::with_capacity(count);
         let mut z = vec![0.0; sys.dim()];
         let n = sys.tangent_dim();
-        let ends = self.observed_segments(sys, shot, false, &mut |integrator, sys, k| {
+        let ends = self.observed_segments(sys, shot, with_maps, &mut |integrator, sys, k| {
             let end = shot.span(k)[1];
             while samples.len() < count {
                 let phase = samples.len() as f64 / count as f64;
@@ -133,7 +138,8 @@ impl Flow<'_> {
     ) -> Result<Shape, ContinuationError> {
         let sys = self.system(shot.parameter)?;
         let sys = sys.as_ref();
-        let all = self.samples(sys, shot, SAMPLES)?;
+        let mut all = self.samples(sys, shot, SAMPLES, true)?;
+        let maps = std::mem::take(&mut all.ends.maps);
         let (samples, ends) = (&all.states, &all.ends);
         let residual = residuals(shot, ends)
             .iter()
@@ -165,12 +171,13 @@ impl Flow<'_> {
             residual,
             crossings: ends.crossings,
             guards,
+            maps,
         })
     }
 
     /// The largest distances of the vibration and of the first-order components from their means, over a guess.
     pub fn sizes(&mut self, sys: &dyn System, shot: &Shot) -> Result<[f64; 2], ContinuationError> {
-        Ok(sizes(sys, &self.samples(sys, shot, SAMPLES)?.states))
+        Ok(sizes(sys, &self.samples(sys, shot, SAMPLES, false)?.states))
     }
 }
 

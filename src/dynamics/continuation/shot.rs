@@ -17,6 +17,9 @@ pub(super) struct Shot {
     pub phases: Vec<f64>,
     /// States at the starts of the segments, without quadratures.
     pub states: Vec<DVector<f64>>,
+    /// Statuses at the starts of the segments, if they are known: a state is moved onto the constraint of its status, such
+    /// as the velocity of a sticking mass, before it is integrated.
+    pub statuses: Vec<Vec<u8>>,
 }
 
 /// A difference of two sets of unknowns.
@@ -37,6 +40,7 @@ impl Shot {
             drive_periods: orbit.drive_periods,
             phases: orbit.segments.iter().map(|segment| segment.phase).collect(),
             states: orbit.segments.iter().map(state).collect(),
+            statuses: Vec::new(),
         }
     }
 
@@ -49,6 +53,12 @@ impl Shot {
     pub fn span(&self, segment: usize) -> [f64; 2] {
         let end = self.phases.get(segment + 1).copied().unwrap_or(1.0);
         [self.phases[segment], end]
+    }
+
+    /// The status at the start of a segment, if it is known.
+    pub fn status(&self, segment: usize) -> Option<&[u8]> {
+        let status = self.statuses.get(segment)?;
+        (!status.is_empty()).then_some(status.as_slice())
     }
 
     /// Adds a multiple of a direction.

@@ -85,6 +85,7 @@ pub fn settled_orbit(
         drive_periods: found.drive_periods,
         phases: vec![0.0],
         states: vec![found.state],
+        statuses: Vec::new(),
     };
     let scale = Scale::new(sys.as_ref(), found.sizes, found.period, flow.width());
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
@@ -291,6 +292,7 @@ pub fn hopf_orbit(
         period: TAU / hopf.omega,
         drive_periods: None,
         states: vec![equilibrium.clone(); HOPF_SEGMENTS],
+        statuses: Vec::new(),
         phases,
     };
     let direction = Direction {
@@ -412,7 +414,8 @@ fn start_along(
         tangent: direction,
         target: &guess,
     };
-    let precision = Precision::Location;
+    // Close to the bifurcation the equations are nearly singular.
+    let precision = Precision::Branch;
     let point = flow.point(&guess, &scale, constraint, precision, &mut Vec::new())?;
     Ok(BranchStart {
         orbit: point.orbit,

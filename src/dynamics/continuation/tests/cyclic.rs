@@ -28,10 +28,11 @@ fn residual(segments: &[Segment], corner: &DMatrix<f64>, right: &DMatrix<f64>) -
     worst.max(border.amax()) / largest.max(1.0)
 }
 
+/// The growth per segment is that of the largest segments by default; over all segments it is up to 1e104.
 #[test]
 fn the_equations_hold_for_strong_growth_and_contraction() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    for (count, growth) in [(1, 1.0), (2, 1e3), (5, 1e6), (12, 1e8)] {
+    for (count, growth) in [(1, 1.0), (2, 1e2), (5, 1e3), (30, 3e3)] {
         for n in [1, 3, 6] {
             let segments: Vec<_> = (0..count)
                 .map(|_| {

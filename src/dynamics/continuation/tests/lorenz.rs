@@ -56,7 +56,7 @@ fn the_orbit_of_the_subcritical_hopf_point_ends_in_the_homoclinic_orbit() {
     let hopf = hopf();
     assert!((hopf.parameter - 24.736_842_1).abs() < 1e-7);
     let options = ContinuationOptions {
-        max_period_s: 3.0,
+        max_period_s: 5.0,
         ..precise([10.0, 30.0], 0.1)
     };
     let start = hopf_orbit(&family, &hopf, 0.3, &options).unwrap();
@@ -79,7 +79,9 @@ fn the_orbit_of_the_subcritical_hopf_point_ends_in_the_homoclinic_orbit() {
     assert!(branch.bifurcations.is_empty(), "{:?}", branch.bifurcations);
     for orbit in &branch.points {
         assert_eq!(orbit.unstable_multipliers, 1, "{}", orbit.parameter);
-        assert!(orbit.trivial_multiplier_error.unwrap() < 1e-5);
+        // The error of the multipliers is relative to the largest one.
+        let error = orbit.trivial_multiplier_error.unwrap();
+        assert!(error < 1e-6 * orbit.multipliers[0].magnitude(), "{error:e}");
         // The product of all multipliers is that of the constant divergence.
         let sum: f64 = orbit.multipliers.iter().map(|m| m.ln_magnitude).sum();
         let exact = -(SIGMA + BETA + 1.0) * orbit.period_s;
@@ -126,7 +128,7 @@ fn the_symmetric_orbit_at_large_rho_breaks_its_symmetry() {
         .iter()
         .map(|b| (b.kind, b.parameter))
         .collect();
-    eprintln!("{found:?}");
+    eprintln!("{found:?} {:?} {} points", branch.ends, branch.points.len());
     let breaking = of_kind(&branch, BifurcationKind::SymmetryBreaking);
     assert_eq!(breaking.len(), 1, "{found:?}");
     assert!((breaking[0].parameter - 312.97).abs() < 0.1);
