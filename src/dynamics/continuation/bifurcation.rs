@@ -81,6 +81,6 @@ pub struct Bifurcation {
     pub guard: Option<usize>,
     /// The change of the number of multipliers outside the unit circle, in the order of the points of the branch.
     pub unstable_change: i32,
-    /// The orbit.
+    /// The orbit; for a branch point an orbit close to it.
     pub orbit: PeriodicOrbit,
 }

@@ -97,58 +97,99 @@ fn reduce(segments: &[Segment]) -> Reduced {
     reduced
 }
 
-/// Solves the bordered system. `corner` is `E` (`b x b`) and `right` is `e` (`b x r`). `None` if it is singular.
-pub fn solve(
-    segments: &[Segment],
-    mut corner: DMatrix<f64>,
-    mut right: DMatrix<f64>,
-) -> Option<Solution> {
-    let (n, b, r) = (segments[0].map.nrows(), corner.nrows(), right.ncols());
-    let reduced = reduce(segments);
-    // The border rows without the removed states.
-    let mut first = segments[0].border.clone();
-    let mut border = segments.get(1).map(|segment| segment.border.clone());
-    for (k, removed) in reduced.removed.iter().enumerate() {
-        let row = border.take()?;
-        // X R = B, by the transposed triangle.
-        let x = removed
-            .r
-            .transpose()
-            .solve_lower_triangular(&row.transpose())?
-            .transpose();
-        first -= &x * &removed.a;
-        corner -= &x * &removed.f;
-        right -= &x * &removed.g;
-        let next = -&x * &removed.z;
-        match segments.get(k + 2) {
-            Some(segment) => border = Some(&segment.border + next),
-            None => first += next,
+/// The dense system for the first state and the scalar unknowns.
+struct Dense {
+    reduced: Reduced,
+    matrix: DMatrix<f64>,
+    right: DMatrix<f64>,
+}
+
+impl Dense {
+    /// Removes the other states. `corner` is `E` (`b x b`) and `right` is `e` (`b x r`).
+    fn new(
+        segments: &[Segment],
+        mut corner: DMatrix<f64>,
+        mut right: DMatrix<f64>,
+    ) -> Option<Self> {
+        let (n, b, r) = (segments[0].map.nrows(), corner.nrows(), right.ncols());
+        let reduced = reduce(segments);
+        // The border rows without the removed states.
+        let mut first = segments[0].border.clone();
+        let mut border = segments.get(1).map(|segment| segment.border.clone());
+        for (k, removed) in reduced.removed.iter().enumerate() {
+            let row = border.take()?;
+            // X R = B, by the transposed triangle.
+            let x = removed
+                .r
+                .transpose()
+                .solve_lower_triangular(&row.transpose())?
+                .transpose();
+            first -= &x * &removed.a;
+            corner -= &x * &removed.f;
+            right -= &x * &removed.g;
+            let next = -&x * &removed.z;
+            match segments.get(k + 2) {
+                Some(segment) => border = Some(&segment.border + next),
+                None => first += next,
+            }
         }
+        let mut matrix = DMatrix::zeros(n + b, n + b);
+        matrix
+            .view_mut((0, 0), (n, n))
+            .copy_from(&(&reduced.a + &reduced.z));
+        matrix.view_mut((0, n), (n, b)).copy_from(&reduced.f);
+        matrix.view_mut((n, 0), (b, n)).copy_from(&first);
+        matrix.view_mut((n, n), (b, b)).copy_from(&corner);
+        let mut all = DMatrix::zeros(n + b, r);
+        all.rows_mut(0, n).copy_from(&reduced.g);
+        all.rows_mut(n, b).copy_from(&right);
+        Some(Self {
+            reduced,
+            matrix,
+            right: all,
+        })
     }
-    let mut matrix = DMatrix::zeros(n + b, n + b);
-    matrix
-        .view_mut((0, 0), (n, n))
-        .copy_from(&(&reduced.a + &reduced.z));
-    matrix.view_mut((0, n), (n, b)).copy_from(&reduced.f);
-    matrix.view_mut((n, 0), (b, n)).copy_from(&first);
-    matrix.view_mut((n, n), (b, b)).copy_from(&corner);
-    let mut all = DMatrix::zeros(n + b, r);
-    all.rows_mut(0, n).copy_from(&reduced.g);
-    all.rows_mut(n, b).copy_from(&right);
-    let solution = matrix.full_piv_lu().solve(&all)?;
+
+    /// All unknowns from the first state and the scalars, for the right sides or, if `homogeneous`, for zero.
+    fn complete(&self, solution: &DMatrix<f64>, homogeneous: bool) -> Option<Solution> {
+        let n = self.reduced.a.nrows();
+        let b = solution.nrows() - n;
+        let scalars = solution.rows(n, b).into_owned();
+        let first = solution.rows(0, n).into_owned();
+        let mut states = vec![first.clone(); self.reduced.removed.len() + 1];
+        let mut next = first.clone();
+        for (k, removed) in self.reduced.removed.iter().enumerate().rev() {
+            let mut right = -(&removed.a * &first) - &removed.z * &next - &removed.f * &scalars;
+            if !homogeneous {
+                right += &removed.g;
+            }
+            next = removed.r.solve_upper_triangular(&right)?;
+            states[k + 1] = next.clone();
+        }
+        Some(Solution { states, scalars })
+    }
+}
+
+/// Solves the bordered system. `corner` is `E` (`b x b`) and `right` is `e` (`b x r`). `None` if it is singular.
+pub fn solve(segments: &[Segment], corner: DMatrix<f64>, right: DMatrix<f64>) -> Option<Solution> {
+    let dense = Dense::new(segments, corner, right)?;
+    let solution = dense.matrix.clone().full_piv_lu().solve(&dense.right)?;
     if solution.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let scalars = solution.rows(n, b).into_owned();
-    let first = solution.rows(0, n).into_owned();
-    let mut states = vec![first.clone(); segments.len()];
-    let mut next = first.clone();
-    for (k, removed) in reduced.removed.iter().enumerate().rev() {
-        let right = &removed.g - &removed.a * &first - &removed.z * &next - &removed.f * &scalars;
-        next = removed.r.solve_upper_triangular(&right)?;
-        states[k + 1] = next.clone();
-    }
-    Some(Solution { states, scalars })
+    dense.complete(&solution, false)
+}
+
+/// The direction in which the bordered system is closest to singular: the states, and the scalar unknowns.
+pub fn singular_direction(segments: &[Segment], corner: DMatrix<f64>) -> Option<Solution> {
+    let b = corner.nrows();
+    let dense = Dense::new(segments, corner, DMatrix::zeros(b, 0))?;
+    let svd = dense.matrix.clone().svd(false, true);
+    let least = (0..svd.singular_values.len())
+        .min_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]))?;
+    let row = svd.v_t?.row(least).transpose();
+    let column = DMatrix::from_column_slice(row.len(), 1, row.as_slice());
+    dense.complete(&column, true)
 }
 
 /// The eigenvector of the product of the segment maps for the eigenvalue that is closest to `multiplier`, which is near the

@@ -11,6 +11,10 @@ use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
 const GRAZING: f64 = 1e-2;
 
+/// Distance of the parameter from a grazing that was passed, relative to the distance of the bounds, within which the end of
+/// a branch belongs to it.
+const NEAR_GRAZING: f64 = 1e-4;
+
 /// Amplitude relative to the largest one of a branch below which it is extrapolated to zero.
 const SMALL_AMPLITUDE: f64 = 0.02;
 
@@ -24,6 +28,16 @@ impl Course<'_, '_> {
         let is_small = now.orbit.amplitude < 2.0 * SMALL_AMPLITUDE * self.largest_amplitude;
         if let Some(end) = self.hopf().filter(|_| is_small) {
             return end;
+        }
+        // The orbits beyond a grazing may exist only in its neighbourhood, or not be found.
+        if let Some(grazing) = self.found.bifurcations.last()
+            && grazing.kind == BifurcationKind::Grazing
+            && (grazing.parameter - now.orbit.parameter).abs() <= NEAR_GRAZING * self.flow.width()
+        {
+            return BranchEnd::Grazing {
+                parameter: grazing.parameter,
+                guard: grazing.guard,
+            };
         }
         match now.shape.guards {
             GuardDistances::ClosestDip(Some((guard, least))) if least < GRAZING => {

@@ -10,8 +10,16 @@ use super::{Bifurcation, BifurcationKind, ContinuationError, Multiplier, Resonan
 /// Maximum number of orbits for the location of one bifurcation.
 const MAX_ORBITS: usize = 40;
 
+/// Share of a piece below which a bracket is not divided any more.
+const MIN_BRACKET: f64 = 1e-13;
+
+/// Shares of a piece by which orbits stay away from a branch point, one after another.
+const OFFSETS: [f64; 12] = [
+    0.1, -0.1, 0.04, -0.04, 0.02, -0.02, 0.01, -0.01, 0.005, -0.005, 0.002, -0.002,
+];
+
 /// Distance from the symmetric motion below which an orbit counts as symmetric, relative to its size.
-const SYMMETRIC: f64 = 1e-6;
+const SYMMETRIC: f64 = 1e-4;
 
 /// Two successive points with equal phases.
 #[derive(Clone, Copy)]
@@ -52,7 +60,6 @@ struct Side {
     share: f64,
     /// Value of the test function, halved where the secant method demands it.
     value: f64,
-    parameter: f64,
 }
 
 /// A bracketing secant method (Illinois) for the zero of a function on an interval.
@@ -79,11 +86,6 @@ impl Bracket {
         self.low.share + self.secant().clamp(1e-3, 1.0 - 1e-3) * self.length()
     }
 
-    /// The parameter at the zero of the secant.
-    fn parameter(&self) -> f64 {
-        self.low.parameter + self.secant() * (self.high.parameter - self.low.parameter)
-    }
-
     fn update(&mut self, side: Side) {
         if (side.value < 0.0) == (self.low.value < 0.0) {
             self.low = side;
@@ -101,21 +103,38 @@ impl Bracket {
     }
 }
 
+/// The share and the parameter at the zero of a test function, by inverse interpolation through the triples `[value, share,
+/// parameter]` closest to zero, up to four, which come first afterwards.
+fn at_zero(known: &mut [[f64; 3]]) -> [f64; 2] {
+    known.sort_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
+    let nearest = &known[..known.len().min(4)];
+    [1, 2].map(|column| {
+        // Neville's scheme at zero.
+        let mut values: Vec<f64> = nearest.iter().map(|triple| triple[column]).collect();
+        for degree in 1..nearest.len() {
+            for k in 0..nearest.len() - degree {
+                let (x, y) = (nearest[k][0], nearest[k + degree][0]);
+                values[k] = (x * values[k + 1] - y * values[k]) / (x - y);
+            }
+        }
+        values[0]
+    })
+}
+
 impl Flow<'_> {
     /// Locates the zero of a test function. `None` if it is no bifurcation.
-    ///
-    /// At a branch point itself the equations are singular. If Newton's method fails close to it, the parameter is
-    /// interpolated between the closest orbits on both sides.
     pub fn locate(
         &mut self,
         piece: Piece<'_>,
         test: Test,
         reference: &mut Vec<u8>,
     ) -> Result<Option<Bifurcation>, ContinuationError> {
+        if test == Test::One {
+            return self.locate_branch_point(piece, reference).map(Some);
+        }
         let side = |share: f64, point: &Point| Side {
             share,
             value: test.value(point),
-            parameter: point.orbit.parameter,
         };
         let mut bracket = Bracket {
             low: side(0.0, piece.from),
@@ -125,36 +144,16 @@ impl Flow<'_> {
         let target = self.options.bifurcation_accuracy * self.width();
         let mut best: Option<Point> = None;
         let mut error = f64::INFINITY;
-        let mut interpolated = None;
         for _ in 0..MAX_ORBITS {
-            let at = bracket.next();
-            let mut point = self.point_within(piece, at, reference);
-            let mut share = at;
-            if point.is_err() && best.is_none() {
-                // Away from a singular point.
-                share = bracket.low.share + 0.8 * (at - bracket.low.share);
-                point = self.point_within(piece, share, reference);
-            }
-            let point = match point {
-                Ok(point) => point,
-                Err(_) if best.is_some() && test == Test::One => {
-                    let parameter = bracket.parameter();
-                    let ends = [bracket.low.parameter, bracket.high.parameter];
-                    error = ends
-                        .iter()
-                        .fold(0.0, |max: f64, end| max.max((end - parameter).abs()));
-                    interpolated = Some(parameter);
-                    break;
-                }
-                Err(failure) => return Err(failure),
-            };
+            let share = bracket.next();
+            let point = self.point_within(piece, share, reference)?;
             let here = side(share, &point);
             error = best.as_ref().map_or(f64::INFINITY, |before| {
                 (point.orbit.parameter - before.orbit.parameter).abs()
             });
             best = Some(point);
             bracket.update(here);
-            if here.value == 0.0 || error <= target || bracket.length() <= 1e-13 {
+            if here.value == 0.0 || error <= target || bracket.length() <= MIN_BRACKET {
                 break;
             }
         }
@@ -164,9 +163,44 @@ impl Flow<'_> {
         let Some(kind) = test.kind(&point.orbit) else {
             return Ok(None);
         };
-        let mut found = self.bifurcation(piece, test, kind, point, error)?;
-        found.parameter = interpolated.unwrap_or(found.parameter);
-        Ok(Some(found))
+        self.bifurcation(piece, test, kind, point, error).map(Some)
+    }
+
+    /// Locates a branch point by interpolation between orbits on both sides: the equations are singular at the point itself.
+    fn locate_branch_point(
+        &mut self,
+        piece: Piece<'_>,
+        reference: &mut Vec<u8>,
+    ) -> Result<Bifurcation, ContinuationError> {
+        let test = Test::One;
+        let target = self.options.bifurcation_accuracy * self.width();
+        let known = |share: f64, point: &Point| [test.value(point), share, point.orbit.parameter];
+        let mut all = vec![known(0.0, piece.from), known(1.0, piece.to)];
+        let [_, mut parameter] = at_zero(&mut all);
+        let mut error = f64::INFINITY;
+        let mut closest: Option<Point> = None;
+        for offset in OFFSETS {
+            let [share, _] = at_zero(&mut all);
+            let share = share.clamp(0.0, 1.0) + offset;
+            let point = match self.point_within(piece, share, reference) {
+                Ok(point) => point,
+                // Too close to the singular point.
+                Err(_) if closest.is_some() => break,
+                Err(failure) => return Err(failure),
+            };
+            all.push(known(share, &point));
+            let [_, found] = at_zero(&mut all);
+            error = (found - parameter).abs();
+            parameter = found;
+            closest = Some(point);
+            if error <= target {
+                break;
+            }
+        }
+        let point = closest.unwrap_or_else(|| piece.from.clone());
+        let kind = BifurcationKind::BranchPoint;
+        let found = self.bifurcation(piece, test, kind, point, error)?;
+        Ok(Bifurcation { parameter, ..found })
     }
 
     /// The orbit at a share of a piece.

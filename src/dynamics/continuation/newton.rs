@@ -180,8 +180,11 @@ impl Flow<'_> {
     /// Whether the orbit after the last of two successive corrections is accurate enough.
     fn has_converged(&self, [previous, last]: [f64; 2], precision: Precision) -> bool {
         let tolerance = self.options.newton_tolerance;
-        // The next correction, if the last two show the rate of convergence.
-        let next = last * (last / previous).min(1.0);
+        // The next correction: the last two show the rate of convergence; after one, it is assumed to be quadratic.
+        let next = match previous.is_finite() {
+            true => last * (last / previous).min(1.0),
+            false => 10.0 * last * last,
+        };
         // Corrections that do not decrease any more show the error of the integration.
         let noise = 1e3 * self.tolerance();
         let is_noise = last <= noise && last > 0.3 * previous;

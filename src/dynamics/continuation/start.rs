@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
-use super::cyclic::eigenvector;
+use super::cyclic::{Segment, eigenvector, singular_direction};
 use super::flow::{Flow, slope_in};
 use super::newton::{Constraint, Precision};
 use super::shot::{Direction, Scale, Shot, sizes_of};
@@ -339,14 +339,12 @@ pub fn switched_orbit(
         }
     };
     let mut flow = Flow::new(family, options)?;
-    let directions = critical_direction(
-        &mut flow,
-        &bifurcation.orbit,
-        if doubles { -1.0 } else { 1.0 },
-    )?;
     let mut shot = Shot::of(&bifurcation.orbit);
     let scale = flow.scale(&shot)?;
-    let mut states = directions;
+    let mut direction = match doubles {
+        true => flip_direction(&mut flow, &shot, &scale)?,
+        false => crossing_direction(&mut flow, &shot, &scale)?,
+    };
     if doubles {
         let (phases, starts) = (shot.phases.clone(), shot.states.clone());
         shot.phases = phases.iter().map(|phase| 0.5 * phase).collect();
@@ -355,31 +353,23 @@ pub fn switched_orbit(
         shot.states.extend(starts);
         shot.period *= 2.0;
         shot.drive_periods = shot.drive_periods.map(|count| 2 * count);
-        let reversed: Vec<_> = states.iter().map(|state| -state).collect();
-        states.extend(reversed);
+        let reversed: Vec<_> = direction.states.iter().map(|state| -state).collect();
+        direction.states.extend(reversed);
     }
-    let direction = Direction {
-        parameter: 0.0,
-        period: 0.0,
-        states,
-    };
     let norm = scale.norm(&direction);
     start_along(&mut flow, &shot, &direction.scaled(amplitude / norm))
 }
 
-/// The critical direction of an orbit for a real multiplier at the starts of its segments, orthogonal to the flow for an
-/// autonomous orbit.
-fn critical_direction(
+/// The direction at the starts of the segments that returns reversed after a period.
+fn flip_direction(
     flow: &mut Flow<'_>,
-    orbit: &PeriodicOrbit,
-    multiplier: f64,
-) -> Result<Vec<DVector<f64>>, ContinuationError> {
-    let shot = Shot::of(orbit);
-    let scale = flow.scale(&shot)?;
+    shot: &Shot,
+    scale: &Scale,
+) -> Result<Direction, ContinuationError> {
     let sys = flow.system(shot.parameter)?;
-    let ends = flow.segments(sys.as_ref(), &shot, true)?;
+    let ends = flow.segments(sys.as_ref(), shot, true)?;
     let maps: Vec<_> = ends.maps.iter().map(|map| scale.scaled_map(map)).collect();
-    let vectors = eigenvector(&maps, Complex::new(multiplier, 0.0));
+    let vectors = eigenvector(&maps, Complex::new(-1.0, 0.0));
     // A complex factor is arbitrary; the largest component becomes real.
     let largest = vectors[0]
         .iter()
@@ -390,16 +380,57 @@ fn critical_direction(
     let states = vectors
         .iter()
         .map(|vector| scale.unscaled_state(&vector.map(|x| (x * turn).re)));
-    let mut states: Vec<_> = states.collect();
-    if orbit.is_autonomous() && multiplier > 0.0 {
-        let count = states.len();
-        for (k, state) in states.iter_mut().enumerate() {
-            let slope = &ends.slopes[(k + count - 1) % count];
-            let along = scale.dot_states(state, slope) / scale.dot_states(slope, slope);
-            state.axpy(-along, slope, 1.0);
-        }
-    }
-    Ok(states)
+    Ok(Direction {
+        parameter: 0.0,
+        period: 0.0,
+        states: states.collect(),
+    })
+}
+
+/// The direction of another branch at a branch point: states and period at the same parameter, orthogonal to the flow at
+/// phase zero.
+fn crossing_direction(
+    flow: &mut Flow<'_>,
+    shot: &Shot,
+    scale: &Scale,
+) -> Result<Direction, ContinuationError> {
+    let sys = flow.system(shot.parameter)?;
+    let ends = flow.segments(sys.as_ref(), shot, true)?;
+    let n = shot.states[0].len();
+    let b = usize::from(shot.drive_periods.is_none());
+    let count = shot.len();
+    let segments: Vec<_> = (0..count)
+        .map(|k| {
+            let mut columns = DMatrix::zeros(n, b);
+            let mut border = DMatrix::zeros(b, n);
+            if b == 1 {
+                let [from, to] = shot.span(k);
+                let slope = &ends.slopes[k] * ((to - from) * scale.period);
+                columns.set_column(0, &scale.scaled_state(&slope));
+                let flow = scale.scaled_state(&ends.slopes[(k + count - 1) % count]);
+                border.set_row(0, &flow.normalize().transpose());
+            }
+            Segment {
+                map: scale.scaled_map(&ends.maps[k]),
+                columns,
+                right: DMatrix::zeros(n, 0),
+                border,
+            }
+        })
+        .collect();
+    let found = singular_direction(&segments, DMatrix::zeros(b, b));
+    let found = found.ok_or(ContinuationError::NoSwitch {
+        why: "the equations of the orbit are not singular",
+    })?;
+    Ok(Direction {
+        parameter: 0.0,
+        period: found.scalars.iter().map(|w| w * scale.period).sum(),
+        states: found
+            .states
+            .iter()
+            .map(|state| scale.unscaled_state(&state.column(0).into_owned()))
+            .collect(),
+    })
 }
 
 /// Corrects the orbit that lies in a direction from a known one.

@@ -12,7 +12,7 @@ fn random(rng: &mut ChaCha8Rng, rows: usize, columns: usize) -> DMatrix<f64> {
 
 /// Largest residual of the equations for a solution, relative to its largest number.
 fn residual(segments: &[Segment], corner: &DMatrix<f64>, right: &DMatrix<f64>) -> f64 {
-    let solution = solve(segments, corner.clone(), right.clone()).expect("not singular");
+    let solution = solve(segments, corner.clone(), right.clone()).expect("regular");
     let count = segments.len();
     let mut border = corner * &solution.scalars - right;
     let mut worst = 0.0_f64;

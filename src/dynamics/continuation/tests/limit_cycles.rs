@@ -91,18 +91,6 @@ fn van_der_pol_follows_its_branch_to_multipliers_of_any_size() {
         let logarithm = sum * orbit.period_s / count as f64;
         let found = orbit.multipliers[1].ln_magnitude;
         let error = (found - logarithm).abs() / logarithm.abs();
-        let exact = settle(&family, orbit.parameter, &[2.0, 0.0], 200.0, &options);
-        eprintln!(
-            "{} {} {} | {} {:e} {:e} {} {}",
-            orbit.parameter,
-            found,
-            logarithm,
-            exact.multipliers[1].ln_magnitude,
-            orbit.residual,
-            orbit.correction,
-            orbit.iterations,
-            orbit.period_s - exact.period_s
-        );
         assert!(error < 1e-7, "{}: {found} {logarithm}", orbit.parameter);
     }
 }
