@@ -20,7 +20,7 @@ pub(super) enum Test {
     One,
     /// A product of `1 + multiplier`: zero at a period doubling.
     MinusOne,
-    /// A product of `multiplier_i multiplier_j - 1`: zero if a pair is on the unit circle.
+    /// Like a product of `multiplier_i multiplier_j - 1`: zero if a pair is on the unit circle.
     Pair,
     /// The lowest minimum of a guard of a continuous system.
     Guard,
@@ -103,26 +103,33 @@ fn product(multipliers: impl Iterator<Item = Multiplier>, factor: fn(Multiplier)
     product
 }
 
-/// The product of `multiplier_i multiplier_j - 1` over all pairs, each factor divided by `1 + |multiplier_i multiplier_j|`.
-/// Factors of conjugate pairs are real; the others come in conjugate pairs, whose products are positive, or are real.
+/// The sign of the product of `multiplier_i multiplier_j - 1` over all pairs, times the smallest magnitude of
+/// `ln(multiplier_i multiplier_j) / 2` of its real factors. For a conjugate pair that is its distance from the unit circle.
+/// Factors that are not real come in conjugate pairs, whose products are positive.
 fn pairs(orbit: &PeriodicOrbit) -> f64 {
     let all: Vec<_> = orbit.nontrivial_multipliers().collect();
-    let mut product = 1.0;
+    let (mut sign, mut least) = (1.0, f64::INFINITY);
     for (i, a) in all.iter().enumerate() {
         for b in &all[i + 1..] {
             let is_conjugate = !a.is_real() && a.angle == -b.angle;
-            if (a.is_real() && b.is_real()) || is_conjugate {
-                let sign = (a.angle + b.angle).cos().signum();
-                let ln_size = a.ln_magnitude + b.ln_magnitude;
-                // (x - 1) / (|x| + 1) for x = sign e^ln_size.
-                product *= match sign < 0.0 {
-                    true => -1.0,
-                    false => (0.5 * ln_size).tanh(),
-                };
+            if !(is_conjugate || a.is_real() && b.is_real()) {
+                continue;
+            }
+            let is_negative = !is_conjugate && a.angle != b.angle;
+            let half = 0.5 * (a.ln_magnitude + b.ln_magnitude);
+            if is_negative {
+                sign = -sign;
+            } else {
+                sign *= half.signum();
+                least = f64::min(least, half.abs());
             }
         }
     }
-    product
+    if least.is_finite() {
+        sign * least
+    } else {
+        sign
+    }
 }
 
 /// The multiplier without the trivial one that is closest to a real number, among the real ones if there are any.
