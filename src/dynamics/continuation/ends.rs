@@ -176,7 +176,7 @@ impl Course<'_, '_> {
 /// The differences of the states of the first and the second half of an orbit with equal phases in both.
 fn halves(shot: &Shot) -> Option<Vec<DVector<f64>>> {
     let half = shot.len() / 2;
-    let is_double = shot.len() % 2 == 0
+    let is_double = shot.len().is_multiple_of(2)
         && (0..half).all(|k| (shot.phases[k] + 0.5 - shot.phases[half + k]).abs() < 1e-12);
     is_double.then(|| {
         (0..half)

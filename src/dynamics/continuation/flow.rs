@@ -15,6 +15,8 @@ pub(super) struct Flow<'a> {
     pub family: &'a dyn Family,
     pub options: ContinuationOptions,
     pub stats: BranchStats,
+    /// Whether the state or the law of the systems jumps at events.
+    has_jumps: bool,
     /// Integrators without and with tangent vectors, created when first needed.
     integrators: [Option<Integrator>; 2],
 }
@@ -47,6 +49,7 @@ impl<'a> Flow<'a> {
             family,
             options: *options,
             stats: BranchStats::default(),
+            has_jumps: false,
             integrators: [None, None],
         })
     }
@@ -145,8 +148,7 @@ impl<'a> Flow<'a> {
         Ok(found)
     }
 
-    /// An integrator, with tangent vectors for all directions or without. Jumps are located; the kinks of a continuous
-    /// system are left to the error control.
+    /// An integrator, with tangent vectors for all directions or without.
     fn take_integrator(
         &mut self,
         sys: &dyn System,
@@ -156,8 +158,11 @@ impl<'a> Flow<'a> {
             return Ok(integrator);
         }
         let mut integrator = Integrator::new(self.options.method, sys)?;
-        if sys.switching().is_some_and(|s| !s.is_continuous()) {
-            integrator = integrator.with_events(sys)?;
+        if let Some(switching) = sys.switching() {
+            self.has_jumps = !switching.is_continuous();
+            if self.has_jumps || self.options.locate_kinks && switching.guards() > 0 {
+                integrator = integrator.with_events(sys)?;
+            }
         }
         match with_maps {
             true => integrator.with_tangents(sys, sys.tangent_dim(), 0),
@@ -190,6 +195,7 @@ impl<'a> Flow<'a> {
     ) -> Result<Vec<DVector<f64>>, ContinuationError> {
         // Balances the error of the difference, of second order, with that of the integration.
         let step = self.width() * self.tolerance().powf(0.4);
+        let has_jumps = self.has_jumps;
         let mut ends_at = |parameter: f64| {
             let sys = self.system(parameter)?;
             let shifted = Shot {
@@ -201,7 +207,7 @@ impl<'a> Flow<'a> {
         // Beyond a grazing the flow has other events, and another derivative.
         let is_like = |side: &Result<SegmentEnds, _>| {
             side.as_ref()
-                .is_ok_and(|side| side.crossings == ends.crossings)
+                .is_ok_and(|side| !has_jumps || side.crossings == ends.crossings)
         };
         let ahead = ends_at(shot.parameter + step);
         let behind = ends_at(shot.parameter - step);

@@ -6,6 +6,7 @@ use super::flow::Flow;
 use super::locate::Piece;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
+use super::shape::GuardDistances;
 use super::shot::{Direction, Scale, Shot};
 use super::start::BranchStart;
 use super::step::StepControl;
@@ -296,7 +297,8 @@ impl<'a, 'f> Course<'a, 'f> {
     /// Why a step should be shorter; `None` if it is accepted.
     fn objection(&mut self, prediction: &Prediction, next: &Point) -> Option<Objection> {
         let now = &self.now;
-        if next.orbit.events != now.orbit.events {
+        let has_jumps = matches!(next.shape.guards, GuardDistances::ClosestDip(_));
+        if has_jumps && next.orbit.events != now.orbit.events {
             return Some(Objection::Events);
         }
         if self.control.is_jump(now, next, prediction.step) {

@@ -32,6 +32,9 @@ pub struct ContinuationOptions {
     pub bounds: [f64; 2],
     /// Integration method with its tolerance, which bounds the accuracy of everything else.
     pub method: Method,
+    /// Whether to locate the kinks of a continuous system, for example of nodes that separate. Across kinks that are not
+    /// located the multipliers are less accurate than the orbit. The jumps of other systems are always located.
+    pub locate_kinks: bool,
     /// Maximum estimated error of an orbit after the last Newton correction, relative to its size.
     pub newton_tolerance: f64,
     /// Maximum number of Newton iterations per orbit.
@@ -62,6 +65,7 @@ impl ContinuationOptions {
                 accuracy: Accuracy::relative(1e-11),
                 max_step,
             },
+            locate_kinks: true,
             newton_tolerance: 1e-9,
             max_iterations: 8,
             steps: StepLimits::default(),

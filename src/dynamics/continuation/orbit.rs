@@ -131,7 +131,7 @@ pub struct PeriodicOrbit {
     pub correction: f64,
     /// Newton iterations.
     pub iterations: u32,
-    /// Guards crossed during a period. Zero for a continuous system, whose kinks are not located.
+    /// Guards crossed during a period, if events are located.
     pub events: u64,
     /// Guards of a continuous system that are negative at some time, for example nodes that separate.
     pub open_guards: usize,

@@ -249,11 +249,11 @@ impl PeriodicSchur {
         for triangle in &self.triangles {
             let mut next = [[zero; 3]; 3];
             let mut largest = 0.0_f64;
-            for i in 0..size {
-                for j in i..size {
+            for (i, row) in next.iter_mut().enumerate().take(size) {
+                for (j, element) in row.iter_mut().enumerate().take(size).skip(i) {
                     let terms = (i..=j).map(|k| triangle.at(first + i, first + k) * product[k][j]);
-                    next[i][j] = terms.sum();
-                    largest = largest.max(next[i][j].norm());
+                    *element = terms.sum();
+                    largest = largest.max(element.norm());
                 }
             }
             if largest > 0.0 {

@@ -3,6 +3,7 @@
 mod cyclic;
 mod forced;
 mod impacts;
+mod joint;
 mod limit_cycles;
 mod lorenz;
 mod multipliers;
