@@ -23,8 +23,8 @@ use crate::foreign::open_file;
 use crate::plot::calibration_figure;
 use crate::scene::Scene;
 use crate::study::calibrate::{
-    Calibration, CalibrationObserver, CalibrationPlan, ParetoFront, RESPONSE, Screening, Trial,
-    calibrate, never_together, pareto_fronts, ranked,
+    Calibration, CalibrationObserver, CalibrationPlan, MetClaims, ParetoFront, RESPONSE, Screening,
+    Trial, calibrate, never_together, pareto_fronts, ranked,
 };
 use crate::study::threads;
 
@@ -85,9 +85,10 @@ pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), Cli
         file.write(|out| out.write_all(text.as_bytes()))?;
         written.push(WrittenFile::of(file)?);
     }
-    let result = CalibrationResult::new(&plan, &found);
+    let met = MetClaims::of(&found.trials);
+    let result = CalibrationResult::new(&plan, &found, &met);
     if let Some(directory) = &args.figures {
-        let figure = calibration_figure(&found.trials, &result.pareto_fronts);
+        let figure = calibration_figure(&met, &found.trials, &result.pareto_fronts);
         let drawn = (&args.drawn, &STUDY[..]);
         written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
     }
@@ -250,7 +251,7 @@ pub(super) struct CalibrationResult<'a> {
     /// The sets with the highest scores, in descending order.
     best: Vec<BestSet<'a>>,
     /// Names of the claims that no simulated set meets, not even at some of their tilts. The search computes neither
-    /// exponents nor embeddings, so that claims about them are missing.
+    /// exponents nor embeddings: claims about them cannot be compared, and are not named.
     never_met: Vec<String>,
     /// Pareto fronts of the claims on two subjects, for all pairs of subjects.
     pareto_fronts: Vec<ParetoFront>,
@@ -270,7 +271,7 @@ struct BestSet<'a> {
 }
 
 impl<'a> CalibrationResult<'a> {
-    fn new(plan: &CalibrationPlan, found: &'a Calibration) -> Self {
+    fn new(plan: &CalibrationPlan, found: &'a Calibration, met: &MetClaims) -> Self {
         let trials = &found.trials;
         let best = ranked(trials).into_iter().take(MAX_SETS);
         let best = best.map(|trial| {
@@ -295,8 +296,8 @@ impl<'a> CalibrationResult<'a> {
             interrupted: !found.complete,
             best: best.collect(),
             never_met: never_met.into_iter().cloned().collect(),
-            pareto_fronts: pareto_fronts(trials),
-            never_together: never_together(trials),
+            pareto_fronts: pareto_fronts(met, trials),
+            never_together: never_together(met, trials),
         }
     }
 }
@@ -314,7 +315,7 @@ fn text(result: &CalibrationResult<'_>) -> String {
         let trial = &set.trial;
         let _ = writeln!(
             text,
-            "\n  set {}: meets {:.0} % of the claims by weight, {} of {} mm/s",
+            "\n  set {}: meets {:.0} % of the comparable claims by weight, {} of {} mm/s",
             trial.number,
             100.0 * trial.score,
             match trial.start.continued {

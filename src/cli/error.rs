@@ -126,6 +126,12 @@ pub enum CliError {
          include --setting budget or --setting integrator, or raise --target"
     )]
     NoAdvice,
+    /// The causes of growth are not defined for friction with a state.
+    #[error(
+        "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
+         --causes, or choose another friction.law than \"lugre\" and \"rate-and-state\""
+    )]
+    NoCauses,
     /// A scene without a load has no tilt.
     #[error(
         "the scene `{scene}` has no load, and therefore no tilt; choose a parameter with --param KEY=A:B:STEP"
@@ -229,6 +235,7 @@ impl CliError {
             Self::OutputExists { .. }
             | Self::ForeignOutput { .. }
             | Self::NoAdvice
+            | Self::NoCauses
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
             | Self::NoTilt { .. }

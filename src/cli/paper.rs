@@ -65,7 +65,7 @@ pub(super) fn execute(
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }
     let plan = plan(scene, args.start);
-    let (outputs, [files, short_files]) = prepare(args)?;
+    let (outputs, [files, short_files], described) = prepare(args)?;
     let short_plan = short_average_plan(&plan);
     // Reuse the points of an earlier or interrupted run.
     let work = WorkArgs {
@@ -127,12 +127,19 @@ pub(super) fn execute(
         let page = words::page(start, &figures, ending, (&result.score, &result.claims));
         written.push(write(&args.out.join(PAGE), &page)?);
     }
+    if let Some(file) = described {
+        let start = &*result.start.to_string();
+        let about = words::description(start, (&result.score, &result.claims));
+        let text = plan.scene.with_about(&about)?.text;
+        file.write(|out| out.write_all(text.as_bytes()))?;
+        written.push(WrittenFile::of(&file)?);
+    }
     let document = Document::new(&result, &written).with_scene(scene);
     print_result(&document, &text(scene, &result), &outputs, &files)
 }
 
 /// Checks all outputs and creates the directory.
-fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2]), CliError> {
+fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputFile>), CliError> {
     let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
     let mut names = args.drawn.names(figures, &STUDY);
     names.extend(
@@ -151,7 +158,20 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2]), CliError> {
     // A path inside the new directory is checked after the directory exists.
     let json = args.json.as_deref();
     let json = json.filter(|path| !is_stdout(path) && !path.starts_with(&args.out));
-    check_all(scene_file, [("--json", json)])?;
+    // A scene file may be described itself.
+    let other = |file: &&Path| {
+        args.scene
+            .as_deref()
+            .is_none_or(|scene| Path::new(scene) != *file)
+    };
+    let write = args.write.as_deref();
+    check_all(
+        scene_file,
+        [("--json", json), ("--write", write.filter(other))],
+    )?;
+    let described = write
+        .map(|path| OutputFile::check(path, "--write"))
+        .transpose()?;
     if args.figure.is_none() {
         resources::check_memory()?;
     }
@@ -175,7 +195,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2]), CliError> {
     let short = table(SHORT_TABLE);
     let check = |outputs| Files::check(scene_file, outputs, &[]);
     let files = [check(&outputs)?, check(&short)?];
-    Ok((outputs, files))
+    Ok((outputs, files, described))
 }
 
 /// Writes a text file.
@@ -288,6 +308,7 @@ mod tests {
             seed: Some(4),
             accuracy: Default::default(),
             threads: None,
+            write: Some(folder.path().join("described.toml")),
             json: Some(folder.path().join("paper.json")),
         };
         let stop = AtomicBool::new(false);
@@ -324,6 +345,11 @@ mod tests {
             assert!(claim[field].is_string(), "{field} of {claim}");
         }
         assert!(claim["weight"].is_number());
+        let described = std::fs::read_to_string(folder.path().join("described.toml")).unwrap();
+        let about = Scene::parse("described.toml", described).unwrap().about;
+        let counts = "Unstable modes at 2.0, 3.0, 3.5 and 5.0 deg: 4, not found (paper: 4), ";
+        assert!(about.replace('\n', " ").contains(counts), "{about}");
+        args.write = None;
         // A second run reuses the sweep and draws only the selected figure.
         args.figure = Some(9);
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();
@@ -335,5 +361,64 @@ mod tests {
         args.seed = Some(5);
         let refused = execute(&args, &stop, short_plan).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
+    }
+
+    /// The table of claims of the scene `paper`; the guide (`reproduce_paper`) has the command that writes it and the
+    /// text of the scene.
+    fn table() -> PaperResult {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/paper/table.json");
+        serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    }
+
+    /// The text of the scene is that of its table, and the table has the present claims.
+    #[test]
+    fn the_text_of_the_scene_is_generated_from_its_table() {
+        let table = table();
+        let start = table.start.to_string();
+        let text = words::description(&start, (&table.score, &table.claims));
+        assert_eq!(Scene::load(SCENE).unwrap().about, text.trim_end());
+        assert_eq!(Score::of(&table.claims), table.score);
+        assert_eq!(table.claims.len(), claims().len());
+        for (found, claim) in table.claims.iter().zip(claims()) {
+            assert_eq!(
+                (&found.id, &found.statement, &found.quote),
+                (&claim.id, &claim.statement, &claim.quote)
+            );
+            assert_eq!(
+                (found.weight, found.tolerance),
+                (claim.weight, claim.tolerance)
+            );
+        }
+    }
+
+    /// The whole sweep again: verdicts and values of the table.
+    #[test]
+    #[ignore = "takes minutes; cargo test --release --lib the_table_of_the_scene -- --ignored"]
+    fn the_table_of_the_scene_is_reproduced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let args = PaperArgs {
+            scene: None,
+            figure: None,
+            out: path("paper"),
+            drawn: Default::default(),
+            start: table().start,
+            seed: None,
+            accuracy: Default::default(),
+            threads: None,
+            write: None,
+            json: Some(path("paper.json")),
+        };
+        execute(
+            &args,
+            &AtomicBool::new(false),
+            crate::study::paper::paper_plan,
+        )
+        .unwrap();
+        let again: PaperResult =
+            serde_json::from_slice(&std::fs::read(path("paper.json")).unwrap()).unwrap();
+        for (again, stored) in again.claims.iter().zip(table().claims) {
+            assert_eq!(*again, stored);
+        }
     }
 }

@@ -55,6 +55,9 @@ pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
         Ok(tilted.joint()?.tilt.at(0.0))
     });
     let tilts = tilts.collect::<Result<Vec<_>, SceneError>>()?;
+    if args.causes && scene.joint()?.spec.friction.states() > 0 {
+        return Err(CliError::NoCauses);
+    }
     let [json] = check_all(args.scene.input(), [("--json", args.json.as_deref())])?;
     let result = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
         task: "stability analysis",
@@ -179,6 +182,21 @@ mod tests {
         // The growth rate depends on the tilt.
         let growth = |k: usize| tilts[k]["modes"][0]["growth_per_s"].as_f64();
         assert!(growth(0).is_some() && growth(0) != growth(2));
+    }
+
+    #[test]
+    fn friction_with_a_state_has_no_causes() {
+        let args = StabilityArgs {
+            scene: SceneArgs {
+                scene: Some("bristles".to_owned()),
+            },
+            tilt: None,
+            causes: true,
+            json: None,
+        };
+        let refused = stability(&args).unwrap_err();
+        assert_eq!(refused.exit_code(), 2);
+        assert!(refused.to_string().contains("omit --causes"), "{refused}");
     }
 
     #[test]

@@ -104,6 +104,14 @@ pub struct PaperArgs {
         help_heading = "Output"
     )]
     pub out: PathBuf,
+    /// Write the scene with a description that is generated from its table of claims.
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        help_heading = "Output",
+        conflicts_with = "figure"
+    )]
+    pub write: Option<PathBuf>,
     /// Also write the comparison as JSON; `-` prints it instead of the table.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,

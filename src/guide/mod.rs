@@ -48,7 +48,7 @@
 //! Physics:
 //!
 //! * [Equations](explanation::equations): each equation of the paper and its code; axes, signs, energy.
-//! * [Mechanisms](explanation::mechanisms): ten mechanisms of friction-induced vibration, a scene for each.
+//! * [Mechanisms](explanation::mechanisms): fourteen mechanisms of friction-induced vibration, a scene for each.
 //!
 //! Numerics:
 //!

@@ -4,6 +4,10 @@
 //! g(V, s)`, for a slip velocity `V` and a state `s` without unit. Neither depends on the normal force, so that
 //! the force of a node remains proportional to it. The state of a separated node follows the slip velocity, too.
 
+use pulp::Simd;
+
+use super::exponential::Exponential;
+use super::simd::Vector;
 use super::vector::{norm, scale};
 
 /// Largest number of contact nodes of a scene whose friction has states. The effort of linear stability and of implicit
@@ -61,6 +65,32 @@ pub struct LuGre {
 }
 
 impl LuGre {
+    /// Coefficient and rate of the state for several nodes at once; inlined into the hot loop.
+    #[inline(always)]
+    pub(super) fn responses<S: Simd>(
+        &self,
+        velocity: [Vector<S>; 3],
+        state: [Vector<S>; 3],
+    ) -> [[Vector<S>; 3]; 2] {
+        let [along, across, outward] = velocity;
+        let number = |x: f64| along.broadcast(x);
+        let square = outward.mul_add(outward, across.mul_add(across, along * along));
+        let speed = square.sqrt();
+        let slide = Exponential::of(speed, self.stribeck);
+        let below = slide.below();
+        let falling = number(self.mu_s - self.mu_d) * slide.above();
+        let steady = below.mul_add(number(self.mu_d), falling);
+        let wear = number(self.stiffness) * speed * below / steady;
+        let time = number(self.damping / self.stiffness);
+        let (mut coefficient, mut rate) = (state, velocity);
+        let axes = velocity.into_iter().zip(state);
+        for ((c, rate), (v, s)) in coefficient.iter_mut().zip(&mut rate).zip(axes) {
+            *rate = v * number(self.stiffness) - wear * s;
+            *c = rate.mul_add(time, v.mul_add(number(self.viscous), s));
+        }
+        [coefficient, rate]
+    }
+
     /// `mu(V)` and its slope at a slip speed (m/s).
     fn steady(&self, speed: f64) -> [f64; 2] {
         let falling = (self.mu_s - self.mu_d) * (-self.stribeck * speed).exp();
@@ -116,6 +146,42 @@ pub enum DynamicFriction {
     LuGre(LuGre),
     /// Rate-and-state friction.
     RateAndState(RateAndState),
+}
+
+/// A law with a state for small oscillations of the slip speed, at the angular frequency `w`, about steady sliding in
+/// the same direction. Linearised, the coefficient changes with the speed by the complex slope
+///
+/// ```text
+/// dc/dV = p + d / (i w + r)
+/// ```
+///
+/// Its real part, `p + d r / (w^2 + r^2)`, acts like the slope of a friction curve: negative, it drives a vibration at
+/// this frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OscillatingFriction {
+    /// Change of the coefficient with the speed at a constant state `p`, s/m.
+    pub at_once: f64,
+    /// Change of the coefficient through the state `d`, 1/m.
+    pub delayed: f64,
+    /// Rate `r` at which the state approaches steady sliding, 1/s. LuGre: `sigma_0 V / mu`; rate and state: `V / D_c`.
+    pub relaxation: f64,
+}
+
+impl OscillatingFriction {
+    /// Slope that acts at an angular frequency (rad/s), s/m; at 0 that of steady sliding.
+    pub fn slope(&self, omega: f64) -> f64 {
+        let rate = self.relaxation;
+        self.at_once + self.delayed * rate / (omega * omega + rate * rate)
+    }
+
+    /// Angular frequency (rad/s) above which friction damps, although in steady sliding it falls with the speed;
+    /// `None` if it falls at all frequencies or rises in steady sliding. Rate and state: `V / D_c sqrt(b/a - 1)`, the
+    /// frequency at the critical stiffness (J. R. Rice, A. L. Ruina, J. Appl. Mech. 50 (1983) 343).
+    pub fn damping_above(&self) -> Option<f64> {
+        let rate = self.relaxation;
+        let square = -rate * (self.delayed / self.at_once + rate);
+        (self.slope(0.0) < 0.0 && self.at_once > 0.0).then(|| square.sqrt())
+    }
 }
 
 /// Slip speed below which friction vanishes, m/s. It permits a division by the speed.
@@ -175,6 +241,31 @@ impl DynamicFriction {
                     rate: [(ageing - speed) / law.distance, 0.0, 0.0],
                 }
             }
+        }
+    }
+
+    /// Friction for small oscillations of the slip speed about steady sliding at a positive speed (m/s).
+    pub fn oscillating(&self, speed: f64) -> OscillatingFriction {
+        let slopes = self.slopes([speed, 0.0, 0.0], self.steady_state(speed));
+        OscillatingFriction {
+            at_once: slopes.coefficient_by_velocity[0][0],
+            delayed: slopes.coefficient_by_state[0][0] * slopes.rate_by_velocity[0][0],
+            relaxation: -slopes.rate_by_state[0][0],
+        }
+    }
+
+    /// The law with a state that follows the speed `factor` times faster; for large factors friction depends on the
+    /// speed alone, and in steady sliding on the same.
+    pub fn with_faster_state(self, factor: f64) -> Self {
+        match self {
+            Self::LuGre(law) => Self::LuGre(LuGre {
+                stiffness: factor * law.stiffness,
+                ..law
+            }),
+            Self::RateAndState(law) => Self::RateAndState(RateAndState {
+                distance: law.distance / factor,
+                ..law
+            }),
         }
     }
 
@@ -460,6 +551,74 @@ mod tests {
         let end = before - 0.02 * ln;
         let ratio = (evolved[5999] - end) / (evolved[4999] - end);
         assert!((ratio - (-1.0_f64).exp()).abs() < 0.01, "{ratio}");
+    }
+
+    /// The slope for an oscillation is the closed form of each law, and that of the driven law at small amplitude.
+    #[test]
+    fn a_fast_oscillation_meets_another_slope_than_a_slow_one() {
+        let speed: f64 = 0.0159;
+        let bristles = LuGre {
+            stiffness: 2e5,
+            damping: 0.5,
+            ..BRISTLES
+        };
+        let [mu, slope] = bristles.steady(speed);
+        for (law, rate) in [
+            (DynamicFriction::LuGre(bristles), 2e5 * speed / mu),
+            (
+                DynamicFriction::RateAndState(AGEING),
+                speed / AGEING.distance,
+            ),
+        ] {
+            let found = law.oscillating(speed);
+            assert!((found.relaxation / rate - 1.0).abs() < 1e-12);
+            for omega in [0.0, 0.3 * rate, rate, 5.0 * rate] {
+                let share = 1.0 / (1.0 + (omega / rate).powi(2));
+                let exact = match law {
+                    DynamicFriction::LuGre(law) => {
+                        let dashpot = law.damping * speed / mu * slope * (1.0 - share);
+                        slope * share + dashpot + law.viscous
+                    }
+                    DynamicFriction::RateAndState(law) => {
+                        (law.direct - law.evolution * share) / speed
+                    }
+                };
+                let got = found.slope(omega);
+                assert!((got / exact - 1.0).abs() < 1e-9, "{law:?}: {got} {exact}");
+                if omega == 0.0 {
+                    continue;
+                }
+                // Work over the second of two periods, V = v + e cos(w t): e^2 pi/w times the slope.
+                let (e, steps) = (1e-4 * speed, 20_000_usize);
+                let periods = 2.0 + (10.0 * omega / rate).ceil();
+                let h = std::f64::consts::TAU / omega / steps as f64;
+                let all = (periods * steps as f64) as usize;
+                let start = law.steady_state(speed)[0];
+                let forces = driven(law, start, h, all, |t| speed + e * (omega * t).cos());
+                let last = all - steps..all;
+                let power = last.map(|k| forces[k] * (omega * (k + 1) as f64 * h).cos());
+                let seen = 2.0 * power.sum::<f64>() / steps as f64 / e;
+                assert!((seen / exact - 1.0).abs() < 1e-3, "{law:?}: {seen} {exact}");
+            }
+            let faster = law.with_faster_state(1e3).oscillating(speed);
+            assert!((faster.slope(0.0) / found.slope(0.0) - 1.0).abs() < 1e-9);
+            assert!((faster.slope(rate) / found.slope(0.0) - 1.0).abs() < 1e-2);
+        }
+        let critical = DynamicFriction::RateAndState(AGEING)
+            .oscillating(speed)
+            .damping_above();
+        let exact = speed / AGEING.distance * (0.03_f64 / 0.01 - 1.0).sqrt();
+        assert!((critical.unwrap() / exact - 1.0).abs() < 1e-12);
+        let weak = RateAndState {
+            evolution: 0.005,
+            ..AGEING
+        };
+        assert_eq!(
+            DynamicFriction::RateAndState(weak)
+                .oscillating(speed)
+                .damping_above(),
+            None
+        );
     }
 
     /// At rest the age of the contact increases with time, and its strength by `b ln`.

@@ -33,35 +33,118 @@ pub(crate) struct Evolving<'a> {
     pub law: &'a DynamicFriction,
     /// Whether friction includes the radial slip velocity.
     pub radial: bool,
-    steady: &'a [SteadyState],
+    steady: &'a SteadyStates,
 }
 
-/// State of friction of a node in steady sliding.
+/// States of friction of all nodes in steady sliding; empty for a law without states.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SteadyStates {
+    /// Number of nodes.
+    count: usize,
+    blocks: Vec<SteadyBlock>,
+}
+
+/// Eight nodes in steady sliding.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SteadyState {
-    state: [f64; 3],
+struct SteadyBlock {
+    state: [Eight; 3],
     /// Computed rate of the state, 1/s.
-    rate: [f64; 3],
+    rate: [Eight; 3],
 }
 
-/// States of all nodes in steady sliding.
-pub(crate) fn steady_states(law: &DynamicFriction, nodes: &Nodes) -> Vec<SteadyState> {
-    let steady = (0..nodes.count).map(|k| {
-        let speed = nodes.blocks[k / LANES].speed.0[k % LANES];
-        let state = law.steady_state(speed);
-        let rate = match speed > 0.0 {
-            true => law.response([speed, 0.0, 0.0], state).rate,
-            // A contact at rest ages: there is no steady state.
-            false => [0.0; 3],
+/// Friction of eight nodes.
+struct BlockResponse {
+    /// Coefficient along the axes of the slip velocity.
+    coefficient: [Eight; 3],
+    /// Rate of the state, 1/s.
+    rate: [Eight; 3],
+}
+
+/// Friction of eight nodes at a slip velocity (m/s) and a state, both by axes.
+struct BlockFriction<'a> {
+    law: &'a DynamicFriction,
+    velocity: &'a [Eight; 3],
+    state: &'a [Eight; 3],
+}
+
+impl WithSimd for BlockFriction<'_> {
+    type Output = BlockResponse;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> BlockResponse {
+        let mut found = BlockResponse {
+            coefficient: [Eight::ZERO; 3],
+            rate: [Eight::ZERO; 3],
         };
-        SteadyState { state, rate }
-    });
-    steady.collect()
+        match self.law {
+            DynamicFriction::LuGre(law) => {
+                for part in 0..parts::<S>() {
+                    let load = |of: &[Eight; 3]| {
+                        [&of[0], &of[1], &of[2]].map(|axis| axis.part(simd, part))
+                    };
+                    let [coefficient, rate] = law.responses(load(self.velocity), load(self.state));
+                    for (out, c) in found.coefficient.iter_mut().zip(coefficient) {
+                        c.store(&mut out.0, part);
+                    }
+                    for (out, rate) in found.rate.iter_mut().zip(rate) {
+                        rate.store(&mut out.0, part);
+                    }
+                }
+            }
+            DynamicFriction::RateAndState(_) => {
+                for lane in 0..LANES {
+                    let [velocity, state] =
+                        [self.velocity, self.state].map(|of| of.map(|axis| axis.0[lane]));
+                    let response = self.law.response(velocity, state);
+                    for (out, c) in found.coefficient.iter_mut().zip(response.coefficient) {
+                        out.0[lane] = c;
+                    }
+                    for (out, rate) in found.rate.iter_mut().zip(response.rate) {
+                        out.0[lane] = rate;
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+impl SteadyStates {
+    /// The states of a law on the nodes of a joint.
+    pub fn new(law: &DynamicFriction, nodes: &Nodes) -> Self {
+        let blocks = nodes.blocks.iter().map(|block| {
+            let mut state = [Eight::ZERO; 3];
+            for (lane, speed) in block.speed.0.into_iter().enumerate() {
+                for (out, s) in state.iter_mut().zip(law.steady_state(speed)) {
+                    out.0[lane] = s;
+                }
+            }
+            // With the instructions of the hot loop: the rate of steady sliding is exactly zero there.
+            let mut rate = pulp::Arch::new()
+                .dispatch(BlockFriction {
+                    law,
+                    velocity: &[block.speed, Eight::ZERO, Eight::ZERO],
+                    state: &state,
+                })
+                .rate;
+            for (lane, speed) in block.speed.0.into_iter().enumerate() {
+                // A contact at rest ages: there is no steady state.
+                if speed <= 0.0 {
+                    rate.iter_mut().for_each(|rate| rate.0[lane] = 0.0);
+                }
+            }
+            SteadyBlock { state, rate }
+        });
+        Self {
+            count: nodes.count,
+            blocks: blocks.collect(),
+        }
+    }
 }
 
 impl<'a> Evolving<'a> {
     /// The law on the nodes of a joint, which slide steadily with these states.
-    pub fn new(law: &'a DynamicFriction, radial: bool, steady: &'a [SteadyState]) -> Self {
+    pub fn new(law: &'a DynamicFriction, radial: bool, steady: &'a SteadyStates) -> Self {
         Self {
             law,
             radial,
@@ -76,12 +159,12 @@ impl<'a> Evolving<'a> {
 
     /// Number of states of all nodes.
     pub fn len(self) -> usize {
-        self.steady.len() * self.states()
+        self.steady.count * self.states()
     }
 
     /// The state of a node in the axes of its sliding frame, from the states relative to steady sliding.
     pub fn state_of(self, node: usize, states: &[f64]) -> [f64; 3] {
-        let mut state = self.steady[node].state;
+        let mut state = self.steady_state(node);
         let own = &states[node * self.states()..][..self.states()];
         for (total, s) in state.iter_mut().zip(own) {
             *total += s;
@@ -89,18 +172,24 @@ impl<'a> Evolving<'a> {
         state
     }
 
+    /// The state of a node in steady sliding, in the axes of its sliding frame.
+    fn steady_state(self, node: usize) -> [f64; 3] {
+        let steady = &self.steady.blocks[node / LANES].state;
+        steady.map(|axis| axis.0[node % LANES])
+    }
+
     /// The coefficient in steady sliding along the first axis.
     pub fn steady_coefficient(self, node: usize, speed: f64) -> f64 {
         let response = self
             .law
-            .response([speed, 0.0, 0.0], self.steady[node].state);
+            .response([speed, 0.0, 0.0], self.steady_state(node));
         response.coefficient[0]
     }
 
     /// The states relative to steady sliding of the same nodes under another loading, whose frames are `to`: bristles
     /// and the age of a contact do not jump with the loading. The frames of this loading are `from`.
     pub fn carried(self, other: Self, [from, to]: [&[[[f64; 3]; 3]]; 2], states: &mut [f64]) {
-        for node in 0..self.steady.len() {
+        for node in 0..self.steady.count {
             let mut state = self.state_of(node, states);
             if self.law.has_vector_state() {
                 let axes = from[node];
@@ -110,7 +199,7 @@ impl<'a> Evolving<'a> {
                 state = to[node].map(|axis| dot(axis, cartesian));
             }
             let own = &mut states[node * self.states()..][..self.states()];
-            for ((s, total), steady) in own.iter_mut().zip(state).zip(other.steady[node].state) {
+            for ((s, total), steady) in own.iter_mut().zip(state).zip(other.steady_state(node)) {
                 *s = total - steady;
             }
         }
@@ -180,6 +269,8 @@ pub(crate) struct EvolvingKernel<'p, 'a> {
 
 /// Motion and normal force of eight nodes.
 struct BlockMotion {
+    /// Index of the block.
+    block: usize,
     slip: [Eight; 3],
     /// Slip velocity without `Omega x u`, m/s.
     unconvected: [Eight; 3],
@@ -211,11 +302,8 @@ impl WithSimd for EvolvingKernel<'_, '_> {
         for block in 0..nodes.blocks.len() {
             let motion = block_motion(simd, &kernel, block);
             let mut force = [Eight::ZERO, Eight::ZERO, motion.normal[0]];
-            let first = block * LANES;
-            for node in first..nodes.count.min(first + LANES) {
-                self.evolving
-                    .node(&motion, node, nodes.modes, kernel.query, &mut force);
-            }
+            self.evolving
+                .block(simd, &motion, nodes.modes, kernel.query, &mut force);
             if kernel.query.audited {
                 power += lost(&motion, &nodes.blocks[block], &force);
             }
@@ -260,6 +348,7 @@ fn block_motion<S: Simd>(
 ) -> BlockMotion {
     let contact = kernel.query.contact;
     let mut found = BlockMotion {
+        block,
         slip: [Eight::ZERO; 3],
         unconvected: [Eight::ZERO; 3],
         normal: [Eight::ZERO; 3],
@@ -294,37 +383,59 @@ fn block_motion<S: Simd>(
 }
 
 impl Evolving<'_> {
-    /// Adds the friction of a node to the force of its block, and writes the rate of its state and its record.
+    /// Adds the friction of a block to its force, and writes the rates of its states and its records.
     #[inline(always)]
-    fn node(
+    fn block<S: Simd>(
         self,
+        simd: S,
         motion: &BlockMotion,
-        node: usize,
         modes: usize,
         query: &mut KernelInput<'_>,
         force: &mut [Eight; 3],
     ) {
-        let lane = node % LANES;
-        let [along, across, outward] = motion.slip.map(|slip| slip.0[lane]);
-        let velocity = [along, across, if self.radial { outward } else { 0.0 }];
-        let state = self.state_of(node, &query.z[2 * modes..]);
-        let response = self.law.response(velocity, state);
-        let normal = motion.normal.map(|normal| normal.0[lane]);
-        for (force, c) in force.iter_mut().zip(response.coefficient) {
-            force.0[lane] += normal[0] * c;
+        let steady = &self.steady.blocks[motion.block];
+        let (count, first) = (self.states(), motion.block * LANES);
+        let lanes = LANES.min(self.steady.count - first);
+        let own = first * count..(first + lanes) * count;
+        let mut velocity = motion.slip;
+        if !self.radial {
+            velocity[2] = Eight::ZERO;
         }
-        let rates = &mut query.out[modes + node * self.states()..][..self.states()];
-        let steady = self.steady[node].rate;
-        for ((out, rate), steady) in rates.iter_mut().zip(response.rate).zip(steady) {
-            *out = rate - steady;
+        let mut state = steady.state;
+        let states = &query.z[2 * modes..][own.clone()];
+        for (lane, relative) in states.chunks_exact(count).enumerate() {
+            for (total, s) in state.iter_mut().zip(relative) {
+                total.0[lane] += s;
+            }
         }
-        if let Some(record) = &mut query.record {
-            let record = &mut record.as_flattened_mut()[node * RECORD..][..RECORD];
-            let (coefficient, slopes) = (response.coefficient, self.law.slopes(velocity, state));
+        let friction = BlockFriction {
+            law: self.law,
+            velocity: &velocity,
+            state: &state,
+        };
+        let response = friction.with_simd(simd);
+        for (force, coefficient) in force.iter_mut().zip(&response.coefficient) {
+            for part in 0..parts::<S>() {
+                let normal = motion.normal[0].part(simd, part);
+                let sum = normal.mul_add(coefficient.part(simd, part), force.part(simd, part));
+                sum.store(&mut force.0, part);
+            }
+        }
+        for (lane, rates) in query.out[modes..][own].chunks_exact_mut(count).enumerate() {
+            for (axis, out) in rates.iter_mut().enumerate() {
+                *out = response.rate[axis].0[lane] - steady.rate[axis].0[lane];
+            }
+        }
+        let Some(record) = &mut query.record else {
+            return;
+        };
+        let records = record.as_flattened_mut()[first * RECORD..].chunks_exact_mut(RECORD);
+        for (lane, record) in records.take(lanes).enumerate() {
+            let of = |axes: &[Eight; 3]| axes.map(|axis| axis.0[lane]);
             NodeRecord {
-                normal,
-                coefficient,
-                slopes,
+                normal: of(&motion.normal),
+                coefficient: of(&response.coefficient),
+                slopes: self.law.slopes(of(&velocity), of(&state)),
             }
             .write(record);
         }

@@ -39,7 +39,9 @@ mod tests;
 pub use assembly::{AssemblyError, BallJoint};
 pub use contact::NodeAction;
 pub use damping::ContactDamping;
-pub use dynamic_friction::{DynamicFriction, LuGre, MAX_NODES_WITH_STATES, RateAndState};
+pub use dynamic_friction::{
+    DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,
+};
 pub use energy::{Energy, Power};
 pub use friction::{Constant, FrictionLaw, Ratio, Stribeck};
 pub use friction_table::FrictionTable;

@@ -9,7 +9,7 @@ use super::contact_force::{
     AsRequired, ContactForceKernel, Force, KernelInput, KernelOutput, Record, SeparatedNodes,
 };
 use super::dynamic_friction::DynamicFriction;
-use super::evolving::{Evolving, EvolvingKernel, SteadyState, steady_states};
+use super::evolving::{Evolving, EvolvingKernel, SteadyStates};
 use super::friction::FrictionLaw;
 use super::friction_kernel::{Curve, Custom, Frictionless};
 use super::nodes::Nodes;
@@ -69,7 +69,7 @@ pub struct Joint {
     pub(crate) nodes: Nodes,
     pub(crate) law: ActiveLaw,
     /// States of friction in steady sliding, one per node; empty for a law of the slip velocity alone.
-    steady_states: Vec<SteadyState>,
+    steady_states: SteadyStates,
     pub(crate) unilateral: bool,
     pub(crate) contact_damping: ContactDamping,
     omega: Vec<f64>,
@@ -108,8 +108,8 @@ impl Joint {
         );
         let nodes = Nodes::new(model);
         let steady_states = match &law {
-            ActiveLaw::Known(Friction::Dynamic { law, .. }) => steady_states(law, &nodes),
-            _ => Vec::new(),
+            ActiveLaw::Known(Friction::Dynamic { law, .. }) => SteadyStates::new(law, &nodes),
+            _ => SteadyStates::default(),
         };
         let mut joint = Self {
             law,

@@ -3,11 +3,11 @@
 use super::axis::Axis;
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
-use crate::study::calibrate::{ParetoFront, Trial, shares};
+use crate::study::calibrate::{MetClaims, ParetoFront, Trial, shares};
 
-/// The shares of the claims on two subjects that each trial meets, with the Pareto front of the trials.
-pub fn calibration_figure(trials: &[Trial], fronts: &[ParetoFront]) -> Figure {
-    let panels = fronts.iter().map(|front| panel(trials, front));
+/// The shares of the known claims on two subjects that each trial meets, with the Pareto front of the trials.
+pub fn calibration_figure(known: &MetClaims, trials: &[Trial], fronts: &[ParetoFront]) -> Figure {
+    let panels = fronts.iter().map(|front| panel(known, trials, front));
     let title = format!(
         "share of the claims that each of {} parameter sets meets, among those that any meets",
         trials.len()
@@ -15,9 +15,11 @@ pub fn calibration_figure(trials: &[Trial], fronts: &[ParetoFront]) -> Figure {
     Figure::new("pareto", title, 70.0, vec![panels.collect()])
 }
 
-fn panel(trials: &[Trial], front: &ParetoFront) -> Panel {
+fn panel(known: &MetClaims, trials: &[Trial], front: &ParetoFront) -> Panel {
     let percent = |shares: [f64; 2]| shares.map(|share| 100.0 * share);
-    let all = shares(trials, front.subjects).into_iter().map(percent);
+    let all = shares(known, trials, front.subjects)
+        .into_iter()
+        .map(percent);
     let best: Vec<_> = front.best.iter().map(|at| percent(at.shares)).collect();
     let hover = front.best.iter().map(|at| format!("set {}", at.trial));
     // Between two of its points the front has a corner, because no set lies beyond either.

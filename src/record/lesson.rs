@@ -182,6 +182,15 @@ pub fn loop_bounds(header: &Header) -> Option<Bounds> {
 pub fn picture_title(picture: &PredictedCurves) -> &'static str {
     match picture.subject {
         CurveQuantity::Friction => "Computed friction curve; dots: steady sliding",
+        CurveQuantity::MeasuredFriction => {
+            "Friction curve; dots: measured points and steady sliding"
+        }
+        CurveQuantity::SlopeByFrequency => {
+            "Computed slope of friction for an oscillation of the speed; dots: the modes"
+        }
+        CurveQuantity::GrowthByTilt => {
+            "Computed growth rate of the fastest mode over the tilt; dots: zero"
+        }
         CurveQuantity::Flutter => {
             "Computed frequencies and growth rate of two coupled modes; dots: this run"
         }
@@ -198,12 +207,19 @@ fn picture_panel(picture: &PredictedCurves) -> Panel {
     let [x_low, x_high] = range(points().map(|p| p[0]));
     let [y_low, y_high] = range(points().map(|p| p[1]));
     let [x, y] = match picture.subject {
-        CurveQuantity::Friction => ["sliding speed, mm/s", "coefficient of friction"],
+        CurveQuantity::Friction | CurveQuantity::MeasuredFriction => {
+            ["sliding speed, mm/s", "coefficient of friction"]
+        }
+        CurveQuantity::SlopeByFrequency => ["frequency, Hz", "slope, s/m"],
+        CurveQuantity::GrowthByTilt => ["tilt, deg", "growth rate, 1/s"],
         CurveQuantity::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
     };
     let names: &[&str] = match (picture.subject, picture.curves.len()) {
         (CurveQuantity::Friction, 1) => &["friction on the belt"],
         (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveQuantity::MeasuredFriction, _) => &["curve through the points"],
+        (CurveQuantity::SlopeByFrequency, _) => &["with the state", "in steady sliding"],
+        (CurveQuantity::GrowthByTilt, _) => &["rising tilt", "falling tilt"],
         (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
     };
     let curves = (0..).zip(&picture.curves).zip(names);
@@ -215,7 +231,7 @@ fn picture_panel(picture: &PredictedCurves) -> Panel {
     Panel::new(
         picture_title(picture),
         Axis::linear(x, [x_low, x_high]),
-        Axis::linear(y, [y_low.min(0.0), 1.1 * y_high]),
+        Axis::linear(y, [y_low.min(0.0), (1.1 * y_high).max(0.0)]),
         curves.chain([marks]).collect(),
     )
 }
@@ -262,6 +278,17 @@ mod tests {
                 paths::LESSON_PREDICTED,
                 paths::LESSON_COMPUTED_CURVES,
                 paths::LESSON_COMPUTED_MARKS,
+            ],
+            Mechanism::Bristles | Mechanism::ContactAge | Mechanism::MeasuredFriction => &[
+                paths::LESSON_VELOCITY_LEVEL,
+                paths::LESSON_PREDICTED,
+                paths::LESSON_COMPUTED_CURVES,
+                paths::LESSON_COMPUTED_MARKS,
+            ],
+            Mechanism::Articulation => &[
+                paths::LESSON_VELOCITY_LEVEL,
+                paths::LESSON_COMPUTED_CURVES,
+                paths::HYSTERESIS_UP,
             ],
             Mechanism::StickSlip => &[paths::PORTRAIT_TRAIL, paths::VELOCITY],
             Mechanism::LiftOff => &[paths::NODES, paths::NODE_COUNTS, paths::CONTACT_FORCE],

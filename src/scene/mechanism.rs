@@ -35,6 +35,14 @@ pub enum Mechanism {
     Torus,
     /// A perturbed trajectory diverges exponentially from the original.
     Chaos,
+    /// Elastic bristles bend before the contact slides, and reduce the slope of friction for fast oscillations.
+    Bristles,
+    /// Friction follows the sliding speed only after a slip distance.
+    ContactAge,
+    /// Friction given by the points of a measurement.
+    MeasuredFriction,
+    /// A joint that turns to and fro squeaks between two tilts of each pass.
+    Articulation,
     /// Predictions of the complex eigenvalues compared with the simulated vibration.
     Prediction,
 }

@@ -161,6 +161,14 @@ impl Scene {
         self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
     }
 
+    /// Returns the scene with another description.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with_about(&self, about: &str) -> Result<Self, SceneError> {
+        self.with_entries([("about", Value::from(about))].into_iter())
+    }
+
     /// Rejects a value for a load or rotation that is a function of time. A tilt is accepted: studies run
     /// through constant tilts.
     fn reject_function(&self, parameter: Parameter) -> Result<(), SceneError> {

@@ -52,6 +52,7 @@ pub const PRESETS: &[Preset] = presets![
     "articulation",
     "bristles",
     "contact-age",
+    "measured-friction",
     "negative-slope",
     "mode-coupling",
     "mass-on-belt",

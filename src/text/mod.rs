@@ -22,8 +22,8 @@ use minijinja::{Error, context};
 use crate::dynamics::{Motion, Sign};
 use crate::number::{quantity, with_error};
 use crate::pipeline::message::{
-    Exponents, FrictionReading, Header, Lesson, Measurements, MechanismPrediction, MotionSegment,
-    Observation, Regime, Subject,
+    Exponents, FrictionMemory, FrictionReading, Header, Lesson, Measurements, MechanismPrediction,
+    MotionSegment, Observation, Regime, Subject,
 };
 use crate::scene::Mechanism;
 use template::{fill, lesson_name};
@@ -168,6 +168,7 @@ fn lesson_values(lesson: &Lesson) -> Value {
     };
     let readings = computed.readings.iter().flatten();
     let exponents = measured.exponents.as_deref();
+    let memory = computed.memory.as_ref();
     context! {
         ln2 => LN_2,
         ln10 => LN_10,
@@ -175,6 +176,8 @@ fn lesson_values(lesson: &Lesson) -> Value {
         measured => Serde(measured),
         readings => readings.map(reading).collect::<Vec<_>>(),
         fastest => computed.fastest(),
+        memory_fastest => memory.and_then(FrictionMemory::fastest),
+        memory_unstable => memory.map(FrictionMemory::unstable_count),
         unstable => Serde(computed.unstable()),
         line => line.map(Serde),
         near => near.map(|mode| mode.label.as_str()),

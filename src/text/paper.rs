@@ -1,5 +1,7 @@
 //! Text for the reproduction of the paper's figures: captions, and the page with the table of claims.
 
+use std::collections::BTreeMap;
+
 use minijinja::context;
 use minijinja::value::Value;
 
@@ -129,6 +131,65 @@ pub fn score_text(score: &Score) -> String {
     ))
 }
 
+/// The description of a scene that is compared with the paper, from the findings and their score: lines of at most 88
+/// characters. `start` says how each tilt was started.
+pub fn description(start: &str, (score, findings): (&Score, &[Finding])) -> String {
+    let claims = findings.iter().map(|finding| {
+        let verdict = match finding.verdict {
+            Verdict::Met => "met",
+            _ => "not met",
+        };
+        let claim = context! {
+            measured => &*finding.measured,
+            expected => &*finding.expected,
+            verdict,
+        };
+        (&*finding.id, claim)
+    });
+    let values = context! {
+        start,
+        strict => format!("{:.0}", 100.0 * score.strict_score),
+        met => score.met,
+        partly => score.partly,
+        not_met => score.not_met,
+        comparable => score.met + score.partly + score.not_met,
+        claims => claims.collect::<BTreeMap<_, _>>(),
+    };
+    let text = or_error_text(fill("paper/scene", values));
+    let paragraphs = text.trim().lines().map(|line| wrapped(line, 88));
+    paragraphs.collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// A paragraph in lines of at most `width` characters, broken at spaces, but not behind a number.
+fn wrapped(paragraph: &str, width: usize) -> String {
+    let mut words: Vec<String> = Vec::new();
+    for word in paragraph.split_whitespace() {
+        match words.last_mut().filter(|last| ends_with_number(last)) {
+            Some(last) => *last = format!("{last} {word}"),
+            None => words.push(word.to_owned()),
+        }
+    }
+    let mut text = String::new();
+    let mut length = 0;
+    for word in &words {
+        let size = word.chars().count();
+        if length > 0 {
+            let fits = length + 1 + size <= width;
+            text.push(if fits { ' ' } else { '\n' });
+            length = if fits { length + 1 } else { 0 };
+        }
+        text += word;
+        length += size;
+    }
+    text
+}
+
+/// Whether the last word of some words is a number.
+fn ends_with_number(words: &str) -> bool {
+    let last = words.rsplit(' ').next();
+    last.is_some_and(|word| word.parse::<f64>().is_ok_and(f64::is_finite))
+}
+
 /// The verdict on a claim, with the deviation of its number or the share of the tilts at which it holds.
 pub fn verdict(finding: &Finding) -> String {
     let name = finding.verdict.name();
@@ -145,5 +206,18 @@ pub fn short_average(finding: &Finding) -> String {
         None => String::new(),
         Some(short) if short.verdict == finding.verdict => "same".to_owned(),
         Some(short) => format!("{}: {}", short.verdict.name(), short.measured),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_paragraph_is_broken_at_spaces() {
+        assert_eq!(wrapped("one two  three", 7), "one two\nthree");
+        assert_eq!(wrapped("unbreakable a", 4), "unbreakable\na");
+        assert_eq!(wrapped("", 4), "");
+        assert_eq!(wrapped("at 4.1 kHz, or", 6), "at\n4.1 kHz,\nor");
     }
 }

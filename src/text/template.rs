@@ -30,6 +30,7 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "paper/caption",
     "paper/page",
     "paper/score",
+    "paper/scene",
     "sweep/point",
     "sweep/about",
     "narration/vibration",
@@ -45,6 +46,10 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "lesson/torus",
     "lesson/chaos",
     "lesson/prediction",
+    "lesson/bristles",
+    "lesson/contact-age",
+    "lesson/measured-friction",
+    "lesson/articulation",
 ];
 
 /// Name of the template of a mechanism's lesson.

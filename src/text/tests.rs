@@ -6,9 +6,10 @@ use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
-    AnalysisKind, Appearance, Coupling, DivergenceFit, Growth, Kick, Measurements,
-    MechanismPrediction, NodeShares, OperatingPoint, SpectralLine, StatusShares, TiltDirection,
-    TiltLoop, TiltedTone, ToneChange, TrajectoryDivergence, Vibration,
+    AnalysisKind, Appearance, Coupling, DivergenceFit, FrictionMemory, Growth, Kick, Measurements,
+    MechanismPrediction, NodeShares, OperatingPoint, SmallFrequency, SpectralLine, SqueakPass,
+    StatusShares, TableReading, TiltDirection, TiltLoop, TiltedTone, ToneChange,
+    TrajectoryDivergence, UnstablePass, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
 use crate::scene::Start;
@@ -217,6 +218,25 @@ fn computed(mechanism: Mechanism) -> MechanismPrediction {
             mu: 0.4,
             critical: Some(0.273),
         }),
+        memory: Some(FrictionMemory {
+            steady_slope: -2.5,
+            follows_up_to_hz: 1e3,
+            damping_above_hz: Some(5e3),
+            fastest_slope: Some(-0.7),
+            modes_of_speed_alone: vec![mode("1st bending", 700.0, 785.0)],
+        }),
+        table: Some(TableReading {
+            points: 9,
+            speeds: [1e-4, 0.02],
+            mu: 0.4,
+            slope: -2.0,
+            secants: Some([-3.0, -1.0]),
+        }),
+        passes: Some(vec![UnstablePass {
+            way: TiltDirection::Up,
+            unstable: Some([-0.12, 0.12]),
+            largest_growth_per_s: 700.0,
+        }]),
         picture: None,
     }
 }
@@ -250,6 +270,11 @@ fn measured() -> Measurements {
             half_width: 1.0,
         }),
         growth_ended: true,
+        small_frequency: Some(SmallFrequency {
+            frequency_hz: 700.4,
+            half_width_hz: 0.3,
+        }),
+        peak_speed: Some(0.03),
         first_level: Some(1e-6),
         level: 0.01,
         at_rest: false,
@@ -282,6 +307,11 @@ fn measured() -> Measurements {
             last_up: Some(0.1),
             back: Some(0.05),
         }),
+        passes: vec![SqueakPass {
+            way: TiltDirection::Up,
+            squeak: Some([-0.11, 0.13]),
+            has_ended: true,
+        }],
         separation: Some([separation; 2]),
         exponents: Some(Arc::new(exponents(&[0.1, 0.1, -4.0], Motion::Free))),
     }

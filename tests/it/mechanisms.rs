@@ -1,19 +1,13 @@
 //! The mechanisms: claims of their scenes and lessons, checked on the records of a run.
 
+mod friction;
 mod run;
+mod turning;
 
 use squeakscope::pipeline::message::{NodeState, Record, TiltDirection, TrajectoryDivergence};
 use squeakscope::scene::{Mechanism, PRESETS, Parameter, Scene};
 
-use run::Run;
-
-fn assert_close(found: f64, expected: f64, tolerance: f64) {
-    let error = (found / expected - 1.0).abs();
-    assert!(
-        error < tolerance,
-        "{found} differs from {expected} by more than {tolerance}"
-    );
-}
+use run::{Run, assert_close};
 
 #[test]
 fn every_mechanism_has_a_scene() {
@@ -97,6 +91,8 @@ fn numbers_are_independent_of_the_playback_speed() {
         ("stick-slip", 55.0),
         ("which-mode-wins", 30.0),
         ("tilt-ramp", 30.0),
+        ("bristles", 30.0),
+        ("articulation", 60.0),
     ] {
         let scene = Scene::load(name).expect("preset");
         let scene = scene.with_duration(duration_ms).expect("valid");

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::direction::TiltDirection;
 use crate::joint::NamedMode;
 use crate::scene::{Mechanism, Start};
 
@@ -27,6 +28,12 @@ pub struct MechanismPrediction {
     pub readings: Option<[FrictionReading; 2]>,
     /// Two modes that friction couples.
     pub coupling: Option<Coupling>,
+    /// Friction with a state, for small oscillations.
+    pub memory: Option<FrictionMemory>,
+    /// A measured friction curve at the sliding speed.
+    pub table: Option<TableReading>,
+    /// Passes of a joint that turns to and fro, from one reversal to the next, in order of time.
+    pub passes: Option<Vec<UnstablePass>>,
     /// Curves to draw.
     #[serde(skip)]
     pub picture: Option<PredictedCurves>,
@@ -45,6 +52,62 @@ pub struct FrictionReading {
     pub slope: f64,
     /// Linearised modes under this curve.
     pub modes: Vec<NamedMode>,
+}
+
+/// A friction law with a state, for small oscillations about steady sliding; see
+/// [`OscillatingFriction`](crate::joint::OscillatingFriction).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrictionMemory {
+    /// Slope of the coefficient in steady sliding, s/m.
+    pub steady_slope: f64,
+    /// Frequency at which an oscillation is as fast as the state follows the speed, Hz.
+    pub follows_up_to_hz: f64,
+    /// Frequency above which friction damps although it falls with the speed in steady sliding, Hz.
+    pub damping_above_hz: Option<f64>,
+    /// Slope that acts at the frequency of the mode with the largest growth rate, s/m.
+    pub fastest_slope: Option<f64>,
+    /// Linearised modes if friction depended on the speed alone, as in steady sliding.
+    pub modes_of_speed_alone: Vec<NamedMode>,
+}
+
+impl FrictionMemory {
+    /// Largest growth rate of a mode if friction depended on the speed alone, 1/s.
+    pub fn fastest(&self) -> Option<f64> {
+        fastest(&self.modes_of_speed_alone)
+    }
+
+    /// Number of unstable modes if friction depended on the speed alone.
+    pub fn unstable_count(&self) -> usize {
+        unstable(&self.modes_of_speed_alone).len()
+    }
+}
+
+/// A measured friction curve at the sliding speed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TableReading {
+    /// Number of points.
+    pub points: usize,
+    /// Speeds of the first and the last point, m/s.
+    pub speeds: [f64; 2],
+    /// Coefficient of friction at the sliding speed.
+    pub mu: f64,
+    /// Slope of the curve at the sliding speed, s/m.
+    pub slope: f64,
+    /// Slopes of the straight lines through neighbouring points, s/m: the smallest and the largest of the interval with
+    /// the sliding speed and of those beside it. `None` outside the points.
+    pub secants: Option<[f64; 2]>,
+}
+
+/// Growth of small vibrations while a joint turns from one reversal to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UnstablePass {
+    /// Direction in which the tilt changes.
+    pub way: TiltDirection,
+    /// Tilts between which a mode grows, in order of time, rad: where the largest growth rate exceeds zero first, and
+    /// where it falls below zero last.
+    pub unstable: Option<[f64; 2]>,
+    /// Largest growth rate of the pass, 1/s.
+    pub largest_growth_per_s: f64,
 }
 
 /// Coefficient of friction of two coupled modes, and the critical value for flutter.
@@ -73,6 +136,15 @@ pub enum CurveQuantity {
     /// Coefficient of friction versus sliding speed, mm/s: of the scene, and with the slope factors exchanged
     /// if that is the mechanism.
     Friction,
+    /// Coefficient of a measured friction curve versus sliding speed, mm/s; the operating point and the points of the
+    /// measurement.
+    MeasuredFriction,
+    /// Slope of friction, s/m, versus the frequency of an oscillation of the speed, Hz: with the state of the law,
+    /// and in steady sliding.
+    SlopeByFrequency,
+    /// Largest growth rate of a mode, 1/s, versus the tilt, deg: in the first pass with rising and with falling
+    /// tilt of a joint that turns.
+    GrowthByTilt,
     /// Versus the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
     /// the growth rate, 1/s.
     Flutter,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
+use super::direction::TiltDirection;
 use super::frame::{Exponents, Kick};
 use super::observation::TrajectoryDivergence;
 use crate::analysis::{Regime, SpectralLine};
@@ -28,6 +29,10 @@ pub struct Measurements {
     pub growth: Option<Growth>,
     /// Whether the linear growth has ended: the vibration has become too large for the linear theory.
     pub growth_ended: bool,
+    /// Frequency while the vibration is small.
+    pub small_frequency: Option<SmallFrequency>,
+    /// Peak speed: largest magnitude of the velocity in the last 25 ms, m/s.
+    pub peak_speed: Option<f64>,
     /// First nonzero level, m/s.
     pub first_level: Option<f64>,
     /// Velocity level: RMS over the last half natural period, m/s.
@@ -52,8 +57,10 @@ pub struct Measurements {
     pub leader: Option<String>,
     /// Present tilt, rad.
     pub tilt: Option<f64>,
-    /// Strongest spectral line while the tilt rises and falls, if hysteresis is the mechanism.
+    /// Strongest spectral line while the tilt rises and falls, if hysteresis or articulation is the mechanism.
     pub tilts: Option<TiltLoop>,
+    /// The squeak in each pass of a joint that turns to and fro, if articulation is the mechanism.
+    pub passes: Vec<SqueakPass>,
     /// Distance of the perturbed trajectory: first and last value.
     pub separation: Option<[TrajectoryDivergence; 2]>,
     /// Last Lyapunov exponents.
@@ -68,6 +75,26 @@ pub struct Growth {
     pub rate: f64,
     /// Half-width of its 95 % confidence interval, 1/s.
     pub half_width: f64,
+}
+
+/// The frequency of a small vibration with its confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SmallFrequency {
+    /// Mean frequency, Hz.
+    pub frequency_hz: f64,
+    /// Half-width of its 95 % confidence interval, Hz.
+    pub half_width_hz: f64,
+}
+
+/// The squeak while a joint turns in one direction, from one reversal to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SqueakPass {
+    /// Direction in which the tilt changes.
+    pub way: TiltDirection,
+    /// Tilts at which the velocity level first and last exceeded a twentieth of the largest sliding speed, rad.
+    pub squeak: Option<[f64; 2]>,
+    /// Whether the level has been lower since then, for 5 ms.
+    pub has_ended: bool,
 }
 
 /// Shares of contact nodes that stick or have separated.
@@ -149,14 +176,4 @@ pub struct TiltedTone {
     pub way: TiltDirection,
     /// Frequency of the line, Hz.
     pub frequency: f64,
-}
-
-/// Direction in which a tilt changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TiltDirection {
-    /// Rising, or at the maximum.
-    Up,
-    /// Falling, or at the minimum after a fall.
-    Down,
 }

@@ -1,6 +1,7 @@
 //! Messages of a run: frames from the simulation, records to a sink.
 
 mod computed;
+mod direction;
 mod frame;
 mod header;
 mod lesson;
@@ -11,8 +12,10 @@ mod segment;
 pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
-    Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
+    Coupling, CurveQuantity, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
+    TableReading, UnstablePass,
 };
+pub use direction::TiltDirection;
 pub use frame::{
     ContactReduction, ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState,
     PatchGeometry, PatchSnapshot, PerturbedSamples,
@@ -22,8 +25,8 @@ pub use header::{
     StatusInfo, StatusKind, Subject,
 };
 pub use lesson::{
-    Growth, Lesson, LevelSample, Measurements, NodeShares, StatusShares, TiltDirection, TiltLoop,
-    TiltedTone, ToneChange,
+    Growth, Lesson, LevelSample, Measurements, NodeShares, SmallFrequency, SqueakPass,
+    StatusShares, TiltLoop, TiltedTone, ToneChange,
 };
 pub use observation::{
     Appearance, DivergenceFit, Observation, OperatingPoint, TrajectoryDivergence, Vibration,

@@ -28,7 +28,11 @@ impl Layout {
             Mechanism::NegativeSlope | Mechanism::ModeCoupling => {
                 self.growth_views(header, computed)
             }
-            Mechanism::ExchangedFriction => self.growth_views(header, computed),
+            Mechanism::ExchangedFriction
+            | Mechanism::Bristles
+            | Mechanism::ContactAge
+            | Mechanism::MeasuredFriction => self.growth_views(header, computed),
+            Mechanism::Articulation => self.turning_views(header, computed),
             Mechanism::StickSlip | Mechanism::LiftOff => self.contact_views(header, spec),
             Mechanism::WhichModeWins | Mechanism::Prediction => self.modes_views(header, spec),
             Mechanism::Hysteresis => self.loop_views(header),
@@ -45,16 +49,8 @@ impl Layout {
         header: &Header,
         computed: &MechanismPrediction,
     ) -> Option<ContainerLike> {
-        let level = self.many_series(
-            "Velocity level: log₁₀ of mm/s (blue); computed growth (orange)",
-            &[paths::LESSON_VELOCITY_LEVEL, paths::LESSON_PREDICTED],
-            Corner2D::RightBottom,
-        );
-        let picture = computed.picture.as_ref().map(|picture| {
-            let bounds = lesson::picture_bounds(picture);
-            let title = lesson::picture_title(picture);
-            self.picture(title, paths::LESSON_COMPUTED, bounds)
-        });
+        let level = self.level_series();
+        let picture = self.computed_picture(computed);
         let portrait = self.portrait();
         let top = Parts::new().add(1.0, picture).add(0.8, portrait).row();
         let below = match &header.subject {
@@ -135,6 +131,49 @@ impl Layout {
             .add(0.6, spectrogram)
             .add(0.35, tilt)
             .column()
+    }
+
+    /// The strongest line over the tilt, and the computed growth rate over the tilt, both ways.
+    fn turning_views(
+        &mut self,
+        header: &Header,
+        computed: &MechanismPrediction,
+    ) -> Option<ContainerLike> {
+        let tones = lesson::loop_bounds(header).map(|bounds| {
+            let name = "Strongest line over tilt: increasing (blue), decreasing (orange)";
+            self.picture(name, paths::HYSTERESIS, bounds)
+        });
+        let growth = self.computed_picture(computed);
+        let spectrogram = self.spectrogram(header);
+        let level = self.level_series();
+        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let top = Parts::new().add(1.0, growth).add(1.0, tones).row();
+        Parts::new()
+            .add(1.0, top)
+            .add(0.6, spectrogram)
+            .add(0.4, level)
+            .add(0.35, tilt)
+            .column()
+    }
+
+    /// Velocity level and its computed growth.
+    fn level_series(&mut self) -> ContainerLike {
+        self.many_series(
+            "Velocity level: log₁₀ of mm/s (blue); computed growth (orange)",
+            &[paths::LESSON_VELOCITY_LEVEL, paths::LESSON_PREDICTED],
+            Corner2D::RightBottom,
+        )
+    }
+
+    /// The computed curves, if there are any.
+    fn computed_picture(&mut self, computed: &MechanismPrediction) -> Option<ContainerLike> {
+        let picture = computed.picture.as_ref()?;
+        let bounds = lesson::picture_bounds(picture);
+        Some(self.picture(
+            lesson::picture_title(picture),
+            paths::LESSON_COMPUTED,
+            bounds,
+        ))
     }
 
     /// Spectrum, phase portrait, delay embedding and Poincaré section of a torus.

@@ -1,6 +1,6 @@
 //! Checks that a scene can demonstrate its mechanism: the lesson must have something to measure.
 
-use crate::joint::Friction;
+use crate::joint::{DynamicFriction, Friction};
 use crate::scene::document::Document;
 use crate::scene::error::SceneError;
 use crate::scene::mechanism::Mechanism;
@@ -45,6 +45,10 @@ fn missing_requirement(scene: &Scene, mechanism: Mechanism) -> Option<Requiremen
         M::WhichModeWins | M::Prediction => vec![(joint(subject).is_none(), JOINT)],
         M::Hysteresis => vec![(!has_tilt_maximum(scene), TILT_MAXIMUM)],
         M::Torus => Vec::new(),
+        M::Bristles => vec![(!has_bristles(subject), BRISTLES)],
+        M::ContactAge => vec![(!has_contact_age(subject), CONTACT_AGE)],
+        M::MeasuredFriction => vec![(!has_measured_friction(subject), MEASURED_FRICTION)],
+        M::Articulation => vec![(!turns(subject), TURNING)],
         M::Chaos => vec![(
             scene.analysis.perturbed_trajectory.is_none(),
             PERTURBED_TRAJECTORY,
@@ -87,6 +91,22 @@ const TILT_MAXIMUM: Requirement = (
     "requires a tilt that increases and decreases again within the run",
     "add [[load.tilt]] knots for such a ramp",
 );
+const BRISTLES: Requirement = (
+    "requires friction with elastic bristles",
+    "use a joint with friction.law = \"lugre\"",
+);
+const CONTACT_AGE: Requirement = (
+    "requires friction with the age of the contact",
+    "use a joint with friction.law = \"rate-and-state\"",
+);
+const MEASURED_FRICTION: Requirement = (
+    "requires a measured friction curve",
+    "use a joint with friction.law = \"table\"",
+);
+const TURNING: Requirement = (
+    "requires a rotation that moves the contact patch",
+    "use a joint with rotation.moves_patch = true",
+);
 const PERTURBED_TRAJECTORY: Requirement = (
     "requires a perturbed trajectory",
     "add [analysis.perturbed_trajectory]",
@@ -123,6 +143,40 @@ fn can_separate(scene: &Scene) -> bool {
 
 fn has_two_slopes(subject: &SystemSpec) -> bool {
     joint(subject).is_some_and(|joint| matches!(joint.spec.friction, Friction::Stribeck { .. }))
+}
+
+fn has_bristles(subject: &SystemSpec) -> bool {
+    let lugre = |joint: &LoadedJoint| {
+        matches!(
+            joint.spec.friction,
+            Friction::Dynamic {
+                law: DynamicFriction::LuGre(_),
+                ..
+            }
+        )
+    };
+    joint(subject).is_some_and(lugre)
+}
+
+fn has_contact_age(subject: &SystemSpec) -> bool {
+    let rate_and_state = |joint: &LoadedJoint| {
+        matches!(
+            joint.spec.friction,
+            Friction::Dynamic {
+                law: DynamicFriction::RateAndState(_),
+                ..
+            }
+        )
+    };
+    joint(subject).is_some_and(rate_and_state)
+}
+
+fn has_measured_friction(subject: &SystemSpec) -> bool {
+    joint(subject).is_some_and(|joint| matches!(joint.spec.friction, Friction::Table { .. }))
+}
+
+fn turns(subject: &SystemSpec) -> bool {
+    joint(subject).is_some_and(LoadedJoint::patch_moves)
 }
 
 /// Whether the maximum tilt exceeds both the first and the last tilt.

@@ -26,14 +26,15 @@ pub struct FrontPoint {
     pub shares: [f64; 2],
 }
 
-/// The claims that some trial meets, and their weights by subject.
-struct Known {
+/// The claims that some trial of a search meets, and their weights by subject.
+pub struct MetClaims {
     claims: Vec<Claim>,
     totals: HashMap<Subject, f64>,
 }
 
-impl Known {
-    fn new(trials: &[Trial]) -> Self {
+impl MetClaims {
+    /// The claims that some of the trials meets.
+    pub fn of(trials: &[Trial]) -> Self {
         let held = |claim: &Claim| trials.iter().any(|trial| trial.meets(&claim.id));
         let claims: Vec<Claim> = claims().into_iter().filter(held).collect();
         let mut totals = HashMap::new();
@@ -51,19 +52,18 @@ impl Known {
     }
 }
 
-/// Shares of the claims on two subjects that each trial meets, by weight, among the claims that some trial meets.
-pub fn shares(trials: &[Trial], subjects: [Subject; 2]) -> Vec<[f64; 2]> {
-    let known = Known::new(trials);
+/// Shares of the known claims on two subjects that each trial meets, by weight.
+pub fn shares(known: &MetClaims, trials: &[Trial], subjects: [Subject; 2]) -> Vec<[f64; 2]> {
     let of = |trial| subjects.map(|subject| known.share(trial, subject));
     trials.iter().map(of).collect()
 }
 
 /// The Pareto fronts of all pairs of subjects.
-pub fn pareto_fronts(trials: &[Trial]) -> Vec<ParetoFront> {
+pub fn pareto_fronts(known: &MetClaims, trials: &[Trial]) -> Vec<ParetoFront> {
     Subject::PAIRS
         .map(|subjects| ParetoFront {
             subjects,
-            best: front(&shares(trials, subjects)),
+            best: front(&shares(known, trials, subjects)),
         })
         .into()
 }
@@ -93,12 +93,11 @@ fn front(shares: &[[f64; 2]]) -> Vec<FrontPoint> {
     points
 }
 
-/// Pairs of claims, each of which some trial meets, that no trial meets together.
-pub fn never_together(trials: &[Trial]) -> Vec<[String; 2]> {
-    let known = Known::new(trials).claims;
+/// Pairs of known claims that no trial meets together.
+pub fn never_together(known: &MetClaims, trials: &[Trial]) -> Vec<[String; 2]> {
     let mut pairs = Vec::new();
-    for (k, first) in known.iter().enumerate() {
-        for second in &known[k + 1..] {
+    for (k, first) in known.claims.iter().enumerate() {
+        for second in &known.claims[k + 1..] {
             let both = |trial: &Trial| trial.meets(&first.id) && trial.meets(&second.id);
             if !trials.iter().any(both) {
                 pairs.push([first.id.clone(), second.id.clone()]);

@@ -27,7 +27,7 @@ use super::sweep::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::scene::{Parameter, Scene};
 use cma::Cma;
-pub use fronts::{FrontPoint, ParetoFront, never_together, pareto_fronts, shares};
+pub use fronts::{FrontPoint, MetClaims, ParetoFront, never_together, pareto_fronts, shares};
 pub use screening::Screening;
 use screening::screen;
 pub use space::{Candidate, StartingWay};

@@ -16,10 +16,8 @@ pub struct Trial {
     /// Strict score (`Score`): share of the comparable claims that are met, by weight, 0 to 1.
     pub score: f64,
     /// Fitness by which candidates are ranked, 0 to 1 (`fitness`): how close the claims are to holding.
-    #[serde(rename = "fitness")]
     pub fitness: f64,
     /// Claims held: the name of each claim that is met or partly met, with the share to which it holds, 0 to 1.
-    #[serde(rename = "claims_held")]
     pub claims_held: Vec<(String, f64)>,
     /// Claims missed: the name of each claim that can be compared but does not hold at any tilt.
     pub claims_missed: Vec<String>,

@@ -146,7 +146,91 @@ pub fn friction() -> BoxedStrategy<String> {
             points.join(", ")
         )
     });
-    prop_oneof![3 => falling, 1 => level, 1 => measured].boxed()
+    prop_oneof![3 => falling, 1 => level, 1 => measured, 1 => bristles(), 1 => contact_age()]
+        .boxed()
+}
+
+/// LuGre friction.
+fn bristles() -> BoxedStrategy<String> {
+    let optional = |key: &'static str, most| {
+        let line = positive(1e-6, most).prop_map(move |x| format!("friction.{key} = {x}\n"));
+        prop_oneof![1 => Just(String::new()), 1 => line]
+    };
+    (
+        [positive(1e-3, 10.0), positive(1e-3, 10.0)],
+        positive(1e2, 1e9),
+        optional("bristle_damping_s_per_m", 1e4),
+        optional("viscous_s_per_m", 1e4),
+        optional("stribeck_slope_s_per_m", 1e6),
+    )
+        .prop_map(|([mu_s, mu_d], stiffness, damping, viscous, slope)| {
+            format!(
+                "friction.law = \"lugre\"\nfriction.mu_s = {mu_s}\nfriction.mu_d = {mu_d}\n\
+                 friction.bristle_stiffness_per_m = {stiffness}\n{damping}{viscous}{slope}"
+            )
+        })
+        .boxed()
+}
+
+/// Rate-and-state friction, mostly with a direct effect that is large enough for its coefficient.
+fn contact_age() -> BoxedStrategy<String> {
+    (
+        positive(1e-2, 3.0),
+        positive(1e-2, 1.0),
+        number(0.0, 1.0),
+        positive(1e-9, 1e3),
+        positive(1e-3, 1e5),
+    )
+        .prop_map(|(mu, direct, evolution, speed, distance)| {
+            format!(
+                "friction.law = \"rate-and-state\"\nfriction.mu_0 = {mu}\n\
+                 friction.direct_effect = {direct}\nfriction.evolution_effect = {evolution}\n\
+                 friction.reference_speed_m_per_s = {speed}\nfriction.slip_distance_um = {distance}\n"
+            )
+        })
+        .boxed()
+}
+
+/// Load and tilt, constant or changing within the run, and a rotation that changes or moves the patch.
+fn loading() -> BoxedStrategy<String> {
+    let load = || positive(1e-6, 1e6);
+    let tilt = || number(-90.0, 90.0);
+    let constant = (load(), tilt())
+        .prop_map(|(load, tilt)| format!("load.load_n = {load}\nload.tilt_deg = {tilt}\n"));
+    let stepped = (load(), positive(0.3, 3.0), tilt()).prop_map(|(load, ratio, tilt)| {
+        format!(
+            "load.load_steps = [{{ time_ms = 0, load_n = {load} }}, \
+             {{ time_ms = 0.4, load_n = {:?} }}]\nload.tilt_deg = {tilt}\n",
+            (number_of(&load) * number_of(&ratio)).clamp(1e-6, 1e6)
+        )
+    });
+    let tilted = (load(), number(-60.0, 60.0), number(-5.0, 5.0)).prop_map(|(load, tilt, step)| {
+        format!(
+            "load.load_n = {load}\nload.tilt = [{{ time_ms = 0, tilt_deg = {tilt} }}, \
+             {{ time_ms = 0.8, tilt_deg = {:?} }}]\n",
+            number_of(&tilt) + number_of(&step)
+        )
+    });
+    let turning = (load(), number(-30.0, 30.0), any::<bool>()).prop_map(|(load, tilt, reverses)| {
+        let factor = match reverses {
+            true => "rotation.factor_sine = { mean = 0, amplitude = 3, frequency_hz = 700 }\n",
+            false => "",
+        };
+        format!("load.load_n = {load}\nload.tilt_deg = {tilt}\nrotation.moves_patch = true\n{factor}")
+    });
+    let carry = prop_oneof![
+        1 => Just(String::new()),
+        1 => Just("time.carry = \"displacement\"\n".to_owned()),
+    ];
+    let loading = prop_oneof![4 => constant, 1 => stepped, 1 => tilted, 1 => turning];
+    (loading, carry)
+        .prop_map(|(loading, carry)| loading + &carry)
+        .boxed()
+}
+
+/// The number of a text of [`number`] or [`positive`].
+fn number_of(text: &str) -> f64 {
+    text.parse().expect("a number")
 }
 
 /// Contact damping of either law.
@@ -170,21 +254,22 @@ pub fn joint_scene() -> BoxedStrategy<String> {
         let line = value.prop_map(move |value| format!("{key} = {value}\n"));
         prop_oneof![2 => Just(String::new()), 1 => line].boxed()
     });
-    let required = [
-        ("load.load_n", positive(1e-6, 1e6)),
-        ("load.tilt_deg", number(-90.0, 90.0)),
-    ];
-    let required =
-        required.map(|(key, value)| value.prop_map(move |v| format!("{key} = {v}\n")).boxed());
     let blocks = [dimensions(), modes(), contact_damping()];
     let blocks = blocks.map(|block| prop_oneof![2 => Just(String::new()), 1 => block].boxed());
     let lines: Vec<_> = optional
         .chain(blocks)
-        .chain(required)
-        .chain([friction()])
+        .chain([loading(), friction()])
         .collect();
     lines
-        .prop_map(|lines| {
+        .prop_map(|mut lines| {
+            // Friction with states has no creep region.
+            let law = lines.last().cloned().unwrap_or_default();
+            if ["lugre", "rate-and-state"]
+                .iter()
+                .any(|name| law.contains(name))
+            {
+                lines.retain(|line| !line.starts_with("friction.creep_slope"));
+            }
             format!(
                 "{}time.duration_ms = 1.0\ntime.frame_samples = 2\nrecord.energy_rate_khz = 100\n",
                 lines.concat()

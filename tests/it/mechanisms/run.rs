@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use squeakscope::pipeline::message::{
-    DisplayRates, Header, LevelSample, MechanismPrediction, PatchSnapshot, Record, SpectralLine,
+    DisplayRates, Header, LevelSample, Measurements, MechanismPrediction, PatchSnapshot, Record,
+    SpectralLine,
 };
 use squeakscope::pipeline::{Analyser, Monitor, controllable_source, run};
 use squeakscope::scene::Scene;
@@ -72,6 +73,16 @@ impl Run {
     pub fn lessons(&self) -> Vec<(f64, &str)> {
         let lessons = self.lessons.iter();
         lessons.map(|(time, text)| (*time, text.as_str())).collect()
+    }
+
+    /// The measurements of the last lesson.
+    pub fn measured(&self) -> &Measurements {
+        let mut records = self.records.iter().rev();
+        let last = records.find_map(|record| match record {
+            Record::Lesson(lesson) => Some(&lesson.measured),
+            _ => None,
+        });
+        last.expect("a lesson")
     }
 
     pub fn last_lesson(&self) -> &str {
@@ -168,8 +179,16 @@ impl Run {
     }
 }
 
-fn changed(name: &str, from: &str, to: &str) -> Scene {
+pub fn changed(name: &str, from: &str, to: &str) -> Scene {
     let text = Scene::load(name).expect("preset").text;
     assert!(text.contains(from), "{name} has no `{from}`");
     Scene::parse(&format!("{name}.toml"), text.replacen(from, to, 1)).expect("valid")
+}
+
+pub fn assert_close(found: f64, expected: f64, tolerance: f64) {
+    let error = (found / expected - 1.0).abs();
+    assert!(
+        error < tolerance,
+        "{found} differs from {expected} by more than {tolerance}"
+    );
 }

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::level::Level;
 use super::tilt_history::TiltHistory;
-use crate::analysis::{LineFit, Regime};
+use super::turning::Turning;
+use crate::analysis::Regime;
 use crate::pipeline::message::{
-    ContactSample, Exponents, Frame, Growth, Header, JointInfo, Measurements, MechanismPrediction,
+    ContactSample, Exponents, Frame, Header, JointInfo, Measurements, MechanismPrediction,
     NodeShares, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone, TrajectoryDivergence,
 };
 use crate::scene::{AnalysisSpec, Mechanism};
@@ -21,9 +23,12 @@ pub struct LessonMeasurements {
     kinds: Vec<StatusKind>,
     leaders: DominantModes,
     tilts: Option<TiltHistory>,
+    turning: Option<Turning>,
     dt: f64,
     /// Level below which the vibration is at rest, m/s.
     rest: f64,
+    /// Largest magnitude of the velocity since the last evaluation, m/s.
+    fastest: f64,
     /// Index of the next counts of contact nodes and of the next energy sample of the present frame.
     next: [usize; 2],
     /// Measurements so far; those averaged over 25 ms have the values of the last interval.
@@ -66,9 +71,16 @@ impl LessonMeasurements {
             statuses: StatusCounts::default(),
             kinds,
             leaders: DominantModes::new(header.joint()),
-            tilts: (computed.mechanism == Mechanism::Hysteresis).then(|| TiltHistory::new(window)),
+            tilts: matches!(
+                computed.mechanism,
+                Mechanism::Hysteresis | Mechanism::Articulation
+            )
+            .then(|| TiltHistory::new(window)),
+            turning: (computed.mechanism == Mechanism::Articulation)
+                .then(|| Turning::new(SMALL * computed.sliding_speed)),
             dt: 1.0 / header.sample_rate,
             rest: header.rest_speed,
+            fastest: 0.0,
             next: [0; 2],
             so_far: Measurements::default(),
         }
@@ -81,6 +93,14 @@ impl LessonMeasurements {
             StageResult::Lines(lines) => {
                 let strongest = lines.first().map(|line| line.frequency);
                 self.so_far.lines = lines;
+                // A line of a silent joint is no tone.
+                if self
+                    .turning
+                    .as_ref()
+                    .is_some_and(|turning| !turning.squeaks())
+                {
+                    return None;
+                }
                 self.tilts.as_mut()?.add_line(time, strongest?)
             }
             StageResult::TrajectoryDivergence(divergence) => {
@@ -111,6 +131,9 @@ impl LessonMeasurements {
         if let Some(tilts) = &mut self.tilts {
             tilts.set_tilt(frame.t0, frame.tilt);
         }
+        if let Some(turning) = &mut self.turning {
+            turning.set_tilt(frame.tilt);
+        }
     }
 
     /// Processes a sample. Returns whether it completes a segment of the level.
@@ -122,14 +145,20 @@ impl LessonMeasurements {
             self.next[0] += 1;
         }
         while let Some(energy) = frame.energy.get(self.next[1]).filter(|e| e.time <= until) {
-            let ended = self.level.ended.is_some();
+            let ended = self.level.has_ended();
             self.leaders.push(&energy.modal, ended);
             self.next[1] += 1;
         }
         if let Some(&status) = frame.status.get(k) {
             self.statuses.push(self.kinds[usize::from(status)]);
         }
-        self.level.push(time, frame.velocity[k])
+        let speed = frame.velocity[k].abs();
+        self.fastest = self.fastest.max(speed);
+        let completed = self.level.push(time, frame.velocity[k]);
+        if let Some(turning) = self.turning.as_mut().filter(|_| completed) {
+            turning.push(time, self.level.last);
+        }
+        completed
     }
 
     /// Evaluates the counts since the last call.
@@ -137,107 +166,27 @@ impl LessonMeasurements {
         self.so_far.nodes = self.nodes.take();
         self.so_far.statuses = self.statuses.take(self.dt);
         self.so_far.leader = self.leaders.evaluate();
+        self.so_far.peak_speed = Some(std::mem::take(&mut self.fastest));
     }
 
     /// The measurements so far.
     pub fn measurements(&self) -> Measurements {
         Measurements {
             growth: self.level.growth(),
-            growth_ended: self.level.ended.is_some(),
+            growth_ended: self.level.has_ended(),
+            small_frequency: self.level.frequency(),
             first_level: self.level.first,
             level: self.level.last,
             at_rest: self.level.segments > 0 && self.level.last < self.rest,
             leader_at_end: self.leaders.at_growth_end.clone(),
             tilts: self.tilts.as_ref().map(TiltHistory::summary),
+            passes: self
+                .turning
+                .as_ref()
+                .map(Turning::passes)
+                .unwrap_or_default(),
             ..self.so_far.clone()
         }
-    }
-}
-
-/// RMS level of the velocity in segments, and its growth rate while the vibration is small.
-///
-/// The decaying part of a kick must vanish before the growth rate can be measured. The fit therefore starts
-/// when the level has risen by the factor [`Level::START_RATIO`], or after [`Level::START_SEGMENTS`]
-/// segments.
-pub struct Level {
-    /// Samples per segment: half the lowest natural period, the period of the square of a sine.
-    segment: usize,
-    /// Level up to which the vibration is small, m/s.
-    limit: f64,
-    squares: f64,
-    count: usize,
-    segments: u64,
-    /// RMS velocity of the last segment, m/s.
-    pub last: f64,
-    /// RMS velocity of the first nonzero segment, m/s.
-    first: Option<f64>,
-    /// Time (s) and level (m/s) at the start of the fit.
-    anchor: Option<[f64; 2]>,
-    line: LineFit,
-    /// Time at which the vibration became too large for the linear theory, s.
-    ended: Option<f64>,
-}
-
-impl Level {
-    /// Factor on the first level, see [`Level`].
-    const START_RATIO: f64 = 3.0;
-    const START_SEGMENTS: u64 = 40;
-
-    fn new(segment: usize, limit: f64) -> Self {
-        Self {
-            segment,
-            limit,
-            squares: 0.0,
-            count: 0,
-            segments: 0,
-            last: 0.0,
-            first: None,
-            anchor: None,
-            line: LineFit::default(),
-            ended: None,
-        }
-    }
-
-    /// Processes a velocity (m/s). Returns whether it completes a segment.
-    fn push(&mut self, time: f64, velocity: f64) -> bool {
-        self.squares += velocity * velocity;
-        self.count += 1;
-        if self.count < self.segment {
-            return false;
-        }
-        self.last = (self.squares / self.count as f64).sqrt();
-        (self.squares, self.count) = (0.0, 0);
-        self.segments += 1;
-        if self.last == 0.0 {
-            return true;
-        }
-        let first = *self.first.get_or_insert(self.last);
-        if self.last > Self::START_RATIO * first || self.segments >= Self::START_SEGMENTS {
-            self.anchor.get_or_insert([time, self.last]);
-        }
-        if self.last > self.limit {
-            self.ended.get_or_insert(time);
-        }
-        if self.anchor.is_some() && self.ended.is_none() {
-            self.line.push(time, self.last.ln());
-        }
-        true
-    }
-
-    /// Slope of the straight line fitted to the logarithm of the level while the vibration is small.
-    fn growth(&self) -> Option<Growth> {
-        let fit = self.line.fit()?;
-        Some(Growth {
-            rate: fit.slope,
-            half_width: fit.half_width,
-        })
-    }
-
-    /// Predicted level at a time (s) for growth at a rate (1/s) since the start of the fit; `None` before it,
-    /// and once the vibration is no longer small.
-    pub fn predicted(&self, time: f64, rate: f64) -> Option<f64> {
-        let [since, level] = self.anchor.filter(|_| self.ended.is_none())?;
-        Some(level * (rate * (time - since)).exp())
     }
 }
 

@@ -4,8 +4,10 @@
 //! The stage observes the records of the other stages: its numbers agree with the displayed ones. It
 //! measures the rest itself. The prediction is in [`MechanismPrediction`].
 
+mod level;
 mod measured;
 mod tilt_history;
+mod turning;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -44,7 +46,12 @@ impl LessonStage {
         let computed = header.computed.clone()?;
         let predicts = matches!(
             computed.mechanism,
-            Mechanism::NegativeSlope | Mechanism::ModeCoupling | Mechanism::ExchangedFriction
+            Mechanism::NegativeSlope
+                | Mechanism::ModeCoupling
+                | Mechanism::ExchangedFriction
+                | Mechanism::Bristles
+                | Mechanism::ContactAge
+                | Mechanism::MeasuredFriction
         );
         Some(Self {
             measured: LessonMeasurements::new(spec, header, &computed),

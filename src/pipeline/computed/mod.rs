@@ -1,18 +1,20 @@
 //! Linear prediction for a scene's mechanism before the run: complex eigenvalues and curves.
 
+mod curves;
+mod friction;
+mod modes;
+mod turning;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::error::PipelineError;
-use super::message::{
-    Coupling, CurveQuantity, FrictionReading, MechanismPrediction, PredictedCurves,
-};
-use crate::joint::{BallJoint, Friction, Joint, NamedMode, Stribeck, is_unstable};
+use super::message::{Coupling, CurveQuantity, MechanismPrediction, PredictedCurves};
+use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
 use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
-
-/// Number of intervals of a computed curve.
-const POINTS: usize = 120;
+use curves::{POINTS, friction_curves};
+use modes::linear_modes;
 
 /// Prediction for a scene with a joint; `joint` is the joint at the start. `None` if the scene has no
 /// mechanism.
@@ -29,56 +31,35 @@ pub(super) fn for_joint(
         return Ok(None);
     };
     let tilt = tilted.loading(0.0).tilt;
-    let velocity = ball.sliding_velocity(tilt);
-    let sliding_speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let modes = modes(ball, joint)?;
-    let (mut readings, mut picture) = (None, None);
-    if let (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) =
-        (mechanism, &tilted.spec.friction)
-    {
-        let other = Stribeck {
-            creep: law.stribeck,
-            stribeck: law.creep,
-            ..*law
-        };
-        let mut spec = ball.spec().clone();
-        spec.friction = Friction::Stribeck {
-            law: other,
-            radial: *radial,
-        };
-        let exchanged = ball.clone().with_spec(&spec)?;
-        let exchanged = self::modes(ball, &exchanged.joint(tilt)?)?;
-        let reading = |law: Stribeck, modes| FrictionReading {
-            creep: law.creep,
-            stribeck: law.stribeck,
-            mu: law.coefficient(sliding_speed),
-            slope: law.slope(sliding_speed),
-            modes,
-        };
-        readings = Some([(*law, modes.clone()), (other, exchanged)].map(|(l, m)| reading(l, m)));
-        let laws: [&dyn Fn(f64) -> f64; 2] = [&|v| law.coefficient(v), &|v| other.coefficient(v)];
-        picture = Some(friction_curves(sliding_speed, &laws));
-    }
-    Ok(Some(Arc::new(MechanismPrediction {
-        mechanism,
-        modes,
+    let sliding_speed = friction::speed(ball, tilt);
+    let mut computed = MechanismPrediction {
+        modes: linear_modes(ball, joint)?,
         natural_hz: ball.frequencies_hz().first().copied().unwrap_or(0.0),
         tilt: Some(tilt),
         sliding_speed,
-        start: scene.start,
-        readings,
-        coupling: None,
-        picture,
-    })))
+        ..without_modes(mechanism, scene)
+    };
+    match (mechanism, &tilted.spec.friction) {
+        (Mechanism::ExchangedFriction, Friction::Stribeck { law, radial }) => {
+            friction::exchanged(&mut computed, ball, (law, *radial))?;
+        }
+        (Mechanism::Bristles | Mechanism::ContactAge, Friction::Dynamic { law, radial }) => {
+            friction::with_memory(&mut computed, ball, (law, *radial))?;
+        }
+        (Mechanism::MeasuredFriction, Friction::Table { law, .. }) => {
+            friction::measured(&mut computed, law);
+        }
+        (Mechanism::Articulation, _) => {
+            turning::passes(&mut computed, tilted, ball, scene.duration)?;
+        }
+        _ => {}
+    }
+    Ok(Some(Arc::new(computed)))
 }
 
-/// Prediction for a scene with a small system; `None` if the scene has no mechanism.
-pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
-    let mechanism = scene.mechanism?;
-    let SystemSpec::Small(small) = &scene.subject else {
-        return None;
-    };
-    let mut computed = MechanismPrediction {
+/// A prediction without modes.
+fn without_modes(mechanism: Mechanism, scene: &Scene) -> MechanismPrediction {
+    MechanismPrediction {
         mechanism,
         modes: Vec::new(),
         natural_hz: 0.0,
@@ -87,8 +68,20 @@ pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
         start: scene.start,
         readings: None,
         coupling: None,
+        memory: None,
+        table: None,
+        passes: None,
         picture: None,
+    }
+}
+
+/// Prediction for a scene with a small system; `None` if the scene has no mechanism.
+pub(super) fn for_small(scene: &Scene) -> Option<Arc<MechanismPrediction>> {
+    let mechanism = scene.mechanism?;
+    let SystemSpec::Small(small) = &scene.subject else {
+        return None;
     };
+    let mut computed = without_modes(mechanism, scene);
     match small {
         SmallSystem::MassOnBelt(system) => {
             computed.sliding_speed = system.belt;
@@ -128,25 +121,6 @@ fn mode(label: &str, omega: f64, growth: f64) -> NamedMode {
         frequency_hz: omega / TAU,
         growth,
         unstable: is_unstable(growth, omega),
-    }
-}
-
-/// The linearised modes of a joint, with their names.
-fn modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
-    let families = ball.family_labels();
-    let modes = joint.linear_modes()?.into_iter();
-    Ok(modes.map(|mode| mode.named(&families)).collect())
-}
-
-/// Coefficient of friction versus sliding speed, up to three times the speed of the run, with the operating
-/// point.
-fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> PredictedCurves {
-    let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
-    let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
-    PredictedCurves {
-        subject: CurveQuantity::Friction,
-        curves: laws.iter().map(curve).collect(),
-        marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
     }
 }
 

@@ -1,0 +1,185 @@
+//! The velocity level, and the growth rate and frequency of a small vibration.
+
+use crate::analysis::LineFit;
+use crate::pipeline::message::{Growth, SmallFrequency};
+
+/// RMS level of the velocity in segments, and its growth rate while the vibration is small.
+///
+/// The decaying part of a kick must vanish before the growth rate can be measured. The fit therefore starts
+/// when the level has risen by the factor [`Level::START_RATIO`], or after [`Level::START_SEGMENTS`]
+/// segments.
+pub struct Level {
+    /// Samples per segment: half the lowest natural period, the period of the square of a sine.
+    segment: usize,
+    /// Level up to which the vibration is small, m/s.
+    limit: f64,
+    squares: f64,
+    count: usize,
+    pub segments: u64,
+    /// RMS velocity of the last segment, m/s.
+    pub last: f64,
+    /// RMS velocity of the first nonzero segment, m/s.
+    pub first: Option<f64>,
+    /// Time (s) and level (m/s) at the start of the fit.
+    anchor: Option<[f64; 2]>,
+    line: LineFit,
+    crossings: Crossings,
+    /// Time at which the vibration became too large for the linear theory, s.
+    ended: Option<f64>,
+}
+
+impl Level {
+    /// Factor on the first level, see [`Level`].
+    const START_RATIO: f64 = 3.0;
+    const START_SEGMENTS: u64 = 40;
+
+    /// `segment`: samples per segment; `limit`: level up to which the vibration is small, m/s.
+    pub fn new(segment: usize, limit: f64) -> Self {
+        Self {
+            segment,
+            limit,
+            squares: 0.0,
+            count: 0,
+            segments: 0,
+            last: 0.0,
+            first: None,
+            anchor: None,
+            line: LineFit::default(),
+            crossings: Crossings::default(),
+            ended: None,
+        }
+    }
+
+    /// Processes a velocity (m/s). Returns whether it completes a segment.
+    pub fn push(&mut self, time: f64, velocity: f64) -> bool {
+        if self.anchor.is_some() && self.ended.is_none() {
+            self.crossings.push(time, velocity);
+        }
+        self.squares += velocity * velocity;
+        self.count += 1;
+        if self.count < self.segment {
+            return false;
+        }
+        self.last = (self.squares / self.count as f64).sqrt();
+        (self.squares, self.count) = (0.0, 0);
+        self.segments += 1;
+        if self.last == 0.0 {
+            return true;
+        }
+        let first = *self.first.get_or_insert(self.last);
+        if self.last > Self::START_RATIO * first || self.segments >= Self::START_SEGMENTS {
+            self.anchor.get_or_insert([time, self.last]);
+        }
+        if self.last > self.limit {
+            self.ended.get_or_insert(time);
+        }
+        if self.anchor.is_some() && self.ended.is_none() {
+            self.line.push(time, self.last.ln());
+        }
+        true
+    }
+
+    /// Slope of the straight line fitted to the logarithm of the level while the vibration is small.
+    pub fn growth(&self) -> Option<Growth> {
+        let fit = self.line.fit()?;
+        Some(Growth {
+            rate: fit.slope,
+            half_width: fit.half_width,
+        })
+    }
+
+    /// Whether the vibration has become too large for the linear theory.
+    pub fn has_ended(&self) -> bool {
+        self.ended.is_some()
+    }
+
+    /// Frequency while the vibration is small, from its upward zero crossings.
+    pub fn frequency(&self) -> Option<SmallFrequency> {
+        self.crossings.frequency()
+    }
+
+    /// Predicted level at a time (s) for growth at a rate (1/s) since the start of the fit; `None` before it,
+    /// and once the vibration is no longer small.
+    pub fn predicted(&self, time: f64, rate: f64) -> Option<f64> {
+        let [since, level] = self.anchor.filter(|_| self.ended.is_none())?;
+        Some(level * (rate * (time - since)).exp())
+    }
+}
+
+/// Times of the upward zero crossings of a signal. Their line over the number of the crossing has the mean period as its
+/// slope; a signal of several modes scatters about it, which widens the interval.
+#[derive(Default)]
+struct Crossings {
+    before: Option<[f64; 2]>,
+    count: u32,
+    line: LineFit,
+}
+
+impl Crossings {
+    /// Processes a sample at a time, s.
+    fn push(&mut self, time: f64, value: f64) {
+        if let Some([t, v]) = self.before.replace([time, value])
+            && v < 0.0
+            && value >= 0.0
+        {
+            let at = t + (time - t) * v / (v - value);
+            self.line.push(f64::from(self.count), at);
+            self.count += 1;
+        }
+    }
+
+    /// Mean frequency; `None` for fewer crossings than a fit needs.
+    fn frequency(&self) -> Option<SmallFrequency> {
+        let fit = self.line.fit().filter(|fit| fit.slope > 0.0)?;
+        Some(SmallFrequency {
+            frequency_hz: 1.0 / fit.slope,
+            half_width_hz: fit.half_width / (fit.slope * fit.slope),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Growing sine at 1.7 kHz with a second, weaker one.
+    fn growing(second: f64) -> Level {
+        let mut level = Level::new(59, 1e-2);
+        for k in 0..8000 {
+            let t = f64::from(k) * 5e-6;
+            let phase = std::f64::consts::TAU * t;
+            let signal = (1734.5 * phase).sin() + second * (4100.0 * phase).sin();
+            level.push(t, 1e-6 * (200.0 * t).exp() * signal);
+        }
+        level
+    }
+
+    #[test]
+    fn a_growing_vibration_has_its_rate_and_its_frequency() {
+        let level = growing(0.0);
+        let (growth, frequency) = (level.growth().unwrap(), level.frequency().unwrap());
+        assert!((growth.rate / 200.0 - 1.0).abs() < 1e-3, "{growth:?}");
+        let off = (frequency.frequency_hz - 1734.5).abs();
+        assert!(off <= frequency.half_width_hz.max(0.1), "{frequency:?}");
+        assert!(frequency.half_width_hz < 1.0, "{frequency:?}");
+    }
+
+    #[test]
+    fn a_second_mode_widens_the_interval_of_the_frequency() {
+        let mixed = growing(0.3).frequency().unwrap();
+        let off = (mixed.frequency_hz - 1734.5).abs();
+        assert!(off <= mixed.half_width_hz, "{mixed:?}");
+        let pure = growing(0.0).frequency().unwrap();
+        assert!(mixed.half_width_hz > 3.0 * pure.half_width_hz);
+    }
+
+    #[test]
+    fn few_crossings_have_no_frequency() {
+        let mut level = Level::new(59, 1e-2);
+        for k in 0..200 {
+            level.push(f64::from(k) * 5e-6, 1e-6);
+        }
+        assert_eq!(level.frequency(), None);
+        assert!(level.growth().is_none() && !level.has_ended());
+    }
+}
