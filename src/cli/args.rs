@@ -6,6 +6,7 @@ use clap::{Args as Arguments, Parser, Subcommand, value_parser};
 use clap_complete::Shell;
 
 use super::analyse_args::AnalyseArgs;
+use super::branch_args::BranchArgs;
 use super::common_args::{
     AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url,
 };
@@ -47,6 +48,11 @@ pub enum Command {
     Lyapunov(LyapunovArgs),
     /// Compute the settled response as a function of the tilt or any other parameter.
     Sweep(SweepArgs),
+    /// Follow equilibria and periodic motions over a parameter.
+    ///
+    /// Hopf points, folds, period doublings and Neimark-Sacker points are located. Over two parameters, the command
+    /// computes a stability map with the curves of the Hopf points.
+    Branch(BranchArgs),
     /// Find coexisting attractors and the share of random kicks that reach each.
     Basins(BasinsArgs),
     /// Merge the tables of the shards of a sweep.
@@ -154,9 +160,22 @@ pub struct StabilityArgs {
     /// it.
     #[arg(long)]
     pub causes: bool,
+    /// Print how growth rate and frequency of each mode change with every number of the scene, per 1 % and per unit.
+    #[arg(long)]
+    pub sensitivities: bool,
     /// Also write the eigenvalues as JSON.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    /// Draw the sensitivities of the unstable modes to this directory.
+    #[arg(
+        long,
+        value_name = "DIR",
+        requires = "sensitivities",
+        help_heading = "Figures"
+    )]
+    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
 }
 
 /// Arguments of `squeakscope lyapunov`.

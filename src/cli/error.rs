@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::output::OutputError;
 use crate::dynamics::DynamicsError;
+use crate::dynamics::equilibrium::EquilibriumError;
 use crate::fem::FemError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
@@ -79,6 +80,28 @@ pub enum CliError {
     AxisTwice {
         /// Path of the key.
         path: &'static str,
+    },
+    /// A branch over a key whose value is not a real number.
+    #[error(
+        "`{path}` is a count or a seed, over which no branch is continuous; choose a real number (`squeakscope scenes --keys` lists all keys)"
+    )]
+    NotContinuous {
+        /// Path of the key.
+        path: &'static str,
+    },
+    /// The table belongs to a sweep over another parameter.
+    #[error("`{}` (--sweep) is not a sweep over `{parameter}` alone; give the table of one", path.display())]
+    OtherSweep {
+        /// Path of the table.
+        path: PathBuf,
+        /// Path of the key.
+        parameter: &'static str,
+    },
+    /// An output of a study over one parameter.
+    #[error("{option} needs one parameter; for a map over two, use --json or --figures")]
+    OneParameter {
+        /// The option.
+        option: &'static str,
     },
     /// A recording of a sweep over two parameters.
     #[error(
@@ -238,6 +261,9 @@ impl CliError {
             | Self::NoCauses
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
+            | Self::NotContinuous { .. }
+            | Self::OneParameter { .. }
+            | Self::OtherSweep { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }
             | Self::NotArrow { .. }
@@ -280,7 +306,9 @@ fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
         cause.downcast_ref(),
         Some(AssemblyError::Body(FemError::Memory { .. }))
     );
+    let driven = matches!(cause.downcast_ref(), Some(EquilibriumError::Driven));
     step || exponents
+        || driven
         || no_surface
         || cause.is::<AssemblyError>() && !memory
         || cause.source().is_some_and(is_bad_input)

@@ -16,6 +16,9 @@ mod analyse_args;
 mod args;
 mod audit;
 mod basins;
+mod branch;
+mod branch_args;
+mod branch_text;
 mod calibrate;
 mod common_args;
 mod cost;
@@ -126,9 +129,10 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Run(args) => interruptible(|stop| run::execute(&args, stop)),
         Command::Live(args) => interruptible(|stop| live::run(&args, stop)),
         Command::Scenes(args) => scenes::scenes(&args),
-        Command::Stability(args) => stability::stability(&args),
+        Command::Stability(args) => interruptible(|stop| stability::stability(&args, stop)),
         Command::Lyapunov(args) => interruptible(|stop| lyapunov::execute(&args, stop)),
         Command::Sweep(args) => interruptible(|stop| sweep::execute(&args, stop)),
+        Command::Branch(args) => interruptible(|stop| branch::execute(&args, stop)),
         Command::Basins(args) => interruptible(|stop| basins::execute(&args, stop)),
         Command::Paper(args) => interruptible(|stop| paper::execute(&args, stop, paper_plan)),
         Command::Calibrate(args) => interruptible(|stop| calibrate::execute(&args, stop)),

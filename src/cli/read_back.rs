@@ -13,6 +13,7 @@ use super::run::RunResult;
 use super::scenes::{Entry, Scenes};
 use super::stability::StabilityResult;
 use crate::study::basins::Basins;
+use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::CostStudy;
 use crate::study::effects::Effects;
 use crate::study::sweep::SweepResult;
@@ -28,6 +29,8 @@ pub fn read_back(command: &str, document: &Value) -> serde_json::Result<Value> {
         "model" => read_as::<Size>,
         "lyapunov" => read_as::<LyapunovResult<'_>>,
         "sweep" | "merge" => read_as::<SweepResult<'_>>,
+        "branch" if document.get("axes").is_some() => read_as::<StabilityMap>,
+        "branch" => read_as::<Branch>,
         "basins" => read_as::<Basins>,
         "paper" => read_as::<PaperResult>,
         "calibrate" => read_as::<CalibrationResult<'_>>,

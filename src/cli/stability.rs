@@ -1,20 +1,32 @@
 //! `squeakscope stability`: complex eigenvalues at steady sliding.
 
 use std::fmt::Write as _;
+use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
 use super::args::StabilityArgs;
 use super::document::Document;
 use super::error::{Cause, CliError};
-use super::output::check_all;
+use super::figures::{STUDY, write_figures};
+use super::interrupt;
+use super::output::{check_all, check_directory};
+use super::progress::Progress;
 use super::report::{self, BAD, HEADING};
 use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH};
-use crate::number::fixed;
-use crate::scene::{FixedAt, Scene, SceneError, Schedule};
+use crate::number::{fixed, significant};
+use crate::plot::{Figure, sensitivities_figure};
+use crate::scene::{FixedAt, Parameter, Scene, SceneError, Schedule};
+use crate::study::branch::{ModeSensitivities, sensitivities};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
+
+/// Stem of the figure of the sensitivities.
+const FIGURE: &str = "sensitivities";
+
+/// Largest number of sensitivities that are printed for a mode.
+const MOST_SENSITIVE: usize = 12;
 
 /// The modes at each tilt.
 #[derive(Serialize, Deserialize)]
@@ -25,7 +37,7 @@ pub(super) struct StabilityResult {
     tilts: Vec<ModesAt>,
 }
 
-/// The modes at a tilt, with the causes of growth if requested.
+/// The modes at a tilt, with the causes of growth and the sensitivities if requested.
 #[derive(Serialize, Deserialize)]
 struct ModesAt {
     #[serde(flatten)]
@@ -33,20 +45,48 @@ struct ModesAt {
     /// Oscillating modes, each explained by the causes of its growth; only with `--causes`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     explained: Vec<ExplainedMode>,
+    /// Oscillating modes, each with its sensitivities to the numbers of the scene; only with `--sensitivities`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    sensitivities: Vec<ModeSensitivities>,
+}
+
+impl ModesAt {
+    /// The unstable modes with sensitivities; the one with the largest growth rate if none is unstable.
+    fn sensitive(&self) -> Vec<&ModeSensitivities> {
+        let all = &self.sensitivities;
+        let unstable: Vec<_> = all.iter().filter(|mode| mode.mode.unstable).collect();
+        match unstable.is_empty() {
+            true => {
+                let largest = all
+                    .iter()
+                    .max_by(|a, b| a.mode.growth.total_cmp(&b.mode.growth));
+                largest.into_iter().collect()
+            }
+            false => unstable,
+        }
+    }
+}
+
+/// Stem of the figure of the sensitivities at a tilt among several.
+fn figure_name(tilt_deg: f64, of: usize) -> String {
+    match of {
+        1 => FIGURE.to_owned(),
+        _ => format!("{FIGURE}-{tilt_deg}deg"),
+    }
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work; failure of the analysis.
-pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
+/// Bad input before any work; failure of the analysis; an interrupt.
+pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     report::print_warnings(&scene.warnings());
     report::print_held(FixedAt {
         tilt: None,
         ..scene.joint()?.fixed_at_start()
     });
-    let tilts_deg = match &args.tilt {
+    let tilts_deg: Vec<f64> = match &args.tilt {
         Some(steps) => steps.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
     };
@@ -59,16 +99,62 @@ pub(super) fn stability(args: &StabilityArgs) -> Result<(), CliError> {
         return Err(CliError::NoCauses);
     }
     let [json] = check_all(args.scene.input(), [("--json", args.json.as_deref())])?;
-    let result = analyse(&scene, &tilts, args.causes).map_err(|source| CliError::Run {
+    if let Some(directory) = &args.figures {
+        let stems = tilts_deg.iter().map(|tilt| figure_name(*tilt, tilts.len()));
+        check_directory(directory, "--figures", &args.drawn.names(stems, &STUDY))?;
+    }
+    let failed = |source| CliError::Run {
         task: "stability analysis",
         source,
-    })?;
+    };
+    let mut result = analyse(&scene, &tilts, args.causes).map_err(failed)?;
+    if args.sensitivities {
+        add_sensitivities(&scene, &tilts_deg, &mut result, stop)?;
+    }
+    let mut written = Vec::new();
+    if let Some(directory) = &args.figures {
+        let figures = tilts_deg
+            .iter()
+            .zip(&result.tilts)
+            .map(|(tilt_deg, at)| Figure {
+                name: figure_name(*tilt_deg, tilts.len()),
+                ..sensitivities_figure(
+                    &format!("{} at {tilt_deg} deg", scene.name),
+                    &at.sensitive(),
+                )
+            });
+        let figures: Vec<Figure> = figures.collect();
+        written = write_figures(directory, "--figures", &figures, (&args.drawn, &STUDY))?;
+    }
     let texts = tilts_deg.iter().zip(&result.tilts);
     let text: String = texts
         .map(|(tilt_deg, modes)| text(&scene.name, *tilt_deg, modes))
         .collect();
-    let document = Document::new(&result, &[]).with_scene(&scene.name);
+    let document = Document::new(&result, &written).with_scene(&scene.name);
     Ok(document.deliver(&text, json.as_ref())?)
+}
+
+/// Computes the sensitivities at each tilt.
+fn add_sensitivities(
+    scene: &Scene,
+    tilts_deg: &[f64],
+    result: &mut StabilityResult,
+    stop: &AtomicBool,
+) -> Result<(), CliError> {
+    let progress = Progress::with_estimate();
+    for (k, (tilt_deg, at)) in tilts_deg.iter().zip(&mut result.tilts).enumerate() {
+        let tilted = scene.with_values(&[(Parameter::tilt(), *tilt_deg)])?;
+        let found = sensitivities(&tilted, &mut |share| {
+            progress.update((k as f64 + share) / tilts_deg.len() as f64, "sensitivities");
+            interrupt::should_continue(stop)
+        });
+        let found = found.map_err(|source| CliError::Run {
+            task: "study of sensitivities",
+            source: source.into(),
+        })?;
+        at.sensitivities = found.ok_or(CliError::NoResult)?;
+    }
+    Ok(())
 }
 
 /// Computes the modes at steady sliding at each tilt (rad), by frequency, and the causes of growth if
@@ -80,7 +166,11 @@ fn analyse(scene: &Scene, tilts: &[f64], causes: bool) -> Result<StabilityResult
         false => vec![Vec::new(); tilts.len()],
     };
     let tilts = modes(&ball, tilts)?.into_iter().zip(explained);
-    let tilts = tilts.map(|(at, explained)| ModesAt { at, explained });
+    let tilts = tilts.map(|(at, explained)| ModesAt {
+        at,
+        explained,
+        sensitivities: Vec::new(),
+    });
     Ok(StabilityResult {
         min_growth_per_s: MIN_GROWTH,
         tilts: tilts.collect(),
@@ -96,7 +186,8 @@ fn tilts_of(tilt: &Schedule) -> Vec<f64> {
 }
 
 /// The table of the modes at a tilt.
-fn text(scene: &str, tilt_deg: f64, ModesAt { at, explained }: &ModesAt) -> String {
+fn text(scene: &str, tilt_deg: f64, modes: &ModesAt) -> String {
+    let ModesAt { at, explained, .. } = modes;
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -137,7 +228,45 @@ fn text(scene: &str, tilt_deg: f64, ModesAt { at, explained }: &ModesAt) -> Stri
             "  share of each term in the growth rate, 1/s; in brackets the growth rate without the term\n",
         );
     }
+    for mode in modes.sensitive() {
+        text += &sensitivity_text(mode);
+    }
     text.push('\n');
+    text
+}
+
+/// The table of the sensitivities of a mode.
+fn sensitivity_text(mode: &ModeSensitivities) -> String {
+    let mut text = format!(
+        "\n  {HEADING}{} at {:.1} Hz{HEADING:#}: change of growth rate and frequency with the numbers of the scene\n",
+        mode.mode.label, mode.mode.frequency_hz
+    );
+    let mut table = Table::default()
+        .left("number")
+        .right("value")
+        .right("1/s per 1 %")
+        .right("1/s per unit")
+        .right("Hz per 1 %");
+    table = table.right("Hz per unit").left("unit");
+    for parameter in mode.parameters.iter().take(MOST_SENSITIVE) {
+        table.row([
+            parameter.parameter.clone(),
+            significant(parameter.value, 5),
+            significant(parameter.growth_per_percent, 4),
+            significant(parameter.growth_per_unit, 4),
+            significant(parameter.frequency_per_percent, 4),
+            significant(parameter.frequency_per_unit, 4),
+            parameter.unit.clone(),
+        ]);
+    }
+    text += &table.text();
+    if mode.parameters.len() > MOST_SENSITIVE {
+        let rest = mode.parameters.len() - MOST_SENSITIVE;
+        let _ = writeln!(
+            text,
+            "  and {rest} more with smaller changes: --json has all"
+        );
+    }
     text
 }
 
@@ -162,9 +291,12 @@ mod tests {
             },
             tilt: Some("0:7:3.5".parse().expect("a sweep")),
             causes: false,
+            sensitivities: false,
             json: Some(path.clone()),
+            figures: None,
+            drawn: Default::default(),
         };
-        stability(&args).expect("done");
+        stability(&args, &AtomicBool::new(false)).expect("done");
         let text = std::fs::read(path).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["scene"], "periodic-2deg");
@@ -192,9 +324,12 @@ mod tests {
             },
             tilt: None,
             causes: true,
+            sensitivities: false,
             json: None,
+            figures: None,
+            drawn: Default::default(),
         };
-        let refused = stability(&args).unwrap_err();
+        let refused = stability(&args, &AtomicBool::new(false)).unwrap_err();
         assert_eq!(refused.exit_code(), 2);
         assert!(refused.to_string().contains("omit --causes"), "{refused}");
     }
@@ -213,6 +348,7 @@ mod tests {
                 modes: vec![mode(0.0, -9.0), mode(1780.1, 766.6)],
             },
             explained: Vec::new(),
+            sensitivities: Vec::new(),
         };
         let plain =
             |modes: &ModesAt| anstream::adapter::strip_str(&text("s", 3.5, modes)).to_string();

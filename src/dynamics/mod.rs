@@ -74,6 +74,7 @@
 mod auto;
 mod combination;
 pub mod continuation;
+pub mod equilibrium;
 mod error;
 mod error_control;
 mod events;

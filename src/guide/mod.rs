@@ -56,6 +56,10 @@
 //! * [Reduced contact](explanation::reduction): a few weighted nodes in place of all, with a measured error.
 //! * [Hard cases](explanation::hard_cases): the most difficult test cases with measured errors.
 //!
+//! Bifurcations:
+//!
+//! * [Branches](explanation::branches): equilibria and periodic motions over a parameter, where and why they change.
+//!
 //! Chaos:
 //!
 //! * [Lyapunov exponents](explanation::exponents): definition, computation, confidence intervals, zeros.
@@ -160,6 +164,9 @@ pub mod explanation {
 
     #[doc = include_str!("explanation/hard_cases.md")]
     pub mod hard_cases {}
+
+    #[doc = include_str!("explanation/branches.md")]
+    pub mod branches {}
 
     #[doc = include_str!("explanation/exponents.md")]
     pub mod exponents {}

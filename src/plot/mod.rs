@@ -11,6 +11,7 @@
 
 mod axis;
 mod basins;
+mod branch;
 mod calibration;
 mod color;
 pub(crate) mod cost;
@@ -18,8 +19,10 @@ mod embedding;
 mod figure;
 mod growth;
 mod lyapunov;
+mod orbits;
 pub(crate) mod paper;
 pub(crate) mod response;
+mod sensitivities;
 mod signal;
 mod sweep;
 mod unit;
@@ -42,6 +45,7 @@ mod tests;
 
 pub use axis::{Axis, Scale, round_up};
 pub use basins::basins_figure;
+pub use branch::{map_figure, modes_figure};
 pub use calibration::calibration_figure;
 pub use color::{Color, Rgb};
 pub use cost::{WorkMeasure, cost_figures, error_panels};
@@ -49,6 +53,8 @@ pub use embedding::{false_neighbours, mutual_information};
 pub use figure::{Bar, Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
 pub use growth::growth_figure;
 pub use lyapunov::lyapunov_figure;
+pub use orbits::{branch_figure, multipliers_figure, multipliers_panel};
+pub use sensitivities::sensitivities_figure;
 pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};

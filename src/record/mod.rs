@@ -35,6 +35,7 @@
 
 mod blueprint;
 mod body;
+pub mod branch;
 mod camera;
 mod chaos;
 pub mod cost;

@@ -279,6 +279,13 @@ pub const COST_CPU_TIME: &str = "cpu_time";
 /// Error over right-hand-side evaluations.
 pub const COST_RHS_EVALS: &str = "rhs_evals";
 
+/// Root of a study of branches, with a folder for each branch.
+pub const BRANCH: &str = "branch";
+/// Branch diagram: amplitude of the periodic orbits over the parameter.
+pub const BRANCH_DIAGRAM: &str = "diagram";
+/// Multipliers of a periodic orbit in the complex plane.
+pub const MULTIPLIERS: &str = "multipliers";
+
 /// Root path of a part of the recording: empty for a run, one folder per start for a sweep, one folder per
 /// setting for a cost study.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -293,6 +300,11 @@ impl Root {
     /// The root of one start of a sweep.
     pub fn of_start(start: &str) -> Self {
         Self(format!("{SWEEP}/{start}/"))
+    }
+
+    /// The root of one branch of periodic orbits.
+    pub fn of_branch(number: usize) -> Self {
+        Self(format!("{BRANCH}/{number}/"))
     }
 
     /// The root of one setting of a cost study.

@@ -7,14 +7,19 @@ use toml_edit::{DocumentMut, Value};
 
 use super::edit::{number, remove, set, syntax};
 use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, nearest};
-use super::schema::{Declared, join};
+use super::schema::{Declared, IfAbsent, join};
 use super::spec::Scene;
-use super::tables::SCHEMA;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
+use super::tables::{SCHEMA, joint, small};
 
 const LOAD_PATH: &str = "load.load_n";
 const TILT_PATH: &str = "load.tilt_deg";
+/// One ratio for all modes, or a list.
+const DAMPING_PATH: &str = "damping.ratio";
 const ROTATION_PATH: &str = "rotation.angular_velocity_rad_per_s";
+
+/// Numbers of the discretisation, not of the system.
+const NUMERICAL: [&str; 2] = ["body.element_size_mm", "contact.reduction"];
 
 /// Axis of rotation in the paper.
 const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
@@ -79,6 +84,17 @@ impl Parameter {
     /// Dotted path of the key.
     pub fn path(self) -> &'static str {
         &self.key.path
+    }
+
+    /// Name of the key without its table, such as `tilt_deg`.
+    pub fn name(self) -> &'static str {
+        self.key.key.name
+    }
+
+    /// Whether the value is a real number, not a count or a seed.
+    pub fn is_continuous(self) -> bool {
+        let is_real = self.key.key.kind.as_number().is_some();
+        is_real || [ROTATION_PATH, DAMPING_PATH].contains(&self.path())
     }
 
     /// The deprecated name, if the parameter was named by it.
@@ -152,6 +168,59 @@ impl Scene {
         self.with_entries(values)
     }
 
+    /// Value of a parameter in the unit of a scene file: as written, or its default; that at the start for a
+    /// function of time, and the magnitude of the angular velocity. `None` if the key is absent and its default is
+    /// not a number.
+    pub fn value_of(&self, parameter: Parameter) -> Option<f64> {
+        if let Ok(joint) = self.joint() {
+            let loading = joint.loading(0.0);
+            match parameter.path() {
+                TILT_PATH => return Some((1e9 * loading.tilt.to_degrees()).round() / 1e9),
+                LOAD_PATH => return Some(loading.load),
+                ROTATION_PATH => {
+                    return Some(loading.rotation.iter().map(|w| w * w).sum::<f64>().sqrt());
+                }
+                _ => {}
+            }
+        }
+        let document = self.document().ok()?;
+        let mut item = Some(document.as_item());
+        for part in parameter.path().split('.') {
+            item = item.and_then(|item| item.get(part));
+        }
+        match (item, parameter.key.key.if_absent) {
+            (Some(item), _) => item
+                .as_float()
+                .or_else(|| item.as_integer().map(|whole| whole as f64)),
+            (None, IfAbsent::Default(literal)) => literal.parse().ok(),
+            (None, _) => None,
+        }
+    }
+
+    /// The real numbers of the simulated system (body, contact, friction, load, ...) with their values in the units of
+    /// a scene file. Numerical settings and numbers that this scene cannot change are left out.
+    pub fn physical_parameters(&self) -> Vec<(Parameter, f64)> {
+        let is_physical = |key: &&Declared| {
+            let table = &key.table[..];
+            let is_system =
+                joint::TABLES.contains(&table) || small::names().any(|name| name == table);
+            is_free(key) && is_system && !NUMERICAL.contains(&&key.path[..])
+        };
+        let parameters = SCHEMA.0.iter().filter(is_physical).map(|key| Parameter {
+            key,
+            by_old_name: false,
+        });
+        let with_values = parameters.filter_map(|parameter| {
+            let value = parameter
+                .is_continuous()
+                .then(|| self.value_of(parameter))??;
+            // A number of another body, law or system is rejected.
+            self.with_values(&[(parameter, value)]).ok()?;
+            Some((parameter, value))
+        });
+        with_values.collect()
+    }
+
     /// Returns the scene with other choices for some keys, such as `"pre-stress"` for
     /// `contact.stiffness_distribution`.
     ///
@@ -166,7 +235,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with_about(&self, about: &str) -> Result<Self, SceneError> {
-        self.with_entries([("about", Value::from(about))].into_iter())
+        self.with_entries([("about", Value::from(about))])
     }
 
     /// Rejects a value for a load or rotation that is a function of time. A tilt is accepted: studies run

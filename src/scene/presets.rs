@@ -41,6 +41,7 @@ pub const PRESETS: &[Preset] = presets![
     "printed-friction",
     "periodic-2deg",
     "mode-shift-3.5deg",
+    "torus-birth",
     "torus-3deg",
     "chaos-5deg",
     "paper",

@@ -1,6 +1,7 @@
 //! Studies: many simulations of one scene.
 
 pub mod basins;
+pub mod branch;
 pub mod calibrate;
 pub mod cost;
 pub mod effects;

@@ -5,6 +5,8 @@
 //! turn them into text.
 
 #[cfg(feature = "record")]
+pub mod branch;
+#[cfg(feature = "record")]
 pub mod cost;
 #[cfg(feature = "record")]
 pub mod paper;

@@ -24,6 +24,22 @@ const EXAMPLES: &[(&str, &str)] = &[
         "run periodic-2deg --duration 25 --save a.rrd --wav a.wav --npz b.npz",
     ),
     ("stability", "stability periodic-2deg --tilt 2 --causes"),
+    (
+        "stability --sensitivities",
+        "stability periodic-2deg --tilt 2 --sensitivities",
+    ),
+    (
+        "branch",
+        "branch periodic-2deg --tilt 1.9:2.1 --points 3 --out b.arrow",
+    ),
+    (
+        "branch --equilibria",
+        "branch torus-3deg --param friction.stribeck_slope_s_per_m=0:12 --points 9 --equilibria",
+    ),
+    (
+        "branch --tilt 0:4 --param friction.stribeck_slope_s_per_m=0:6",
+        "branch torus-3deg --tilt 0:4 --param friction.stribeck_slope_s_per_m=0:6 --points 4",
+    ),
     ("model", "model periodic-2deg --out a.npz"),
     (
         "lyapunov",
@@ -73,6 +89,15 @@ pub fn structs() -> Vec<BTreeMap<String, Field>> {
             let text = fs::read_to_string(&path).unwrap();
             items(&syn::parse_file(&text).unwrap().items, &mut found);
         }
+    }
+    // A value of the parameter of a branch has the name of its key.
+    for name in ["tilt_deg", "stribeck_slope_s_per_m"] {
+        let field = Field {
+            kind: "number".to_owned(),
+            doc: "Value of the parameter, in its unit; the field has the name of its key."
+                .to_owned(),
+        };
+        found.push(BTreeMap::from([(name.to_owned(), field)]));
     }
     found
 }

@@ -449,7 +449,8 @@ fn dependencies_stay_in_their_modules() {
         ("arrow_ipc", "foreign study"),
         ("serde_arrow", "study"),
         ("csv::Writer", "study"),
-        ("faer", "fem joint"),
+        // Eigenvalues and linear systems, also of equilibria and of branches.
+        ("faer", "fem joint dynamics study"),
         ("realfft", "analysis"),
         ("rustfft", "analysis"),
         // The program creates the thread pool before any work, because creating it may fail.

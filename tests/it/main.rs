@@ -2,6 +2,8 @@
 
 #[cfg(feature = "cli")]
 mod analyse;
+#[cfg(feature = "cli")]
+mod branch;
 mod campaign;
 #[cfg(feature = "cli")]
 mod cli;

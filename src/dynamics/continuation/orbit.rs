@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// A Floquet multiplier, in polar form: the real and imaginary parts would lose magnitudes below 1e-308.
 ///
-/// It is serialised as the pair `[re, im]`.
+/// It is serialised as the pair `[re, im]`, rounded to ten digits of the magnitude, so that a pair that is read and
+/// written again stays the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "[f64; 2]", from = "[f64; 2]")]
 pub struct Multiplier {
@@ -74,7 +75,13 @@ impl Multiplier {
 
 impl From<Multiplier> for [f64; 2] {
     fn from(multiplier: Multiplier) -> Self {
-        [multiplier.re(), multiplier.im()]
+        let decimals = 10.0 - multiplier.magnitude().log10().floor();
+        // As decimal text, whose value does not depend on how it is rounded.
+        let rounded = |part: f64| {
+            let text = format!("{part:.0$}", decimals.clamp(0.0, 330.0) as usize);
+            text.parse().unwrap_or(part)
+        };
+        [multiplier.re(), multiplier.im()].map(rounded)
     }
 }
 

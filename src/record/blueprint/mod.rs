@@ -4,6 +4,7 @@
 //! axis range, legend, bounds, camera). The module `tree` therefore writes blueprints itself.
 
 mod analyses;
+mod branch;
 mod cost;
 mod flow;
 mod joint;
@@ -41,6 +42,7 @@ use crate::{
 
 use tree::{Container, ContainerLike, Properties, View};
 
+pub use branch::send as send_branch;
 pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
 

@@ -51,6 +51,11 @@ const TABLES: [(&str, Reader); 4] = [
     }),
 ];
 
+/// Names of the tables.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    TABLES.iter().map(|(name, _)| *name)
+}
+
 pub fn declare(schema: &mut Schema) {
     ImpactOscillator::declare(schema, "impact_oscillator");
     MassOnBelt::declare(schema, "mass_on_belt");

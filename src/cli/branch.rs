@@ -1,0 +1,334 @@
+//! `squeakscope branch`: equilibria over a parameter with their modes and bifurcations, or a stability map over two.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::branch_args::{BranchArgs, Interval, ParameterInterval};
+use super::branch_text;
+use super::document::{Document, WrittenFile};
+use super::error::CliError;
+use super::figures::{STUDY, write_figures};
+use super::interrupt;
+use super::output::{OutputFile, check_all, check_directory, is_stdout};
+use super::progress::Progress;
+use super::report;
+use super::resources;
+use super::run::command_line;
+use crate::dynamics::equilibrium::EquilibriumError;
+use crate::plot::{Figure, branch_figure, map_figure, modes_figure, multipliers_figure};
+use crate::record::branch::{BranchStudy, save_branch};
+use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
+use crate::study::branch::{
+    Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, add_orbits,
+    equilibria, portraits, stability_map, write_branch,
+};
+use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
+use crate::study::threads;
+
+/// Default interval of the tilt, degrees.
+const TILTS: [f64; 2] = [0.0, 8.0];
+/// Default numbers of points of the equilibria, and of each parameter of a map.
+const POINTS: [u32; 2] = [81, 41];
+/// Stems of the figures' file names over one parameter, and over two.
+const FIGURES: [&[&str]; 2] = [&["modes", "branch", "multipliers"], &["stability-map"]];
+
+/// A parameter and its interval.
+type Span = (Parameter, [f64; 2]);
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work; failure while computing or writing; an interrupt, after the results so far are written.
+pub(super) fn execute(args: &BranchArgs, stop: &AtomicBool) -> Result<(), CliError> {
+    let scene = args.scene.load()?;
+    let spans = spans(args, &scene)?;
+    report::print_study_warnings(&scene);
+    report::print_held(held(&scene, &spans));
+    match spans[..] {
+        [one, two] => map(args, stop, scene, [one, two]),
+        _ => branch(args, stop, scene, spans[0]),
+    }
+}
+
+/// The branches over one parameter.
+fn branch(
+    args: &BranchArgs,
+    stop: &AtomicBool,
+    scene: Scene,
+    (parameter, interval): Span,
+) -> Result<(), CliError> {
+    let files = Files::check(args, FIGURES[0])?;
+    let settled = settled(args, parameter)?;
+    let plan = BranchPlan {
+        scene,
+        parameter,
+        interval,
+        points: args.points.unwrap_or(POINTS[0]) as usize,
+    };
+    if let Some(start) = args.start {
+        plan.scene.with_values(&[(parameter, start)])?;
+    }
+    resources::start_thread_pool()?;
+    let result = compute(args, stop, &plan)?;
+    let name = &plan.scene.name;
+    let mut written = Vec::new();
+    if let Some(file) = &files.out {
+        write_branch(file.path(), &result).map_err(|source| CliError::Run {
+            task: "writing of the table",
+            source: source.into(),
+        })?;
+        written.push(WrittenFile::of(file)?);
+    }
+    let mut figures = vec![modes_figure(name, &result)];
+    if !result.points.is_empty() {
+        figures.push(branch_figure(name, &result, &settled));
+        figures.push(multipliers_figure(name, &result));
+    }
+    written.extend(files.figures(args, &figures)?);
+    if let Some(file) = files.save.as_ref().filter(|_| !result.points.is_empty()) {
+        record(file, &plan, &result)?;
+        written.push(WrittenFile::of(file)?);
+    }
+    let document = Document::new(&result, &written).with_scene(name);
+    files.print(&document, &branch_text::branch(name, &result))?;
+    match stop.load(Ordering::Relaxed) {
+        true => Err(CliError::Interrupted),
+        false => Ok(()),
+    }
+}
+
+/// Computes the equilibria and, if requested, the periodic orbits. A system driven in time has no equilibria.
+fn compute(args: &BranchArgs, stop: &AtomicBool, plan: &BranchPlan) -> Result<Branch, CliError> {
+    let progress = Progress::of_phases();
+    let steady = equilibria(plan, &mut |share| {
+        progress.update(0.1 * share, "equilibria");
+        interrupt::should_continue(stop)
+    });
+    let steady = match steady {
+        Err(BranchError::Equilibrium(EquilibriumError::Driven)) if !args.equilibria => {
+            EquilibriumBranch::default()
+        }
+        steady => steady.map_err(failed)?,
+    };
+    let mut result = Branch::new(plan, steady);
+    if args.equilibria {
+        return Ok(result);
+    }
+    let [from, to] = plan.interval;
+    let name = plan.parameter.name();
+    let mut watch = |update: OrbitProgress| {
+        let (share, message) = match update {
+            OrbitProgress::Settling(value) => (0.1, format!("settling at {name} = {value}")),
+            OrbitProgress::Orbit {
+                branch,
+                orbits,
+                value,
+            } => {
+                let share = 0.2 + 0.8 * (value - from) / (to - from);
+                (
+                    share,
+                    format!("branch {branch}: {orbits} orbits, {name} = {value:.4}"),
+                )
+            }
+        };
+        progress.update(share, message);
+        interrupt::should_continue(stop)
+    };
+    add_orbits(plan, args.start, &mut result, &mut watch).map_err(failed)?;
+    Ok(result)
+}
+
+/// The points of the sweep for the branch diagram.
+fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, CliError> {
+    let Some(path) = &args.sweep else {
+        return Ok(Vec::new());
+    };
+    let table = read_table(path)?;
+    let invalid = |reason: String| {
+        let path = path.clone();
+        CliError::Table(TableError::Invalid { path, reason })
+    };
+    let plan = SweepPlan::from_identity(&table.identity).map_err(invalid)?;
+    match &plan.axes[..] {
+        [axis] if axis.parameter() == parameter => Ok(table.points),
+        _ => Err(CliError::OtherSweep {
+            path: path.clone(),
+            parameter: parameter.path(),
+        }),
+    }
+}
+
+/// Saves the recording.
+fn record(file: &OutputFile, plan: &BranchPlan, result: &Branch) -> Result<(), CliError> {
+    let portraits = portraits(plan, result).map_err(failed)?;
+    let study = BranchStudy {
+        scene: &plan.scene,
+        branch: result,
+        portraits: &portraits,
+        command: &command_line(),
+    };
+    save_branch(file.path(), &study).map_err(|source| CliError::Run {
+        task: "recording",
+        source: source.into(),
+    })
+}
+
+/// The stability map over two parameters.
+fn map(
+    args: &BranchArgs,
+    stop: &AtomicBool,
+    scene: Scene,
+    spans: [Span; 2],
+) -> Result<(), CliError> {
+    let of_one = [
+        ("--out", args.out.is_some()),
+        ("--save", args.save.is_some()),
+        ("--sweep", args.sweep.is_some()),
+        ("--start", args.start.is_some()),
+    ];
+    if let Some((option, _)) = of_one.into_iter().find(|(_, given)| *given) {
+        return Err(CliError::OneParameter { option });
+    }
+    let files = Files::check(args, FIGURES[1])?;
+    let plan = MapPlan {
+        scene,
+        parameters: spans.map(|span| span.0),
+        intervals: spans.map(|span| span.1),
+        size: [args.points.unwrap_or(POINTS[1]) as usize; 2],
+    };
+    let progress = Progress::with_estimate();
+    let result = stability_map(&plan, threads(args.threads), &mut |share| {
+        progress.update(share, "stability map");
+        interrupt::should_continue(stop)
+    });
+    drop(progress);
+    let Some(result) = result.map_err(failed)? else {
+        return Err(CliError::NoResult);
+    };
+    let name = &plan.scene.name;
+    let written = files.figures(args, &[map_figure(name, &result)])?;
+    let document = Document::new(&result, &written).with_scene(name);
+    files.print(&document, &branch_text::map(name, &result))
+}
+
+/// The parameters and their intervals: one, or two for a map.
+fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
+    let mut spans = Vec::new();
+    if let Some(Interval(interval)) = args.tilt {
+        spans.push((Parameter::tilt(), interval));
+    }
+    for ParameterInterval { key, interval } in &args.param {
+        spans.push((report::named_parameter(key)?, interval.0));
+    }
+    if spans.is_empty() {
+        spans.push((Parameter::tilt(), TILTS));
+    }
+    if spans.len() > 2 {
+        return Err(CliError::TooManyAxes { count: spans.len() });
+    }
+    if spans.len() == 2 && spans[0].0 == spans[1].0 {
+        let path = spans[0].0.path();
+        return Err(CliError::AxisTwice { path });
+    }
+    for &(parameter, interval) in &spans {
+        if scene.joint().is_err() && parameter == Parameter::tilt() {
+            let scene = scene.name.clone();
+            return Err(CliError::NoTilt { scene });
+        }
+        if !parameter.is_continuous() {
+            let path = parameter.path();
+            return Err(CliError::NotContinuous { path });
+        }
+        // Refuse invalid values before the study starts.
+        for value in interval {
+            scene.with_values(&[(parameter, value)])?;
+        }
+    }
+    Ok(spans)
+}
+
+/// The time-dependent quantities of the scene that the study holds constant; not a tilt that it varies.
+fn held(scene: &Scene, spans: &[Span]) -> FixedAt {
+    let joint = scene.joint();
+    let held = joint.map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
+    let varies_tilt = spans.iter().any(|span| span.0 == Parameter::tilt());
+    FixedAt {
+        tilt: held.tilt.filter(|_| !varies_tilt),
+        ..held
+    }
+}
+
+fn failed(source: BranchError) -> CliError {
+    CliError::Run {
+        task: "study of branches",
+        source: source.into(),
+    }
+}
+
+/// The output files.
+struct Files {
+    out: Option<OutputFile>,
+    save: Option<OutputFile>,
+    json: Option<OutputFile>,
+    /// Whether JSON replaces the table on the standard output.
+    prints_json: bool,
+}
+
+impl Files {
+    /// Checks all outputs; `figures` are the stems of the figures' file names.
+    fn check(args: &BranchArgs, figures: &[&str]) -> Result<Self, CliError> {
+        let prints_json = args.json.as_deref().is_some_and(is_stdout);
+        let json = args.json.as_deref().filter(|path| !is_stdout(path));
+        let ending = |path: &Path| path.extension().map(|ending| ending == "arrow");
+        if let Some(path) = args
+            .out
+            .as_deref()
+            .filter(|path| ending(path) != Some(true))
+        {
+            let path = path.to_owned();
+            return Err(CliError::NotArrow { path });
+        }
+        if let Some(directory) = &args.figures {
+            let names = args.drawn.names(figures, &STUDY);
+            check_directory(directory, "--figures", &names)?;
+        }
+        let outputs = [
+            ("--out", args.out.as_deref()),
+            ("--save", args.save.as_deref()),
+            ("--json", json),
+        ];
+        let [out, save, json] = check_all(args.scene.input(), outputs)?;
+        if save.is_some() {
+            resources::check_memory()?;
+        }
+        Ok(Self {
+            out,
+            save,
+            json,
+            prints_json,
+        })
+    }
+
+    /// Draws the figures, if they are requested.
+    fn figures(&self, args: &BranchArgs, figures: &[Figure]) -> Result<Vec<WrittenFile>, CliError> {
+        match &args.figures {
+            Some(directory) => {
+                write_figures(directory, "--figures", figures, (&args.drawn, &STUDY))
+            }
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Prints the report, or JSON with `--json -`.
+    fn print(
+        &self,
+        document: &Document<impl serde::Serialize>,
+        text: &str,
+    ) -> Result<(), CliError> {
+        match self.prints_json {
+            true => document.print()?,
+            false => document.deliver(text, self.json.as_ref())?,
+        }
+        Ok(())
+    }
+}

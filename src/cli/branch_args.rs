@@ -1,0 +1,159 @@
+//! Arguments of `squeakscope branch`.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args as Arguments, value_parser};
+use thiserror::Error;
+
+use super::common_args::SceneArgs;
+use super::figures::FigureArgs;
+
+/// Arguments of `squeakscope branch`.
+#[derive(Debug, Arguments)]
+pub struct BranchArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Follow the branches over the tilt of the load in degrees, from A to B [default: 0:8, if there is no --param].
+    #[arg(
+        long,
+        value_name = "A:B",
+        allow_hyphen_values = true,
+        help_heading = "Parameters"
+    )]
+    pub tilt: Option<Interval>,
+    /// Follow the branches over this numeric key of the scene file, from A to B. Give two parameters, of which --tilt
+    /// may be one, for a stability map.
+    #[arg(long, value_name = "KEY=A:B", help_heading = "Parameters")]
+    pub param: Vec<ParameterInterval>,
+    /// Number of points of the equilibria, or of each parameter of a map; more are inserted where modes change quickly
+    /// [default: 81; for a map: 41].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(2..=10_000),
+        help_heading = "Parameters")]
+    pub points: Option<u32>,
+    /// Compute the equilibria only, without periodic orbits.
+    #[arg(long, help_heading = "Parameters")]
+    pub equilibria: bool,
+    /// Start the periodic orbits from the settled motion at this value of the parameter [default: the value of the
+    /// scene, or another value at which the motion is periodic].
+    #[arg(
+        long,
+        value_name = "VALUE",
+        conflicts_with = "equilibria",
+        help_heading = "Parameters"
+    )]
+    pub start: Option<f64>,
+    /// Number of threads of a map [default: the number of cores].
+    #[arg(long, value_name = "N", help_heading = "Execution")]
+    pub threads: Option<NonZero<usize>>,
+    /// Write the points to this Arrow table.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub out: Option<PathBuf>,
+    /// Save a recording for the Rerun viewer, with the parameter as its timeline.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub save: Option<PathBuf>,
+    /// Also write all results as JSON; `-` prints them instead of the table.
+    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+    /// Draw the figures to this directory.
+    #[arg(long, value_name = "DIR", help_heading = "Figures")]
+    pub figures: Option<PathBuf>,
+    /// Add the settled responses of this table of a sweep over the same parameter to the branch diagram.
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "figures",
+        help_heading = "Figures"
+    )]
+    pub sweep: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureArgs,
+}
+
+/// An interval of a parameter, with ascending ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval(pub [f64; 2]);
+
+/// A key of the scene file and its interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterInterval {
+    /// Path or name of the key.
+    pub key: String,
+    /// Interval in the unit of the key.
+    pub interval: Interval,
+}
+
+/// Reason why a text is not an interval.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IntervalError {
+    /// Not two numbers.
+    #[error("give A:B, such as 0:8")]
+    Form,
+    /// No `KEY=` before the numbers.
+    #[error("give KEY=A:B, such as contact.stiffness_factor=1:20")]
+    NoKey,
+    /// A part that is not a finite number.
+    #[error("`{0}` is not a number; give A:B, such as 0:8")]
+    NotANumber(String),
+    /// The ends are equal or in descending order.
+    #[error("{from}:{to} is not an interval; give A:B with A less than B")]
+    Empty {
+        /// First end.
+        from: f64,
+        /// Second end.
+        to: f64,
+    },
+}
+
+impl FromStr for Interval {
+    type Err = IntervalError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parts = text
+            .split(':')
+            .map(|part| match part.trim().parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(number),
+                _ => Err(IntervalError::NotANumber(part.to_owned())),
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        match parts[..] {
+            [from, to] if from < to => Ok(Self([from, to])),
+            [from, to] => Err(IntervalError::Empty { from, to }),
+            _ => Err(IntervalError::Form),
+        }
+    }
+}
+
+impl FromStr for ParameterInterval {
+    type Err = IntervalError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (key, interval) = text.split_once('=').ok_or(IntervalError::NoKey)?;
+        Ok(Self {
+            key: key.trim().to_owned(),
+            interval: interval.parse()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_ascending_numbers() {
+        assert_eq!("0:8".parse(), Ok(Interval([0.0, 8.0])));
+        assert_eq!("-1.5:1e1".parse(), Ok(Interval([-1.5, 10.0])));
+        let range: ParameterInterval = "contact.stiffness_factor=1:3".parse().unwrap();
+        assert_eq!(range.key, "contact.stiffness_factor");
+        assert_eq!(range.interval, Interval([1.0, 3.0]));
+        for text in ["0", "0:8:1", "8:0", "1:1", "a:2", "0:nan", ""] {
+            assert!(text.parse::<Interval>().is_err(), "{text}");
+        }
+        assert_eq!(
+            "0:8".parse::<ParameterInterval>(),
+            Err(IntervalError::NoKey)
+        );
+    }
+}

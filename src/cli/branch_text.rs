@@ -1,0 +1,267 @@
+//! The report of `squeakscope branch` for the terminal.
+
+use std::fmt::Write as _;
+
+use super::report::{HEADING, WARNING};
+use crate::analysis::range;
+use crate::dynamics::continuation::PeriodicOrbit;
+use crate::escape;
+use crate::number::{fixed, short};
+use crate::study::branch::{
+    Branch, Criticality, EquilibriumPoint, OrbitBifurcation, OrbitPoint, StabilityMap,
+    SteadyBifurcation,
+};
+use crate::table::Table;
+
+/// The branches over one parameter.
+pub(super) fn branch(scene: &str, branch: &Branch) -> String {
+    let mut text = String::new();
+    let [from, to] = branch.interval;
+    let _ = writeln!(
+        text,
+        "{HEADING}{}{HEADING:#}: {} from {from} to {to}{}",
+        escape::line(scene),
+        branch.parameter,
+        unit(&branch.unit),
+    );
+    for (low, high, count) in unstable_intervals(&branch.equilibria) {
+        let _ = writeln!(
+            text,
+            "  steady sliding with {count} unstable modes from {} to {}",
+            short(low),
+            short(high)
+        );
+    }
+    let bifurcations: Vec<_> = branch.steady_bifurcations().collect();
+    if !bifurcations.is_empty() {
+        let _ = writeln!(text, "\n{}", steady_table(branch, &bifurcations).text());
+    }
+    for found in &bifurcations {
+        text += &normal_form(found, &branch.unit);
+    }
+    if !branch.points.is_empty() {
+        let _ = writeln!(text, "\n{}", orbit_table(branch).text());
+    }
+    let found: Vec<_> = branch.orbit_bifurcations().collect();
+    if !found.is_empty() {
+        let _ = writeln!(text, "{}", bifurcation_table(branch, &found).text());
+    }
+    for reason in &branch.ended {
+        let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
+    }
+    text
+}
+
+/// Intervals of the parameter with a constant number of unstable modes, from point to point.
+fn unstable_intervals(points: &[EquilibriumPoint]) -> Vec<(f64, f64, usize)> {
+    let mut intervals: Vec<(f64, f64, usize)> = Vec::new();
+    for point in points {
+        let (value, count) = (point.at.value, point.unstable_modes);
+        match intervals.last_mut() {
+            Some(last) if last.2 == count => last.1 = value,
+            _ => intervals.push((value, value, count)),
+        }
+    }
+    intervals
+}
+
+/// The bifurcations of the equilibria, one per row.
+fn steady_table(branch: &Branch, found: &[&SteadyBifurcation]) -> Table {
+    let per_unit = match &branch.unit[..] {
+        "" => "crossing speed, 1/s".to_owned(),
+        unit => format!("crossing speed, 1/s per {unit}"),
+    };
+    let mut table = Table::default()
+        .right(branch.name())
+        .left("bifurcation")
+        .right("frequency, Hz")
+        .left("mode")
+        .right(per_unit)
+        .right("first Lyapunov coefficient")
+        .left("cycle");
+    for found in found {
+        let cycle = found.cycle.as_ref();
+        table.row([
+            format!("{:.9}", found.at.value),
+            found.kind.to_string(),
+            fixed(found.frequency_hz, 3),
+            found.label.clone(),
+            found
+                .crossing_speed
+                .map_or_else(String::new, |speed| format!("{speed:.4}")),
+            cycle.map_or_else(String::new, |cycle| {
+                let (value, error) = (cycle.first_lyapunov, cycle.first_lyapunov_error);
+                format!("{value:.4e} +-{error:.0e}")
+            }),
+            cycle.map_or_else(String::new, |cycle| {
+                format!("{}, by the {}", cycle.criticality, cycle.method)
+            }),
+        ]);
+    }
+    table
+}
+
+/// The branches of periodic orbits, one per row.
+fn orbit_table(branch: &Branch) -> Table {
+    let mut table = Table::default()
+        .right("branch")
+        .right("orbits")
+        .right(branch.name())
+        .right("frequency, Hz")
+        .right("amplitude, um")
+        .left("attracting at");
+    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    for number in 0..count {
+        let own = || branch.points.iter().filter(|point| point.branch == number);
+        let span = |of: fn(&OrbitPoint) -> f64, digits: usize| {
+            let [low, high] = range(own().map(of));
+            format!("{low:.digits$} to {high:.digits$}")
+        };
+        table.row([
+            number.to_string(),
+            own().count().to_string(),
+            span(|point| point.at.value, 4),
+            span(|point| point.orbit.frequency_hz(), 2),
+            span(|point| 1e6 * point.orbit.amplitude, 4),
+            stable_intervals(&branch.course(number)),
+        ]);
+    }
+    table
+}
+
+/// Parts of a branch whose orbits attract, in its order.
+fn stable_intervals(course: &[(&PeriodicOrbit, bool)]) -> String {
+    let mut parts: Vec<[f64; 2]> = Vec::new();
+    let mut was_stable = false;
+    for &(orbit, stable) in course {
+        let value = orbit.parameter;
+        match parts.last_mut() {
+            Some(last) if stable && was_stable => last[1] = value,
+            _ if stable => parts.push([value; 2]),
+            _ => {}
+        }
+        was_stable = stable;
+    }
+    let parts = parts
+        .iter()
+        .map(|[from, to]| format!("{from:.4} to {to:.4}"));
+    let parts: Vec<String> = parts.collect();
+    if parts.is_empty() {
+        "-".to_owned()
+    } else {
+        parts.join(", ")
+    }
+}
+
+/// The bifurcations of the periodic orbits, one per row.
+fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
+    let mut table = Table::default()
+        .right("branch")
+        .right(branch.name())
+        .right("+-")
+        .left("bifurcation")
+        .right("frequency, Hz");
+    table = table
+        .right("rotation number")
+        .right("second frequency, Hz")
+        .right("unstable");
+    for found in found {
+        let bifurcation = &found.bifurcation;
+        table.row([
+            found.branch.to_string(),
+            format!("{:.7}", found.at.value),
+            format!("{:.0e}", bifurcation.accuracy),
+            found.name(),
+            format!("{:.3}", bifurcation.frequency_hz),
+            bifurcation
+                .rotation_number
+                .map_or_else(String::new, |r| format!("{r:.6}")),
+            fixed(bifurcation.torus_frequency_hz, 3),
+            format!("{:+}", bifurcation.unstable_change),
+        ]);
+    }
+    table
+}
+
+/// The range of the normal form of a Hopf point with kinks, as a sentence.
+fn normal_form(found: &SteadyBifurcation, unit: &str) -> String {
+    let Some(cycle) = &found.cycle else {
+        return String::new();
+    };
+    let (Some(amplitude), Some(range)) = (cycle.smooth_amplitude_m, cycle.smooth_range) else {
+        return String::new();
+    };
+    let word = match cycle.criticality {
+        Criticality::Undetermined => "kinks begin",
+        _ => "the normal form holds",
+    };
+    format!(
+        "  {:.0} Hz: {word} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where a first node separates\n",
+        found.frequency_hz,
+        1e6 * amplitude,
+        range,
+        self::unit(unit),
+    )
+}
+
+/// A unit after a number.
+fn unit(unit: &str) -> String {
+    match unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    }
+}
+
+/// The stability map.
+pub(super) fn map(scene: &str, map: &StabilityMap) -> String {
+    let mut text = String::new();
+    let [x, y] = &map.axes;
+    let _ = writeln!(
+        text,
+        "{HEADING}{}{HEADING:#}: stability over {} and {}, {} x {} points",
+        escape::line(scene),
+        x.parameter,
+        y.parameter,
+        x.values.len(),
+        y.values.len()
+    );
+    let mut table = Table::default()
+        .right("unstable modes")
+        .right("share of the map");
+    let counts = || map.grid.iter().map(|point| point.unstable_modes);
+    let most = counts().flatten().max().unwrap_or(0);
+    let kinds = (0..=most).map(Some).chain([None]);
+    for kind in kinds {
+        let number = counts().filter(|count| *count == kind).count();
+        if number > 0 {
+            let name = kind.map_or_else(|| "no equilibrium".to_owned(), |count| count.to_string());
+            let share = 100.0 * number as f64 / map.grid.len() as f64;
+            table.row([name, format!("{share:.1} %")]);
+        }
+    }
+    text += &table.text();
+    if !map.curves.is_empty() {
+        let mut table = Table::default()
+            .left("Hopf curve")
+            .right("points")
+            .right("frequency, Hz")
+            .left("end");
+        for curve in &map.curves {
+            let frequencies = curve.points.iter().map(|point| point.frequency_hz);
+            let [low, high] = range(frequencies);
+            let end = match (curve.closed, &curve.ended[..]) {
+                (true, _) => "closed".to_owned(),
+                (false, []) => "at the borders".to_owned(),
+                (false, reasons) => reasons.join("; "),
+            };
+            table.row([
+                curve.label.clone(),
+                curve.points.len().to_string(),
+                format!("{low:.1} to {high:.1}"),
+                end,
+            ]);
+        }
+        let _ = write!(text, "\n{}", table.text());
+    }
+    text
+}

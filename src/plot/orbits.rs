@@ -1,0 +1,274 @@
+//! Figures of branches of periodic orbits: branch diagram, frequency and amplitude, multipliers in the unit circle.
+
+use std::f64::consts::TAU;
+
+use super::axis::{Axis, extent};
+use super::color::Color;
+use super::figure::{Figure, Layer, Marker, Panel};
+use super::unit::Unit;
+use crate::analysis::Regime;
+use crate::dynamics::continuation::PeriodicOrbit;
+use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint};
+use crate::study::sweep::SweepPoint;
+
+/// Height of a row of panels, mm.
+const ROW_MM: f64 = 62.0;
+/// Colours of the branches, cyclically.
+const BRANCH_COLORS: [Color; 4] = [
+    Color::Series(0),
+    Color::Series(1),
+    Color::Series(4),
+    Color::Series(3),
+];
+/// Radius of the plot of the multipliers.
+const RADIUS: f64 = 1.35;
+/// Vertices of the unit circle.
+const CIRCLE: u32 = 180;
+
+/// The figure `branch`: amplitude and frequency of the periodic orbits over the parameter, solid where they attract and
+/// dashed where they do not, the equilibrium at amplitude zero, and the bifurcations. `settled` are the points of a
+/// sweep over the same parameter, drawn as dots in the colour of their type of motion.
+pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Figure {
+    let x = Axis::linear(branch.axis_label(), branch.interval);
+    let responses = || {
+        settled
+            .iter()
+            .filter_map(|point| point.outcome.as_ref().ok())
+    };
+    let amplitudes = branch.points.iter().map(|point| point.orbit.amplitude);
+    let amplitudes = amplitudes.chain(responses().map(|response| response.amplitude));
+    let [_, highest] = extent(amplitudes.chain([0.0]));
+    let unit = Unit::of("m", highest);
+    let amplitude = |orbit: &PeriodicOrbit| unit.factor * orbit.amplitude;
+    let mut layers = legend(branch);
+    layers.extend(equilibrium(branch));
+    layers.extend(lines(branch, &amplitude));
+    layers.extend(dots(settled, &|response| {
+        Some(unit.factor * response.amplitude)
+    }));
+    layers.extend(marks(branch, &amplitude));
+    let upper = Panel::new(
+        "amplitude: solid if the motion attracts, dashed if not",
+        x.clone(),
+        Axis::linear(
+            unit.after("amplitude"),
+            [-0.04, 1.12].map(|y| y * unit.factor * highest),
+        ),
+        layers,
+    );
+    let frequency = |orbit: &PeriodicOrbit| 1e-3 * orbit.frequency_hz();
+    let frequencies = branch.points.iter().map(|point| frequency(&point.orbit));
+    let mut layers: Vec<Layer> = lines(branch, &frequency);
+    layers.extend(marks(branch, &frequency));
+    let lower = Panel::new(
+        "frequency of the periodic orbits",
+        x,
+        Axis::with_margin("frequency, kHz", frequencies),
+        layers,
+    );
+    let title = format!("{scene}: branches of periodic orbits");
+    let rows = vec![vec![upper], vec![lower]];
+    Figure::new("branch", title, 2.0 * ROW_MM, rows)
+}
+
+/// The figure `multipliers`: the Floquet multipliers of all orbits in the complex plane, and the largest magnitudes over
+/// the parameter.
+pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
+    let circle = multipliers_panel(branch, None);
+    let mut layers = vec![Layer::horizontal_line(1.0)];
+    let magnitudes = |k: usize| {
+        let points = branch.points.iter();
+        points.filter_map(move |point| {
+            let magnitude = point.orbit.nontrivial_multipliers().nth(k)?.magnitude();
+            Some((point.branch, [point.at.value, magnitude]))
+        })
+    };
+    for k in (0..3).rev() {
+        let color = Color::Exponent(k);
+        let mut strips: Vec<Vec<[f64; 2]>> = Vec::new();
+        let mut last = None;
+        for (number, at) in magnitudes(k) {
+            if last != Some(number) {
+                strips.push(Vec::new());
+                last = Some(number);
+            }
+            if let Some(strip) = strips.last_mut() {
+                strip.push(at);
+            }
+        }
+        let label = ["largest", "second", "third"][k];
+        layers.push(Layer::lines(strips, color).with_label(label).with_id(label));
+    }
+    let marks = branch.orbit_bifurcations().map(|found| {
+        let magnitude = 1.0;
+        ([found.at.value, magnitude], name(found))
+    });
+    layers.push(Layer::peaks(marks.collect()));
+    let values = (0..3).flat_map(|k| magnitudes(k).map(|(_, at)| at[1]));
+    let magnitude = Panel::new(
+        "magnitudes, without the trivial multiplier",
+        Axis::linear(branch.axis_label(), branch.interval),
+        Axis::with_margin("magnitude", values.chain([1.0])),
+        layers,
+    );
+    let title = format!("{scene}: Floquet multipliers");
+    let rows = vec![vec![circle, magnitude]];
+    Figure::new("multipliers", title, 85.0, rows)
+}
+
+/// The complex plane with the unit circle and the multipliers of all orbits, or of one of them in front of the others.
+pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel {
+    let circle = (0..=CIRCLE).map(|k| {
+        let angle = TAU * f64::from(k) / f64::from(CIRCLE);
+        [angle.cos(), angle.sin()]
+    });
+    let mut layers = vec![
+        Layer::line(circle.collect(), Color::Ink).with_id("circle"),
+        Layer::lines(
+            vec![
+                vec![[-RADIUS, 0.0], [RADIUS, 0.0]],
+                vec![[0.0, -RADIUS], [0.0, RADIUS]],
+            ],
+            Color::Pale,
+        )
+        .with_id("cross"),
+    ];
+    let at = |point: &OrbitPoint, is_outside: bool| -> Vec<[f64; 2]> {
+        let multipliers = point.orbit.multipliers.iter();
+        let chosen = multipliers.filter(|m| (m.ln_magnitude > 1e-6) == is_outside);
+        chosen.map(|m| [m.re(), m.im()]).collect()
+    };
+    for (is_outside, color) in [(false, Color::Faint), (true, Color::Accent)] {
+        let all = branch.points.iter().flat_map(|point| at(point, is_outside));
+        let (radius, color) = match chosen {
+            Some(_) => (0.5, Color::Pale),
+            None => (0.8, color),
+        };
+        let id = if is_outside { "outside" } else { "inside" };
+        layers.push(Layer::points(all.collect(), radius, color).with_id(format!("all {id}")));
+    }
+    for (is_outside, color) in [(false, Color::Ink), (true, Color::Accent)] {
+        if let Some(point) = chosen {
+            let id = if is_outside { "outside" } else { "inside" };
+            layers.push(Layer::points(at(point, is_outside), 2.2, color).with_id(id));
+        }
+    }
+    let axis = |name: &str| Axis::linear(name, [-RADIUS, RADIUS]);
+    Panel::new(
+        "multipliers in the unit circle",
+        axis("real part"),
+        axis("imaginary part"),
+        layers,
+    )
+    .square()
+}
+
+/// Legend entries of the branches, if there are several.
+fn legend(branch: &Branch) -> Vec<Layer> {
+    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let keys = (0..count).filter(|_| count > 1);
+    keys.map(|k| Layer::legend_entry(format!("branch {k}"), color(k)))
+        .collect()
+}
+
+fn color(branch: usize) -> Color {
+    BRANCH_COLORS[branch % BRANCH_COLORS.len()]
+}
+
+/// The equilibrium at amplitude zero.
+fn equilibrium(branch: &Branch) -> [Layer; 2] {
+    let points = branch.equilibria.iter();
+    let points = points.map(|point| ([point.at.value, 0.0], point.unstable_modes == 0));
+    let parts = stable_parts(&points.collect::<Vec<_>>());
+    solid_and_dashed(parts, Color::Faint, "equilibrium")
+}
+
+/// The lines of all branches.
+fn lines(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
+    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let layers = (0..count).flat_map(|number| {
+        let course = branch.course(number).into_iter();
+        let points = course.map(|(orbit, stable)| ([orbit.parameter, of(orbit)], stable));
+        let parts = stable_parts(&points.collect::<Vec<_>>());
+        solid_and_dashed(parts, color(number), &format!("branch {number}"))
+    });
+    layers.collect()
+}
+
+/// The unstable and the stable parts of a line. Neighbouring parts share a point.
+fn stable_parts(points: &[([f64; 2], bool)]) -> [Vec<Vec<[f64; 2]>>; 2] {
+    let mut parts = [Vec::new(), Vec::new()];
+    let mut last: Option<([f64; 2], bool)> = None;
+    for &(at, stable) in points {
+        let strips: &mut Vec<Vec<[f64; 2]>> = &mut parts[usize::from(stable)];
+        match last {
+            Some((_, before)) if before == stable => {
+                if let Some(strip) = strips.last_mut() {
+                    strip.push(at);
+                }
+            }
+            Some((before, _)) => strips.push(vec![before, at]),
+            None => strips.push(vec![at]),
+        }
+        last = Some((at, stable));
+    }
+    parts
+}
+
+fn solid_and_dashed(
+    [unstable, stable]: [Vec<Vec<[f64; 2]>>; 2],
+    color: Color,
+    id: &str,
+) -> [Layer; 2] {
+    [
+        Layer::lines(unstable, color)
+            .dashed()
+            .with_id(format!("{id}, unstable")),
+        Layer::lines(stable, color)
+            .with_line_width(1.6)
+            .with_id(format!("{id}, stable")),
+    ]
+}
+
+/// The settled responses of a sweep.
+fn dots(
+    settled: &[SweepPoint],
+    of: &dyn Fn(&crate::study::response::SettledResponse) -> Option<f64>,
+) -> Vec<Layer> {
+    let layers = Regime::ALL.into_iter().map(|regime| {
+        let points = settled.iter().filter_map(|point| {
+            let response = point.outcome.as_ref().ok()?;
+            let value = *point.place.values.first()?;
+            (response.regime == regime).then_some([value, of(response)?])
+        });
+        Layer::points(points.collect(), 1.5, Color::Regime(regime))
+            .with_label(format!("sweep: {regime}"))
+            .with_id(format!("sweep {regime}"))
+    });
+    layers.filter(Layer::has_points).collect()
+}
+
+/// The bifurcations of the orbits.
+fn marks(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
+    let marks = branch.orbit_bifurcations().map(|found| {
+        let at = [found.at.value, of(&found.bifurcation.orbit)];
+        (at, name(found))
+    });
+    let marks: Vec<_> = marks.collect();
+    let places = marks.iter().map(|(at, _)| *at).collect();
+    vec![
+        Layer::points(places, 2.4, Color::Accent)
+            .with_marker(Marker::Ring)
+            .with_id("bifurcations"),
+        Layer::peaks(marks),
+    ]
+}
+
+/// Short name of a bifurcation with its second frequency.
+fn name(found: &OrbitBifurcation) -> String {
+    let kind = found.name();
+    match found.bifurcation.torus_frequency_hz {
+        Some(hz) => format!("{kind}, {:.2} kHz", 1e-3 * hz),
+        None => kind,
+    }
+}

@@ -1,0 +1,105 @@
+//! Derivatives of matrices by extrapolated differences with an error estimate.
+
+use faer::Mat;
+
+/// Number of step sizes.
+const LEVELS: usize = 6;
+/// Ratio of successive steps.
+const RATIO: f64 = 2.0;
+
+/// A derivative from differences, and its error estimate.
+#[derive(Clone, Debug)]
+pub struct Differences {
+    /// The derivative.
+    pub value: Mat<f64>,
+    /// Largest error of an entry, by the change between the two best extrapolations.
+    pub error: f64,
+}
+
+/// The derivative of a matrix at zero. The steps halve from `first` on, and the differences are extrapolated to step
+/// zero (Ridders, Adv. Eng. Software 4 (1982) 75); the extrapolation with the smallest error estimate is the result.
+/// Where `of` fails on one side only, at the end of a range, one-sided differences take over.
+///
+/// # Errors
+/// The error of `of`, if it fails at zero or on both sides.
+pub fn difference<E>(
+    first: f64,
+    mut of: impl FnMut(f64) -> Result<Mat<f64>, E>,
+) -> Result<Differences, E> {
+    let here = of(0.0)?;
+    let mut table: Vec<Mat<f64>> = Vec::new();
+    let mut best: Option<Differences> = None;
+    for level in 0..LEVELS {
+        let step = first / RATIO.powi(level as i32);
+        let (start, order) = match (of(step), of(-step)) {
+            (Ok(up), Ok(down)) => (combined(&up, &down, 0.5 / step), 2),
+            (Ok(up), Err(_)) => (combined(&up, &here, 1.0 / step), 1),
+            (Err(_), Ok(down)) => (combined(&here, &down, 1.0 / step), 1),
+            (Err(error), Err(_)) => return Err(error),
+        };
+        // One row of the extrapolation table; differences of central steps have even powers only.
+        let mut row = vec![start];
+        for (k, coarser) in table.iter().enumerate() {
+            let weight = RATIO.powi(order * (k as i32 + 1));
+            let next = Mat::from_fn(here.nrows(), here.ncols(), |i, j| {
+                (weight * row[k][(i, j)] - coarser[(i, j)]) / (weight - 1.0)
+            });
+            row.push(next);
+        }
+        for k in 1..row.len() {
+            let change = |a: &Mat<f64>, b: &Mat<f64>| largest(&combined(a, b, 1.0));
+            let error = change(&row[k], &row[k - 1]).max(change(&row[k], &table[k - 1]));
+            if best.as_ref().is_none_or(|best| error < best.error) {
+                let value = row[k].clone();
+                best = Some(Differences { value, error });
+            }
+        }
+        table = row;
+    }
+    Ok(best.unwrap_or(Differences {
+        value: table.remove(0),
+        error: f64::INFINITY,
+    }))
+}
+
+/// Largest entry of a matrix by magnitude.
+pub(super) fn largest(matrix: &Mat<f64>) -> f64 {
+    let entries = (0..matrix.ncols()).flat_map(|j| (0..matrix.nrows()).map(move |i| (i, j)));
+    entries.map(|at| matrix[at].abs()).fold(0.0, f64::max)
+}
+
+/// `factor (a - b)`.
+fn combined(a: &Mat<f64>, b: &Mat<f64>, factor: f64) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        factor * (a[(i, j)] - b[(i, j)])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_derivative_of_smooth_entries_has_ten_digits() {
+        let of = |x: f64| Ok::<_, ()>(Mat::from_fn(1, 2, |_, j| [(3.0 + x).exp(), x.sin()][j]));
+        let found = difference(0.1, of).unwrap();
+        let exact = 3.0_f64.exp();
+        assert!(
+            (found.value[(0, 0)] - exact).abs() < 1e-10 * exact,
+            "{found:?}"
+        );
+        assert!((found.value[(0, 1)] - 1.0).abs() < 1e-10);
+        assert!(found.error < 1e-8 * exact);
+    }
+
+    #[test]
+    fn the_end_of_a_range_has_one_sided_differences() {
+        let of = |x: f64| match x < 0.0 {
+            true => Err("out of range"),
+            false => Ok(Mat::from_fn(1, 1, |_, _| (1.0 + x).powi(3))),
+        };
+        let found = difference(0.1, of).unwrap();
+        assert!((found.value[(0, 0)] - 3.0).abs() < 1e-9, "{found:?}");
+        assert!(difference(0.1, |_| Err::<Mat<f64>, _>("nowhere")).is_err());
+    }
+}

@@ -1,0 +1,178 @@
+//! A branch of equilibria: steady sliding over a parameter, its modes, and where they become unstable.
+
+use serde::{Deserialize, Serialize};
+
+use super::BranchError;
+use super::at::At;
+use super::hopf::{Bracket, SteadyBifurcation, locate};
+use super::steady::{SteadyFamily, SteadyState};
+use super::tracking::{Tracked, Tracks};
+use crate::joint::NamedMode;
+use crate::scene::{Parameter, Scene};
+
+/// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
+const MIN_CORRELATION: f64 = 0.8;
+/// Largest number of times that an interval is halved.
+const MAX_HALVINGS: usize = 6;
+
+/// Reason for the end of a branch that the caller stopped.
+const INTERRUPTED: &str = "interrupted";
+
+/// A mode at a point of a branch of equilibria.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BranchMode {
+    /// Number of the mode, which is followed along the branch by the correlation of its shape.
+    pub number: usize,
+    /// The mode.
+    #[serde(flatten)]
+    pub mode: NamedMode,
+}
+
+/// An equilibrium and its modes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EquilibriumPoint {
+    /// Number of unstable modes.
+    pub unstable_modes: usize,
+    /// All modes, by number. A pair of complex eigenvalues is one mode.
+    pub modes: Vec<BranchMode>,
+    /// Value of the parameter.
+    #[serde(flatten)]
+    pub at: At,
+}
+
+/// The equilibria of a scene over a parameter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EquilibriumBranch {
+    /// The points, in ascending order of the parameter.
+    pub points: Vec<EquilibriumPoint>,
+    /// Points at which a mode changes its stability, in ascending order of the parameter.
+    pub bifurcations: Vec<SteadyBifurcation>,
+    /// Reason why the branch ends before the end of the interval, if it does.
+    pub ended: Option<String>,
+}
+
+/// A plan of a branch: a parameter and its interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchPlan {
+    /// The scene.
+    pub scene: Scene,
+    /// The parameter.
+    pub parameter: Parameter,
+    /// The ends of the interval, ascending, in the unit of the scene file.
+    pub interval: [f64; 2],
+    /// Number of equally spaced points of the branch of equilibria, at least 2; more are inserted where modes change
+    /// quickly.
+    pub points: usize,
+}
+
+/// A point with what is needed to follow its modes.
+struct Solved {
+    value: f64,
+    state: SteadyState,
+    tracked: Vec<Tracked>,
+}
+
+/// The equilibria of a plan. `on_progress` receives the share of the work that is done, and returns whether to
+/// continue; otherwise the branch ends at the last point.
+///
+/// # Errors
+/// If the system has no equilibrium at the start of the interval, or cannot be built there.
+pub fn equilibria(
+    plan: &BranchPlan,
+    on_progress: &mut dyn FnMut(f64) -> bool,
+) -> Result<EquilibriumBranch, BranchError> {
+    let [from, to] = plan.interval;
+    let name = plan.parameter.name();
+    let mut family = SteadyFamily::new(
+        plan.scene.clone(),
+        vec![plan.parameter],
+        vec![(to - from).abs()],
+    );
+    let mut tracks = Tracks::default();
+    let mut last = solve(&mut family, &mut tracks, from, &[])?;
+    let mut points = vec![point(name, &last)];
+    let mut brackets = Vec::new();
+    let mut ended = None;
+    let intervals = plan.points.max(2) - 1;
+    'branch: for k in 1..=intervals {
+        let target = from + (to - from) * k as f64 / intervals as f64;
+        let mut next = target;
+        let mut halvings = 0;
+        while last.value < target {
+            if !on_progress((last.value - from) / (to - from)) {
+                ended = Some(INTERRUPTED.to_owned());
+                break 'branch;
+            }
+            let mut trial = tracks.clone();
+            let solved = match solve(&mut family, &mut trial, next, &last.tracked) {
+                Ok(solved) => solved,
+                Err(error) => {
+                    ended = Some(format!(
+                        "at {name} = {next}: {}",
+                        super::with_causes(&error)
+                    ));
+                    break 'branch;
+                }
+            };
+            if trial.worst < MIN_CORRELATION && halvings < MAX_HALVINGS {
+                halvings += 1;
+                next = 0.5 * (last.value + next);
+                continue;
+            }
+            tracks = trial;
+            brackets.extend(Bracket::between(
+                (last.value, &last.tracked),
+                (solved.value, &solved.tracked),
+            ));
+            points.push(point(name, &solved));
+            last = solved;
+            (next, halvings) = (target, 0);
+        }
+    }
+    let mut bifurcations = Vec::new();
+    for bracket in &brackets {
+        if !on_progress(1.0) {
+            ended = Some(INTERRUPTED.to_owned());
+            break;
+        }
+        bifurcations.extend(locate(&mut family, bracket)?);
+    }
+    bifurcations.sort_by(|a, b| a.at.value.total_cmp(&b.at.value));
+    Ok(EquilibriumBranch {
+        points,
+        bifurcations,
+        ended,
+    })
+}
+
+/// Solves for the equilibrium at a value and continues the tracks of its modes.
+fn solve(
+    family: &mut SteadyFamily,
+    tracks: &mut Tracks,
+    value: f64,
+    before: &[Tracked],
+) -> Result<Solved, BranchError> {
+    let state = family.at(&[value])?;
+    let tracked = tracks.follow(before, state.modes()?);
+    Ok(Solved {
+        value,
+        state,
+        tracked,
+    })
+}
+
+fn point(name: &str, solved: &Solved) -> EquilibriumPoint {
+    let modes = solved.tracked.iter().map(|tracked| BranchMode {
+        number: tracked.number,
+        mode: solved.state.named(&tracked.mode),
+    });
+    let modes: Vec<BranchMode> = modes.collect();
+    EquilibriumPoint {
+        unstable_modes: modes.iter().filter(|mode| mode.mode.unstable).count(),
+        modes,
+        at: At {
+            name: name.to_owned(),
+            value: solved.value,
+        },
+    }
+}

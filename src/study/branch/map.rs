@@ -1,0 +1,209 @@
+//! Stability over two parameters: the number of unstable modes and the largest growth rate on a grid, and the curves on
+//! which a mode changes its stability.
+
+use serde::{Deserialize, Serialize};
+
+use super::BranchError;
+use super::hopf_curve::{CurveTracer, HopfCurve, Seed};
+use super::steady::SteadyFamily;
+use super::tracking::{Tracked, Tracks};
+use crate::joint::NamedMode;
+use crate::scene::{Parameter, Scene};
+use crate::study::ThreadSpawnError;
+use crate::study::pool::{Event, ResultSender, run_jobs};
+
+/// A plan of a stability map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapPlan {
+    /// The scene.
+    pub scene: Scene,
+    /// The parameters: horizontal, vertical.
+    pub parameters: [Parameter; 2],
+    /// The ends of the interval of each parameter, ascending, in the units of the scene file.
+    pub intervals: [[f64; 2]; 2],
+    /// Numbers of grid points along each parameter, at least 2.
+    pub size: [usize; 2],
+}
+
+/// A parameter of a map and its values.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapAxis {
+    /// Path of the key in the scene file.
+    pub parameter: String,
+    /// Unit of the key; empty for a dimensionless number.
+    pub unit: String,
+    /// The values of the grid in this unit, ascending.
+    pub values: Vec<f64>,
+}
+
+/// A point of the grid of a map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapPoint {
+    /// Number of unstable modes; `None` if the system has no equilibrium there.
+    pub unstable_modes: Option<usize>,
+    /// Largest growth rate of all modes, 1/s; `None` if the system has no equilibrium there.
+    pub largest_growth_per_s: Option<f64>,
+}
+
+/// A stability map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StabilityMap {
+    /// The parameters on the axes: horizontal, vertical.
+    pub axes: [MapAxis; 2],
+    /// The grid, row by row: the horizontal parameter varies fastest, in ascending order.
+    pub grid: Vec<MapPoint>,
+    /// The curves on which a pair of complex eigenvalues is imaginary.
+    pub curves: Vec<HopfCurve>,
+}
+
+/// A grid point with its modes.
+type Solved = Result<(Vec<Tracked>, Vec<NamedMode>), BranchError>;
+
+impl MapPlan {
+    /// The values of the grid along a parameter.
+    fn values(&self, axis: usize) -> Vec<f64> {
+        let ([from, to], count) = (self.intervals[axis], self.size[axis].max(2));
+        let values = (0..count).map(|k| from + (to - from) * k as f64 / (count - 1) as f64);
+        values.collect()
+    }
+
+    fn family(&self) -> SteadyFamily {
+        let scales = self.intervals.map(|[from, to]| to - from);
+        SteadyFamily::new(
+            self.scene.clone(),
+            self.parameters.to_vec(),
+            scales.to_vec(),
+        )
+    }
+}
+
+/// Computes the map on `threads` threads. `on_progress` receives the share of the work that is done, and returns
+/// whether to continue; `None` if it stopped the study. The result does not depend on the number of threads.
+///
+/// # Errors
+/// If no thread can be started, or the system cannot be built at any point.
+pub fn stability_map(
+    plan: &MapPlan,
+    threads: usize,
+    on_progress: &mut dyn FnMut(f64) -> bool,
+) -> Result<Option<StabilityMap>, BranchError> {
+    let [xs, ys] = [0, 1].map(|axis| plan.values(axis));
+    let mut rows: Vec<Option<Vec<Solved>>> = ys.iter().map(|_| None).collect();
+    let job = |kept: &mut Option<SteadyFamily>, _, row: usize, sender: &ResultSender<'_, _>| {
+        let family = kept.get_or_insert_with(|| plan.family());
+        let points = xs.iter().map_while(|&x| {
+            sender
+                .should_continue()
+                .then(|| solve(family, [x, ys[row]]))
+        });
+        let points: Vec<Solved> = points.collect();
+        if points.len() == xs.len() {
+            sender.send((row, points));
+        }
+    };
+    let mut done = 0;
+    // Tracing the curves takes about as long as the grid.
+    let share = |done: usize| 0.5 * done as f64 / ys.len() as f64;
+    let complete = run_jobs(ys.len(), threads, job, |event| {
+        if let Event::Result((row, points)) = event {
+            rows[row] = Some(points);
+            done += 1;
+        }
+        Ok::<bool, ThreadSpawnError>(on_progress(share(done)))
+    })?;
+    let solved: Vec<Solved> = rows.into_iter().flatten().flatten().collect();
+    if !complete || solved.len() != xs.len() * ys.len() {
+        return Ok(None);
+    }
+    if solved.iter().all(Result::is_err) {
+        let first = solved.into_iter().next();
+        return Err(first.and_then(Result::err).unwrap_or(BranchError::NoPoint));
+    }
+    let grid = solved.iter().map(grid_point).collect();
+    let mut tracer = CurveTracer::new(plan.family(), plan.intervals);
+    let edges = edges([xs.len(), ys.len()]);
+    let mut curves: Vec<HopfCurve> = Vec::new();
+    for (k, [from, to]) in edges.iter().enumerate() {
+        if !on_progress(0.5 + 0.5 * k as f64 / edges.len() as f64) {
+            return Ok(None);
+        }
+        let (Ok((one, names)), Ok((other, _))) = (&solved[*from], &solved[*to]) else {
+            continue;
+        };
+        let place = |k: usize| [xs[k % xs.len()], ys[k / xs.len()]];
+        for seed in seeds([place(*from), place(*to)], one, other, names) {
+            let cell = 1.0 / (plan.size[0].min(plan.size[1]).max(2) - 1) as f64;
+            if !curves.iter().any(|curve| tracer.covers(curve, &seed, cell)) {
+                curves.extend(tracer.trace(&seed)?);
+            }
+        }
+    }
+    let axis = |k: usize, values: &[f64]| MapAxis {
+        parameter: plan.parameters[k].path().to_owned(),
+        unit: plan.parameters[k].unit().to_owned(),
+        values: values.to_vec(),
+    };
+    Ok(Some(StabilityMap {
+        axes: [axis(0, &xs), axis(1, &ys)],
+        grid,
+        curves,
+    }))
+}
+
+/// Pairs of neighbouring grid points, along both parameters.
+fn edges([columns, rows]: [usize; 2]) -> Vec<[usize; 2]> {
+    let points = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    let pairs = points.flat_map(|(row, column)| {
+        let here = row * columns + column;
+        let right = (column + 1 < columns).then_some([here, here + 1]);
+        let above = (row + 1 < rows).then_some([here, here + columns]);
+        [right, above].into_iter().flatten()
+    });
+    pairs.collect()
+}
+
+fn grid_point(solved: &Solved) -> MapPoint {
+    match solved {
+        Ok((_, named)) => MapPoint {
+            unstable_modes: Some(named.iter().filter(|mode| mode.unstable).count()),
+            largest_growth_per_s: named.iter().map(|mode| mode.growth).reduce(f64::max),
+        },
+        Err(_) => MapPoint {
+            unstable_modes: None,
+            largest_growth_per_s: None,
+        },
+    }
+}
+
+/// The modes whose growth rate changes its sign between two neighbouring points.
+fn seeds(
+    places: [[f64; 2]; 2],
+    one: &[Tracked],
+    other: &[Tracked],
+    names: &[NamedMode],
+) -> Vec<Seed> {
+    let modes = other.iter().map(|tracked| tracked.mode.clone());
+    // The numbers start where those of the first point end, so that a new mode does not take one of them.
+    let mut tracks = Tracks::after(one);
+    let other = tracks.follow(one, modes.collect());
+    let seeds = one.iter().zip(names).filter_map(|(from, name)| {
+        let to = other.iter().find(|to| to.number == from.number)?;
+        let growths = [from.mode.value.re, to.mode.value.re];
+        let crosses = growths[0] * growths[1] < 0.0 && from.mode.oscillates();
+        let share = growths[0] / (growths[0] - growths[1]);
+        crosses.then(|| Seed {
+            values: [0, 1].map(|k| places[0][k] + share * (places[1][k] - places[0][k])),
+            mode: from.mode.clone(),
+            label: name.label.clone(),
+        })
+    });
+    seeds.collect()
+}
+
+/// The modes at a grid point, numbered on their own.
+fn solve(family: &mut SteadyFamily, values: [f64; 2]) -> Solved {
+    let state = family.at(&values)?;
+    let tracked = Tracks::default().follow(&[], state.modes()?);
+    let named = tracked.iter().map(|tracked| state.named(&tracked.mode));
+    Ok((tracked.clone(), named.collect()))
+}

@@ -1,0 +1,74 @@
+//! Branches over a parameter: equilibria with all complex eigenvalues and the points at which modes become unstable.
+
+mod at;
+mod differences;
+mod equilibria;
+mod hopf;
+mod hopf_curve;
+mod map;
+mod orbits;
+mod result;
+mod sensitivities;
+mod steady;
+#[cfg(feature = "table")]
+mod table;
+#[cfg(test)]
+mod tests;
+mod tracking;
+
+use std::fmt::Write as _;
+
+use crate::dynamics::DynamicsError;
+use crate::dynamics::equilibrium::EquilibriumError;
+use crate::pipeline::PipelineError;
+use crate::scene::SceneError;
+use crate::study::ThreadSpawnError;
+
+pub use at::At;
+pub use differences::Differences;
+pub use equilibria::{BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, equilibria};
+pub use hopf::{
+    Criticality, CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind,
+};
+pub use hopf_curve::{HopfCurve, HopfCurvePoint};
+pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
+pub use orbits::{OrbitProgress, SceneFamily, add_orbits, portraits};
+pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, axis_label};
+pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
+pub use steady::{SteadyFamily, SteadyState};
+#[cfg(feature = "table")]
+pub use table::write_branch;
+
+/// Error of a study of branches.
+#[derive(Debug, thiserror::Error)]
+pub enum BranchError {
+    /// A value of the parameter is invalid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The system cannot be built.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The equilibrium cannot be found or analysed.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// An integration failed.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// No thread could be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadSpawnError),
+    /// A map without points.
+    #[error("the map has no points; widen its intervals")]
+    NoPoint,
+}
+
+/// An error with its causes, on one line.
+fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let _ = write!(text, ": {error}");
+        cause = error.source();
+    }
+    text
+}

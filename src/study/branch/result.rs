@@ -1,0 +1,197 @@
+//! The result of a study of branches over one parameter.
+
+use serde::{Deserialize, Serialize};
+
+use super::at::At;
+use super::equilibria::{BranchPlan, EquilibriumBranch, EquilibriumPoint};
+use super::hopf::SteadyBifurcation;
+use crate::dynamics::continuation::{
+    Bifurcation, BifurcationKind, OrbitBranch, PeriodicOrbit, Resonance,
+};
+
+/// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Branch {
+    /// Path of the parameter in the scene file.
+    pub parameter: String,
+    /// Unit of the parameter; empty for a dimensionless number.
+    pub unit: String,
+    /// Ends of the interval, in this unit.
+    pub interval: [f64; 2],
+    /// The equilibria, in ascending order of the parameter.
+    pub equilibria: Vec<EquilibriumPoint>,
+    /// The periodic orbits, in their order along each branch.
+    pub points: Vec<OrbitPoint>,
+    /// The bifurcations of the equilibria, then those of the periodic orbits along each branch.
+    pub bifurcations: Vec<BranchBifurcation>,
+    /// Why branches end inside the interval, one sentence each.
+    pub ended: Vec<String>,
+}
+
+/// A periodic orbit on a branch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrbitPoint {
+    /// Number of the branch, from 0.
+    pub branch: usize,
+    /// The orbit.
+    #[serde(flatten)]
+    pub orbit: PeriodicOrbit,
+    /// Value of the parameter.
+    #[serde(flatten)]
+    pub at: At,
+}
+
+/// A bifurcation of a periodic orbit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrbitBifurcation {
+    /// Number of the branch, from 0.
+    pub branch: usize,
+    /// The bifurcation.
+    #[serde(flatten)]
+    pub bifurcation: Bifurcation,
+    /// Value of the parameter.
+    #[serde(flatten)]
+    pub at: At,
+}
+
+impl OrbitBifurcation {
+    /// Name of the bifurcation, with its strong resonance if there is one.
+    pub fn name(&self) -> String {
+        let kind = match self.bifurcation.kind {
+            BifurcationKind::Fold => "fold",
+            BifurcationKind::PeriodDoubling => "period doubling",
+            BifurcationKind::NeimarkSacker => "Neimark-Sacker",
+            BifurcationKind::BranchPoint => "branch point",
+            BifurcationKind::SymmetryBreaking => "symmetry breaking",
+            BifurcationKind::Grazing => "grazing",
+        };
+        let resonance = self.bifurcation.resonance.map(|resonance| match resonance {
+            Resonance::OneToTwo => "1:2",
+            Resonance::OneToThree => "1:3",
+            Resonance::OneToFour => "1:4",
+        });
+        match resonance {
+            Some(resonance) => format!("{kind}, {resonance} resonance"),
+            None => kind.to_owned(),
+        }
+    }
+}
+
+/// A bifurcation of an equilibrium or of a periodic orbit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a study has few bifurcations: their size does not matter"
+)]
+pub enum BranchBifurcation {
+    /// Of a periodic orbit.
+    Orbit(OrbitBifurcation),
+    /// Of an equilibrium.
+    Steady(SteadyBifurcation),
+}
+
+impl BranchBifurcation {
+    /// Value of the parameter.
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Orbit(orbit) => orbit.at.value,
+            Self::Steady(steady) => steady.at.value,
+        }
+    }
+}
+
+impl Branch {
+    /// The result of a plan, with its equilibria.
+    pub fn new(plan: &BranchPlan, steady: EquilibriumBranch) -> Self {
+        let bifurcations = steady.bifurcations.into_iter();
+        Self {
+            parameter: plan.parameter.path().to_owned(),
+            unit: plan.parameter.unit().to_owned(),
+            interval: plan.interval,
+            equilibria: steady.points,
+            points: Vec::new(),
+            bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),
+            ended: steady.ended.into_iter().collect(),
+        }
+    }
+
+    /// Adds a branch of periodic orbits.
+    pub fn add_orbits(&mut self, plan: &BranchPlan, orbits: OrbitBranch) {
+        let branch = self.points.last().map_or(0, |point| point.branch + 1);
+        let at = |value: f64| At {
+            name: plan.parameter.name().to_owned(),
+            value,
+        };
+        let points = orbits.points.into_iter().map(|orbit| OrbitPoint {
+            branch,
+            at: at(orbit.parameter),
+            orbit,
+        });
+        self.points.extend(points);
+        let bifurcations = orbits.bifurcations.into_iter().map(|bifurcation| {
+            BranchBifurcation::Orbit(OrbitBifurcation {
+                branch,
+                at: at(bifurcation.parameter),
+                bifurcation,
+            })
+        });
+        self.bifurcations.extend(bifurcations);
+    }
+
+    /// The orbits of a branch in their order, each with whether it attracts. Where the stability changes between two
+    /// orbits, that of the bifurcation between them is added, with the stability of the one before it.
+    pub fn course(&self, number: usize) -> Vec<(&PeriodicOrbit, bool)> {
+        let mut course: Vec<(&PeriodicOrbit, bool)> = Vec::new();
+        for point in self.points.iter().filter(|point| point.branch == number) {
+            if let Some(&(before, stable)) = course.last()
+                && stable != point.orbit.stable
+            {
+                let ends = [before.parameter, point.orbit.parameter];
+                let between = self.orbit_bifurcations().find(|found| {
+                    let value = found.at.value;
+                    let is_inside = (ends[0] - value) * (ends[1] - value) <= 0.0;
+                    found.branch == number && found.bifurcation.unstable_change != 0 && is_inside
+                });
+                course.extend(between.map(|found| (&found.bifurcation.orbit, stable)));
+            }
+            course.push((&point.orbit, point.orbit.stable));
+        }
+        course
+    }
+
+    /// The bifurcations of the equilibria.
+    pub fn steady_bifurcations(&self) -> impl Iterator<Item = &SteadyBifurcation> {
+        self.bifurcations.iter().filter_map(|found| match found {
+            BranchBifurcation::Steady(steady) => Some(steady),
+            BranchBifurcation::Orbit(_) => None,
+        })
+    }
+
+    /// The bifurcations of the periodic orbits.
+    pub fn orbit_bifurcations(&self) -> impl Iterator<Item = &OrbitBifurcation> {
+        self.bifurcations.iter().filter_map(|found| match found {
+            BranchBifurcation::Orbit(orbit) => Some(orbit),
+            BranchBifurcation::Steady(_) => None,
+        })
+    }
+
+    /// Name of the key without its table, such as `tilt_deg`.
+    pub fn name(&self) -> &str {
+        self.parameter.rsplit('.').next().unwrap_or(&self.parameter)
+    }
+
+    /// Label of an axis of the parameter.
+    pub fn axis_label(&self) -> String {
+        axis_label(&self.parameter, &self.unit)
+    }
+}
+
+/// Label of an axis of a parameter with a path and a unit.
+pub fn axis_label(path: &str, unit: &str) -> String {
+    match (path, unit) {
+        ("load.tilt_deg", _) => "tilt of the load, deg".to_owned(),
+        (path, "") => path.to_owned(),
+        (path, unit) => format!("{path}, {unit}"),
+    }
+}

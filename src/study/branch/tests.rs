@@ -1,0 +1,278 @@
+use super::*;
+use crate::scene::{Parameter, Scene};
+
+fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPlan {
+    BranchPlan {
+        scene,
+        parameter: Parameter::named(key).unwrap(),
+        interval,
+        points,
+    }
+}
+
+fn branch(plan: &BranchPlan) -> EquilibriumBranch {
+    equilibria(plan, &mut |_| true).unwrap()
+}
+
+fn belt() -> Scene {
+    let system = "natural_frequency_hz = 100\ndamping_ratio = 0.01\nload_n_per_kg = 20\nmu_s = 0.6\nmu_d = 0.3\n\
+                  belt_speed_mm_per_s = 100\nstribeck_slope_s_per_m = 10";
+    let text = format!("[mass_on_belt]\n{system}\n[time]\nduration_ms = 100\n");
+    Scene::parse("belt", text).unwrap()
+}
+
+#[test]
+fn the_belt_has_its_hopf_point_where_the_slope_of_friction_equals_the_damping() {
+    let found = branch(&plan(
+        belt(),
+        "mass_on_belt.belt_speed_mm_per_s",
+        [50.0, 500.0],
+        20,
+    ));
+    let [hopf] = &found.bifurcations[..] else {
+        panic!("{:?}", found.bifurcations);
+    };
+    // n k (mu_s - mu_d) exp(-k v) = 2 zeta omega.
+    let damping = 2.0 * 0.01 * std::f64::consts::TAU * 100.0;
+    let exact = 1e3 * (20.0 * 10.0 * 0.3 / damping).ln() / 10.0;
+    assert!(
+        (hopf.at.value / exact - 1.0).abs() < 1e-10,
+        "{hopf:?} {exact}"
+    );
+    assert_eq!(hopf.at.name, "belt_speed_mm_per_s");
+    // growth = (n k dmu exp(-k v) - 2 zeta omega) / 2.
+    let speed = -0.5 * damping * 10.0 * 1e-3;
+    assert!((hopf.crossing_speed.unwrap() / speed - 1.0).abs() < 1e-8);
+    let cycle = hopf.cycle.as_ref().unwrap();
+    assert_eq!(cycle.criticality, Criticality::Subcritical);
+    let omega = std::f64::consts::TAU * 100.0;
+    let third = -damping * 10.0_f64.powi(2) / 20.0;
+    let expected = -20.0 * third / 8.0 / omega;
+    assert!(
+        (cycle.first_lyapunov / expected - 1.0).abs() < 1e-6,
+        "{cycle:?} {expected}"
+    );
+    assert_eq!(found.points[0].unstable_modes, 1);
+    assert_eq!(found.points.last().unwrap().unstable_modes, 0);
+}
+
+#[test]
+fn modes_without_damping_meet_at_the_critical_coefficient_of_friction() {
+    let scene = Scene::load("mode-coupling").unwrap();
+    let crate::scene::SystemSpec::Small(crate::scene::SmallSystem::TwoModesOnBelt(system)) =
+        &scene.subject
+    else {
+        panic!("two modes");
+    };
+    let critical = system.critical_mu().unwrap();
+    let found = branch(&plan(scene, "two_modes_on_belt.mu", [0.05, 0.9], 18));
+    let [flutter] = &found.bifurcations[..] else {
+        panic!("{:?}", found.bifurcations);
+    };
+    assert_eq!(flutter.kind, SteadyBifurcationKind::Flutter);
+    assert!(
+        (flutter.at.value / critical - 1.0).abs() < 1e-8,
+        "{flutter:?} {critical}"
+    );
+    assert_eq!(flutter.crossing_speed, None);
+}
+
+#[test]
+fn a_point_in_json_has_the_name_of_the_parameter() {
+    let found = branch(&plan(
+        belt(),
+        "mass_on_belt.belt_speed_mm_per_s",
+        [50.0, 500.0],
+        3,
+    ));
+    let json = serde_json::to_value(&found).unwrap();
+    assert_eq!(json["points"][0]["belt_speed_mm_per_s"], 50.0);
+    assert_eq!(json["bifurcations"][0]["kind"], "hopf");
+    let read: EquilibriumBranch = serde_json::from_value(json).unwrap();
+    assert_eq!(read.points.len(), found.points.len());
+    assert_eq!(read.points[0].at, found.points[0].at);
+}
+
+/// A joint with few nodes, for tests of differences.
+fn joint() -> Scene {
+    let scene = Scene::load("torus-3deg").unwrap();
+    let nodes = Parameter::named("contact.nodes").unwrap();
+    let damping = Parameter::named("damping.ratio").unwrap();
+    scene
+        .with_values(&[(Parameter::tilt(), 3.0), (nodes, 28.0), (damping, 1e-4)])
+        .unwrap()
+}
+
+/// Derivative of the eigenvalue of a mode by differences of the eigenvalues themselves.
+fn by_differences(scene: &Scene, key: &str, frequency_hz: f64) -> [f64; 2] {
+    let parameter = Parameter::named(key).unwrap();
+    let value = scene.value_of(parameter).unwrap();
+    let mut family = SteadyFamily::new(scene.clone(), vec![parameter], vec![1.0]);
+    let mut at = |value: f64| {
+        let modes = family.at(&[value]).unwrap().modes().unwrap();
+        let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
+            (mode.frequency_hz() - frequency_hz).abs()
+        };
+        let mode = modes
+            .into_iter()
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let value = mode.unwrap().value;
+        [value.re, value.im / std::f64::consts::TAU]
+    };
+    // Central differences with steps h and h/2, extrapolated twice.
+    let mut central = |h: f64| {
+        let (up, down) = (at(value + h), at(value - h));
+        [0, 1].map(|k| (up[k] - down[k]) / (2.0 * h))
+    };
+    let first = 4e-3 * value;
+    let rows = [first, 0.5 * first, 0.25 * first].map(&mut central);
+    [0, 1].map(|k| {
+        let once = |j: usize| (4.0 * rows[j + 1][k] - rows[j][k]) / 3.0;
+        (16.0 * once(1) - once(0)) / 15.0
+    })
+}
+
+#[test]
+fn sensitivities_are_the_derivatives_of_the_eigenvalues() {
+    let scene = joint();
+    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let unstable: Vec<_> = modes.iter().filter(|mode| mode.mode.unstable).collect();
+    assert!(unstable.len() >= 3, "{}", unstable.len());
+    let mode = unstable[1];
+    for (key, tolerance) in [
+        ("friction.mu_s", 1e-6),
+        ("friction.mu_d", 1e-6),
+        ("friction.stribeck_slope_s_per_m", 1e-6),
+        ("load.load_n", 1e-6),
+        ("load.tilt_deg", 1e-6),
+        ("contact.stiffness_factor", 1e-6),
+        ("contact.radius_factor", 1e-6),
+        ("damping.ratio", 1e-6),
+        ("rotation.angular_velocity_rad_per_s", 1e-6),
+        // The modes of the body come from an iteration, whose error the differences amplify: 1.4e-5 here.
+        ("body.youngs_modulus_gpa", 1e-4),
+    ] {
+        let expected = by_differences(&scene, key, mode.mode.frequency_hz);
+        let found = mode.parameters.iter().find(|found| found.parameter == key);
+        let found = found.unwrap_or_else(|| panic!("{key} is missing"));
+        let size = expected[0].abs().max(expected[1].abs());
+        for (found, expected) in [found.growth_per_unit, found.frequency_per_unit]
+            .into_iter()
+            .zip(expected)
+        {
+            assert!(
+                (found - expected).abs() < tolerance * size,
+                "{key}: {found} {expected}"
+            );
+        }
+    }
+    let percents = mode.parameters.iter().map(|p| p.growth_per_percent.abs());
+    assert!(percents.is_sorted_by(|a, b| a >= b));
+}
+
+#[test]
+fn the_modes_of_a_branch_are_those_of_linear_stability() {
+    let scene = joint();
+    let found = branch(&plan(scene.clone(), "load.tilt_deg", [2.0, 4.0], 3));
+    let middle = found
+        .points
+        .iter()
+        .find(|point| point.at.value == 3.0)
+        .unwrap();
+    let ball = crate::joint::BallJoint::new(&scene.joint().unwrap().spec).unwrap();
+    let expected = crate::study::stability(&ball, &[3.0_f64.to_radians()]).unwrap();
+    let mut modes: Vec<_> = middle.modes.iter().map(|mode| &mode.mode).collect();
+    modes.sort_by(|a, b| {
+        let by_frequency = a.frequency_hz.total_cmp(&b.frequency_hz);
+        by_frequency.then(a.growth.total_cmp(&b.growth))
+    });
+    assert_eq!(modes.len(), expected[0].modes.len());
+    for (found, expected) in modes.into_iter().zip(&expected[0].modes) {
+        assert!(
+            (found.growth - expected.growth).abs() < 1e-6,
+            "{found:?} {expected:?}"
+        );
+        assert!((found.frequency_hz - expected.frequency_hz).abs() < 1e-6);
+        assert_eq!(found.label, expected.label);
+    }
+}
+
+#[test]
+fn the_hopf_points_of_the_joint_are_located_to_ten_digits() {
+    let scene = joint();
+    let key = "friction.stribeck_slope_s_per_m";
+    let found = branch(&plan(scene.clone(), key, [0.0, 12.0], 13));
+    let hopf: Vec<_> = found.bifurcations.iter().collect();
+    assert!(!hopf.is_empty());
+    let parameter = Parameter::named(key).unwrap();
+    let mut family = SteadyFamily::new(scene, vec![parameter], vec![12.0]);
+    for hopf in hopf {
+        assert_eq!(hopf.kind, SteadyBifurcationKind::Hopf);
+        assert!(hopf.location_error < 1e-9 * hopf.at.value, "{hopf:?}");
+        // On both sides the growth rate has the sign and size of the crossing speed.
+        let step = 1e-6 * hopf.at.value;
+        for side in [-step, step] {
+            let modes = family.at(&[hopf.at.value + side]).unwrap().modes().unwrap();
+            let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
+                (mode.frequency_hz() - hopf.frequency_hz).abs()
+            };
+            let mode = modes
+                .into_iter()
+                .min_by(|a, b| apart(a).total_cmp(&apart(b)));
+            let growth = mode.unwrap().value.re;
+            let expected = side * hopf.crossing_speed.unwrap();
+            assert!(
+                (growth / expected - 1.0).abs() < 1e-3,
+                "{growth} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
+    let keys = [
+        "mass_on_belt.belt_speed_mm_per_s",
+        "mass_on_belt.damping_ratio",
+    ];
+    let plan = MapPlan {
+        scene: belt(),
+        parameters: keys.map(|key| Parameter::named(key).unwrap()),
+        intervals: [[50.0, 400.0], [0.002, 0.04]],
+        size: [9, 8],
+    };
+    let map = stability_map(&plan, 2, &mut |_| true).unwrap().unwrap();
+    assert_eq!(map.grid.len(), 72);
+    let [curve] = &map.curves[..] else {
+        panic!("{} curves", map.curves.len());
+    };
+    assert!(!curve.closed && curve.ended.is_empty(), "{:?}", curve.ended);
+    let omega = std::f64::consts::TAU * 100.0;
+    for point in &curve.points {
+        let [speed, damping] = point.values;
+        let exact = 20.0 * 10.0 * 0.3 * (-10.0 * 1e-3 * speed).exp() / (2.0 * omega);
+        assert!((damping / exact - 1.0).abs() < 1e-8, "{point:?} {exact}");
+    }
+    // From border to border.
+    let ends = [curve.points.first().unwrap(), curve.points.last().unwrap()];
+    let on_border = |point: &HopfCurvePoint| {
+        let [speed, damping] = point.values;
+        [speed - 50.0, speed - 400.0].iter().any(|d| d.abs() < 1e-6)
+            || [damping - 0.002, damping - 0.04]
+                .iter()
+                .any(|d| d.abs() < 1e-9)
+    };
+    assert!(ends.iter().all(|end| on_border(end)), "{ends:?}");
+    // The number of unstable modes changes across the curve.
+    for (k, point) in map.grid.iter().enumerate() {
+        let (speed, damping) = (map.axes[0].values[k % 9], map.axes[1].values[k / 9]);
+        let exact = 20.0 * 10.0 * 0.3 * (-10.0 * 1e-3 * speed).exp() / (2.0 * omega);
+        // Growth rates below 0.1 1/s do not count as unstable.
+        let growth = (exact - damping) * omega;
+        assert_eq!(
+            point.unstable_modes,
+            Some(usize::from(growth >= 0.1)),
+            "{growth}"
+        );
+    }
+}

@@ -1,0 +1,74 @@
+//! Text of branches of periodic orbits, next to the plots of a recording.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use crate::number::{quantity, short};
+use crate::study::branch::{Branch, OrbitPoint};
+use crate::table::Table;
+
+/// Largest number of multipliers listed.
+const MULTIPLIERS: usize = 8;
+
+/// The description of an orbit (Markdown).
+pub fn orbit(branch: &Branch, point: &OrbitPoint) -> String {
+    let orbit = &point.orbit;
+    let mut text = format!(
+        "# {} = {} {}\n\n{} orbit at **{}**, amplitude {}.\n\n",
+        branch.name(),
+        short(point.at.value),
+        branch.unit,
+        if orbit.stable {
+            "Attracting"
+        } else {
+            "Repelling"
+        },
+        quantity(orbit.frequency_hz(), 5, "Hz"),
+        quantity(orbit.amplitude, 4, "m"),
+    );
+    if !orbit.stable {
+        let _ = writeln!(
+            text,
+            "{} multipliers are outside the unit circle.\n",
+            orbit.unstable_multipliers
+        );
+    }
+    if let Some([_, second]) = orbit.torus_frequencies_hz() {
+        let _ = writeln!(
+            text,
+            "The motion beside the orbit turns around it at {}: a second tone grows.\n",
+            quantity(second, 4, "Hz")
+        );
+    }
+    let mut table = Table::default()
+        .right("magnitude")
+        .right("turns per period")
+        .right("growth, 1/s");
+    for multiplier in orbit.multipliers.iter().take(MULTIPLIERS) {
+        table.row([
+            format!("{:.6}", multiplier.magnitude()),
+            format!("{:.5}", multiplier.angle.abs() / TAU),
+            format!("{:.2}", multiplier.growth_per_s(orbit.period_s)),
+        ]);
+    }
+    text += &table.markdown();
+    if let Some(error) = orbit.trivial_multiplier_error {
+        let _ = writeln!(text, "\nError of the multipliers: {error:.0e}.");
+    }
+    text
+}
+
+/// The description of the recording (Markdown).
+pub fn about(branch: &Branch) -> String {
+    let mut text = format!(
+        "# Branches of periodic orbits over {}\n\nFrom {} to {} {}. An orbit attracts if all its multipliers, except the one \
+         at 1, are inside the unit circle. Where one leaves, the motion changes: through 1 at a fold, through -1 at a \
+         period doubling, as a complex pair at a Neimark-Sacker point, where a torus is born.\n\n",
+        branch.parameter, branch.interval[0], branch.interval[1], branch.unit
+    );
+    for reason in &branch.ended {
+        let _ = writeln!(text, "* {reason}");
+    }
+    text.push('\n');
+    text
+}
