@@ -56,44 +56,35 @@ impl Analyser {
         }
     }
 
-    /// Analyses the next frames. Returns the records of each frame: its events, its samples as
-    /// [`Record::Samples`], and the results of the analyses up to its last sample.
-    ///
-    /// # Errors
-    /// [`AnalyseError`]; the run cannot continue after it.
-    pub fn analyse(&mut self, frames: &[Arc<Frame>]) -> Result<Vec<Vec<Record>>, AnalyseError> {
-        let StageGroups { independent, last } = &mut self.groups;
-        last.context.clock.check(frames)?;
-        let results: Vec<_> = independent
-            .par_iter_mut()
-            .map(|group| group.analyse(frames))
-            .collect();
-        let results = results.into_iter().map(|of| of.map(Vec::into_iter));
-        let mut results = results.collect::<Result<Vec<_>, _>>()?;
-        let all = frames.iter().map(|frame| {
-            let events = frame.events.iter();
-            let mut records: Vec<Record> = events
-                .map(|text| Record::Event {
-                    time: frame.t0,
-                    text: text.clone(),
-                })
-                .collect();
-            records.push(Record::Samples(Arc::clone(frame)));
-            records.extend(results.iter_mut().filter_map(Iterator::next).flatten());
-            last.observe(frame, &mut records)?;
-            Ok(records)
-        });
-        all.collect()
-    }
-
-    /// Passes the records of one frame to `sink`, see [`Analyser::analyse`].
+    /// Passes the events and the samples of the frame ([`Record::Samples`]) to `sink`, followed by the results of the
+    /// analyses up to its last sample.
     ///
     /// # Errors
     /// [`AnalyseError`]; the run cannot continue after it.
     pub fn push(&mut self, frame: &Arc<Frame>, sink: &mut dyn Sink) -> Result<(), AnalyseError> {
-        let records = self.analyse(std::slice::from_ref(frame))?;
-        let mut records = records.into_iter().flatten();
-        records.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
+        let StageGroups { independent, last } = &mut self.groups;
+        last.context.clock.check(frame)?;
+        let events = frame.events.iter().map(|text| Record::Event {
+            time: frame.t0,
+            text: text.clone(),
+        });
+        let mut records: Vec<Record> = events.collect();
+        records.push(Record::Samples(Arc::clone(frame)));
+        // Before they are analysed, so that a fault of an analysis loses no samples.
+        for record in &records {
+            sink.accept(record.clone()).map_err(AnalyseError::Sink)?;
+        }
+        let sent = records.len();
+        let results: Vec<_> = independent
+            .par_iter_mut()
+            .map(|group| group.analyse(frame))
+            .collect();
+        for result in results {
+            records.extend(result?);
+        }
+        last.observe(frame, &mut records)?;
+        let mut results = records.into_iter().skip(sent);
+        results.try_for_each(|record| sink.accept(record).map_err(AnalyseError::Sink))
     }
 
     /// Emits the remaining results after the last frame.

@@ -1,7 +1,5 @@
 //! Budget of the analyses: fewer windows while they are slower than real time, or than the playback of a live run.
 
-use std::sync::Arc;
-
 use super::message::{Frame, Record};
 use crate::scene::AnalysisBudget;
 
@@ -47,11 +45,14 @@ impl Budget {
         self.divisor
     }
 
-    /// Adds successive frames whose analyses took `busy` seconds. Returns a warning if the divisor changes.
-    pub fn follow(&mut self, frames: &[Arc<Frame>], busy: f64) -> Option<Record> {
-        let (first, last) = (frames.first()?, frames.last()?);
-        let playback = frames.iter().map(|frame| frame.playback_time()).sum();
-        self.add(last.end(), last.end() - first.t0, playback, busy)
+    /// Adds a frame whose analyses took `busy` seconds. Returns a warning if the divisor changes.
+    pub fn follow(&mut self, frame: &Frame, busy: f64) -> Option<Record> {
+        self.add(
+            frame.end(),
+            frame.end() - frame.t0,
+            frame.playback_time(),
+            busy,
+        )
     }
 
     /// Adds `simulated` seconds until `time` (s), to be played in `playback` seconds, whose analyses took `busy`
@@ -98,6 +99,8 @@ impl Budget {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::analysis::RecurrenceImage;
     use crate::pipeline::message::Summary;

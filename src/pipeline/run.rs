@@ -153,30 +153,23 @@ fn analyse(
     mut record_sender: RecordSender,
 ) -> Result<Summary, PipelineError> {
     let mut health = HealthMeter::default();
-    while let Ok(next) = frames.recv() {
-        // Analyses that run at the same time share out several frames more evenly than one.
-        let waiting = frames.try_iter().take(FRAMES_WAITING - 1);
-        let batch: Vec<_> = std::iter::once(next).chain(waiting).map(Arc::new).collect();
+    for frame in frames {
+        let frame = Arc::new(frame);
         let began = Instant::now();
-        let results = analyser.analyse(&batch)?;
-        for (k, (frame, records)) in batch.iter().zip(results).enumerate() {
-            for record in records {
-                record_sender.accept(record).map_err(PipelineError::Sink)?;
-            }
-            let measured = health.measure(
-                frame,
-                frames.len() + batch.len() - 1 - k,
-                record_sender.waiting(),
-                record_sender.drops(),
-            );
-            record_sender
-                .accept(Record::Health(measured))
-                .map_err(PipelineError::Sink)?;
-        }
-        if let Some(warning) = budget.follow(&batch, began.elapsed().as_secs_f64()) {
+        analyser.push(&frame, &mut record_sender)?;
+        if let Some(warning) = budget.follow(&frame, began.elapsed().as_secs_f64()) {
             analyser.set_rate_divisor(budget.divisor());
             record_sender.accept(warning).map_err(PipelineError::Sink)?;
         }
+        let measured = health.measure(
+            &frame,
+            frames.len(),
+            record_sender.waiting(),
+            record_sender.drops(),
+        );
+        record_sender
+            .accept(Record::Health(measured))
+            .map_err(PipelineError::Sink)?;
     }
     analyser.finish(&mut record_sender)?;
     record_sender.flush()?;

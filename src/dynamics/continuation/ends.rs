@@ -6,7 +6,7 @@ use super::follow::Course;
 use super::point::Point;
 use super::shape::GuardDistances;
 use super::shot::Shot;
-use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
+use super::{Bifurcation, BifurcationKind, BranchEnd};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
 const GRAZING: f64 = 1e-2;
@@ -183,15 +183,4 @@ fn halves(shot: &Shot) -> Option<Vec<DVector<f64>>> {
             .map(|k| &shot.states[k] - &shot.states[half + k])
             .collect()
     })
-}
-
-/// An error with its causes.
-pub(super) fn with_sources(error: &ContinuationError) -> String {
-    let mut message = error.to_string();
-    let mut source = std::error::Error::source(error);
-    while let Some(cause) = source {
-        message = format!("{message}: {cause}");
-        source = cause.source();
-    }
-    message
 }

@@ -1,7 +1,6 @@
 //! The continuation of a branch.
 
 use super::detect::{changed, explains};
-use super::ends::with_sources;
 use super::flow::Flow;
 use super::locate::Piece;
 use super::newton::{Constraint, Precision};
@@ -180,7 +179,7 @@ impl<'a, 'f> Course<'a, 'f> {
                     if self.control.shorten() {
                         continue;
                     }
-                    break self.end_of_failure(&with_sources(&error));
+                    break self.end_of_failure(&error.with_sources());
                 }
             };
             if let Some(objection) = self.objection(&prediction, &next) {

@@ -1,7 +1,5 @@
 //! Sample indices and times.
 
-use std::sync::Arc;
-
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::Frame;
 
@@ -22,28 +20,23 @@ impl Clock {
         }
     }
 
-    /// Checks that the next frames start where those before them end, to 1 % of a sample spacing, and sets the
-    /// origin.
-    pub fn check(&mut self, frames: &[Arc<Frame>]) -> Result<(), AnalyseError> {
-        let mut sample = self.seen;
-        for frame in frames {
-            let origin = *self.origin.get_or_insert(frame.t0);
-            let due = origin + sample as f64 * self.dt;
-            let (late, off) = (frame.t0 - due, frame.dt - self.dt);
-            let slack = 0.01 * self.dt;
-            // A NaN fails this comparison.
-            if !(late.abs() <= slack && off.abs() * frame.len() as f64 <= slack) {
-                return Err(AnalyseError::Gap {
-                    index: frame.index,
-                    found: frame.t0,
-                    dt: frame.dt,
-                    sample,
-                    due,
-                });
-            }
-            sample += frame.len() as u64;
+    /// Checks that the frame starts where the last one ended, to 1 % of a sample spacing.
+    pub fn check(&mut self, frame: &Frame) -> Result<(), AnalyseError> {
+        let origin = *self.origin.get_or_insert(frame.t0);
+        let due = origin + self.seen as f64 * self.dt;
+        let (late, off) = (frame.t0 - due, frame.dt - self.dt);
+        let slack = 0.01 * self.dt;
+        // A NaN fails this comparison.
+        if late.abs() <= slack && off.abs() * frame.len() as f64 <= slack {
+            return Ok(());
         }
-        Ok(())
+        Err(AnalyseError::Gap {
+            index: frame.index,
+            found: frame.t0,
+            dt: frame.dt,
+            sample: self.seen,
+            due,
+        })
     }
 
     /// Counts the samples of an analysed frame.

@@ -1,7 +1,5 @@
 //! Stages that run one after the other on the same thread.
 
-use std::sync::Arc;
-
 use super::stage::{Context, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
@@ -41,15 +39,12 @@ pub struct StageGroup {
 }
 
 impl StageGroup {
-    /// The records of each of the next frames.
-    pub fn analyse(&mut self, frames: &[Arc<Frame>]) -> Result<Vec<Vec<Record>>, AnalyseError> {
-        self.context.clock.check(frames)?;
-        let each = frames.iter().map(|frame| {
-            let mut records = Vec::new();
-            self.observe(frame, &mut records)?;
-            Ok(records)
-        });
-        each.collect()
+    /// The records of the next frame.
+    pub fn analyse(&mut self, frame: &Frame) -> Result<Vec<Record>, AnalyseError> {
+        self.context.clock.check(frame)?;
+        let mut records = Vec::new();
+        self.observe(frame, &mut records)?;
+        Ok(records)
     }
 
     /// Observes the records of other groups for the next frame, and appends those of this group.

@@ -15,10 +15,7 @@ mod schur;
 use super::Multiplier;
 use schur::PeriodicSchur;
 
-/// Failure of the iteration for the multipliers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the periodic Schur decomposition did not converge")]
-pub struct SchurError;
+pub use schur::SchurError;
 
 /// The eigenvalues of the product `factors[p - 1] ... factors[1] factors[0]` of real `n x n` matrices (row-major), the
 /// largest first, complex pairs with the positive angle first.

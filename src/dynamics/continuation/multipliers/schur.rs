@@ -10,8 +10,12 @@ use std::ops::RangeInclusive;
 use nalgebra::DMatrix;
 
 use super::super::Multiplier;
-use super::SchurError;
 use super::rotation::{C64, Rotation, Square};
+
+/// Failure of the iteration for the multipliers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the periodic Schur decomposition did not converge")]
+pub struct SchurError;
 
 /// Maximum number of iterations per eigenvalue.
 const MAX_ITERATIONS: usize = 60;
