@@ -454,7 +454,7 @@ fn dependencies_stay_in_their_modules() {
         ("realfft", "analysis"),
         ("rustfft", "analysis"),
         // The program creates the thread pool before any work, because creating it may fail.
-        ("rayon", "analysis cli"),
+        ("rayon", "analysis pipeline cli"),
         ("minijinja", "text"),
         ("npyz", "numpy"),
         ("axum", "live"),

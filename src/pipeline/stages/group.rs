@@ -4,7 +4,7 @@ use super::stage::{Context, Stage};
 use crate::pipeline::error::AnalyseError;
 use crate::pipeline::message::{Frame, Record, Summary};
 
-/// All stages of a run.
+/// Groups of all stages of a run.
 pub struct StageGroups {
     /// Groups that do not depend on each other, in the order of their records.
     pub independent: Vec<StageGroup>,
@@ -31,7 +31,7 @@ impl StageGroups {
     }
 }
 
-/// Stages with a common context. Each observes the records of those before it.
+/// A group of stages with a common context. Each observes the records of those before it.
 pub struct StageGroup {
     /// State shared by the stages.
     pub context: Context,
