@@ -30,7 +30,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     (
         "branch",
-        "branch periodic-2deg --tilt 1.9:2.1 --points 3 --out b.arrow",
+        "branch periodic-2deg --tilt 1.9:2.1 --points 3 --out branch.arrow",
     ),
     (
         "branch --equilibria",
