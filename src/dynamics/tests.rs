@@ -12,7 +12,7 @@ mod lawson;
 mod perturbed;
 mod reference;
 mod springs;
-mod systems;
+pub(super) mod systems;
 mod tangents;
 
 use super::{Accuracy, Integrator, Method, System};

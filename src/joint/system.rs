@@ -136,7 +136,7 @@ impl Joint {
     fn find_equilibrium(&mut self) {
         let omega = self.omega().to_vec();
         let rest = vec![0.0; 2 * omega.len() + self.friction_states()];
-        let mut out = vec![0.0; rest.len() + self.friction_states()];
+        let mut out = vec![0.0; omega.len() + self.friction_states()];
         // With the kernel of the hot loop, so that the subtraction is exact there.
         let input = KernelInput {
             contact: self.lift_off(),

@@ -7,7 +7,7 @@ use super::PipelineError;
 use super::message::{
     AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
 };
-use crate::scene::{AnalysisSpec, Scene, SectionSurface, SmallSystem, StateCoordinate, SystemSpec};
+use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SystemSpec};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
 /// recorded signal.
@@ -117,8 +117,7 @@ fn rest_speed(scene: &Scene, subject: &Subject) -> f64 {
     let given = scene.analysis.spectrum.and_then(|spectrum| spectrum.rest);
     let sliding_speed = || match (subject, &scene.subject) {
         (Subject::Joint(joint), _) => joint.largest_sliding_speed(),
-        (_, SystemSpec::Small(SmallSystem::MassOnBelt(system))) => system.belt,
-        (_, SystemSpec::Small(SmallSystem::TwoModesOnBelt(system))) => system.belt,
+        (_, SystemSpec::Small(system)) => system.belt_speed().unwrap_or(0.0),
         _ => 0.0,
     };
     given.unwrap_or_else(|| REST * sliding_speed())

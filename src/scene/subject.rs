@@ -269,6 +269,15 @@ impl SmallSystem {
         }
     }
 
+    /// Speed of the belt, m/s; `None` without a belt.
+    pub fn belt_speed(&self) -> Option<f64> {
+        match self {
+            Self::MassOnBelt(system) => Some(system.belt),
+            Self::TwoModesOnBelt(system) => Some(system.belt),
+            Self::ImpactOscillator(_) | Self::DampedContact(_) => None,
+        }
+    }
+
     /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {

@@ -346,16 +346,16 @@ impl<'a, 'f> Course<'a, 'f> {
             along(a).total_cmp(&along(b))
         });
         for bifurcation in located {
-            let goes_on = watch(BranchUpdate::Bifurcation(&bifurcation));
+            let continues = watch(BranchUpdate::Bifurcation(&bifurcation));
             self.found.bifurcations.push(bifurcation);
-            if !goes_on {
+            if !continues {
                 return Ok(false);
             }
         }
         self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
         self.largest_sizes =
             [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
-        let goes_on = watch(BranchUpdate::Point(&next.orbit));
+        let continues = watch(BranchUpdate::Point(&next.orbit));
         self.found.points.push(next.orbit.clone());
         self.bend = Some(
             next.tangent
@@ -365,6 +365,6 @@ impl<'a, 'f> Course<'a, 'f> {
         );
         self.control.adapt(&self.now, &next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
-        Ok(goes_on)
+        Ok(continues)
     }
 }

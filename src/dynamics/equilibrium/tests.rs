@@ -1,102 +1,56 @@
 use super::*;
+use crate::dynamics::tests::systems::Equations;
 use crate::systems::{Lorenz, MassOnBelt};
 
 /// Two first-order equations with the normal form of a Hopf bifurcation.
-struct Normal {
-    growth: f64,
-    omega: f64,
-    cubic: [f64; 2],
-}
-
-impl System for Normal {
-    fn omega(&self) -> &[f64] {
-        &[]
-    }
-    fn first_order(&self) -> usize {
-        2
-    }
-    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
-        let square = z[0] * z[0] + z[1] * z[1];
-        let growth = self.growth + self.cubic[0] * square;
-        let omega = self.omega + self.cubic[1] * square;
-        out[0] = growth * z[0] - omega * z[1];
-        out[1] = omega * z[0] + growth * z[1];
-    }
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-}
-
-impl Differentiable for Normal {
-    fn product(
-        &self,
-        _status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let (x, y) = (record[1], record[2]);
+fn normal(growth: f64, omega: f64, [a, b]: [f64; 2]) -> impl System {
+    let at = move |x: f64, y: f64| {
         let square = x * x + y * y;
-        let [a, b] = self.cubic;
-        let (growth, omega) = (self.growth + a * square, self.omega + b * square);
-        for k in 0..width {
-            let (u, v) = (vectors[k], vectors[width + k]);
-            let change = 2.0 * (x * u + y * v);
-            out[k] = growth * u - omega * v + change * (a * x - b * y);
-            out[width + k] = omega * u + growth * v + change * (b * x + a * y);
-        }
+        [growth + a * square, omega + b * square]
+    };
+    Equations {
+        dimension: 2,
+        rates: move |_: f64, z: &[f64], out: &mut [f64]| {
+            let [growth, omega] = at(z[0], z[1]);
+            out[0] = growth * z[0] - omega * z[1];
+            out[1] = omega * z[0] + growth * z[1];
+        },
+        jacobian: move |_: f64, z: &[f64], out: &mut [f64]| {
+            let (x, y) = (z[0], z[1]);
+            let [growth, omega] = at(x, y);
+            let [by_growth, by_omega] = [2.0 * (a * x - b * y), 2.0 * (b * x + a * y)];
+            out[0] = growth + x * by_growth;
+            out[1] = -omega + y * by_growth;
+            out[2] = omega + x * by_omega;
+            out[3] = growth + y * by_omega;
+        },
+        autonomous: true,
     }
 }
 
 /// `x'' + x = (mu - x^2) x'`, as two first-order equations with a quadratic change of coordinates that makes all
-/// terms of the normal form appear: `y = x' + k x^2`.
-struct VanDerPol {
-    mu: f64,
-    bend: f64,
-}
-
-impl VanDerPol {
-    fn rates(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let v = y - self.bend * x * x;
-        [v, -x + (self.mu - x * x) * v + 2.0 * self.bend * x * v]
-    }
-}
-
-impl System for VanDerPol {
-    fn omega(&self) -> &[f64] {
-        &[]
-    }
-    fn first_order(&self) -> usize {
-        2
-    }
-    fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(&self.rates([z[0], z[1]]));
-    }
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-}
-
-impl Differentiable for VanDerPol {
-    fn product(
-        &self,
-        _status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let (x, y) = (record[1], record[2]);
-        let v = y - self.bend * x * x;
-        for k in 0..width {
-            let (dx, dy) = (vectors[k], vectors[width + k]);
-            let dv = dy - 2.0 * self.bend * x * dx;
-            out[k] = dv;
-            out[width + k] = -dx - 2.0 * x * dx * v
-                + (self.mu - x * x) * dv
-                + 2.0 * self.bend * (dx * v + x * dv);
-        }
+/// terms of the normal form appear: `y = x' + bend x^2`.
+fn van_der_pol(mu: f64, bend: f64) -> impl System {
+    Equations {
+        dimension: 2,
+        rates: move |_: f64, z: &[f64], out: &mut [f64]| {
+            let x = z[0];
+            let v = z[1] - bend * x * x;
+            out[0] = v;
+            out[1] = -x + (mu - x * x) * v + 2.0 * bend * x * v;
+        },
+        jacobian: move |_: f64, z: &[f64], out: &mut [f64]| {
+            let x = z[0];
+            let v = z[1] - bend * x * x;
+            // Change of v with x; with y it is 1.
+            let by_x = -2.0 * bend * x;
+            let by_v = mu - x * x + 2.0 * bend * x;
+            out[0] = by_x;
+            out[1] = 1.0;
+            out[2] = -1.0 + (2.0 * bend - 2.0 * x) * v + by_v * by_x;
+            out[3] = by_v;
+        },
+        autonomous: true,
     }
 }
 
@@ -110,11 +64,7 @@ fn hopf(system: &dyn System, guess: &[f64]) -> (Linearised, Eigenmode, FirstLyap
 #[test]
 fn the_normal_form_of_a_hopf_point_is_its_own() {
     for cubic in [[-0.3, 0.7], [2.0, -1.0], [-1e4, 0.0]] {
-        let system = Normal {
-            growth: 0.0,
-            omega: 3.0,
-            cubic,
-        };
+        let system = normal(0.0, 3.0, cubic);
         let (_, mode, found) = hopf(&system, &[0.0; 2]);
         assert!(mode.value.re.abs() < 1e-14 && (mode.value.im - 3.0).abs() < 1e-14);
         // x = (1, -i)/sqrt(2): |z|^2 = 2 |w|^2.
@@ -134,7 +84,7 @@ fn the_normal_form_of_a_hopf_point_is_its_own() {
 fn a_change_of_coordinates_keeps_the_first_lyapunov_coefficient() {
     // Averaging gives a' = mu a / 2 - a^3 / 8 for the amplitude a = 2 |w| |x_1| with |x_1|^2 = 1/2.
     for bend in [0.0, 0.4, -1.3] {
-        let (_, _, found) = hopf(&VanDerPol { mu: 0.0, bend }, &[0.0; 2]);
+        let (_, _, found) = hopf(&van_der_pol(0.0, bend), &[0.0; 2]);
         assert!((found.growth + 0.25).abs() < 1e-8, "{bend}: {found:?}");
         assert!(found.error < 1e-7, "{found:?}");
     }
@@ -198,8 +148,7 @@ fn the_belt_has_a_subcritical_hopf_point() {
 
 #[test]
 fn the_derivative_of_an_eigenvalue_is_that_of_its_difference() {
-    let system = |mu: f64| VanDerPol { mu, bend: 0.0 };
-    let at = |mu: f64| Linearised::new(&system(mu), &[0.0; 2]).unwrap();
+    let at = |mu: f64| Linearised::new(&van_der_pol(mu, 0.0), &[0.0; 2]).unwrap();
     let h = 1e-6;
     let (up, down) = (at(0.3 + h), at(0.3 - h));
     let slope = Mat::from_fn(2, 2, |i, j| {

@@ -9,6 +9,7 @@ use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
+use crate::study::sweep::chain_of_causes;
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
 const MIN_CORRELATION: f64 = 0.8;
@@ -107,10 +108,7 @@ pub fn equilibria(
             let solved = match solve(&mut family, &mut trial, next, &last.tracked) {
                 Ok(solved) => solved,
                 Err(error) => {
-                    ended = Some(format!(
-                        "at {name} = {next}: {}",
-                        super::with_causes(&error)
-                    ));
+                    ended = Some(format!("at {name} = {next}: {}", chain_of_causes(&error)));
                     break 'branch;
                 }
             };

@@ -12,6 +12,7 @@ use super::BranchError;
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::most_alike;
 use crate::dynamics::equilibrium::{Eigenmode, eigenvalue_derivative};
+use crate::study::sweep::chain_of_causes;
 
 /// First, smallest and largest step along the curve, as a fraction of the intervals.
 const STEPS: [f64; 3] = [0.01, 1e-5, 0.03];
@@ -228,7 +229,7 @@ impl CurveTracer {
         mode: &Eigenmode,
     ) -> Result<(SteadyState, Eigenmode), String> {
         let solved = self.family.at(&self.values(at));
-        let state = solved.map_err(|error| super::with_causes(&error))?;
+        let state = solved.map_err(|error| chain_of_causes(&error))?;
         let modes = state.modes().map_err(|error| error.to_string())?;
         let mode = most_alike(modes, mode);
         let mode = mode.ok_or("the mode no longer oscillates")?;
@@ -256,7 +257,7 @@ impl CurveTracer {
                 (Ok(up), Ok(down)) => (up, down, 2.0 * DIFFERENCE),
                 (Ok(up), Err(_)) => (up, state.linearised.matrix.clone(), DIFFERENCE),
                 (Err(_), Ok(down)) => (state.linearised.matrix.clone(), down, DIFFERENCE),
-                (Err(error), Err(_)) => return Err(super::with_causes(&error)),
+                (Err(error), Err(_)) => return Err(chain_of_causes(&error)),
             };
             let slope = faer::Mat::from_fn(up.nrows(), up.ncols(), |i, j| {
                 (up[(i, j)] - down[(i, j)]) / width

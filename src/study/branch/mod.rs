@@ -16,8 +16,6 @@ mod table;
 mod tests;
 mod tracking;
 
-use std::fmt::Write as _;
-
 use crate::dynamics::DynamicsError;
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::pipeline::PipelineError;
@@ -60,15 +58,4 @@ pub enum BranchError {
     /// A map without points.
     #[error("the map has no points; widen its intervals")]
     NoPoint,
-}
-
-/// An error with its causes, on one line.
-fn with_causes(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let _ = write!(text, ": {error}");
-        cause = error.source();
-    }
-    text
 }

@@ -2,11 +2,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use super::BranchError;
 use super::equilibria::BranchPlan;
 use super::hopf::{Criticality, CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
 use super::steady::SteadyFamily;
-use super::{BranchError, with_causes};
 use crate::analysis::Regime;
 use crate::dynamics::continuation::{
     BifurcationKind, BranchEnd, BranchStart, BranchUpdate, ContinuationOptions, Family,
@@ -16,6 +16,7 @@ use crate::dynamics::continuation::{
 use crate::dynamics::{Integrator, System};
 use crate::scene::{SmallSystem, SystemSpec};
 use crate::study::response::{InitialState, ResponsePlan, response};
+use crate::study::sweep::chain_of_causes;
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the sliding speed reverses, or 1 um for a
 /// system without sliding.
@@ -197,7 +198,12 @@ impl Study<'_> {
         let found = match found {
             Ok(Some(found)) => found,
             Ok(None) => return Ok(Err("interrupted".to_owned())),
-            Err(error) => return Ok(Err(format!("at {name} = {value}: {}", with_causes(&error)))),
+            Err(error) => {
+                return Ok(Err(format!(
+                    "at {name} = {value}: {}",
+                    chain_of_causes(&error)
+                )));
+            }
         };
         if found.regime != Regime::Periodic {
             let kind = found.motion();
@@ -212,7 +218,7 @@ impl Study<'_> {
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        Ok(orbit.map_err(|error| format!("at {name} = {value}: {}", with_causes(&error))))
+        Ok(orbit.map_err(|error| format!("at {name} = {value}: {}", chain_of_causes(&error))))
     }
 
     /// The branches born at the Hopf points that no branch has reached.
@@ -288,7 +294,7 @@ impl Study<'_> {
         };
         let amplitude = HOPF_SHARE * self.sliding_speed().map_or(1e-6, |speed| speed / omega);
         let start = hopf_orbit(&self.family, &point, amplitude, &self.options);
-        Ok(start.map_err(|error| with_causes(&error)))
+        Ok(start.map_err(|error| chain_of_causes(&error)))
     }
 
     /// Speed of steady sliding, m/s.
@@ -305,9 +311,7 @@ impl Study<'_> {
                 let diameter = self.plan.scene.ball_on_beam().ok()?.geometry.ball_diameter;
                 Some(0.5 * size * diameter)
             }
-            SystemSpec::Small(SmallSystem::MassOnBelt(belt)) => Some(belt.belt),
-            SystemSpec::Small(SmallSystem::TwoModesOnBelt(belt)) => Some(belt.belt),
-            SystemSpec::Small(_) => None,
+            SystemSpec::Small(system) => system.belt_speed(),
         }
     }
 
@@ -329,7 +333,7 @@ impl Study<'_> {
                     "no branch from the period doubling at {} = {}: {}",
                     found.at.name,
                     found.at.value,
-                    with_causes(&error)
+                    chain_of_causes(&error)
                 )),
             }
         }
@@ -365,7 +369,7 @@ impl Study<'_> {
                 }));
                 result.add_orbits(self.plan, orbits);
             }
-            Err(error) => result.ended.push(with_causes(&error)),
+            Err(error) => result.ended.push(chain_of_causes(&error)),
         }
     }
 }

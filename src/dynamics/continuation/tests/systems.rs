@@ -1,65 +1,10 @@
 //! Families of small systems.
 
 use super::super::{Family, FamilyError};
-use crate::dynamics::{Differentiable, System};
+use crate::dynamics::System;
+pub use crate::dynamics::tests::systems::Equations;
 
-/// A system of first-order equations with its Jacobian as closures: `w' = g(t, w)`.
-pub struct Equations<G, J> {
-    pub dimension: usize,
-    pub rates: G,
-    /// Writes the Jacobian, row-major.
-    pub jacobian: J,
-    pub autonomous: bool,
-}
-
-impl<G, J> System for Equations<G, J>
-where
-    G: Fn(f64, &[f64], &mut [f64]),
-    J: Fn(f64, &[f64], &mut [f64]),
-{
-    fn omega(&self) -> &[f64] {
-        &[]
-    }
-    fn first_order(&self) -> usize {
-        self.dimension
-    }
-    fn force(&self, t: f64, w: &[f64], out: &mut [f64]) {
-        (self.rates)(t, w, out);
-    }
-    fn differentiable(&self) -> Option<&dyn Differentiable> {
-        Some(self)
-    }
-    fn is_autonomous(&self) -> bool {
-        self.autonomous
-    }
-}
-
-impl<G, J> Differentiable for Equations<G, J>
-where
-    G: Fn(f64, &[f64], &mut [f64]),
-    J: Fn(f64, &[f64], &mut [f64]),
-{
-    fn product(
-        &self,
-        _status: Option<&[u8]>,
-        record: &mut [f64],
-        vectors: &[f64],
-        width: usize,
-        out: &mut [f64],
-    ) {
-        let n = self.dimension;
-        let mut jacobian = vec![0.0; n * n];
-        (self.jacobian)(record[0], &record[1..], &mut jacobian);
-        for i in 0..n {
-            for l in 0..width {
-                let terms = (0..n).map(|j| jacobian[i * n + j] * vectors[j * width + l]);
-                out[i * width + l] = terms.sum();
-            }
-        }
-    }
-}
-
-/// A family of such systems.
+/// A family of systems of first-order equations.
 pub struct Smooth<B> {
     pub build: B,
     /// Period of the drive at a value of the parameter.
