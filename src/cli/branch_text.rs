@@ -110,7 +110,7 @@ fn orbit_table(branch: &Branch) -> Table {
         .right("frequency, Hz")
         .right("amplitude, um")
         .left("attracting at");
-    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let count = branch.orbit_branches();
     for number in 0..count {
         let own = || branch.points.iter().filter(|point| point.branch == number);
         let span = |of: fn(&OrbitPoint) -> f64, digits: usize| {
@@ -160,8 +160,7 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
         .right(branch.name())
         .right("+-")
         .left("bifurcation")
-        .right("frequency, Hz");
-    table = table
+        .right("frequency, Hz")
         .right("rotation number")
         .right("second frequency, Hz")
         .right("unstable");

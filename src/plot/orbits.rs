@@ -165,7 +165,7 @@ pub fn multipliers_panel(branch: &Branch, chosen: Option<&OrbitPoint>) -> Panel 
 
 /// Legend entries of the branches, if there are several.
 fn legend(branch: &Branch) -> Vec<Layer> {
-    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let count = branch.orbit_branches();
     let keys = (0..count).filter(|_| count > 1);
     keys.map(|k| Layer::legend_entry(format!("branch {k}"), color(k)))
         .collect()
@@ -185,7 +185,7 @@ fn equilibrium(branch: &Branch) -> [Layer; 2] {
 
 /// The lines of all branches.
 fn lines(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
-    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let count = branch.orbit_branches();
     let layers = (0..count).flat_map(|number| {
         let course = branch.course(number).into_iter();
         let points = course.map(|(orbit, stable)| ([orbit.parameter, of(orbit)], stable));

@@ -52,7 +52,7 @@ pub struct Course<'a> {
 /// The branches with their timelines.
 pub fn courses<'a>(study: &BranchStudy<'a>) -> Vec<Course<'a>> {
     let branch = study.branch;
-    let count = branch.points.last().map_or(0, |point| point.branch + 1);
+    let count = branch.orbit_branches();
     let [from, to] = branch.interval;
     let unit = 10f64.powf(((to - from) / TICKS).log10().floor());
     let courses = (0..count).map(|number| {

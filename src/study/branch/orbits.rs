@@ -341,7 +341,7 @@ impl Study<'_> {
 
     /// Follows a branch and adds it to the result, with the reasons of its ends.
     fn follow(&mut self, start: &BranchStart, result: &mut Branch) {
-        let branch = result.points.last().map_or(0, |point| point.branch + 1);
+        let branch = result.orbit_branches();
         let watch = &mut *self.watch;
         let (mut orbits, mut stopped) = (0, false);
         let followed = continue_orbits(&self.family, start, &self.options, &mut |update| {

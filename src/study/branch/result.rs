@@ -116,9 +116,14 @@ impl Branch {
         }
     }
 
+    /// Number of branches of periodic orbits.
+    pub fn orbit_branches(&self) -> usize {
+        self.points.last().map_or(0, |point| point.branch + 1)
+    }
+
     /// Adds a branch of periodic orbits.
     pub fn add_orbits(&mut self, plan: &BranchPlan, orbits: OrbitBranch) {
-        let branch = self.points.last().map_or(0, |point| point.branch + 1);
+        let branch = self.orbit_branches();
         let at = |value: f64| At {
             name: plan.parameter.name().to_owned(),
             value,
