@@ -32,8 +32,11 @@ const FLOOR: f64 = 1e-12;
 /// Time limit of a run, checked after each frame.
 const PATIENCE: Duration = Duration::from_millis(60);
 
-/// A run without a single frame after this time hangs.
-const HANGING: Duration = Duration::from_secs(120);
+/// Time after which a run is stopped even within a frame.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// A run that does not end within this time after it was stopped hangs.
+const HANGING: Duration = Duration::from_secs(60);
 
 fn from_environment(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
@@ -111,21 +114,39 @@ impl Sink for Judge {
     }
 }
 
-/// Runs a scene for a short time.
-fn judge(scene: &Scene) -> (Result<Summary, PipelineError>, Judge) {
+/// Result of a run, and what its frames have shown.
+type Judged = (Result<Summary, PipelineError>, Judge);
+
+/// Runs a scene for a short time in a thread of its own, so that a hanging run is detected.
+fn judge(scene: Scene) -> Result<Judged, TestCaseError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (sender, receiver) = mpsc::channel();
+    let stopped = Arc::clone(&stop);
+    // There is no receiver any more for a run that hangs.
+    std::thread::spawn(move || sender.send(judged(&scene, &stopped)).is_ok());
+    let result = receiver.recv_timeout(LIMIT).or_else(|_| {
+        stop.store(true, Ordering::Relaxed);
+        receiver.recv_timeout(HANGING)
+    });
+    result.map_err(|end| match end {
+        RecvTimeoutError::Timeout => TestCaseError::fail("it hangs"),
+        RecvTimeoutError::Disconnected => TestCaseError::fail("it panics"),
+    })
+}
+
+fn judged(scene: &Scene, stop: &Arc<AtomicBool>) -> Judged {
     let mut judge = Judge {
         turnover: 0.0,
         audit: 0.0,
         fault: None,
     };
-    let stop = Arc::new(AtomicBool::new(false));
     // Counted from the first frame: computing the body's modes does not count.
     let began = OnceLock::new();
     let monitor = Monitor {
-        stop: &stop,
+        stop,
         progress: &|_| {
             let spent = began.get_or_init(Instant::now).elapsed();
-            stop.store(spent > PATIENCE, Ordering::Relaxed);
+            stop.fetch_or(spent > PATIENCE, Ordering::Relaxed);
         },
     };
     let result = run(scene, "campaign", &mut judge, monitor);
@@ -142,14 +163,7 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
             return is_clear(&error);
         }
     };
-    // The run has its own thread, so that a hanging run is detected.
-    let (sender, receiver) = mpsc::channel();
-    // There is no receiver any more for a run that hangs.
-    std::thread::spawn(move || sender.send(judge(&scene)).is_ok());
-    let (result, judge) = receiver.recv_timeout(HANGING).map_err(|end| match end {
-        RecvTimeoutError::Timeout => TestCaseError::fail("it hangs"),
-        RecvTimeoutError::Disconnected => TestCaseError::fail("it panics"),
-    })?;
+    let (result, judge) = judge(scene)?;
     prop_assert!(judge.fault.is_none(), "{:?}", judge.fault);
     match result {
         Ok(summary) => {
@@ -204,7 +218,7 @@ fn check(text: &str, ends: &mut Ends) -> Result<(), TestCaseError> {
 /// reduces the audit error or makes the audit pass.
 fn heals(text: &str, before: f64) -> Result<(), TestCaseError> {
     let scene = finer(text).map_err(|error| TestCaseError::fail(error.to_string()))?;
-    if let (Ok(summary), _) = judge(&scene) {
+    if let (Ok(summary), _) = judge(scene)? {
         let audit = summary.audit.unwrap_or(0.0);
         prop_assert!(
             audit < WORRYING_AUDIT.max(0.1 * before),
