@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    squeakscope::main()
+    ExitCode::from(squeakscope::main(std::env::args_os().collect()))
 }

@@ -14,7 +14,7 @@ use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{OutputFile, check_all, check_directory};
 use super::progress::Progress;
-use super::report::print_warning;
+use super::report::{print_notice, print_warning};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal_text;
@@ -25,7 +25,7 @@ use crate::import::{
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
-use crate::record::{Output, RerunSink, read_series};
+use crate::record::{Output, RerunSink, paths, read_series};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
     SignalAnalysis, SignalOptions, analyse_signal, highest_frequency, live_analysis,
@@ -74,6 +74,13 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
+        norm: args.norm.unwrap_or_default(),
+        theiler: match args.line_of_identity {
+            true => Some(0),
+            false => args.theiler.map(|samples| samples as usize),
+        },
+        min_diagonal: args.min_diagonal.map(|states| states as usize),
+        min_vertical: args.min_vertical.map(|states| states as usize),
         event: args.event.map(|number| number as usize),
     };
     let progress = Progress::of_phases();
@@ -148,6 +155,13 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
             path.display(),
             series.values.len(),
             series.name
+        ));
+    }
+    if selection.column.is_none() && series.name == paths::DISPLACEMENT {
+        print_notice(&format!(
+            "analysing the column `{}` of {}; choose another with --column",
+            series.name,
+            path.display()
         ));
     }
     let table = Table {

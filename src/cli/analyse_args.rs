@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, value_parser};
+use strum::VariantArray;
 
 use super::figures::FigureArgs;
-use crate::analysis::Threshold;
+use crate::analysis::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
 
 /// Arguments of `squeakscope analyse`.
@@ -46,6 +48,22 @@ pub struct AnalyseArgs {
     /// deviations) or neighbours:N (fixed number of nearest neighbours) [default: rate:0.05].
     #[arg(long, value_name = "KIND:VALUE", value_parser = threshold, help_heading = "Analysis")]
     pub threshold: Option<Threshold>,
+    /// Norm of the distance of two states in recurrence analysis [default: euclidean].
+    #[arg(long, value_name = "NORM", value_parser = norms(), help_heading = "Analysis")]
+    pub norm: Option<Norm>,
+    /// Theiler window of recurrence analysis: pairs of states that are closer in time do not count [default: the
+    /// delay].
+    #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..), help_heading = "Analysis")]
+    pub theiler: Option<u32>,
+    /// Shortest diagonal line of recurrence quantification [default: 2].
+    #[arg(long, value_name = "STATES", value_parser = value_parser!(u32).range(1..), help_heading = "Analysis")]
+    pub min_diagonal: Option<u32>,
+    /// Shortest vertical line of recurrence quantification [default: 2].
+    #[arg(long, value_name = "STATES", value_parser = value_parser!(u32).range(1..), help_heading = "Analysis")]
+    pub min_vertical: Option<u32>,
+    /// Count the line of identity, as recurrent points and as a diagonal line: no Theiler window.
+    #[arg(long, conflicts_with = "theiler", help_heading = "Analysis")]
+    pub line_of_identity: bool,
     /// Save a recording of the signal with each analysis over time.
     #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
     pub save: Option<PathBuf>,
@@ -57,6 +75,12 @@ pub struct AnalyseArgs {
     pub figures: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,
+}
+
+/// Parses a norm by its name.
+fn norms() -> impl TypedValueParser<Value = Norm> {
+    let names = Norm::VARIANTS.iter().map(<&str>::from);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Norm>())
 }
 
 /// Parses a number of samples, such as 100000000 or 1e8.

@@ -133,14 +133,20 @@ pub struct RunArgs {
 
 /// Arguments of `squeakscope scenes`.
 #[derive(Debug, Default, Arguments)]
+#[command(
+    mut_arg("scene", |scene| {
+        scene.value_name("NAME").help("Check this scene, a name or a file, and print it as TOML")
+    }),
+    mut_arg("set", |set| set.requires("scene")),
+)]
 pub struct ScenesArgs {
-    /// Check this scene, a name or a file, and print it as TOML.
-    pub name: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Print every key of a scene file with its meaning, unit, range and default.
-    #[arg(long, conflicts_with_all = ["name", "json"])]
+    #[arg(long, conflicts_with_all = ["scene", "json"])]
     pub keys: bool,
     /// Measure the CPU time of each effect and analysis of this scene, including inactive ones.
-    #[arg(long, requires = "name", conflicts_with = "keys")]
+    #[arg(long, requires = "scene", conflicts_with = "keys")]
     pub effects: bool,
     /// Also write the result as JSON.
     #[arg(long, value_name = "FILE")]

@@ -137,6 +137,7 @@ mod tests {
         BasinsArgs {
             scene: SceneArgs {
                 scene: Some("printed-friction".to_owned()),
+                ..SceneArgs::default()
             },
             tilt: Some(2.5),
             kicks: 3,

@@ -21,7 +21,7 @@ use super::{report, resources};
 use crate::escape;
 use crate::foreign::open_file;
 use crate::plot::calibration_figure;
-use crate::scene::Scene;
+
 use crate::study::calibrate::{
     Calibration, CalibrationObserver, CalibrationPlan, MetClaims, ParetoFront, RESPONSE, Screening,
     Trial, calibrate, never_together, pareto_fronts, ranked,
@@ -40,7 +40,7 @@ const MAX_SETS: usize = 5;
 /// Bad input before any work; failure while running or writing; an interrupt, after the results so far are
 /// written.
 pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), CliError> {
-    let base = Scene::load(args.scene.as_deref().unwrap_or(BASE))?;
+    let base = args.scene.load_or(BASE)?;
     base.ball_on_beam()?;
     report::print_study_warnings(&base);
     let plan = CalibrationPlan {
@@ -53,7 +53,7 @@ pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), Cli
         response: RESPONSE,
     };
     let [out, scene, json] = check_all(
-        args.scene.as_deref().map(std::ffi::OsStr::new),
+        args.scene.input(),
         [
             ("--out", Some(&*args.out)),
             ("--best", args.best.as_deref()),
@@ -364,8 +364,9 @@ mod tests {
     use std::num::NonZero;
 
     use super::*;
+    use crate::cli::common_args::SceneArgs;
     use crate::cli::figures::FigureArgs;
-    use crate::scene::Parameter;
+    use crate::scene::{Parameter, Scene};
 
     #[test]
     fn a_search_is_logged_resumed_and_reported() {
@@ -378,7 +379,10 @@ mod tests {
         let base = Scene::load(BASE).unwrap().with_values(&values).unwrap();
         std::fs::write(path("base.toml"), base.text).unwrap();
         let mut args = CalibrateArgs {
-            scene: Some(path("base.toml").to_string_lossy().into_owned()),
+            scene: SceneArgs {
+                scene: Some(path("base.toml").to_string_lossy().into_owned()),
+                ..SceneArgs::default()
+            },
             seed: 2,
             screened: 20,
             starts: 2,

@@ -14,12 +14,25 @@ use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Scene, SceneError};
 pub struct SceneArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
     pub scene: Option<String>,
+    /// Change this key of the scene, as in `--set load.tilt_deg=4`; repeat the option for several. The value is that of
+    /// a scene file, and `absent` removes the key.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    pub set: Vec<(String, String)>,
 }
 
 impl SceneArgs {
-    /// Reads the scene.
+    /// Reads the scene and changes its keys.
     pub fn load(&self) -> Result<Scene, SceneError> {
-        Scene::load(self.scene.as_deref().unwrap_or(DEFAULT_SCENE))
+        self.load_or(DEFAULT_SCENE)
+    }
+
+    /// As [`SceneArgs::load`], with another default scene.
+    pub fn load_or(&self, default: &str) -> Result<Scene, SceneError> {
+        let scene = Scene::load(self.scene.as_deref().unwrap_or(default))?;
+        match self.set.is_empty() {
+            true => Ok(scene),
+            false => scene.with_overrides(&self.set),
+        }
     }
 
     /// The scene as given. If it is a file, no output may replace it.
@@ -95,6 +108,14 @@ pub fn viewer_url(text: &str) -> Result<String, String> {
     } else {
         Err(format!("give the URL of a viewer, such as {DEFAULT_URL}"))
     }
+}
+
+/// Parses `KEY=VALUE`.
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text
+        .split_once('=')
+        .ok_or("give a key and its value, such as load.tilt_deg=4")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
 /// Parses a finite number above 0.

@@ -381,6 +381,7 @@ mod tests {
         CostArgs {
             scene: SceneArgs {
                 scene: Some("torus-3deg".to_owned()),
+                ..SceneArgs::default()
             },
             setting: Vec::new(),
             repeats: 1,
@@ -469,6 +470,7 @@ mod tests {
         let small = CostArgs {
             scene: SceneArgs {
                 scene: Some("impact-oscillator".to_owned()),
+                ..SceneArgs::default()
             },
             setting: vec![CostSetting::Nodes],
             ..args(folder.path())

@@ -102,18 +102,22 @@ fn run_in_process(
     let folder = tempfile::tempdir()?;
     let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
     std::fs::write(&file, &scene.text)?;
-    let mut running = Command::new(std::env::current_exe()?)
-        .arg("run")
-        .arg(&file)
-        .args(["--duration", &format!("{}", 1e3 * duration)])
-        .arg("--save")
-        .arg(folder.path().join("run.rrd"))
-        .arg("--json")
-        .arg(&report)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()?;
+    let mut running = Command::new(
+        super::words()
+            .first()
+            .ok_or("the program does not know its name")?,
+    )
+    .arg("run")
+    .arg(&file)
+    .args(["--duration", &format!("{}", 1e3 * duration)])
+    .arg("--save")
+    .arg(folder.path().join("run.rrd"))
+    .arg("--json")
+    .arg(&report)
+    .stdin(Stdio::null())
+    .stdout(Stdio::null())
+    .stderr(Stdio::piped())
+    .spawn()?;
     // Only this process receives SIGTERM; it must end the run.
     wait_for(&mut running, should_continue)?;
     let done = running.wait_with_output()?;
@@ -265,6 +269,7 @@ mod tests {
         let args = GrowthArgs {
             scene: SceneArgs {
                 scene: Some("impact-oscillator".to_owned()),
+                ..SceneArgs::default()
             },
             repeats: 1,
             threads: None,

@@ -28,6 +28,7 @@ impl TestFolder {
         LyapunovArgs {
             scene: SceneArgs {
                 scene: Some("impact-oscillator".to_owned()),
+                ..SceneArgs::default()
             },
             json: Some(self.path("out.json")),
             ..LyapunovArgs::default()
@@ -348,6 +349,7 @@ fn bad_input_is_found_before_any_work() {
         LyapunovArgs {
             scene: SceneArgs {
                 scene: Some("chaos-5deg".to_owned()),
+                ..SceneArgs::default()
             },
             tilt: Some(91.0),
             ..test.args()
@@ -387,6 +389,7 @@ fn bad_input_is_found_before_any_work() {
         LyapunovArgs {
             scene: SceneArgs {
                 scene: Some("chaos".to_owned()),
+                ..SceneArgs::default()
             },
             ..test.args()
         },

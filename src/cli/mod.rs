@@ -59,9 +59,8 @@ mod terminal;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use clap::FromArgMatches;
 
@@ -74,27 +73,41 @@ use args::{Args, Command, RunArgs};
 pub use error::CliError;
 pub use read_back::read_back;
 
-/// Runs the program with the arguments of the process and returns its exit code.
+/// The arguments of the program. Those of the process differ if Python runs it.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Runs the program with arguments, of which the first is the name of the program, and returns its exit code.
 ///
 /// Results go to the standard output, messages to the standard error. The module source documents the exit
 /// codes: 0 success, 1 failure, 2 invalid input, 130 interrupted.
-pub fn main() -> ExitCode {
-    let (words, warnings) = deprecated::replace(std::env::args_os().collect());
+pub fn main(words: Vec<OsString>) -> u8 {
+    let _ = WORDS.set(words.clone());
+    let (words, warnings) = deprecated::replace(words);
     for warning in warnings {
         report::print_warning(&warning);
     }
     let args = match parse(words.clone()) {
         Ok(args) => args,
         // `--help` and `--version` also end here, with exit code 0.
-        Err(error) => escaped(words, error).exit(),
+        Err(error) => {
+            let error = escaped(words, error);
+            // As clap itself: a closed output changes nothing.
+            let _ = error.print();
+            return error.exit_code() as u8;
+        }
     };
     match caught(|| dispatch(args)) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             report::print_error(&error);
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
+}
+
+/// The arguments of the program, of which the first is its name or path.
+fn words() -> &'static [OsString] {
+    WORDS.get().map_or(&[], Vec::as_slice)
 }
 
 fn parse(words: Vec<OsString>) -> Result<Args, clap::Error> {

@@ -1,6 +1,5 @@
 //! `squeakscope paper`: reproduce the paper's figures and check its claims.
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -57,7 +56,7 @@ pub(super) fn execute(
     stop: &AtomicBool,
     plan: impl FnOnce(Scene, Start) -> SweepPlan,
 ) -> Result<(), CliError> {
-    let mut scene = Scene::load(args.scene.as_deref().unwrap_or(SCENE))?;
+    let mut scene = args.scene.load_or(SCENE)?;
     scene = args.accuracy.apply(scene)?;
     scene.ball_on_beam()?;
     report::print_study_warnings(&scene);
@@ -154,16 +153,12 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputF
         .map(str::to_owned),
     );
     check_directory(&args.out, "--out", &names)?;
-    let scene_file = args.scene.as_deref().map(OsStr::new);
+    let scene_file = args.scene.input();
     // A path inside the new directory is checked after the directory exists.
     let json = args.json.as_deref();
     let json = json.filter(|path| !is_stdout(path) && !path.starts_with(&args.out));
     // A scene file may be described itself.
-    let other = |file: &&Path| {
-        args.scene
-            .as_deref()
-            .is_none_or(|scene| Path::new(scene) != *file)
-    };
+    let other = |file: &&Path| scene_file.is_none_or(|scene| Path::new(scene) != *file);
     let write = args.write.as_deref();
     check_all(
         scene_file,
@@ -274,6 +269,7 @@ fn text(scene: &str, result: &PaperResult) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::common_args::SceneArgs;
     use crate::study::paper::claims;
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::Axis;
@@ -300,7 +296,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("paper");
         let mut args = PaperArgs {
-            scene: None,
+            scene: SceneArgs::default(),
             figure: None,
             out: out.clone(),
             drawn: Default::default(),
@@ -398,7 +394,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let args = PaperArgs {
-            scene: None,
+            scene: SceneArgs::default(),
             figure: None,
             out: path("paper"),
             drawn: Default::default(),

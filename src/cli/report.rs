@@ -50,6 +50,11 @@ pub fn print_study_warnings(scene: &Scene) {
     print_warnings(&scene.clone().without_analyses().warnings());
 }
 
+/// Prints a notice to the standard error.
+pub fn print_notice(notice: &str) {
+    print_message("note:", notice);
+}
+
 /// Prints a warning to the standard error.
 pub fn print_warning(warning: &str) {
     print_message(&format!("{WARNING}warning:{WARNING:#}"), warning);

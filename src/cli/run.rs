@@ -239,7 +239,7 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifie
 /// The command line that started the program.
 pub(super) fn command_line() -> String {
     let name = std::iter::once("squeakscope".to_owned());
-    let words = std::env::args_os().skip(1);
+    let words = super::words().iter().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     name.chain(words).collect::<Vec<_>>().join(" ")
 }
@@ -407,6 +407,7 @@ mod tests {
             RunArgs {
                 scene: SceneArgs {
                     scene: Some("mass-on-belt".to_owned()),
+                    ..SceneArgs::default()
                 },
                 save: Some(self.folder.path().join("out.rrd")),
                 json: Some(self.folder.path().join("out.json")),
@@ -478,6 +479,7 @@ mod tests {
             RunArgs {
                 scene: SceneArgs {
                     scene: Some("torus".to_owned()),
+                    ..SceneArgs::default()
                 },
                 ..test.args()
             },

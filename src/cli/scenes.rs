@@ -59,7 +59,7 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     }
     let stop = args.effects.then(interrupt::install_handler).transpose()?;
     let [json] = output::check_all(None, [("--json", args.json.as_deref())])?;
-    match &args.name {
+    match &args.scene.scene {
         None => {
             let scenes = PRESETS.iter().map(|preset| preset.scene());
             let scenes = scenes.collect::<Result<Vec<_>, SceneError>>()?;
@@ -67,8 +67,8 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
             Document::new(&Scenes { scenes: entries }, &[])
                 .deliver(&list(&scenes), json.as_ref())?;
         }
-        Some(name) => {
-            let scene = Scene::load(name)?;
+        Some(_) => {
+            let scene = args.scene.load()?;
             report::print_warnings(&scene.warnings());
             if let Some(stop) = stop {
                 return effects::effects(&scene, json.as_ref(), &stop);

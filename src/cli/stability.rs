@@ -288,6 +288,7 @@ mod tests {
         let args = StabilityArgs {
             scene: SceneArgs {
                 scene: Some("periodic-2deg".to_owned()),
+                ..SceneArgs::default()
             },
             tilt: Some("0:7:3.5".parse().expect("a sweep")),
             causes: false,
@@ -321,6 +322,7 @@ mod tests {
         let args = StabilityArgs {
             scene: SceneArgs {
                 scene: Some("bristles".to_owned()),
+                ..SceneArgs::default()
             },
             tilt: None,
             causes: true,

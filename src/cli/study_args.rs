@@ -77,9 +77,10 @@ pub struct BasinsArgs {
 
 /// Arguments of `squeakscope paper`.
 #[derive(Debug, Arguments)]
+#[command(mut_arg("scene", |scene| scene.help("Name of a scene, or path of a scene file [default: paper]")))]
 pub struct PaperArgs {
-    /// Name of a scene, or path of a scene file [default: paper].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Draw only this figure, 1 to 11 [default: all figures, and the table of claims].
     #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=11),
         help_heading = "Simulation")]
@@ -121,9 +122,12 @@ pub struct PaperArgs {
 
 /// Arguments of `squeakscope calibrate`.
 #[derive(Debug, Arguments)]
+#[command(mut_arg("scene", |scene| {
+    scene.help("Scene with the parameters that the paper states: a name or a file [default: periodic-2deg]")
+}))]
 pub struct CalibrateArgs {
-    /// Scene with the parameters that the paper states: a name or a file [default: periodic-2deg].
-    pub scene: Option<String>,
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Seed of the random search.
     #[arg(
         long,

@@ -42,6 +42,7 @@ impl TestFolder {
         SweepArgs {
             scene: SceneArgs {
                 scene: Some(self.path("few.toml").to_string_lossy().into_owned()),
+                ..SceneArgs::default()
             },
             tilt: Some(steps("1:2:0.5")),
             param: Vec::new(),

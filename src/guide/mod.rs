@@ -36,6 +36,7 @@
 //! * [Listen to a squeak](how_to::listen): WAV files and audio on the page.
 //! * [Make figures for a paper](how_to::figures).
 //! * [Read results in Python, R and other programs](how_to::read_results): JSON, Arrow, CSV, NumPy.
+//! * [Use it from Python](how_to::python): arrays in and out, results as objects and tables.
 //! * [Use the library](how_to::library).
 //!
 //! Compare with Kang (2022):
@@ -136,6 +137,9 @@ pub mod how_to {
 
     #[doc = include_str!("how_to/read_results.md")]
     pub mod read_results {}
+
+    #[doc = include_str!("how_to/python.md")]
+    pub mod python {}
 
     #[doc = include_str!("how_to/library.md")]
     pub mod library {}

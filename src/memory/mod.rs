@@ -25,8 +25,11 @@ fn left(available: Option<u64>) -> String {
     }
 }
 
-/// Returns an error if more bytes are needed than available.
-pub(crate) fn check(need: u64) -> Result<(), MemoryShortage> {
+/// Checks that a number of bytes is available, as far as the system reports it.
+///
+/// # Errors
+/// If more bytes are needed than available.
+pub fn check(need: u64) -> Result<(), MemoryShortage> {
     match available() {
         Some(bytes) if bytes < need => Err(MemoryShortage {
             need,

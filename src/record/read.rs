@@ -118,8 +118,8 @@ fn damaged(damage: Option<&Damage>) -> String {
 
 /// Reads a column of numbers of a recording, with the rows in the order of their times. The timeline is the
 /// simulated time of this program if available, else a timeline of durations, else one of dates (the log time
-/// of a row is the last choice). `None` selects the only column. Of several recordings in one file, the first
-/// is read.
+/// of a row is the last choice). `None` selects the only column, or the displacement of the probe in a recording
+/// of this program. Of several recordings in one file, the first is read.
 ///
 /// A truncated or damaged recording is read up to the damage, which [`Series::damage`] describes. Lengths in
 /// the file are not trusted: the memory used is that of the column and of one message.
@@ -127,12 +127,24 @@ fn damaged(damage: Option<&Damage>) -> String {
 /// # Errors
 /// [`ReadError`] if the file cannot be read or the column does not exist.
 pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadError> {
-    without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
-        Err(ReadError::Format {
-            path: path.to_owned(),
-            reason: "the data cannot be decoded".to_owned(),
+    let read = |column| {
+        without_panic(|| read(path, column, MAX_ROWS)).unwrap_or_else(|| {
+            Err(ReadError::Format {
+                path: path.to_owned(),
+                reason: "the data cannot be decoded".to_owned(),
+            })
         })
-    })
+    };
+    match read(column) {
+        Err(ReadError::Column {
+            asked: None,
+            columns,
+            ..
+        }) if columns.iter().any(|name| name == paths::DISPLACEMENT) => {
+            read(Some(paths::DISPLACEMENT))
+        }
+        other => other,
+    }
 }
 
 fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {

@@ -1,8 +1,13 @@
 //! Overrides of a scene by the command line, with the ranges of the scene file; warnings about a scene.
 
-use super::error::{Location, SceneError, SceneWarning};
+use toml_edit::Value;
+
+use super::edit::{remove, set};
+use super::error::{DeprecatedKey, Location, SceneError, SceneWarning};
+use super::parameter::declared;
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
+use super::setting::SceneSetting;
 use super::spec::Scene;
 use super::tables::analysis::{AnalysisBudget, AnalysisSpec};
 use super::tables::load::{FACTOR, LOAD, TILT};
@@ -40,6 +45,53 @@ impl Scene {
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SceneError> {
         self.integrator.tolerance = self.overridden("time.tolerance", tolerance)?;
         Ok(self)
+    }
+
+    /// Returns the scene with other values of any keys, in its text, too. Each override is the dotted path of a key,
+    /// or its name if that occurs in one table only, and the value as in a scene file; quotes of a word may be left
+    /// out, and `absent` removes the key. A form of the tilt, the load or the rotation replaces its other forms.
+    ///
+    /// # Errors
+    /// If there is no such key, and as [`Scene::parse`].
+    pub fn with_overrides(
+        &self,
+        overrides: &[(impl AsRef<str>, impl AsRef<str>)],
+    ) -> Result<Self, SceneError> {
+        let mut document = self.document()?;
+        let mut deprecated = self.deprecated_keys.clone();
+        for (name, value) in overrides {
+            let (name, value) = (name.as_ref(), value.as_ref());
+            let (key, by_old_name) = declared(name, |_| true, || self.place_of_override())?;
+            let path = &key.path[..];
+            for forms in [&LOAD, &TILT, &FACTOR] {
+                if forms.paths().any(|form| form == path) {
+                    forms.paths().for_each(|form| remove(&mut document, form));
+                }
+            }
+            match value {
+                SceneSetting::ABSENT => remove(&mut document, path),
+                _ => {
+                    let value = value.parse().unwrap_or_else(|_| Value::from(value));
+                    set(document.as_table_mut(), path, value);
+                }
+            }
+            if by_old_name {
+                deprecated.push(DeprecatedKey {
+                    at: self.place_of_override(),
+                    old: name.to_owned(),
+                    new: path.to_owned(),
+                });
+            }
+        }
+        // A line number would be that of the changed text, which the user has not seen.
+        let changed = self.with_document(&document).map_err(|error| match error {
+            SceneError::Content { fault, .. } => fault.at(self.place_of_override()),
+            other => other,
+        })?;
+        Ok(Self {
+            deprecated_keys: deprecated,
+            ..changed
+        })
     }
 
     /// Returns the scene with another seed of the random kick.
@@ -183,6 +235,58 @@ impl Scene {
         Location {
             file: format!("override of scene {}", self.name),
             line: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_key_can_be_overridden_by_path_or_name() {
+        let scene = Scene::load("tilt-ramp").unwrap();
+        let changed = scene
+            .with_overrides(&[
+                ("load.tilt_deg", "4"),
+                ("nodes", "28"),
+                ("contact.stiffness_distribution", "pre-stress"),
+                ("damping.ratio", "0.002"),
+                ("analysis.recurrence.recurrence_rate", "0.07"),
+            ])
+            .unwrap();
+        let joint = changed.joint().unwrap();
+        assert_eq!(joint.tilt.at(1.0), 4.0_f64.to_radians());
+        assert!(!joint.tilt.varies());
+        assert_eq!(joint.spec.contact.nodes, 28);
+        assert_eq!(Scene::parse(&changed.name, &changed.text).unwrap(), changed);
+        let back = changed
+            .with_overrides(&[(
+                "load.tilt",
+                "[{time_ms = 0, tilt_deg = 1}, {time_ms = 10, tilt_deg = 2}]",
+            )])
+            .unwrap();
+        assert!(back.joint().unwrap().tilt.varies());
+        let default = changed.with_overrides(&[("nodes", "absent")]).unwrap();
+        assert_ne!(default.joint().unwrap().spec.contact.nodes, 28);
+    }
+
+    #[test]
+    fn faulty_overrides_name_the_key() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        for (key, value, part) in [
+            ("contact.nodse", "28", "contact.nodes"),
+            ("contact.nodes", "many", "contact.nodes"),
+            ("contact.nodes", "0", "out of range"),
+            ("window_ms", "3", "did you mean"),
+            ("load.tilt_deg", "95", "out of range"),
+        ] {
+            let error = scene
+                .with_overrides(&[(key, value)])
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(part), "{key}: {error}");
+            assert!(error.starts_with("override of scene"), "{error}");
         }
     }
 }

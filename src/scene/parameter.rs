@@ -39,38 +39,14 @@ impl Parameter {
     /// # Errors
     /// If no scene has such a number. The error suggests the most similar one.
     pub fn named(name: &str) -> Result<Self, SceneError> {
-        let keys = || SCHEMA.0.iter().filter(|key| is_free(key));
-        let path = SCHEMA.current(name);
-        if let Some(key) = keys().find(|key| key.path == path) {
-            let by_old_name = path != name;
-            return Ok(Self { key, by_old_name });
-        }
-        let key = name.to_owned();
         // A declared key that is not a number.
-        if SCHEMA.find(&path).is_some() {
+        let path = SCHEMA.current(name);
+        if SCHEMA.find(&path).is_some_and(|key| !is_free(key)) {
+            let key = name.to_owned();
             return Err(Fault::NotANumber { key }.at(place()));
         }
-        let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
-        let old_namesakes: Vec<_> = keys()
-            .filter(|key| key.key.old_name == Some(name))
-            .collect();
-        let by_old_name = namesakes.is_empty();
-        if let ([key], _) | ([], [key]) = (&namesakes[..], &old_namesakes[..]) {
-            return Ok(Self {
-                key: *key,
-                by_old_name,
-            });
-        }
-        let nearest = match namesakes.first() {
-            Some(namesake) => Some(&namesake.path[..]),
-            None => nearest(name, keys().map(|key| &key.path[..]), CLOSE),
-        };
-        let unknown = Fault::UnknownKey {
-            key,
-            nearest: nearest.map(str::to_owned),
-            known: "`squeakscope scenes --keys` lists all keys".to_owned(),
-        };
-        Err(unknown.at(place()))
+        let (key, by_old_name) = declared(name, is_free, place)?;
+        Ok(Self { key, by_old_name })
     }
 
     /// The constant tilt of the load.
@@ -116,6 +92,40 @@ impl Parameter {
     pub fn unit(self) -> &'static str {
         self.key.key.kind.unit().symbol
     }
+}
+
+/// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only. Old
+/// names are accepted; returns whether it was one.
+///
+/// # Errors
+/// If there is no such key. The error suggests the most similar one.
+pub(super) fn declared(
+    name: &str,
+    among: impl Fn(&Declared) -> bool,
+    place: impl FnOnce() -> Location,
+) -> Result<(&'static Declared, bool), SceneError> {
+    let keys = || SCHEMA.0.iter().filter(|key| among(key));
+    let path = SCHEMA.current(name);
+    if let Some(key) = keys().find(|key| key.path == path) {
+        return Ok((key, path != name));
+    }
+    let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
+    let old_namesakes: Vec<_> = keys()
+        .filter(|key| key.key.old_name == Some(name))
+        .collect();
+    if let ([key], _) | ([], [key]) = (&namesakes[..], &old_namesakes[..]) {
+        return Ok((key, namesakes.is_empty()));
+    }
+    let nearest = match namesakes.first() {
+        Some(namesake) => Some(&namesake.path[..]),
+        None => nearest(name, keys().map(|key| &key.path[..]), CLOSE),
+    };
+    let unknown = Fault::UnknownKey {
+        key: name.to_owned(),
+        nearest: nearest.map(str::to_owned),
+        known: "`squeakscope scenes --keys` lists all keys".to_owned(),
+    };
+    Err(unknown.at(place()))
 }
 
 /// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular

@@ -11,7 +11,7 @@ use super::{
 use crate::analysis::{
     AnalysisError, Column, Crossing, DelayChoice, DelaySearch, DelayVectors, Direction, Divergence,
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
-    LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, Norm, RateBase,
+    LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, RateBase,
     RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, Regime, RegimeSearch,
     SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Verdict, Window, ZeroOne,
     ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence, false_neighbours,
@@ -363,6 +363,8 @@ pub(super) struct Plan {
     pub lag: usize,
     pub dimension: usize,
     pub rule: RecurrenceCriterion,
+    /// Shortest diagonal and vertical line, states.
+    pub min_lines: [usize; 2],
 }
 
 impl Plan {
@@ -376,10 +378,15 @@ impl Plan {
             lag,
             dimension: delay.dimension,
             rule: RecurrenceCriterion {
-                norm: Norm::Euclidean,
+                norm: search.norm,
                 threshold: search.threshold.unwrap_or(Threshold::Rate(RECURRENCE_RATE)),
-                theiler: lag,
+                theiler: match search.theiler {
+                    None => lag,
+                    Some(samples) => samples.div_ceil(stride),
+                },
             },
+            min_lines: [search.min_diagonal, search.min_vertical]
+                .map(|states| states.unwrap_or(MIN_LINE)),
         }
     }
 
@@ -400,7 +407,8 @@ impl Plan {
         let vectors = DelayVectors::new(taken, self.lag, self.dimension)?;
         let rule = self.rule.fixed(&vectors)?;
         let counts = quantify(&vectors, &rule)?;
-        let measures = counts.measures(MIN_LINE, MIN_LINE, RateBase::Counted);
+        let [min_diagonal_states, min_vertical_states] = self.min_lines;
+        let measures = counts.measures(min_diagonal_states, min_vertical_states, RateBase::Counted);
         let threshold = match self.rule.threshold {
             Threshold::Distance(_) | Threshold::Spread(_) => rule.threshold,
             Threshold::Rate(_) => self.rule.threshold,
@@ -410,6 +418,9 @@ impl Plan {
         Ok(RecurrenceAnalysis {
             rule: self.rule,
             epsilon: rule.threshold.distance(),
+            min_diagonal_states,
+            min_vertical_states,
+            line_of_identity: self.rule.theiler == 0,
             stride_samples: self.stride,
             states: counts.columns,
             theiler_s: self.rule.theiler as f64 * seconds,
@@ -499,8 +510,9 @@ impl Plan {
             return Ok(None);
         }
         let vectors = DelayVectors::new(window, self.lag, self.dimension)?;
+        let [min_diagonal, min_vertical] = self.min_lines;
         let counts = quantify(&vectors, &self.rule)?;
-        let measures = counts.measures(MIN_LINE, MIN_LINE, RateBase::Counted);
+        let measures = counts.measures(min_diagonal, min_vertical, RateBase::Counted);
         Ok(Some(measures))
     }
 }

@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::*;
-use crate::analysis::Limitation;
 use crate::analysis::test_signals::{noise, sines};
+use crate::analysis::{Limitation, Norm};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {
     let signal = Signal {
@@ -118,6 +118,53 @@ fn results_survive_a_json_round_trip() {
             ..report.recurrence.get().unwrap().clone()
         });
     }
+}
+
+#[test]
+fn the_options_of_recurrence_analysis_apply() {
+    let tone = sines(1000.0, 2000, &[(23.0, 1.0, 0.2), (61.7, 0.4, 0.0)]);
+    let recurrence = |options: SignalOptions| {
+        let signal = Signal {
+            name: "tone".to_owned(),
+            unit: String::new(),
+            rate: 1000.0,
+            start: 0.0,
+            samples: tone.clone(),
+        };
+        let report = analyse_signal(signal, &options, &mut |_, _| true).unwrap();
+        report.unwrap().recurrence.get().unwrap().clone()
+    };
+    let plain = recurrence(SignalOptions::default());
+    assert_eq!(
+        (plain.min_diagonal_states, plain.min_vertical_states),
+        (2, 2)
+    );
+    assert!(!plain.line_of_identity);
+    let given = recurrence(SignalOptions {
+        norm: Norm::Maximum,
+        theiler: Some(0),
+        min_diagonal: Some(40),
+        min_vertical: Some(3),
+        ..SignalOptions::default()
+    });
+    assert_eq!(given.rule.norm, Norm::Maximum);
+    assert_eq!(given.rule.theiler, 0);
+    assert!(given.line_of_identity);
+    // The line of identity is the longest diagonal.
+    let states = given.states as f64 * given.stride_samples as f64 / 1000.0;
+    assert_eq!(given.measures.longest_diagonal, states);
+    let longer = recurrence(SignalOptions {
+        min_diagonal: Some(40),
+        min_vertical: Some(3),
+        ..SignalOptions::default()
+    });
+    assert!(longer.measures.determinism < plain.measures.determinism);
+    assert!(longer.measures.laminarity < plain.measures.laminarity);
+    let apart = recurrence(SignalOptions {
+        theiler: Some(101),
+        ..SignalOptions::default()
+    });
+    assert_eq!(apart.rule.theiler, 101_usize.div_ceil(apart.stride_samples));
 }
 
 #[test]

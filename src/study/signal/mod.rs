@@ -26,7 +26,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    AnalysisError, Column, DelayChoice, Divergence, LineIdentification, Measures,
+    AnalysisError, Column, DelayChoice, Divergence, LineIdentification, Measures, Norm,
     RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, SectionPoint, SectionShape, Span,
     SpectralLine, Spectrum, Threshold, TonalEvent, Verdict, ZeroOne,
 };
@@ -50,7 +50,7 @@ pub use sound::{MeasuredSound, SOUND_RATES_HZ};
 /// | spectrogram | of the whole signal: Hann window of about `2 sqrt(N)` samples, a power of two; about 400 columns |
 /// | nonlinear methods | of the stretch the newest [`MAX_NONLINEAR_SAMPLES`] samples |
 /// | delay, dimension, Theiler window | from [`choose_delay`](crate::analysis::choose_delay) |
-/// | recurrence | Euclidean norm; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
+/// | recurrence | Euclidean norm and lines of at least 2 states unless given; recurrence rate 5 %; 12 to 23 states per delay; the newest 10,000 states; Theiler window of one delay |
 /// | along the stretch | up to 120 windows of 1000 states or a third of the stretch |
 /// | section | `y(t + lag) =` mean, rising; the newest 2000 crossings |
 /// | exponents | Rosenstein and Kantz with [`DivergenceSearch::for_delay`](crate::analysis::DivergenceSearch::for_delay); Kantz radius 5 % of the standard deviation, 2 % from 50,000 samples |
@@ -63,6 +63,14 @@ pub struct SignalOptions {
     pub dimension: Option<usize>,
     /// Recurrence threshold; `None` for a recurrence rate of 5 %.
     pub threshold: Option<Threshold>,
+    /// Norm of the distance of two states in recurrence analysis.
+    pub norm: Norm,
+    /// Theiler window of recurrence analysis, samples; 0 counts the line of identity. `None` for the delay.
+    pub theiler: Option<usize>,
+    /// Shortest diagonal line of recurrence quantification, states; `None` for 2.
+    pub min_diagonal: Option<usize>,
+    /// Shortest vertical line of recurrence quantification, states; `None` for 2.
+    pub min_vertical: Option<usize>,
     /// Number of the event to analyse, from 1; `None` for the strongest.
     pub event: Option<usize>,
 }
@@ -190,6 +198,13 @@ pub struct RecurrenceAnalysis {
     pub rule: RecurrenceCriterion,
     /// Threshold distance epsilon, in the unit of the signal; `None` if each state has its own.
     pub epsilon: Option<f64>,
+    /// Shortest diagonal line that counts, states.
+    pub min_diagonal_states: usize,
+    /// Shortest vertical line that counts, states.
+    pub min_vertical_states: usize,
+    /// Whether the line of identity counts, as recurrent points and as a diagonal line. The recurrence rate refers to
+    /// the pairs that count.
+    pub line_of_identity: bool,
     /// Samples per state: one state is taken every `stride_samples` samples.
     pub stride_samples: usize,
     /// Number of states.

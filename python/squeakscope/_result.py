@@ -1,0 +1,181 @@
+"""Results of the library as frozen objects."""
+
+from __future__ import annotations
+
+import copy
+import html
+from collections.abc import Iterator, Sequence
+from typing import Any, overload
+
+import numpy as np
+
+# Rows of a table that are shown in a notebook.
+_SHOWN = 20
+
+
+class Result:
+    """A result of the library: its fields are attributes, which cannot be changed.
+
+    Names of fields contain their units, such as ``frequency_hz``. Lists of numbers are NumPy arrays, lists of
+    results are :class:`Results`.
+
+    Examples
+    --------
+    >>> line = Result({"frequency_hz": 4100.0, "label": "f1"})
+    >>> line.frequency_hz
+    4100.0
+    >>> line.to_dict()
+    {'frequency_hz': 4100.0, 'label': 'f1'}
+    """
+
+    __slots__ = ("_fields", "_wrapped")
+    _fields: dict[str, Any]
+    _wrapped: dict[str, Any]
+
+    def __init__(self, fields: dict[str, Any]) -> None:
+        object.__setattr__(self, "_fields", fields)
+        object.__setattr__(self, "_wrapped", {})
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in self._wrapped:
+            if name not in self._fields:
+                fields = ", ".join(self._fields)
+                raise AttributeError(f"the result has no field {name!r}; it has {fields}")
+            self._wrapped[name] = wrap(self._fields[name])
+        return self._wrapped[name]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a result cannot be changed")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError("a result cannot be changed")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._fields]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Result) and self.to_dict() == other.to_dict()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[type[Result], tuple[dict[str, Any]]]:
+        return Result, (self._fields,)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fields as a dictionary of plain numbers, strings, lists and dictionaries."""
+        return {name: _plain(value) for name, value in self._fields.items()}
+
+    def __repr__(self) -> str:
+        fields = (f"{name}={_short(value)}" for name, value in self._fields.items())
+        return f"Result({', '.join(fields)})"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(_short(value))}</td></tr>"
+            for name, value in self._fields.items()
+        )
+        return f"<table>{''.join(rows)}</table>"
+
+
+class Results(Sequence[Result]):
+    """A list of results of one kind, which is also a table.
+
+    pandas, polars, DuckDB and other libraries read it through the Arrow interface, if pyarrow is installed:
+    ``polars.DataFrame(results)`` or ``results.to_arrow().to_pandas()``.
+    """
+
+    __slots__ = ("_rows",)
+
+    def __init__(self, rows: Sequence[dict[str, Any]] = ()) -> None:
+        self._rows = tuple(Result(row) for row in rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Result: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Result, ...]: ...
+    def __getitem__(self, index: int | slice) -> Result | tuple[Result, ...]:
+        return self._rows[index]
+
+    def __iter__(self) -> Iterator[Result]:
+        return iter(self._rows)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Results) and self._rows == other._rows
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def to_dicts(self) -> list[dict[str, Any]]:
+        """Return the results as dictionaries."""
+        return [row.to_dict() for row in self._rows]
+
+    def to_arrow(self) -> Any:
+        """Return the results as a pyarrow.Table, a column for each field.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pyarrow is not installed.
+        """
+        import pyarrow
+
+        return pyarrow.Table.from_pylist([row._fields for row in self._rows])
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+    def __repr__(self) -> str:
+        return f"Results({list(self._rows[:3])}{', ...' if len(self) > 3 else ''})"
+
+    def _repr_html_(self) -> str:
+        names = list(dict.fromkeys(name for row in self._rows for name in row._fields))
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(_short(row._fields.get(name)))}</td>" for name in names) + "</tr>"
+            for row in self._rows[:_SHOWN]
+        )
+        more = f"<p>{len(self) - _SHOWN} more rows</p>" if len(self) > _SHOWN else ""
+        return f"<table><tr>{head}</tr>{body}</table>{more}"
+
+
+def wrap(value: Any) -> Any:
+    """Return a serialised value as a result, results, an array or itself."""
+    if isinstance(value, dict):
+        return Result(value)
+    if not isinstance(value, list):
+        return value
+    if all(isinstance(item, dict) for item in value):
+        return Results(value)
+    if _is_numeric(value):
+        return np.array(value)
+    return tuple(wrap(item) for item in value)
+
+
+def _is_numeric(value: list[Any]) -> bool:
+    if all(isinstance(item, (int, float)) for item in value):
+        return True
+    return all(
+        isinstance(item, list) and len(item) == len(value[0]) and _is_numeric(item) for item in value
+    )
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Result):
+        return value.to_dict()
+    return value.tolist() if isinstance(value, np.ndarray) else copy.deepcopy(value)
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"array of {' x '.join(map(str, value.shape))}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list) and len(value) > 4:
+        return f"[{len(value)} values]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(value)}}}"
+    return repr(value)

@@ -1,0 +1,200 @@
+//! Runs of a scene.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use squeakscope::analysis::Verdict;
+use squeakscope::pipeline::message::{Exponents, Record, Summary};
+use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
+use squeakscope::record::{Output, RerunSink};
+
+use crate::call::long_call;
+use crate::error::input;
+use crate::result::result;
+use crate::samples::{SampleBuffer, Samples};
+use crate::scene::{Scene, SceneOrName};
+
+/// A finished run: its samples and its results.
+#[pyclass(frozen, module = "squeakscope")]
+pub struct Run {
+    /// The scene that was run.
+    #[pyo3(get)]
+    scene: Py<Scene>,
+    /// The samples; empty if the run was asked to keep none.
+    #[pyo3(get)]
+    samples: Py<Samples>,
+    /// Summary of the run: amplitude, lines, statistics of the solver.
+    #[pyo3(get)]
+    summary: Py<PyAny>,
+    /// Lyapunov exponents at the end; None if the scene does not compute them.
+    #[pyo3(get)]
+    exponents: Option<Py<PyAny>>,
+    /// Last classification of the motion; None if the scene does not classify it.
+    #[pyo3(get)]
+    verdict: Option<Py<PyAny>>,
+}
+
+#[pymethods]
+impl Run {
+    /// Fields of the samples and of the summary are also attributes of the run.
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        match name.starts_with('_') {
+            true => Err(pyo3::exceptions::PyAttributeError::new_err(name.to_owned())),
+            false => match self.samples.bind(py).getattr_opt(name)? {
+                Some(found) => Ok(found),
+                None => self.summary.bind(py).getattr(name),
+            },
+        }
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let scene = &self.scene.get().0;
+        let simulated: f64 = self.summary.bind(py).getattr("simulated_s")?.extract()?;
+        Ok(format!(
+            "<squeakscope.Run of {:?}: {simulated} s>",
+            scene.name
+        ))
+    }
+}
+
+/// Collects the records of a run, and passes them to a recording.
+struct Collector {
+    keep_samples: bool,
+    samples: SampleBuffer,
+    verdict: Option<Arc<Verdict>>,
+    recording: Option<RerunSink>,
+}
+
+impl Collector {
+    fn recording(
+        &mut self,
+        work: impl FnOnce(&mut RerunSink) -> Result<(), SinkError>,
+    ) -> Result<(), SinkError> {
+        self.recording.as_mut().map_or(Ok(()), work)
+    }
+}
+
+impl Sink for Collector {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        match &record {
+            Record::Samples(frame) if self.keep_samples => self.samples.add(frame),
+            Record::Regime { verdict, .. } => self.verdict = Some(Arc::clone(verdict)),
+            _ => {}
+        }
+        self.recording(|recording| recording.accept(record))
+    }
+
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.recording(Sink::idle)
+    }
+
+    fn finish(&mut self) -> Result<(), SinkError> {
+        self.recording(Sink::finish)
+    }
+
+    fn abandon(&mut self) {
+        if let Some(recording) = &mut self.recording {
+            recording.abandon();
+        }
+    }
+}
+
+/// Simulate a scene with all of its analyses.
+///
+/// Parameters
+/// ----------
+/// scene : Scene, str or os.PathLike
+///     The scene, or its name or path.
+/// duration : float, optional
+///     Simulated time, s. By default that of the scene.
+/// record : str or os.PathLike, optional
+///     Save the recording to this file (.rrd), which the Rerun viewer opens. An existing file is replaced.
+/// samples : bool
+///     Whether to keep the samples. A long run without them needs little memory.
+/// progress : callable, optional
+///     Called about 20 times a second with the share of the work that is done, 0 to 1. An exception that it
+///     raises ends the run.
+///
+/// Returns
+/// -------
+/// Run
+///
+/// Raises
+/// ------
+/// InputError
+///     If the scene is not valid.
+/// Error
+///     If the simulation or the recording fails.
+/// KeyboardInterrupt
+///     After Ctrl-C; the recording contains the run until then.
+///
+/// Examples
+/// --------
+/// >>> import squeakscope as s
+/// >>> run = s.run("periodic-2deg", duration=0.05)
+/// >>> round(run.lines[0].frequency_hz)
+/// 4100
+#[pyfunction]
+#[pyo3(signature = (scene, *, duration=None, record=None, samples=true, progress=None))]
+pub fn run(
+    py: Python<'_>,
+    scene: SceneOrName,
+    duration: Option<f64>,
+    record: Option<PathBuf>,
+    samples: bool,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    let scene = scene.load(py, duration)?;
+    if let Some(path) = &record
+        && path.extension().is_none_or(|ending| ending != "rrd")
+    {
+        let message = format!(
+            "record: `{}` does not end in .rrd; choose such a name",
+            path.display()
+        );
+        return Err(input(py, &message));
+    }
+    let mut collector = Collector {
+        keep_samples: samples,
+        samples: SampleBuffer::default(),
+        verdict: None,
+        recording: None,
+    };
+    let summary = long_call(py, progress.as_ref(), |watch| {
+        let source = pipeline::source(&scene)?;
+        if let Some(path) = record {
+            let output = Output {
+                save: Some(path),
+                ..Output::default()
+            };
+            let recording = RerunSink::new(&output, scene.record);
+            collector.recording =
+                Some(recording.map_err(|error| PipelineError::Sink(error.into()))?);
+        }
+        let monitor = Monitor {
+            stop: &watch.stop,
+            progress: &|time| {
+                watch.report(time / scene.duration);
+            },
+        };
+        pipeline::drive(
+            source,
+            "squeakscope.run() in Python",
+            &mut collector,
+            monitor,
+        )
+    })?;
+    let Summary { exponents, .. } = &summary;
+    let exponents = exponents
+        .as_ref()
+        .map(|found: &Exponents| result(py, found));
+    let verdict = collector.verdict.as_deref().map(|found| result(py, found));
+    Ok(Run {
+        scene: Py::new(py, Scene(scene))?,
+        samples: Py::new(py, collector.samples.into_samples(py)?)?,
+        summary: result(py, &summary)?.unbind(),
+        exponents: exponents.transpose()?.map(Bound::unbind),
+        verdict: verdict.transpose()?.map(Bound::unbind),
+    })
+}

@@ -1,0 +1,53 @@
+import copy
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import squeakscope as s
+
+FIELDS = {
+    "name": "x",
+    "curve": [1.0, 2.5],
+    "lines": [{"frequency_hz": 1.0, "label": "f1"}, {"frequency_hz": 2.0, "label": None}],
+    "inner": {"none": None},
+    "pairs": [[1, 2], [3, 4]],
+    "words": ["a", "b"],
+}
+
+
+def test_fields_are_attributes_that_cannot_be_changed() -> None:
+    result = s.Result(copy.deepcopy(FIELDS))
+    assert result.name == "x" and result.inner.none is None
+    assert isinstance(result.curve, np.ndarray) and result.pairs.shape == (2, 2)
+    assert result.lines[1].frequency_hz == 2.0 and result.words == ("a", "b")
+    assert result.to_dict() == FIELDS
+    assert json.loads(json.dumps(result.to_dict())) == FIELDS
+    assert "curve" in dir(result) and result == s.Result(FIELDS)
+    assert pickle.loads(pickle.dumps(result)) == result
+    with pytest.raises(AttributeError, match="cannot be changed"):
+        result.name = "y"
+    with pytest.raises(AttributeError, match="it has name, curve"):
+        result.absent
+
+
+def test_results_show_themselves_in_a_notebook() -> None:
+    result = s.Result(FIELDS)
+    assert "<th>name</th>" in result._repr_html_()
+    table = result.lines._repr_html_()
+    assert table.count("<tr>") == 3 and "frequency_hz" in table
+    assert s.Result({"x": "<b>"})._repr_html_().count("<b>") == 0
+
+
+def test_results_are_tables() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    table = s.Result(FIELDS).lines.to_arrow()
+    assert table.column_names == ["frequency_hz", "label"]
+    assert pyarrow.table(s.Result(FIELDS).lines) == table
+
+
+def test_arrays_become_lists_in_a_dictionary(run: s.Run) -> None:
+    found = s.spectrum(run.u, run.scene.sample_rate)
+    assert isinstance(found.to_dict()["amplitude"], list)
+    assert found == copy.deepcopy(found)

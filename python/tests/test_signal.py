@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+
+import squeakscope as s
+
+RATE = 48_000.0
+
+
+def tone(frequency: float, count: int, amplitude: float = 0.3) -> np.ndarray:
+    return amplitude * np.sin(2 * np.pi * frequency * np.arange(count) / RATE)
+
+
+def test_spectrum_interpolates_the_line() -> None:
+    found = s.spectrum(tone(4117.0, 4800), RATE)
+    assert found.lines[0].frequency_hz == pytest.approx(4117.0, abs=1e-3)
+    assert found.frequency_hz.shape == found.amplitude.shape == (2401,)
+    assert found.amplitude.max() == pytest.approx(0.3, rel=0.1)
+
+
+def test_spectrogram_follows_a_change() -> None:
+    signal = np.concatenate([tone(3000.0, 9600), tone(6000.0, 9600)])
+    found = s.spectrogram(signal, RATE, length=512)
+    assert found.amplitude.shape == (len(found.time_s), len(found.frequency_hz)) and len(found.frequency_hz) == 257
+    peaks = found.frequency_hz[np.argmax(found.amplitude, axis=1)]
+    assert peaks[0] == pytest.approx(3000, abs=100) and peaks[-1] == pytest.approx(6000, abs=100)
+
+
+def test_tonal_events_are_found_in_noise() -> None:
+    noise = 0.01 * np.random.default_rng(1).standard_normal(96_000)
+    noise[24_000:72_000] += tone(2500.0, 48_000)
+    found = s.tonal_events(noise, RATE)
+    assert len(found.events) == 1
+    assert found.events[0].frequency_hz == pytest.approx(2500, abs=2)
+    assert found.events[0].start_s == pytest.approx(0.5, abs=0.05)
+
+
+def test_embedding_is_a_view_of_the_signal() -> None:
+    signal = np.arange(10.0)
+    vectors = s.embed(signal, 3, 2)
+    assert np.shares_memory(vectors, signal) and not vectors.flags.writeable
+    assert np.array_equal(vectors, np.stack([signal[:7], signal[3:]], axis=1))
+    assert np.array_equal(s.embed(signal[::2], 1, 2), np.stack([signal[:8:2], signal[2::2]], axis=1))
+    with pytest.raises(s.InputError):
+        s.embed(signal, 0, 2)
+
+
+@pytest.mark.parametrize("convert", [list, lambda x: x.astype(np.float32), lambda x: np.repeat(x, 2)[::2]])
+def test_any_array_is_accepted(convert) -> None:
+    signal = np.round(100 * np.sin(0.3 * np.arange(600))) / 128
+    expected = s.rqa(signal, lag=3, dimension=2)
+    assert s.rqa(convert(signal), lag=3, dimension=2) == expected
+
+
+def recurrences(signal, lag, dimension, threshold, order) -> np.ndarray:
+    n = len(signal) - (dimension - 1) * lag
+    states = np.stack([signal[c * lag : c * lag + n] for c in range(dimension)], axis=1)
+    distance = np.linalg.norm(states[:, None] - states[None], ord=order, axis=2)
+    return distance <= threshold
+
+
+@pytest.mark.parametrize(("norm", "order"), [("euclidean", 2), ("maximum", np.inf), ("manhattan", 1)])
+def test_recurrence_matches_its_definition(norm: str, order: float) -> None:
+    signal = np.random.default_rng(2).standard_normal(300).cumsum()
+    expected = recurrences(signal, 2, 3, 1.5, order)
+    plot = s.recurrence_plot(signal, lag=2, dimension=3, threshold=1.5, norm=norm)
+    off = ~np.eye(len(expected), dtype=bool)
+    assert np.array_equal(plot.recurrent & off, expected & off)
+    found = s.rqa(signal, lag=2, dimension=3, threshold=1.5, norm=norm)
+    assert found.states == len(expected) and found.threshold == 1.5
+    assert found.recurrence_rate == pytest.approx(expected[off].mean())
+    # Diagonal lines of one triangle; the plot is symmetric.
+    n = len(expected)
+    lengths: list[int] = []
+    for k in range(1, n):
+        line = np.concatenate([[0], np.diagonal(expected, k).astype(int), [0]])
+        lengths += list(np.flatnonzero(np.diff(line) == -1) - np.flatnonzero(np.diff(line) == 1))
+    for shortest in (2, 5):
+        det = s.rqa(signal, lag=2, dimension=3, threshold=1.5, norm=norm, min_diagonal=shortest).determinism
+        long = [length for length in lengths if length >= shortest]
+        assert det == pytest.approx(sum(long) / sum(lengths))
+
+
+def test_line_of_identity_and_rate_base() -> None:
+    signal = np.random.default_rng(3).standard_normal(200)
+    expected = recurrences(signal, 1, 1, 0.3, 2)
+    off = ~np.eye(200, dtype=bool)
+    with_identity = s.rqa(signal, threshold=0.3, line_of_identity=True)
+    assert with_identity.recurrence_rate == pytest.approx(expected.mean())
+    assert with_identity.longest_diagonal_s == 200
+    over_all = s.rqa(signal, threshold=0.3, rate_base="all")
+    assert over_all.recurrence_rate == pytest.approx((expected & off).mean())
+    with pytest.raises(s.InputError, match="line_of_identity"):
+        s.rqa(signal, theiler=5, line_of_identity=True)
+    with pytest.raises(s.InputError, match="give one of"):
+        s.rqa(signal, threshold=0.3, recurrence_rate=0.1)
+    with pytest.raises(s.InputError, match="euclidean"):
+        s.rqa(signal, norm="taxicab")
+
+
+def test_windows_equal_the_parts() -> None:
+    signal = np.sin(0.2 * np.arange(1000)) + 0.1 * np.sin(np.arange(1000))
+    windows = s.rqa_windowed(signal, 400, hop=300, lag=5, dimension=2, threshold=0.2)
+    assert len(windows) == 3 and windows[1].time_s == 500
+    part = s.rqa(signal[300:700], lag=5, dimension=2, threshold=0.2)
+    assert windows[1].determinism == part.determinism
+
+
+def test_delay_of_the_lorenz_system(lorenz: np.ndarray) -> None:
+    chosen = s.choose_delay(lorenz)
+    information = s.mutual_information(lorenz, max_lag=50)
+    assert 10 < chosen.lag_samples < 25
+    assert information.bits.shape == (51,) and information.bits[0] == information.bits.max()
+    false = s.false_neighbours(lorenz, chosen.lag_samples, max_dimension=5)
+    assert false.share[0] > 0.5 and false.share[2] < 0.02
+
+
+def test_chaos_of_the_lorenz_system(lorenz: np.ndarray) -> None:
+    found = s.largest_exponent(lorenz, 16, 3, 75, rate=100.0)
+    assert found.region.exponent_per_s == pytest.approx(0.906, rel=0.15)
+    assert s.zero_one_test(lorenz, stride=16).k > 0.9
+    assert s.zero_one_test(np.sin(0.7 * np.arange(2000))).k < 0.1
+    assert s.regime(lorenz[:8000], 100.0).regime == "chaotic"
+    assert s.regime(tone(4000.0, 8000), RATE).regime == "periodic"
+
+
+def test_section_of_a_sine() -> None:
+    section = s.poincare_section(np.sin(0.1 * np.arange(1000)), 16)
+    assert section.points.shape[1] == 3
+    assert np.allclose(section.points[:, 1], section.level)
+    assert np.diff(section.time_s) == pytest.approx(2 * np.pi / 0.1, abs=1e-6)
+
+
+def test_complete_analysis() -> None:
+    found = s.analyse(tone(1234.0, 24_000), RATE)
+    assert found.verdict.regime == "periodic"
+    assert found.spectrum.lines[0].frequency_hz == pytest.approx(1234, abs=0.01)
+    with pytest.raises(s.InputError, match="too few"):
+        s.analyse(tone(1234.0, 100), RATE)
