@@ -1,5 +1,6 @@
 //! `squeakscope branch`: equilibria over a parameter with their modes and bifurcations, or a stability map over two.
 
+use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,8 +20,8 @@ use crate::plot::{Figure, branch_figure, map_figure, modes_figure, multipliers_f
 use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
 use crate::study::branch::{
-    Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, add_orbits,
-    equilibria, portraits, stability_map, write_branch,
+    Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, OrbitStarts,
+    TiltDiagram, add_orbits, equilibria, portraits, settled_responses, stability_map, write_branch,
 };
 use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
 use crate::study::threads;
@@ -58,20 +59,34 @@ fn branch(
     (parameter, interval): Span,
 ) -> Result<(), CliError> {
     let files = Files::check(args, FIGURES[0])?;
-    let settled = settled(args, parameter)?;
+    let mut settled = settled(args, parameter)?;
     let plan = BranchPlan {
         scene,
         parameter,
         interval,
         points: args.points.unwrap_or(POINTS[0]) as usize,
     };
+    if args.diagram.is_some() && parameter != Parameter::tilt() {
+        let path = parameter.path();
+        return Err(CliError::DiagramNeedsTilt { path });
+    }
     if let Some(start) = args.start {
         plan.scene.with_values(&[(parameter, start)])?;
     }
     resources::start_thread_pool()?;
-    let result = compute(args, stop, &plan)?;
+    let result = compute(args, stop, &plan, &mut settled)?;
     let name = &plan.scene.name;
     let mut written = Vec::new();
+    // A part of a diagram would look like all of it.
+    let diagram = files.diagram.as_ref();
+    if let Some(file) = diagram.filter(|_| !stop.load(Ordering::Relaxed)) {
+        let diagram = TiltDiagram::new(&result, &settled);
+        file.write(|out| {
+            serde_json::to_writer(&mut *out, &diagram)?;
+            writeln!(out)
+        })?;
+        written.push(WrittenFile::of(file)?);
+    }
     if let Some(file) = &files.out {
         write_branch(file.path(), &result).map_err(|source| CliError::Run {
             task: "writing of the table",
@@ -98,7 +113,13 @@ fn branch(
 }
 
 /// Computes the equilibria and, if requested, the periodic orbits. A system driven in time has no equilibria.
-fn compute(args: &BranchArgs, stop: &AtomicBool, plan: &BranchPlan) -> Result<Branch, CliError> {
+/// For a diagram, the settled responses are computed, too.
+fn compute(
+    args: &BranchArgs,
+    stop: &AtomicBool,
+    plan: &BranchPlan,
+    settled: &mut Vec<SweepPoint>,
+) -> Result<Branch, CliError> {
     let progress = Progress::of_phases();
     let steady = equilibria(plan, &mut |share| {
         progress.update(0.1 * share, "equilibria");
@@ -114,6 +135,18 @@ fn compute(args: &BranchArgs, stop: &AtomicBool, plan: &BranchPlan) -> Result<Br
     if args.equilibria {
         return Ok(result);
     }
+    if args.diagram.is_some() {
+        let responses = settled_responses(plan, threads(args.threads), &mut |share| {
+            progress.update(0.1 + 0.7 * share, "settled responses");
+            interrupt::should_continue(stop)
+        });
+        *settled = responses.map_err(|source| failed(source.into()))?;
+    }
+    let starts = match (args.start, args.diagram.is_some()) {
+        (Some(value), _) => OrbitStarts::At(value),
+        (None, true) => OrbitStarts::Settled(settled),
+        (None, false) => OrbitStarts::Scene,
+    };
     let [from, to] = plan.interval;
     let name = plan.parameter.name();
     let mut watch = |update: OrbitProgress| {
@@ -134,7 +167,7 @@ fn compute(args: &BranchArgs, stop: &AtomicBool, plan: &BranchPlan) -> Result<Br
         progress.update(share, message);
         interrupt::should_continue(stop)
     };
-    add_orbits(plan, args.start, &mut result, &mut watch).map_err(failed)?;
+    add_orbits(plan, starts, &mut result, &mut watch).map_err(failed)?;
     Ok(result)
 }
 
@@ -183,6 +216,7 @@ fn map(
     let of_one = [
         ("--out", args.out.is_some()),
         ("--save", args.save.is_some()),
+        ("--diagram", args.diagram.is_some()),
         ("--sweep", args.sweep.is_some()),
         ("--start", args.start.is_some()),
     ];
@@ -195,6 +229,7 @@ fn map(
         parameters: spans.map(|span| span.0),
         intervals: spans.map(|span| span.1),
         size: [args.points.unwrap_or(POINTS[1]) as usize; 2],
+        orbits: !args.equilibria,
     };
     let progress = Progress::with_estimate();
     let result = stability_map(&plan, threads(args.threads), &mut |share| {
@@ -269,6 +304,7 @@ fn failed(source: BranchError) -> CliError {
 struct Files {
     out: Option<OutputFile>,
     save: Option<OutputFile>,
+    diagram: Option<OutputFile>,
     json: Option<OutputFile>,
     /// Whether JSON replaces the table on the standard output.
     prints_json: bool,
@@ -295,15 +331,17 @@ impl Files {
         let outputs = [
             ("--out", args.out.as_deref()),
             ("--save", args.save.as_deref()),
+            ("--diagram", args.diagram.as_deref()),
             ("--json", json),
         ];
-        let [out, save, json] = check_all(args.scene.input(), outputs)?;
+        let [out, save, diagram, json] = check_all(args.scene.input(), outputs)?;
         if save.is_some() {
             resources::check_memory()?;
         }
         Ok(Self {
             out,
             save,
+            diagram,
             json,
             prints_json,
         })

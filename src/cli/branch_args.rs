@@ -32,7 +32,7 @@ pub struct BranchArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(2..=10_000),
         help_heading = "Parameters")]
     pub points: Option<u32>,
-    /// Compute the equilibria only, without periodic orbits.
+    /// Compute the equilibria only, without periodic orbits; of a map, the Hopf curves only.
     #[arg(long, help_heading = "Parameters")]
     pub equilibria: bool,
     /// Start the periodic orbits from the settled motion at this value of the parameter [default: the value of the
@@ -44,12 +44,21 @@ pub struct BranchArgs {
         help_heading = "Parameters"
     )]
     pub start: Option<f64>,
-    /// Number of threads of a map [default: the number of cores].
+    /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
     /// Write the points to this Arrow table.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
+    /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a short
+    /// sweep, from whose periodic motions the branches start.
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["start", "equilibria", "sweep"],
+        help_heading = "Output"
+    )]
+    pub diagram: Option<PathBuf>,
     /// Save a recording for the Rerun viewer, with the parameter as its timeline.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub save: Option<PathBuf>,

@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use super::report::{HEADING, WARNING};
 use crate::analysis::range;
-use crate::dynamics::continuation::PeriodicOrbit;
+use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
 use crate::escape;
 use crate::number::{fixed, short};
 use crate::study::branch::{
-    Branch, Criticality, EquilibriumPoint, OrbitBifurcation, OrbitPoint, StabilityMap,
-    SteadyBifurcation,
+    Branch, OrbitBifurcation, OrbitPoint, StabilityMap, SteadyBifurcation, TorusCurvePoint,
 };
 use crate::table::Table;
 
@@ -24,7 +23,7 @@ pub(super) fn branch(scene: &str, branch: &Branch) -> String {
         branch.parameter,
         unit(&branch.unit),
     );
-    for (low, high, count) in unstable_intervals(&branch.equilibria) {
+    for ([low, high], count) in branch.unstable_intervals() {
         let _ = writeln!(
             text,
             "  steady sliding with {count} unstable modes from {} to {}",
@@ -50,19 +49,6 @@ pub(super) fn branch(scene: &str, branch: &Branch) -> String {
         let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
     }
     text
-}
-
-/// Intervals of the parameter with a constant number of unstable modes, from point to point.
-fn unstable_intervals(points: &[EquilibriumPoint]) -> Vec<(f64, f64, usize)> {
-    let mut intervals: Vec<(f64, f64, usize)> = Vec::new();
-    for point in points {
-        let (value, count) = (point.at.value, point.unstable_modes);
-        match intervals.last_mut() {
-            Some(last) if last.2 == count => last.1 = value,
-            _ => intervals.push((value, value, count)),
-        }
-    }
-    intervals
 }
 
 /// The bifurcations of the equilibria, one per row.
@@ -163,7 +149,8 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
         .right("frequency, Hz")
         .right("rotation number")
         .right("second frequency, Hz")
-        .right("unstable");
+        .right("unstable")
+        .left("motion born there, by the normal form");
     for found in found {
         let bifurcation = &found.bifurcation;
         table.row([
@@ -177,6 +164,10 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
                 .map_or_else(String::new, |r| format!("{r:.6}")),
             fixed(bifurcation.torus_frequency_hz, 3),
             format!("{:+}", bifurcation.unstable_change),
+            bifurcation.birth.map_or_else(String::new, |birth| {
+                let (value, error) = (birth.coefficient, birth.coefficient_error);
+                format!("{} ({value:.3} +-{error:.0e})", birth.criticality)
+            }),
         ]);
     }
     table
@@ -258,6 +249,33 @@ pub(super) fn map(scene: &str, map: &StabilityMap) -> String {
                 curve.points.len().to_string(),
                 format!("{low:.1} to {high:.1}"),
                 end,
+            ]);
+        }
+        let _ = write!(text, "\n{}", table.text());
+    }
+    if !map.torus_curves.is_empty() {
+        let mut table = Table::default()
+            .left("Neimark-Sacker curve of")
+            .right("points")
+            .right(&x.parameter)
+            .right(&y.parameter)
+            .right("second frequency, Hz")
+            .left("end");
+        for curve in &map.torus_curves {
+            let span = |of: fn(&TorusCurvePoint) -> f64, digits: usize| {
+                let [low, high] = range(curve.points.iter().map(of));
+                format!("{low:.digits$} to {high:.digits$}")
+            };
+            table.row([
+                "the periodic motion of the scene".to_owned(),
+                curve.points.len().to_string(),
+                span(|point| point.values[0], 4),
+                span(|point| point.values[1], 4),
+                span(|point| point.second_hz, 1),
+                match &curve.ended[..] {
+                    [] => "at the borders".to_owned(),
+                    reasons => reasons.join("; "),
+                },
             ]);
         }
         let _ = write!(text, "\n{}", table.text());

@@ -103,6 +103,14 @@ pub enum CliError {
         /// The option.
         option: &'static str,
     },
+    /// A diagram over another parameter than the tilt.
+    #[error(
+        "--diagram needs the tilt as its parameter, not `{path}`; give --tilt A:B without --param"
+    )]
+    DiagramNeedsTilt {
+        /// Path of the key.
+        path: &'static str,
+    },
     /// A recording of a sweep over two parameters.
     #[error(
         "--save records a sweep over one parameter, which becomes the timeline; sweep over `{first}` or \
@@ -264,6 +272,7 @@ impl CliError {
             | Self::NotContinuous { .. }
             | Self::OneParameter { .. }
             | Self::OtherSweep { .. }
+            | Self::DiagramNeedsTilt { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }
             | Self::NotArrow { .. }

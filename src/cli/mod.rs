@@ -151,7 +151,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Calibrate(args) => interruptible(|stop| calibrate::execute(&args, stop)),
         Command::Cost(args) => interruptible(|stop| cost::execute(&args, stop)),
         Command::Growth(args) => interruptible(|stop| growth::execute(&args, stop)),
-        Command::Merge(args) => sweep::merge(&args),
+        Command::Merge(args) => interruptible(|stop| sweep::merge(&args, stop)),
         Command::Model(args) => model::model(&args),
         Command::Analyse(args) => interruptible(|stop| analyse::execute(&args, stop)),
         Command::Completions(args) => shell::completions(&args),

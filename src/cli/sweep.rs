@@ -20,12 +20,14 @@ use super::run::command_line;
 use super::study_args::{
     MergeArgs, ParameterRange, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs,
 };
+use crate::dynamics::continuation::BifurcationKind;
 use crate::escape;
 use crate::joint::BallJoint;
-use crate::number::{fixed, uncertain};
+use crate::number::{fixed, quantity, uncertain};
 use crate::plot::sweep_figures;
 use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::scene::{FixedAt, LoadedJoint, Parameter};
+use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
     Axis, CsvWriter, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
@@ -54,7 +56,8 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     let files = Files::check(scene, &args.outputs, &names(&plan))?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
-    deliver(&plan, &mut points, (&args.outputs, &files), (shard, !done))?;
+    let outputs = (&args.outputs, &files);
+    deliver(&plan, &mut points, outputs, (shard, !done), stop)?;
     if done {
         Ok(())
     } else {
@@ -91,7 +94,7 @@ pub(super) fn compute_points(
 /// # Errors
 /// Bad input: a table that cannot be read, belongs to another sweep, or has a different result at the same
 /// point; failure while writing.
-pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
+pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let mut tables = args
         .tables
         .iter()
@@ -142,6 +145,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<(), CliError> {
         &mut merged,
         (&args.outputs, &files),
         (Shard::WHOLE, false),
+        stop,
     )
 }
 
@@ -250,6 +254,7 @@ fn deliver(
     points: &mut [SweepPoint],
     (outputs, files): (&SweepOutputs, &Files),
     (shard, interrupted): (Shard, bool),
+    stop: &AtomicBool,
 ) -> Result<(), CliError> {
     let mut written = write_tables(plan, points, files)?;
     if let Some(directory) = &outputs.figures {
@@ -258,7 +263,19 @@ fn deliver(
         written.extend(write_figures(directory, "--figures", &figures, drawn)?);
     }
     written.extend(write_recording(plan, points, files, None)?);
-    let result = SweepResult::new(plan, points, shard, interrupted);
+    let mut result = SweepResult::new(plan, points, shard, interrupted);
+    if !interrupted && !result.hysteresis.is_empty() {
+        let progress = Progress::of_phases();
+        let ends = hysteresis_ends(plan, points, &result.hysteresis, &mut |_| {
+            progress.update(1.0, "branches that end the hysteresis");
+            interrupt::should_continue(stop)
+        });
+        drop(progress);
+        match ends {
+            Ok(ends) => result.hysteresis_ends = ends,
+            Err(source) => report::print_warning(&format!("hysteresis: {source}")),
+        }
+    }
     let document = Document::new(&result, &written).with_scene(&plan.scene.name);
     let text = text(&plan.scene.name, &result);
     print_result(&document, &text, outputs, files)
@@ -485,6 +502,19 @@ fn text(scene: &str, result: &SweepResult<'_>) -> String {
             text,
             "  hysteresis: upward and downward differ at {}",
             values.join(", ")
+        );
+    }
+    for end in &result.hysteresis_ends {
+        let what = match end.kind {
+            BifurcationKind::Fold => "ends",
+            _ => "loses its stability",
+        };
+        let _ = writeln!(
+            text,
+            "    the motion of {} {what} at {:.6} ({})",
+            quantity(end.frequency_hz, 5, "Hz"),
+            end.value,
+            end.kind
         );
     }
     if result.points.len() <= MAX_ROWS {

@@ -156,7 +156,7 @@ fn merged_shards_equal_the_whole_sweep() {
         tables: vec![test.path("part-1.arrow"), test.path(last)],
         outputs: test.outputs("merged.arrow"),
     };
-    merge(&parts("part-2.arrow")).unwrap();
+    merge(&parts("part-2.arrow"), &no_stop()).unwrap();
     for ending in ["arrow", "csv"] {
         assert_eq!(
             std::fs::read(test.path("whole").with_extension(ending)).unwrap(),
@@ -167,7 +167,7 @@ fn merged_shards_equal_the_whole_sweep() {
     other.seed = Some(4);
     execute(&other, &no_stop()).unwrap();
     for bad in ["other.arrow", "few.toml", "missing.arrow"] {
-        let refused = merge(&parts(bad)).unwrap_err();
+        let refused = merge(&parts(bad), &no_stop()).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(bad), "{refused}");
     }
@@ -192,7 +192,7 @@ fn a_recording_needs_a_single_parameter() {
             ..test.outputs("b.arrow")
         },
     };
-    merge(&again).unwrap();
+    merge(&again, &no_stop()).unwrap();
     assert!(saved("b.rrd") > 0);
     // Two parameters, and a recording in place of a table, are refused before any work.
     let both = SweepArgs {

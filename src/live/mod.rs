@@ -16,6 +16,7 @@
 mod audio;
 mod bands;
 mod command;
+mod diagram;
 mod flow_control;
 mod hub;
 mod panel;

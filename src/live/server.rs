@@ -6,6 +6,7 @@
 //! | `/control` | web socket: commands to the server, panel and rejections to the client, as JSON |
 //! | `/stream` | web socket: the recording in complete messages, binary |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
+//! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 404 without or before one |
 //! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
 //!
 //! Requests for another host name and requests from other pages are rejected ([`guard`]). The number of
@@ -26,7 +27,7 @@ use std::thread::JoinHandle;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
-use axum::http::header;
+use axum::http::{StatusCode, header};
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -234,6 +235,7 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/viewer.js", get(viewer_js))
         .route("/viewer.wasm", get(viewer_wasm))
         .route("/favicon.ico", get(favicon))
+        .route("/diagram.json", get(diagram))
         .route("/control", get(sockets::control))
         .route("/stream", get(sockets::stream))
         .route("/sound", get(sockets::sound))
@@ -253,6 +255,14 @@ async fn viewer_js(State(shared): State<Arc<Shared>>) -> Response {
 async fn viewer_wasm(State(shared): State<Arc<Shared>>) -> Response {
     let body = Bytes::from_static(shared.viewer.viewer_wasm());
     ([(header::CONTENT_TYPE, "application/wasm")], body).into_response()
+}
+
+async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
+    let kind = (header::CONTENT_TYPE, "application/json");
+    match shared.session.diagram() {
+        Some(text) => ([kind], text.to_string()).into_response(),
+        None => StatusCode::NOT_FOUND.into_response(),
+    }
 }
 
 async fn favicon(State(shared): State<Arc<Shared>>) -> Response {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::audio::AudioStream;
 use super::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
+use super::diagram::{BifurcationEvents, DiagramStore};
 use super::hub::Hub;
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
@@ -67,6 +68,7 @@ pub struct Session {
     pub audio: Arc<AudioStream>,
     store: Arc<StatusStore>,
     recording: Arc<RecordingControl>,
+    diagrams: Arc<DiagramStore>,
     current: Mutex<Current>,
     kicks: AtomicU64,
     /// Stops a run within a frame.
@@ -97,6 +99,7 @@ impl Session {
             audio: Arc::new(AudioStream::new(plan.source)),
             store: Arc::default(),
             recording: Arc::new(RecordingControl::new(plan.folder, plan.save)),
+            diagrams: Arc::default(),
             current: Mutex::new(Current {
                 scene: plan.scene.clone(),
                 speed: plan.speed,
@@ -123,6 +126,15 @@ impl Session {
     /// # Errors
     /// The first error of a run.
     pub fn run(
+        &self,
+        notice: &Arc<dyn Fn(&str) + Send + Sync>,
+    ) -> Result<Option<Summary>, PipelineError> {
+        let ended = self.run_all(notice);
+        self.diagrams.cancel();
+        ended
+    }
+
+    fn run_all(
         &self,
         notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Option<Summary>, PipelineError> {
@@ -155,6 +167,9 @@ impl Session {
                 InteractiveSource::new(controllable_source(&scene)?, speed, tilt_range);
             self.store.begin_run(tilt_range_deg, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
+            if self.watcher == ViewTarget::Page {
+                self.diagrams.show(&scene, tilt_range_deg, &self.store);
+            }
             let mut sinks = self.display_sinks(&scene, &handle, output.as_mut(), notice)?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
@@ -174,7 +189,7 @@ impl Session {
                 }
                 current.handle = Some(handle);
             }
-            let mut tee = Tee::new(sinks);
+            let mut tee = BifurcationEvents::new(Tee::new(sinks), Arc::clone(&self.diagrams));
             let monitor = Monitor {
                 stop: &self.stop,
                 ..Monitor::default()
@@ -246,6 +261,11 @@ impl Session {
     /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
         self.store.read(self.status(), self.hub.watching())
+    }
+
+    /// The branch diagram of the present scene as JSON; `None` if it has none, or none yet.
+    pub fn diagram(&self) -> Option<Arc<str>> {
+        self.diagrams.text()
     }
 
     /// Simulated time of the run, s; 0 between two runs.

@@ -254,7 +254,17 @@ fn curves(map: &StabilityMap) -> Vec<Layer> {
             .with_label(*label)
             .with_id(format!("curve {k}"))
     });
-    layers.collect()
+    let tori = map.torus_curves.iter();
+    let tori = tori.map(|curve| curve.points.iter().map(|point| point.values).collect());
+    let tori: Vec<_> = tori.collect();
+    let torus = (!tori.is_empty()).then(|| {
+        Layer::lines(tori, Color::Ink)
+            .dashed()
+            .with_line_width(1.6)
+            .with_label("birth of a torus")
+            .with_id("torus curves")
+    });
+    layers.chain(torus).collect()
 }
 
 /// The number of unstable modes as text, once in each connected region, at the point farthest from its border.

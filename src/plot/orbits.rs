@@ -46,7 +46,8 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
     layers.extend(dots(settled, &|response| {
         Some(unit.factor * response.amplitude)
     }));
-    layers.extend(marks(branch, &amplitude));
+    layers.push(rings(branch, &amplitude));
+    layers.push(names(branch, &amplitude));
     let upper = Panel::new(
         "amplitude: solid if the motion attracts, dashed if not",
         x.clone(),
@@ -59,7 +60,8 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
     let frequency = |orbit: &PeriodicOrbit| 1e-3 * orbit.frequency_hz();
     let frequencies = branch.points.iter().map(|point| frequency(&point.orbit));
     let mut layers: Vec<Layer> = lines(branch, &frequency);
-    layers.extend(marks(branch, &frequency));
+    // The names are in the upper panel: here they would cover the curve.
+    layers.push(rings(branch, &frequency));
     let lower = Panel::new(
         "frequency of the periodic orbits",
         x,
@@ -248,20 +250,22 @@ fn dots(
     layers.filter(Layer::has_points).collect()
 }
 
-/// The bifurcations of the orbits.
-fn marks(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<Layer> {
-    let marks = branch.orbit_bifurcations().map(|found| {
-        let at = [found.at.value, of(&found.bifurcation.orbit)];
-        (at, name(found))
-    });
-    let marks: Vec<_> = marks.collect();
-    let places = marks.iter().map(|(at, _)| *at).collect();
-    vec![
-        Layer::points(places, 2.4, Color::Accent)
-            .with_marker(Marker::Ring)
-            .with_id("bifurcations"),
-        Layer::peaks(marks),
-    ]
+/// The bifurcations of the orbits, each with its place.
+fn places(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Vec<([f64; 2], String)> {
+    let found = branch.orbit_bifurcations();
+    let place = |found: &OrbitBifurcation| [found.at.value, of(&found.bifurcation.orbit)];
+    found.map(|found| (place(found), name(found))).collect()
+}
+
+fn rings(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Layer {
+    let places = places(branch, of).into_iter().map(|(at, _)| at);
+    Layer::points(places.collect(), 2.4, Color::Accent)
+        .with_marker(Marker::Ring)
+        .with_id("bifurcations")
+}
+
+fn names(branch: &Branch, of: &dyn Fn(&PeriodicOrbit) -> f64) -> Layer {
+    Layer::peaks(places(branch, of))
 }
 
 /// Short name of a bifurcation with its second frequency.

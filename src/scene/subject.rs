@@ -278,6 +278,16 @@ impl SmallSystem {
         }
     }
 
+    /// Period of the drive, s; `None` without a drive.
+    pub fn drive_period(&self) -> Option<f64> {
+        let omega = match self {
+            Self::ImpactOscillator(system) => system.drive_omega,
+            Self::DampedContact(system) => system.drive_omega,
+            Self::MassOnBelt(_) | Self::TwoModesOnBelt(_) => 0.0,
+        };
+        (omega > 0.0).then(|| std::f64::consts::TAU / omega)
+    }
+
     /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {

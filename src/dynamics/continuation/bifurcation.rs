@@ -5,18 +5,23 @@ use serde::{Deserialize, Serialize};
 use super::PeriodicOrbit;
 
 /// The type of a bifurcation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "lowercase")]
 pub enum BifurcationKind {
     /// Fold: a multiplier at 1, and the branch turns in the parameter.
     Fold,
     /// Period doubling: a multiplier at -1.
+    #[strum(serialize = "period doubling")]
     PeriodDoubling,
     /// Neimark-Sacker: a complex pair on the unit circle. A torus is born.
+    #[strum(serialize = "Neimark-Sacker")]
     NeimarkSacker,
     /// Branch point: a multiplier at 1 without a fold. Another branch crosses.
+    #[strum(serialize = "branch point")]
     BranchPoint,
     /// A branch point at which the critical direction breaks the symmetry of the family and of the orbit.
+    #[strum(serialize = "symmetry breaking")]
     SymmetryBreaking,
     /// Grazing: a guard touches zero.
     Grazing,
@@ -54,6 +59,35 @@ impl Resonance {
     }
 }
 
+/// How a motion is born at a bifurcation at which another one loses its stability.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Criticality {
+    /// It exists where the other one is unstable, and attracts if nothing else is unstable.
+    Supercritical,
+    /// It exists where the other one is stable, and repels.
+    Subcritical,
+    /// The sign of the cubic coefficient cannot be determined.
+    Undetermined,
+}
+
+/// The birth of a motion at a period doubling or a Neimark-Sacker point, by the normal form of the return map.
+///
+/// Next to the point, the complex amplitude `w` of the critical direction, in units of the size of the orbit, becomes
+/// `w exp(i phi) (1 + ln|multiplier| + a |w|^2)` over a return; at a period doubling it is real and becomes
+/// `-w (1 + ln|multiplier|) + c w^3`. The amplitude of the new motion is `sqrt(-ln|multiplier| / a)`, or
+/// `sqrt(ln|multiplier| / c)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionBirth {
+    /// Criticality of the bifurcation.
+    pub criticality: Criticality,
+    /// Cubic coefficient `a` of a Neimark-Sacker point, or `c` of a period doubling.
+    pub coefficient: f64,
+    /// Error estimate of the coefficient.
+    pub coefficient_error: f64,
+}
+
 /// A bifurcation of a branch of periodic orbits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bifurcation {
@@ -74,6 +108,9 @@ pub struct Bifurcation {
     /// Rate `d ln|multiplier| / d parameter` of the critical multiplier along the branch, for a period doubling or a
     /// Neimark-Sacker point. It is not zero if the bifurcation is non-degenerate.
     pub crossing_rate: Option<f64>,
+    /// The birth of the motion of twice the period or of the torus; `None` for other bifurcations, and at a strong resonance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub birth: Option<MotionBirth>,
     /// Second derivative of the parameter with respect to the arclength at a fold, in the unit of the parameter. It is
     /// negative if the orbits exist below this value, and not zero if the fold is non-degenerate.
     pub fold_curvature: Option<f64>,
@@ -83,4 +120,16 @@ pub struct Bifurcation {
     pub unstable_change: i32,
     /// The orbit; for a branch point an orbit close to it.
     pub orbit: PeriodicOrbit,
+}
+
+/// Natural logarithm of the magnitude above which a multiplier at a bifurcation is outside the unit circle: the critical
+/// ones are on it within the accuracy of the location.
+const OUTSIDE: f64 = 1e-5;
+
+impl Bifurcation {
+    /// Whether the motion attracts on one side: no multiplier except the critical ones is outside the unit circle.
+    pub fn has_stable_side(&self) -> bool {
+        let mut others = self.orbit.nontrivial_multipliers();
+        !others.any(|multiplier| multiplier.ln_magnitude > OUTSIDE)
+    }
 }

@@ -82,6 +82,7 @@ impl Course<'_, '_> {
             torus_frequency_hz: None,
             resonance: None,
             crossing_rate: None,
+            birth: None,
             fold_curvature: None,
             guard: dip(now).map(|(guard, _)| guard),
             unstable_change: 0,

@@ -357,12 +357,9 @@ impl<'a, 'f> Course<'a, 'f> {
             [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
         let continues = watch(BranchUpdate::Point(&next.orbit));
         self.found.points.push(next.orbit.clone());
-        self.bend = Some(
-            next.tangent
-                .clone()
-                .plus(-1.0, &self.now.tangent)
-                .scaled(1.0 / prediction.step),
-        );
+        let bend = next.tangent.clone().plus(-1.0, &self.now.tangent);
+        self.bend =
+            (!self.now.has_corner_before(&next)).then(|| bend.scaled(1.0 / prediction.step));
         self.control.adapt(&self.now, &next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
         Ok(continues)

@@ -243,14 +243,23 @@ impl Flow<'_> {
             }
             _ => None,
         };
+        let rotation_number = critical
+            .filter(|_| kind == BifurcationKind::NeimarkSacker)
+            .map(Multiplier::rotation_number);
+        let resonance = rotation_number.and_then(Resonance::of);
+        let birth = match kind {
+            BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker
+                if resonance.is_none() =>
+            {
+                critical.and_then(|critical| self.birth(&point, critical))
+            }
+            _ => None,
+        };
         // An error of the multipliers moves the zero.
         let by_multipliers = orbit
             .trivial_multiplier_error
             .zip(crossing_rate)
             .map_or(0.0, |(error, rate)| error / rate.abs());
-        let rotation_number = critical
-            .filter(|_| kind == BifurcationKind::NeimarkSacker)
-            .map(Multiplier::rotation_number);
         let kind = match kind {
             BifurcationKind::BranchPoint if self.breaks_symmetry(&point)? => {
                 BifurcationKind::SymmetryBreaking
@@ -266,8 +275,9 @@ impl Flow<'_> {
             frequency_hz: orbit.frequency_hz(),
             rotation_number,
             torus_frequency_hz: rotation_number.map(|number| number / orbit.period_s),
-            resonance: rotation_number.and_then(Resonance::of),
+            resonance,
             crossing_rate,
+            birth,
             fold_curvature: (kind == BifurcationKind::Fold).then(|| fold_curvature(piece)),
             guard: match kind {
                 BifurcationKind::Grazing => lowest_guard(&point).map(|(guard, _)| guard),

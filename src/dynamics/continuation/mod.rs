@@ -43,6 +43,7 @@ mod locate;
 mod mesh;
 mod multipliers;
 mod newton;
+mod normal_form;
 mod options;
 mod orbit;
 mod point;
@@ -53,7 +54,7 @@ mod step;
 #[cfg(test)]
 mod tests;
 
-pub use bifurcation::{Bifurcation, BifurcationKind, Resonance};
+pub use bifurcation::{Bifurcation, BifurcationKind, Criticality, MotionBirth, Resonance};
 pub use branch::{BranchEnd, BranchStats, BranchUpdate, OrbitBranch};
 pub use error::ContinuationError;
 pub use family::{Family, FamilyError};

@@ -3,7 +3,7 @@
 use super::flow::Flow;
 use super::multipliers::floquet_multipliers;
 use super::newton::{Constraint, Corrected, Precision};
-use super::shape::Shape;
+use super::shape::{GuardDistances, Shape};
 use super::shot::{Direction, Scale, Shot};
 use super::{ContinuationError, OrbitSegment, PeriodicOrbit};
 
@@ -25,6 +25,15 @@ pub(super) struct Point {
     pub scale: Scale,
     /// The first Newton correction.
     pub first_correction: f64,
+}
+
+impl Point {
+    /// Whether the start of a segment passes an event of a system with jumps on the way to another point: the flow has a corner
+    /// there, and so has the state at this phase along the branch.
+    pub fn has_corner_before(&self, other: &Self) -> bool {
+        let has_jumps = matches!(self.shape.guards, GuardDistances::ClosestDip(_));
+        has_jumps && self.shot.statuses != other.shot.statuses
+    }
 }
 
 impl Flow<'_> {

@@ -12,6 +12,9 @@ const MAX_ANGLE: f64 = 0.6;
 /// Largest first Newton correction, relative to the step.
 const MAX_FIRST_CORRECTION: f64 = 0.7;
 
+/// Largest distance between two points with a corner of the branch between them, relative to the step.
+const MAX_CORNER: f64 = 2.0;
+
 /// Newton iterations at which the step stays as it is.
 const TARGET_ITERATIONS: f64 = 4.0;
 
@@ -51,6 +54,10 @@ impl StepControl {
 
     /// Whether a step of length `step` may have jumped to another branch, or around a narrow turn.
     pub fn is_jump(&self, from: &Point, to: &Point, step: f64) -> bool {
+        if from.has_corner_before(to) {
+            // There the tangent does not predict the next point.
+            return from.scale.norm(&to.shot.minus(&from.shot)) > MAX_CORNER * step;
+        }
         angle(from, to) > MAX_ANGLE || to.first_correction > MAX_FIRST_CORRECTION * step
     }
 

@@ -377,3 +377,32 @@ fn the_unspecified_address_is_replaced() {
     let one = "127.0.0.1:9000".parse().unwrap();
     assert_eq!(reachable(one), one);
 }
+
+#[test]
+fn the_diagram_of_the_scene_is_served_during_its_run() {
+    let served = Served::new();
+    let diagram = request("/diagram.json", &[("host", &served.host)]);
+    let missing = served.asked(&diagram);
+    assert!(missing.starts_with("http/1.1 404"), "{missing}");
+    assert!(missing.ends_with("\r\n\r\n"), "{missing}");
+    let session = Arc::clone(&served.session);
+    let runner = std::thread::spawn(move || {
+        let notice: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(|_| ());
+        session.run(&notice).map(|_| ())
+    });
+    let began = std::time::Instant::now();
+    let answer = loop {
+        let answer = served.asked(&diagram);
+        if answer.starts_with("http/1.1 200") {
+            break answer;
+        }
+        assert!(began.elapsed() < DEADLINE, "{answer}");
+    };
+    served.session.end();
+    runner.join().unwrap().unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    assert!(head.contains("content-type: application/json"), "{head}");
+    let body: Value = serde_json::from_str(body).unwrap();
+    assert_eq!(body["parameter"], "tilt_deg");
+    assert!(!body["bifurcations"].as_array().unwrap().is_empty());
+}

@@ -6,6 +6,7 @@ use super::BranchError;
 use super::at::At;
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, fastest_alike, most_alike};
+use crate::dynamics::continuation::Criticality;
 use crate::dynamics::equilibrium::{Eigenmode, FirstLyapunov, eigenvalue_derivative};
 
 /// Iterations of the search for a root; bisection alone needs 60.
@@ -31,19 +32,6 @@ pub enum SteadyBifurcationKind {
     /// A real eigenvalue crosses zero: a fold or a branch point of equilibria.
     #[strum(serialize = "zero eigenvalue")]
     ZeroEigenvalue,
-}
-
-/// How a cycle is born at a Hopf point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
-#[serde(rename_all = "lowercase")]
-#[strum(serialize_all = "lowercase")]
-pub enum Criticality {
-    /// The cycle exists where the equilibrium is unstable; it attracts if no other mode is unstable.
-    Supercritical,
-    /// The cycle exists where the equilibrium is stable, and repels.
-    Subcritical,
-    /// The sign of the first Lyapunov coefficient cannot be determined.
-    Undetermined,
 }
 
 /// The method that determined the criticality.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::BranchError;
 use super::hopf_curve::{CurveTracer, HopfCurve, Seed};
 use super::steady::SteadyFamily;
+use super::torus_curve::{Plane, TorusCurve, torus_curves};
 use super::tracking::{Tracked, Tracks};
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
@@ -23,6 +24,8 @@ pub struct MapPlan {
     pub intervals: [[f64; 2]; 2],
     /// Numbers of grid points along each parameter, at least 2.
     pub size: [usize; 2],
+    /// Whether to trace the curves of Neimark-Sacker points of periodic orbits, too.
+    pub orbits: bool,
 }
 
 /// A parameter of a map and its values.
@@ -54,6 +57,9 @@ pub struct StabilityMap {
     pub grid: Vec<MapPoint>,
     /// The curves on which a pair of complex eigenvalues is imaginary.
     pub curves: Vec<HopfCurve>,
+    /// The curves of Neimark-Sacker points of the periodic motion of the scene, at which a torus is born.
+    #[serde(default)]
+    pub torus_curves: Vec<TorusCurve>,
 }
 
 /// A grid point with its modes.
@@ -143,10 +149,22 @@ pub fn stability_map(
         unit: plan.parameters[k].unit().to_owned(),
         values: values.to_vec(),
     };
-    Ok(Some(StabilityMap {
+    let torus_curves = match plan.orbits {
+        true => {
+            let plane = Plane {
+                scene: &plan.scene,
+                parameters: plan.parameters,
+                intervals: plan.intervals,
+            };
+            torus_curves(&plane, &mut || on_progress(1.0))?
+        }
+        false => Some(Vec::new()),
+    };
+    Ok(torus_curves.map(|torus_curves| StabilityMap {
         axes: [axis(0, &xs), axis(1, &ys)],
         grid,
         curves,
+        torus_curves,
     }))
 }
 

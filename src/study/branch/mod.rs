@@ -1,6 +1,10 @@
 //! Branches over a parameter: equilibria with all complex eigenvalues and the points at which modes become unstable.
 
 mod at;
+#[cfg(feature = "table")]
+mod coexistence;
+mod diagram;
+mod diagram_text;
 mod differences;
 mod equilibria;
 mod hopf;
@@ -8,12 +12,14 @@ mod hopf_curve;
 mod map;
 mod orbits;
 mod result;
+mod scene_family;
 mod sensitivities;
 mod steady;
 #[cfg(feature = "table")]
 mod table;
 #[cfg(test)]
 mod tests;
+mod torus_curve;
 mod tracking;
 
 use crate::dynamics::DynamicsError;
@@ -23,19 +29,25 @@ use crate::scene::SceneError;
 use crate::study::ThreadSpawnError;
 
 pub use at::At;
+#[cfg(feature = "table")]
+pub use coexistence::hysteresis_ends;
+pub use diagram::{
+    DiagramBifurcation, DiagramBifurcationKind, DiagramBranch, DiagramProgress, DiagramResponses,
+    TiltDiagram, UnstableModes, settled_responses, shipped_diagram, tilt_diagram,
+};
 pub use differences::Differences;
 pub use equilibria::{BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, equilibria};
-pub use hopf::{
-    Criticality, CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind,
-};
+pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OrbitProgress, SceneFamily, add_orbits, portraits};
+pub use orbits::{OrbitProgress, OrbitStarts, add_orbits};
 pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, axis_label};
+pub use scene_family::{SceneFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 pub use steady::{SteadyFamily, SteadyState};
 #[cfg(feature = "table")]
 pub use table::write_branch;
+pub use torus_curve::{TorusCurve, TorusCurvePoint};
 
 /// Error of a study of branches.
 #[derive(Debug, thiserror::Error)]

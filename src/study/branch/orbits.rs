@@ -1,22 +1,19 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
-use std::sync::{Mutex, PoisonError};
-
 use super::BranchError;
 use super::equilibria::BranchPlan;
-use super::hopf::{Criticality, CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
+use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
-use super::steady::SteadyFamily;
+use super::scene_family::SceneFamily;
 use crate::analysis::Regime;
 use crate::dynamics::continuation::{
-    BifurcationKind, BranchEnd, BranchStart, BranchUpdate, ContinuationOptions, Family,
-    FamilyError, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
+    BifurcationKind, BranchEnd, BranchStart, BranchUpdate, ContinuationOptions, Criticality,
+    Family, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
     settled_orbit, switched_orbit,
 };
-use crate::dynamics::{Integrator, System};
-use crate::scene::{SmallSystem, SystemSpec};
-use crate::study::response::{InitialState, ResponsePlan, response};
-use crate::study::sweep::chain_of_causes;
+use crate::scene::SystemSpec;
+use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use crate::study::sweep::{SweepPoint, chain_of_causes};
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the sliding speed reverses, or 1 um for a
 /// system without sliding.
@@ -27,65 +24,22 @@ const SWITCH: f64 = 0.02;
 const MAX_RETURN: f64 = 40.0;
 /// Distance from its start below which a settled motion has returned, relative to its size.
 const RETURN: f64 = 0.02;
+/// Time for which a driven motion settles, and largest period that is sought, in periods of the drive.
+const DRIVES: [f64; 2] = [400.0, 16.0];
 /// Relative distance of the parameters of two orbits at which they can be the same.
 const SAME: f64 = 1e-2;
+/// Relative distances of frequency and amplitude within which an orbit lies on a branch between two of its points.
+const ON_BRANCH: [f64; 2] = [5e-4, 0.05];
 
-/// The systems of a scene over a parameter.
-pub struct SceneFamily {
-    steady: Mutex<SteadyFamily>,
-    /// The last value of the parameter with its probe.
-    probe: Mutex<Option<(f64, Vec<f64>)>>,
-}
-
-impl SceneFamily {
-    /// The family of a plan.
-    pub fn new(plan: &BranchPlan) -> Self {
-        let [from, to] = plan.interval;
-        let steady = SteadyFamily::new(
-            plan.scene.clone(),
-            vec![plan.parameter],
-            vec![(to - from).abs()],
-        );
-        Self {
-            steady: Mutex::new(steady),
-            probe: Mutex::new(None),
-        }
-    }
-}
-
-impl Family for SceneFamily {
-    fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
-        let mut steady = self.steady.lock().unwrap_or_else(PoisonError::into_inner);
-        let prepared = steady.prepared(&[parameter])?;
-        *self.probe.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some((parameter, prepared.probe));
-        Ok(prepared.system)
-    }
-
-    fn drive_period(&self, parameter: f64) -> Option<f64> {
-        let steady = self.steady.lock().unwrap_or_else(PoisonError::into_inner);
-        let scene = steady.scene_at(&[parameter]).ok()?;
-        let omega = match scene.subject {
-            SystemSpec::Small(SmallSystem::ImpactOscillator(system)) => system.drive_omega,
-            SystemSpec::Small(SmallSystem::DampedContact(system)) => system.drive_omega,
-            _ => 0.0,
-        };
-        (omega > 0.0).then(|| std::f64::consts::TAU / omega)
-    }
-
-    /// The displacement of the probe, m.
-    fn observable(&self, parameter: f64, z: &[f64]) -> f64 {
-        let mut kept = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.as_ref().is_none_or(|(value, _)| *value != parameter) {
-            let mut steady = self.steady.lock().unwrap_or_else(PoisonError::into_inner);
-            match steady.prepared(&[parameter]) {
-                Ok(prepared) => *kept = Some((parameter, prepared.probe)),
-                Err(_) => return f64::NAN,
-            }
-        }
-        let probe = kept.iter().flat_map(|(_, probe)| probe);
-        probe.zip(z).map(|(row, q)| row * q).sum()
-    }
+/// Where branches of periodic orbits start, besides Hopf points and period doublings.
+#[derive(Clone, Copy, Debug)]
+pub enum OrbitStarts<'a> {
+    /// The settled motion at the value of the scene, or at another value at which it is periodic.
+    Scene,
+    /// The settled motion at this value of the parameter.
+    At(f64),
+    /// Each periodic motion among these points of a sweep over the parameter that is on no branch yet.
+    Settled(&'a [SweepPoint]),
 }
 
 /// Progress of a study of periodic orbits.
@@ -113,15 +67,14 @@ struct Study<'a> {
     stopped: bool,
 }
 
-/// Adds the branches of periodic orbits to a result that has the equilibria: the branch through the settled motion at
-/// `start` (or at another value if the motion there is not periodic), the branches born at the Hopf points, and those
-/// of the first period doublings. `watch` returns whether to continue.
+/// Adds the branches of periodic orbits to a result that has the equilibria: those of `starts`, those born at the Hopf
+/// points, and those of the first period doublings. `watch` returns whether to continue.
 ///
 /// # Errors
 /// If the system cannot be built. Branches that cannot be followed are reported in the result.
 pub fn add_orbits(
     plan: &BranchPlan,
-    start: Option<f64>,
+    starts: OrbitStarts<'_>,
     result: &mut Branch,
     watch: &mut dyn FnMut(OrbitProgress) -> bool,
 ) -> Result<(), BranchError> {
@@ -133,42 +86,70 @@ pub fn add_orbits(
         watch,
         stopped: false,
     };
-    study.add_settled(start, result)?;
+    match starts {
+        OrbitStarts::Scene => study.add_first(&study.values(), result)?,
+        OrbitStarts::At(value) => study.add_first(&[value], result)?,
+        OrbitStarts::Settled(points) => study.add_settled(points, result),
+    }
     study.add_hopf_branches(result)?;
     study.add_doublings(result);
     Ok(())
 }
 
 impl Study<'_> {
-    /// The branch through a settled periodic motion.
-    fn add_settled(&mut self, start: Option<f64>, result: &mut Branch) -> Result<(), BranchError> {
+    /// The branch through the first of the settled motions at some values that is periodic and attracts, or else through the
+    /// first orbit found: a chaotic motion of a driven system also returns, next to an orbit that repels.
+    fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), BranchError> {
         let mut reasons = Vec::new();
-        for value in self.starts(start) {
+        let mut repelling = None;
+        for &value in values {
             if self.stopped || !(self.watch)(OrbitProgress::Settling(value)) {
                 self.stopped = true;
                 return Ok(());
             }
             match self.settled(value)? {
-                Ok(orbit) => {
+                Ok(orbit) if orbit.stable => {
                     self.follow(&orbit.into(), result);
                     return Ok(());
                 }
+                Ok(orbit) => repelling = repelling.or(Some(orbit)),
                 Err(_) if self.stopped => return Ok(()),
                 Err(reason) => reasons.push(reason),
             }
         }
-        result.ended.extend(reasons);
+        match repelling {
+            Some(orbit) => self.follow(&orbit.into(), result),
+            None => result.ended.extend(reasons),
+        }
         Ok(())
     }
 
-    /// Values of the parameter at which a settled motion is tried.
-    fn starts(&self, start: Option<f64>) -> Vec<f64> {
-        let [from, to] = self.plan.interval;
-        let own = start.or_else(|| self.plan.scene.value_of(self.plan.parameter));
-        let own = own.filter(|value| (from..=to).contains(value));
-        if start.is_some() {
-            return own.into_iter().collect();
+    /// The branches through the periodic motions of a sweep.
+    fn add_settled(&mut self, points: &[SweepPoint], result: &mut Branch) {
+        let [low, high] = self.plan.interval;
+        for point in points {
+            let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
+                continue;
+            };
+            if self.stopped {
+                return;
+            }
+            if found.regime != Regime::Periodic || !(low..=high).contains(value) {
+                continue;
+            }
+            match self.orbit(*value, found) {
+                Ok(orbit) if has_orbit(result, &orbit) => {}
+                Ok(orbit) => self.follow(&orbit.into(), result),
+                Err(reason) => result.ended.push(reason),
+            }
         }
+    }
+
+    /// Values of the parameter at which a settled motion is tried.
+    fn values(&self) -> Vec<f64> {
+        let [from, to] = self.plan.interval;
+        let own = self.plan.scene.value_of(self.plan.parameter);
+        let own = own.filter(|value| (from..=to).contains(value));
         let shares = [0.5, 0.25, 0.75, 0.05, 0.95].map(|share| from + share * (to - from));
         own.into_iter().chain(shares).collect()
     }
@@ -205,20 +186,34 @@ impl Study<'_> {
                 )));
             }
         };
-        if found.regime != Regime::Periodic {
+        // Whether a driven motion repeats is seen at the period of the drive.
+        if found.regime != Regime::Periodic && self.family.drive_period(value).is_none() {
             let kind = found.motion();
             return Ok(Err(format!(
                 "the settled motion at {name} = {value} is {kind}, not periodic"
             )));
         }
-        let line = found.lines.first().map_or(1e3, |line| line.frequency);
+        Ok(self.orbit(value, &found))
+    }
+
+    /// The orbit of a settled response at a value, or the reason why there is none.
+    fn orbit(&self, value: f64, found: &SettledResponse) -> Result<PeriodicOrbit, String> {
+        let [settle_s, max_period_s] = match self.family.drive_period(value) {
+            // The response ended at another phase of the drive than that at time zero, where the search begins.
+            Some(drive) => DRIVES.map(|count| count * drive),
+            None => {
+                let line = found.lines.first().map_or(1e3, |line| line.frequency);
+                [0.0, MAX_RETURN / line]
+            }
+        };
         let search = ReturnSearch {
-            settle_s: 0.0,
-            max_period_s: MAX_RETURN / line,
+            settle_s,
+            max_period_s,
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        Ok(orbit.map_err(|error| format!("at {name} = {value}: {}", chain_of_causes(&error))))
+        let name = self.plan.parameter.name();
+        orbit.map_err(|error| format!("at {name} = {value}: {}", chain_of_causes(&error)))
     }
 
     /// The branches born at the Hopf points that no branch has reached.
@@ -267,13 +262,7 @@ impl Study<'_> {
         found: &SteadyBifurcation,
     ) -> Result<Result<BranchStart, String>, BranchError> {
         let value = found.at.value;
-        let mut steady = self
-            .family
-            .steady
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let state = steady.at(&[value])?;
-        drop(steady);
+        let state = self.family.steady().at(&[value])?;
         let omega = std::f64::consts::TAU * found.frequency_hz;
         let modes = state.modes()?;
         let apart = |mode: &crate::dynamics::equilibrium::Eigenmode| {
@@ -374,6 +363,23 @@ impl Study<'_> {
     }
 }
 
+/// Whether an orbit lies on a branch of a result, between two neighbouring points.
+fn has_orbit(result: &Branch, orbit: &PeriodicOrbit) -> bool {
+    result.points.windows(2).any(|pair| {
+        let [a, b] = [&pair[0], &pair[1]];
+        let share = (orbit.parameter - a.at.value) / (b.at.value - a.at.value);
+        if a.branch != b.branch || !(0.0..=1.0).contains(&share) {
+            return false;
+        }
+        let is_alike = |of: fn(&PeriodicOrbit) -> f64, tolerance: f64| {
+            let between = of(&a.orbit) + share * (of(&b.orbit) - of(&a.orbit));
+            (of(orbit) / between - 1.0).abs() <= tolerance
+        };
+        is_alike(PeriodicOrbit::frequency_hz, ON_BRANCH[0])
+            && is_alike(|orbit| orbit.amplitude, ON_BRANCH[1])
+    })
+}
+
 /// Decides from the first orbit of the branch how the cycle of a Hopf point is born, where the normal form does not: it
 /// has no significant sign, or does not hold up to the amplitude of this orbit.
 fn fit_birth(found: &SteadyBifurcation, orbit: &PeriodicOrbit, result: &mut Branch) {
@@ -403,41 +409,6 @@ fn fit_birth(found: &SteadyBifurcation, orbit: &PeriodicOrbit, result: &mut Bran
         true => Criticality::Supercritical,
         false => Criticality::Subcritical,
     };
-}
-
-/// Points of a phase portrait.
-const PORTRAIT: usize = 240;
-
-/// Displacement (m) and velocity (m/s) at the probe over a period of each orbit of a result.
-///
-/// # Errors
-/// If a system cannot be built, or an integration fails.
-pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, BranchError> {
-    let family = SceneFamily::new(plan);
-    let options = ContinuationOptions::new(plan.interval, plan.scene.integrator.max_step);
-    let portraits = result.points.iter().map(|point| {
-        let orbit = &point.orbit;
-        let mut steady = family.steady.lock().unwrap_or_else(PoisonError::into_inner);
-        let prepared = steady.prepared(&[orbit.parameter])?;
-        drop(steady);
-        let system = prepared.system.as_ref();
-        let mut integrator = Integrator::new(options.method, system)?;
-        if system.switching().is_some_and(|s| !s.is_continuous()) {
-            integrator = integrator.with_events(system)?;
-        }
-        let mut z = orbit.state.clone();
-        z.resize(system.dim(), 0.0);
-        integrator.start(system, 0.0, &z)?;
-        let modes = system.modes();
-        let samples = (0..=PORTRAIT).map(|k| {
-            let time = orbit.period_s * k as f64 / PORTRAIT as f64;
-            integrator.sample(system, time, &mut z)?;
-            let row = |part: &[f64]| prepared.probe.iter().zip(part).map(|(p, x)| p * x).sum();
-            Ok([row(&z[..modes]), row(&z[modes..])])
-        });
-        samples.collect::<Result<Vec<_>, BranchError>>()
-    });
-    portraits.collect()
 }
 
 /// Why a branch ends inside the interval.

@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::at::At;
 use super::equilibria::{BranchPlan, EquilibriumBranch, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
-use crate::dynamics::continuation::{
-    Bifurcation, BifurcationKind, OrbitBranch, PeriodicOrbit, Resonance,
-};
+use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,14 +55,7 @@ pub struct OrbitBifurcation {
 impl OrbitBifurcation {
     /// Name of the bifurcation, with its strong resonance if there is one.
     pub fn name(&self) -> String {
-        let kind = match self.bifurcation.kind {
-            BifurcationKind::Fold => "fold",
-            BifurcationKind::PeriodDoubling => "period doubling",
-            BifurcationKind::NeimarkSacker => "Neimark-Sacker",
-            BifurcationKind::BranchPoint => "branch point",
-            BifurcationKind::SymmetryBreaking => "symmetry breaking",
-            BifurcationKind::Grazing => "grazing",
-        };
+        let kind = self.bifurcation.kind;
         let resonance = self.bifurcation.resonance.map(|resonance| match resonance {
             Resonance::OneToTwo => "1:2",
             Resonance::OneToThree => "1:3",
@@ -72,7 +63,7 @@ impl OrbitBifurcation {
         });
         match resonance {
             Some(resonance) => format!("{kind}, {resonance} resonance"),
-            None => kind.to_owned(),
+            None => kind.to_string(),
         }
     }
 }
@@ -163,6 +154,28 @@ impl Branch {
             course.push((&point.orbit, point.orbit.stable));
         }
         course
+    }
+
+    /// The intervals of the parameter with a constant number of unstable modes of the equilibrium, in ascending order.
+    /// Neighbouring intervals meet at the bifurcation between their points, or half-way if none was located there.
+    pub fn unstable_intervals(&self) -> Vec<([f64; 2], usize)> {
+        let mut intervals: Vec<([f64; 2], usize)> = Vec::new();
+        for point in &self.equilibria {
+            let (value, count) = (point.at.value, point.unstable_modes);
+            match intervals.last_mut() {
+                Some(([_, end], last)) if *last == count => *end = value,
+                Some(([_, end], _)) => {
+                    let mut found = self.steady_bifurcations().map(|found| found.at.value);
+                    let border = found
+                        .find(|at| (*end..=value).contains(at))
+                        .unwrap_or(0.5 * (*end + value));
+                    *end = border;
+                    intervals.push(([border, value], count));
+                }
+                None => intervals.push(([value; 2], count)),
+            }
+        }
+        intervals
     }
 
     /// The bifurcations of the equilibria.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::dynamics::continuation::Criticality;
 use crate::scene::{Parameter, Scene};
 
 fn plan(scene: Scene, key: &str, interval: [f64; 2], points: usize) -> BranchPlan {
@@ -54,6 +55,79 @@ fn the_belt_has_its_hopf_point_where_the_slope_of_friction_equals_the_damping() 
     );
     assert_eq!(found.points[0].unstable_modes, 1);
     assert_eq!(found.points.last().unwrap().unstable_modes, 0);
+}
+
+/// The mass of `impact-oscillator` is driven; its settled motion is named by no classification, and returns after periods of the
+/// drive.
+#[test]
+fn a_driven_system_has_orbits_of_multiples_of_the_period_of_its_drive() {
+    let scene = Scene::load("impact-oscillator").unwrap();
+    let key = "impact_oscillator.drive_frequency_hz";
+    let plan = plan(scene, key, [300.0, 420.0], 2);
+    let mut result = Branch::new(&plan, EquilibriumBranch::default());
+    let start = OrbitStarts::Scene;
+    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    assert!(!result.points.is_empty(), "{:?}", result.ended);
+    for point in &result.points {
+        let count = f64::from(point.orbit.drive_periods.unwrap());
+        let drive = point.at.value;
+        assert!((point.orbit.frequency_hz() * count / drive - 1.0).abs() < 1e-12);
+        assert!(point.orbit.residual < 1e-8);
+    }
+    assert!(result.points.iter().any(|point| point.orbit.stable));
+}
+
+/// At 10 mm/s the mass of `mass-on-belt` slips for 1.552 ms and sticks for 1.996 ms; the branch passes the speed at which both
+/// take half of the period.
+#[test]
+fn the_branch_of_the_belt_follows_the_closed_form_over_a_decade_of_speeds() {
+    let scene = Scene::load("mass-on-belt").unwrap();
+    let plan = plan(scene, "mass_on_belt.belt_speed_mm_per_s", [5.0, 50.0], 2);
+    let mut result = Branch::new(&plan, branch(&plan));
+    let start = OrbitStarts::Scene;
+    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    let omega = std::f64::consts::TAU * 400.0;
+    let elongation = 0.3 * 210.0 / omega.powi(2);
+    let ends = [result.points.first(), result.points.last()];
+    assert_eq!(ends.map(|end| end.unwrap().at.value), [5.0, 50.0]);
+    for point in &result.points {
+        let speed = 1e-3 * point.at.value;
+        let slip = 2.0 * (std::f64::consts::PI - (elongation * omega / speed).atan()) / omega;
+        let period = slip + 2.0 * elongation / speed;
+        assert!(
+            (point.orbit.period_s / period - 1.0).abs() < 1e-8,
+            "{point:?}"
+        );
+    }
+}
+
+/// The branch of cycles born at the Hopf point of the belt decides as the normal form does, whose sign is known.
+#[test]
+fn the_first_cycle_tells_how_it_is_born_where_the_normal_form_does_not() {
+    let plan = plan(
+        belt(),
+        "mass_on_belt.belt_speed_mm_per_s",
+        [150.0, 500.0],
+        20,
+    );
+    let mut result = Branch::new(&plan, branch(&plan));
+    let [BranchBifurcation::Steady(hopf)] = &mut result.bifurcations[..] else {
+        panic!("{:?}", result.bifurcations);
+    };
+    let cycle = hopf.cycle.as_mut().unwrap();
+    cycle.criticality = Criticality::Undetermined;
+    let start = OrbitStarts::Settled(&[]);
+    add_orbits(&plan, start, &mut result, &mut |_| true).unwrap();
+    let hopf = result.steady_bifurcations().next().unwrap();
+    let cycle = hopf.cycle.as_ref().unwrap();
+    assert_eq!(cycle.method, CriticalityMethod::FittedBranch);
+    assert_eq!(cycle.criticality, Criticality::Subcritical);
+    // The cycle repels, and exists where steady sliding is stable.
+    let first = &result.points[0];
+    assert!(
+        first.at.value > hopf.at.value && !first.orbit.stable,
+        "{first:?}"
+    );
 }
 
 #[test]
@@ -240,6 +314,7 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         parameters: keys.map(|key| Parameter::named(key).unwrap()),
         intervals: [[50.0, 400.0], [0.002, 0.04]],
         size: [9, 8],
+        orbits: false,
     };
     let map = stability_map(&plan, 2, &mut |_| true).unwrap().unwrap();
     assert_eq!(map.grid.len(), 72);

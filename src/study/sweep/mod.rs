@@ -23,7 +23,7 @@ use crate::joint::BallJoint;
 use crate::scene::SceneError;
 pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
-pub use result::{RegimeInterval, SweepResult};
+pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
 pub use table::{
     CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,

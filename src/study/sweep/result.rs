@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dynamics::continuation::BifurcationKind;
+
 use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 
 /// Result of a sweep.
@@ -26,8 +28,24 @@ pub struct SweepResult<'a> {
     pub transitions: Vec<Transition>,
     /// Hysteresis: parameter values at which upward and downward continuation reach different regimes.
     pub hysteresis: Vec<f64>,
+    /// Ends of the hysteresis: the bifurcations at which a periodic motion ends or loses its stability there, as far as
+    /// continuation finds them.
+    #[serde(default)]
+    pub hysteresis_ends: Vec<HysteresisEnd>,
     /// The points in ascending order of index.
     pub points: Cow<'a, [SweepPoint]>,
+}
+
+/// An end of hysteresis: a bifurcation at which a periodic motion ends or loses its stability, so that the response jumps to
+/// another one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HysteresisEnd {
+    /// Kind of the bifurcation.
+    pub kind: BifurcationKind,
+    /// Value of the parameter, in the unit of the scene file.
+    pub value: f64,
+    /// Frequency of the motion, Hz.
+    pub frequency_hz: f64,
 }
 
 /// An interval of the parameter with a single regime.
@@ -64,6 +82,7 @@ impl<'a> SweepResult<'a> {
             regime_intervals: regime_intervals(single_axis),
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
+            hysteresis_ends: Vec::new(),
             points: points.into(),
         }
     }

@@ -1,0 +1,263 @@
+//! How the motion beyond a Neimark-Sacker point or a period doubling is born: the cubic coefficient of the normal form of
+//! the return map.
+//!
+//! The return map `P` takes a state of a section through the orbit, orthogonal to the flow, to its next return there; for a
+//! forced system it is the map over the period of the drive. With `A` its derivative, `B` and `C` its second and third
+//! derivatives, `A q = exp(i phi) q`, `p* A = exp(i phi) p*` and `p* q = 1`, the coefficient is (Kuznetsov, Elements of
+//! Applied Bifurcation Theory, 3rd edition, Springer 2004, sections 5.4 and 9.5)
+//!
+//! ```text
+//! Neimark-Sacker   a = Re exp(-i phi) p* [C(q, q, q*) + 2 B(q, (1 - A)^-1 B(q, q*)) + B(q*, (exp(2 i phi) - A)^-1 B(q, q))] / 2
+//! period doubling  c = p* [C(q, q, q) + 3 B(q, (1 - A)^-1 B(q, q))] / 6
+//! ```
+//!
+//! The derivatives are central differences of the map. The step is chosen for the smallest change of the coefficient under
+//! halving, which is the error. Where a kink of the flow is closer than this step, the change is large, and nothing is
+//! claimed.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::flow::{Flow, slope_in};
+use super::point::Point;
+use super::shot::{Scale, Shot};
+use super::{ContinuationError, Criticality, MotionBirth, Multiplier};
+
+/// First step of the differences, relative to the size of the orbit.
+const STEP: f64 = 0.05;
+/// Number of steps, each half of the one before.
+const STEPS: usize = 6;
+/// A coefficient is zero within this multiple of its error.
+const SIGNIFICANT: f64 = 4.0;
+/// Share of the period before the end of which the return to the section is sought.
+const MARGIN: f64 = 0.05;
+/// Newton iterations for the time of the return.
+const RETURNS: usize = 4;
+
+type Real = DVector<f64>;
+type Vector = DVector<Complex<f64>>;
+
+impl Flow<'_> {
+    /// How the motion beyond a bifurcation is born; `critical` is the multiplier on the unit circle. `None` if the map cannot
+    /// be evaluated around the orbit.
+    pub fn birth(&mut self, point: &Point, critical: Multiplier) -> Option<MotionBirth> {
+        let mut map = ReturnMap::new(self, point).ok()?;
+        let found = (0..STEPS).map(|k| map.coefficient(critical, STEP * 0.5_f64.powi(k as i32)));
+        let found: Vec<f64> = found.collect::<Option<_>>()?;
+        let pairs = found
+            .windows(2)
+            .map(|pair| [pair[1], (pair[1] - pair[0]).abs()]);
+        let [coefficient, coefficient_error] = pairs.min_by(|a, b| a[1].total_cmp(&b[1]))?;
+        // A positive coefficient of the period doubling, and a negative one of the torus, belong to attracting motions.
+        let attracts = (coefficient > 0.0) == critical.is_real();
+        Some(MotionBirth {
+            criticality: match (
+                coefficient.abs() > SIGNIFICANT * coefficient_error,
+                attracts,
+            ) {
+                (false, _) => Criticality::Undetermined,
+                (true, true) => Criticality::Supercritical,
+                (true, false) => Criticality::Subcritical,
+            },
+            coefficient,
+            coefficient_error,
+        })
+    }
+}
+
+/// The return map around an orbit, in orthonormal coordinates of the section in the scaled state.
+struct ReturnMap<'a, 'f> {
+    flow: &'a mut Flow<'f>,
+    start: Shot,
+    scale: Scale,
+    /// Directions of the section, as columns.
+    section: DMatrix<f64>,
+    /// `dz/dt` at the start in scaled coordinates; `None` for a forced system.
+    normal: Option<Real>,
+    /// The derivative of the map.
+    derivative: DMatrix<f64>,
+}
+
+impl<'a, 'f> ReturnMap<'a, 'f> {
+    fn new(flow: &'a mut Flow<'f>, point: &Point) -> Result<Self, ContinuationError> {
+        let shot = &point.shot;
+        let sys = flow.system(shot.parameter)?;
+        let n = shot.states[0].len();
+        let scale = point.scale.clone();
+        let mut full = shot.states[0].as_slice().to_vec();
+        full.resize(sys.dim(), 0.0);
+        let status = shot.status(0).unwrap_or_default();
+        let normal = shot
+            .drive_periods
+            .is_none()
+            .then(|| scale.scaled_state(&slope_in(sys.as_ref(), status, 0.0, &full)));
+        let section = match &normal {
+            None => DMatrix::identity(n, n),
+            Some(normal) => complement(normal),
+        };
+        let mut monodromy = DMatrix::identity(n, n);
+        for map in &point.shape.maps {
+            monodromy = scale.scaled_map(map) * monodromy;
+        }
+        Ok(Self {
+            derivative: section.transpose() * monodromy * &section,
+            start: Shot {
+                phases: vec![0.0],
+                states: vec![shot.states[0].clone()],
+                statuses: Vec::new(),
+                ..shot.clone()
+            },
+            flow,
+            scale,
+            section,
+            normal,
+        })
+    }
+
+    /// The distance from the orbit after one return, from a distance from it.
+    fn image(&mut self, from: &Real) -> Result<Real, ContinuationError> {
+        let sys = self.flow.system(self.start.parameter)?;
+        let origin = self.start.states[0].clone();
+        let mut shot = self.start.clone();
+        shot.states[0] += self.scale.unscaled_state(&(&self.section * from));
+        let distance = |scale: &Scale, end: &Real| scale.scaled_state(&(end - &origin));
+        let Some(normal) = self.normal.clone() else {
+            let ends = self.flow.segments(sys.as_ref(), &shot, false)?;
+            return Ok(self.section.transpose() * distance(&self.scale, &ends.ends[0]));
+        };
+        let rest = MARGIN * shot.period;
+        shot.period -= rest;
+        shot.states = self.flow.segments(sys.as_ref(), &shot, false)?.ends;
+        shot.period = rest;
+        let mut end = origin.clone();
+        for _ in 0..RETURNS {
+            let ends = self.flow.segments(sys.as_ref(), &shot, false)?;
+            let slope = self.scale.scaled_state(&ends.slopes[0]);
+            let change = -normal.dot(&distance(&self.scale, &ends.ends[0])) / normal.dot(&slope);
+            end = &ends.ends[0] + &ends.slopes[0] * change;
+            shot.period += change;
+        }
+        Ok(self.section.transpose() * distance(&self.scale, &end))
+    }
+
+    /// Second and third derivative of the map along a direction.
+    fn along(&mut self, direction: &Real, step: f64) -> Option<[Real; 2]> {
+        let size = direction.norm();
+        if size == 0.0 {
+            return Some([direction.clone(), direction.clone()]);
+        }
+        // The step has a fixed length.
+        let step = step / size;
+        let mut at = |k: f64| self.image(&(direction * (k * step))).ok();
+        let (a, b, c, d) = (at(-2.0)?, at(-1.0)?, at(1.0)?, at(2.0)?);
+        // The orbit itself returns to distance zero.
+        let second = ((&b + &c) * 16.0 - (&a + &d)) / (12.0 * step * step);
+        let third = (d - a - (c - b) * 2.0) / (2.0 * step.powi(3));
+        Some([second, third])
+    }
+
+    /// `B(a, b)` for real directions.
+    fn second(&mut self, a: &Real, b: &Real, step: f64) -> Option<Real> {
+        let sum = self.along(&(a + b), step)?;
+        let difference = self.along(&(a - b), step)?;
+        Some((&sum[0] - &difference[0]) * 0.25)
+    }
+
+    /// `B(a, b)` for complex directions.
+    fn complex_second(&mut self, a: &Vector, b: &Vector, step: f64) -> Option<Vector> {
+        let [(ar, ai), (br, bi)] = [parts(a), parts(b)];
+        let re = self.second(&ar, &br, step)? - self.second(&ai, &bi, step)?;
+        let im = self.second(&ar, &bi, step)? + self.second(&ai, &br, step)?;
+        Some(joined(&re, &im))
+    }
+
+    /// The coefficient with one step of the differences.
+    fn coefficient(&mut self, critical: Multiplier, step: f64) -> Option<f64> {
+        let multiplier = Complex::from_polar(1.0, critical.angle);
+        let (q, p) = eigenvectors(&self.derivative, multiplier)?;
+        let one = Complex::new(1.0, 0.0);
+        if critical.is_real() {
+            let (a, _) = parts(&q);
+            let [second, third] = self.along(&a, step)?;
+            let zero = Real::zeros(a.len());
+            let steady = self.solved(one, &joined(&second, &zero))?;
+            let (steady, _) = parts(&steady);
+            let mixed = self.second(&a, &steady, step)?;
+            let total = joined(&(third + mixed * 3.0), &zero);
+            return Some(p.dotc(&total).re / 6.0);
+        }
+        let (a, b) = parts(&q);
+        let [aa, aaa] = self.along(&a, step)?;
+        let [bb, bbb] = self.along(&b, step)?;
+        let [sum2, sum3] = self.along(&(&a + &b), step)?;
+        let [difference2, difference3] = self.along(&(&a - &b), step)?;
+        let ab = (sum2 - difference2) * 0.25;
+        let aab = (&sum3 - &difference3 - &bbb * 2.0) / 6.0;
+        let abb = (sum3 + difference3 - &aaa * 2.0) / 6.0;
+        // C(q, q, q*) of q = a + i b.
+        let cubic = joined(&(aaa + abb), &(aab + bbb));
+        let steady = self.solved(one, &joined(&(&aa + &bb), &Real::zeros(a.len())))?;
+        let double = self.solved(multiplier * multiplier, &joined(&(aa - bb), &(ab * 2.0)))?;
+        let with_steady = self.complex_second(&q, &steady, step)?;
+        let with_double = self.complex_second(&q.map(|x| x.conj()), &double, step)?;
+        let total = cubic + with_steady * Complex::new(2.0, 0.0) + with_double;
+        Some(0.5 * (multiplier.conj() * p.dotc(&total)).re)
+    }
+
+    /// Solves `(shift - A) u = right`.
+    fn solved(&self, shift: Complex<f64>, right: &Vector) -> Option<Vector> {
+        let n = self.derivative.nrows();
+        let matrix = DMatrix::from_fn(n, n, |i, j| {
+            let diagonal = if i == j {
+                shift
+            } else {
+                Complex::new(0.0, 0.0)
+            };
+            diagonal - self.derivative[(i, j)]
+        });
+        matrix.lu().solve(right)
+    }
+}
+
+/// An orthonormal basis of the directions orthogonal to a vector, as columns.
+fn complement(normal: &Real) -> DMatrix<f64> {
+    let n = normal.len();
+    // The reflection that takes the normal to a multiple of the first axis takes the other axes to the complement.
+    let unit = normal.normalize();
+    let sign = if unit[0] < 0.0 { -1.0 } else { 1.0 };
+    let mut mirror = unit;
+    mirror[0] += sign;
+    let factor = 2.0 / mirror.norm_squared();
+    DMatrix::from_fn(n, n - 1, |i, j| {
+        let same = if i == j + 1 { 1.0 } else { 0.0 };
+        same - factor * mirror[i] * mirror[j + 1]
+    })
+}
+
+/// Right and left eigenvector for an eigenvalue on the unit circle: `q` of norm 1, and `p` with `p* q = 1`.
+fn eigenvectors(matrix: &DMatrix<f64>, value: Complex<f64>) -> Option<(Vector, Vector)> {
+    let n = matrix.nrows();
+    let shifted = DMatrix::from_fn(n, n, |i, j| {
+        let diagonal = if i == j {
+            value
+        } else {
+            Complex::new(0.0, 0.0)
+        };
+        Complex::new(matrix[(i, j)], 0.0) - diagonal
+    });
+    let svd = shifted.svd(true, true);
+    let least =
+        (0..n).min_by(|&a, &b| svd.singular_values[a].total_cmp(&svd.singular_values[b]))?;
+    let q: Vector = svd.v_t?.row(least).adjoint();
+    let p: Vector = svd.u?.column(least).into_owned();
+    let product = p.dotc(&q);
+    let p = p / product.conj();
+    Some((q, p))
+}
+
+fn parts(vector: &Vector) -> (Real, Real) {
+    (vector.map(|x| x.re), vector.map(|x| x.im))
+}
+
+fn joined(re: &Real, im: &Real) -> Vector {
+    re.zip_map(im, Complex::new)
+}

@@ -1,0 +1,290 @@
+//! The branch diagram of the present scene, and an event for each bifurcation that the tilt passes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use super::panel::StatusStore;
+use crate::pipeline::message::Record;
+use crate::pipeline::{Delivery, Sink, SinkError};
+use crate::scene::Scene;
+use crate::study::branch::{TiltDiagram, shipped_diagram, tilt_diagram};
+
+/// The store of the diagram of the present scene.
+#[derive(Default)]
+pub(super) struct DiagramStore {
+    present: Mutex<Present>,
+}
+
+#[derive(Default)]
+struct Present {
+    scene: Option<Scene>,
+    shown: Option<Shown>,
+    computation: Option<Computation>,
+}
+
+/// A complete diagram.
+struct Shown {
+    /// As JSON.
+    text: Arc<str>,
+    diagram: Arc<TiltDiagram>,
+}
+
+/// The computation of a diagram on its own thread.
+struct Computation {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl DiagramStore {
+    /// Shows the diagram of a scene: the stored one at once, or else one over the given interval of the tilt (degrees),
+    /// which is computed in the background. Without an interval, or if a rotation moves the patch, there is no diagram. The computation of another scene is
+    /// cancelled; a restart of the same scene keeps its diagram.
+    pub fn show(
+        self: &Arc<Self>,
+        scene: &Scene,
+        interval: Option<[f64; 2]>,
+        store: &Arc<StatusStore>,
+    ) {
+        let mut present = self.present();
+        if present.scene.as_ref() == Some(scene) {
+            return;
+        }
+        let before = present.computation.take();
+        if let Some(before) = &before {
+            before.stop.store(true, Ordering::Relaxed);
+        }
+        present.scene = Some(scene.clone());
+        present.shown = shipped_diagram(scene).and_then(Shown::of_text);
+        // A rotation that moves the patch changes the tilt itself.
+        let is_fixed = scene.joint().is_ok_and(|joint| !joint.patch_moves());
+        let interval = interval.filter(|[low, high]| low < high && is_fixed);
+        let Some(interval) = interval.filter(|_| present.shown.is_none()) else {
+            present.computation = before;
+            return;
+        };
+        let stop = Arc::<AtomicBool>::default();
+        let (diagrams, scene, store) = (Arc::clone(self), scene.clone(), Arc::clone(store));
+        let stopped = Arc::clone(&stop);
+        let thread = std::thread::Builder::new()
+            .name("diagram".to_owned())
+            .spawn(move || {
+                if let Some(before) = before {
+                    // A panic there was printed; it does not concern this scene.
+                    let _ = before.thread.join();
+                }
+                diagrams.compute(&scene, interval, &stopped, &store);
+            });
+        // Without a thread the run goes on without a diagram.
+        present.computation = thread.ok().map(|thread| Computation { stop, thread });
+    }
+
+    /// Computes a diagram on this thread: the run needs the other cores.
+    fn compute(&self, scene: &Scene, interval: [f64; 2], stop: &AtomicBool, store: &StatusStore) {
+        let found = tilt_diagram(scene, interval, 1, &mut |_| !stop.load(Ordering::Relaxed));
+        let time = store.read(None, 0).time_s;
+        match found {
+            Ok(Some(diagram)) => {
+                let mut present = self.present();
+                if present.scene.as_ref() == Some(scene) {
+                    present.shown = Shown::of(diagram);
+                    store.log(time, "the branch diagram is complete");
+                }
+            }
+            Ok(None) => {}
+            Err(fault) => store.log(time, format!("no branch diagram: {fault}")),
+        }
+    }
+
+    /// Cancels a computation and waits for its end.
+    pub fn cancel(&self) {
+        let computation = self.present().computation.take();
+        if let Some(Computation { stop, thread }) = computation {
+            stop.store(true, Ordering::Relaxed);
+            // A panic there was printed; the session has its own result.
+            let _ = thread.join();
+        }
+    }
+
+    /// The diagram as JSON, if it is complete.
+    pub fn text(&self) -> Option<Arc<str>> {
+        let present = self.present();
+        present.shown.as_ref().map(|shown| Arc::clone(&shown.text))
+    }
+
+    fn diagram(&self) -> Option<Arc<TiltDiagram>> {
+        let present = self.present();
+        let shown = present.shown.as_ref();
+        shown.map(|shown| Arc::clone(&shown.diagram))
+    }
+
+    fn present(&self) -> MutexGuard<'_, Present> {
+        self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shown {
+    fn of_text(text: &str) -> Option<Self> {
+        Some(Self {
+            diagram: Arc::new(serde_json::from_str(text).ok()?),
+            text: Arc::from(text),
+        })
+    }
+
+    fn of(diagram: TiltDiagram) -> Option<Self> {
+        Some(Self {
+            text: serde_json::to_string(&diagram).ok()?.into(),
+            diagram: Arc::new(diagram),
+        })
+    }
+}
+
+/// A sink that adds an event for each bifurcation of the diagram that the tilt passes.
+pub(super) struct BifurcationEvents<S> {
+    sink: S,
+    diagrams: Arc<DiagramStore>,
+    /// Tilt of the last frame, degrees.
+    tilt_deg: Option<f64>,
+}
+
+impl<S: Sink> BifurcationEvents<S> {
+    /// Adds the events to the records for a sink.
+    pub fn new(sink: S, diagrams: Arc<DiagramStore>) -> Self {
+        Self {
+            sink,
+            diagrams,
+            tilt_deg: None,
+        }
+    }
+
+    /// The events of a change of the tilt to a value (degrees) at a time (s).
+    fn events(&mut self, tilt_deg: f64, time: f64) -> Vec<Record> {
+        let Some(before) = self.tilt_deg.replace(tilt_deg).filter(|t| *t != tilt_deg) else {
+            return Vec::new();
+        };
+        let diagram = self.diagrams.diagram();
+        let passed = diagram.iter().flat_map(|it| it.passed(before, tilt_deg));
+        let way = if tilt_deg > before { "rises" } else { "falls" };
+        let events = passed.map(|found| Record::Event {
+            time,
+            text: format!(
+                "the tilt {way} through {:.3} degrees. {}",
+                found.tilt_deg, found.text
+            ),
+        });
+        events.collect()
+    }
+}
+
+impl<S: Sink> Sink for BifurcationEvents<S> {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        let events = match &record {
+            Record::Samples(frame) => self.events(frame.tilt.to_degrees(), frame.t0),
+            _ => Vec::new(),
+        };
+        self.sink.accept(record)?;
+        events
+            .into_iter()
+            .try_for_each(|event| self.sink.accept(event))
+    }
+
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.sink.idle()
+    }
+
+    fn delivery(&self) -> Delivery {
+        self.sink.delivery()
+    }
+
+    fn finish(&mut self) -> Result<(), SinkError> {
+        self.sink.finish()
+    }
+
+    fn abandon(&mut self) {
+        self.sink.abandon();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::pipeline::message::Frame;
+    use crate::scene::Parameter;
+
+    fn shown(scene: &Scene, interval: [f64; 2]) -> Arc<DiagramStore> {
+        let diagrams = Arc::<DiagramStore>::default();
+        diagrams.show(scene, Some(interval), &Arc::default());
+        diagrams
+    }
+
+    fn own(name: &str) -> Scene {
+        let nodes = Parameter::named("contact.nodes").unwrap();
+        let scene = Scene::load(name).unwrap();
+        scene.with_values(&[(nodes, 28.0)]).unwrap()
+    }
+
+    #[test]
+    fn the_tilt_of_a_run_passes_the_birth_of_the_torus_in_both_directions() {
+        let scene = Scene::load("torus-birth").unwrap();
+        let mut sink = BifurcationEvents::new(Vec::new(), shown(&scene, [0.0, 10.0]));
+        let tilts = [0.1, 0.2, 0.34, 0.35, 0.35, 0.5, 0.3];
+        for (k, tilt) in tilts.into_iter().enumerate() {
+            let frame = Frame {
+                t0: k as f64,
+                tilt: f64::to_radians(tilt),
+                ..Frame::default()
+            };
+            sink.accept(Record::Samples(Arc::new(frame))).unwrap();
+        }
+        let events = sink.sink.iter().filter_map(|record| match record {
+            Record::Event { time, text } => Some((*time, text.as_str())),
+            _ => None,
+        });
+        let events: Vec<_> = events.collect();
+        let [(up, rises), (down, falls)] = events[..] else {
+            panic!("{events:?}");
+        };
+        assert_eq!((up, down), (3.0, 6.0));
+        assert!(rises.starts_with("the tilt rises through 0.347 degrees. "));
+        assert!(rises.contains("second tone"), "{rises}");
+        assert!(falls.starts_with("the tilt falls through 0.347 degrees. "));
+    }
+
+    #[test]
+    fn a_scene_that_ships_has_its_stored_diagram_at_any_tilt_and_another_joint_has_none() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        for tilt in [0.0, 3.0, 7.5] {
+            let diagrams = shown(&scene.clone().with_tilt(tilt).unwrap(), [0.0, 10.0]);
+            let text = diagrams.text().unwrap();
+            let diagram: TiltDiagram = serde_json::from_str(&text).unwrap();
+            assert_eq!(diagram.parameter, "tilt_deg");
+        }
+        let own = own("torus-3deg");
+        assert_eq!(shipped_diagram(&own), None);
+        let small = Scene::load("mass-on-belt").unwrap();
+        assert_eq!(shipped_diagram(&small), None);
+    }
+
+    #[test]
+    fn the_diagram_of_an_own_scene_appears_when_it_is_complete_and_another_scene_cancels_it() {
+        let squeaking = own("torus-3deg");
+        let silent = own("printed-friction");
+        let diagrams = shown(&squeaking, [0.0, 8.0]);
+        assert_eq!(diagrams.text(), None);
+        let began = Instant::now();
+        diagrams.show(&silent, Some([0.0, 1.0]), &Arc::default());
+        while diagrams.text().is_none() {
+            assert!(began.elapsed() < Duration::from_secs(60), "no diagram");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let diagram = diagrams.diagram().unwrap();
+        let modes = &diagram.unstable_modes[..];
+        assert_eq!((modes.len(), modes[0].count), (1, 0), "{modes:?}");
+        assert_eq!(diagram.responses.len(), 3);
+        diagrams.show(&squeaking, Some([0.0, 8.0]), &Arc::default());
+        diagrams.cancel();
+        assert_eq!(diagrams.text(), None);
+    }
+}

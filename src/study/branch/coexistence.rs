@@ -1,0 +1,59 @@
+//! The bifurcations that end the coexistence of two motions: the causes of hysteresis in a sweep.
+
+use super::BranchError;
+use super::equilibria::{BranchPlan, EquilibriumBranch};
+use super::orbits::{OrbitProgress, OrbitStarts, add_orbits};
+use super::result::Branch;
+use crate::dynamics::continuation::BifurcationKind;
+use crate::study::sweep::{HysteresisEnd, SweepPlan, SweepPoint};
+
+/// The bifurcations at which a periodic motion that coexists with another one ends or loses its stability: those of the
+/// branches through the periodic motions of a sweep over one parameter, within or next to the values at which upward and
+/// downward continuation differ. `watch` returns whether to continue. The list is empty for a sweep without such values,
+/// and where continuation finds none.
+///
+/// # Errors
+/// If the system cannot be built.
+pub fn hysteresis_ends(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    differing: &[f64],
+    watch: &mut dyn FnMut(OrbitProgress) -> bool,
+) -> Result<Vec<HysteresisEnd>, BranchError> {
+    let ([axis], Some(first), Some(last)) = (&plan.axes[..], differing.first(), differing.last())
+    else {
+        return Ok(Vec::new());
+    };
+    let (values, parameter) = (axis.values(), axis.parameter());
+    let [Some(from), Some(to)] = [values.first(), values.last()] else {
+        return Ok(Vec::new());
+    };
+    if !parameter.is_continuous() || from >= to {
+        return Ok(Vec::new());
+    }
+    let branches = BranchPlan {
+        scene: plan.scene.clone(),
+        parameter,
+        interval: [*from, *to],
+        points: 2,
+    };
+    let mut branch = Branch::new(&branches, EquilibriumBranch::default());
+    add_orbits(&branches, OrbitStarts::Settled(points), &mut branch, watch)?;
+    // The change lies between the last value that differs and the next one.
+    let before = values.iter().rfind(|value| *value < first).unwrap_or(from);
+    let after = values.iter().find(|value| *value > last).unwrap_or(to);
+    let ends = branch.orbit_bifurcations().filter(|found| {
+        let bifurcation = &found.bifurcation;
+        let changes = bifurcation.kind == BifurcationKind::Fold || bifurcation.unstable_change != 0;
+        changes && bifurcation.has_stable_side() && (*before..=*after).contains(&found.at.value)
+    });
+    let mut ends: Vec<_> = ends
+        .map(|found| HysteresisEnd {
+            kind: found.bifurcation.kind,
+            value: found.at.value,
+            frequency_hz: found.bifurcation.frequency_hz,
+        })
+        .collect();
+    ends.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(ends)
+}

@@ -1,0 +1,465 @@
+//! The branch diagram of a scene over the tilt of the load, in columns for drawing: periodic motions, bifurcations,
+//! settled responses and unstable modes of steady sliding.
+//!
+//! The diagrams of the scenes that ship are stored in `assets/diagrams`, one JSON file each. `assets/diagrams/make`
+//! computes them with `squeakscope branch SCENE --tilt 0:10 --diagram FILE`.
+
+use serde::{Deserialize, Serialize};
+
+use super::BranchError;
+use super::diagram_text::{orbit_sentence, steady_sentence};
+use super::equilibria::{BranchPlan, equilibria};
+use super::hopf::SteadyBifurcationKind;
+use super::orbits::{OrbitProgress, OrbitStarts, add_orbits};
+use super::result::{Branch, BranchBifurcation};
+use crate::analysis::Regime;
+use crate::dynamics::continuation::{BifurcationKind, PeriodicOrbit};
+use crate::scene::{PRESETS, Parameter, Scene};
+use crate::study::ThreadSpawnError;
+use crate::study::response::ResponsePlan;
+use crate::study::sweep::{
+    Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
+};
+
+/// Number of points of steady sliding.
+const EQUILIBRIA: usize = 81;
+/// Number of tilts of the settled responses.
+const RESPONSES: u32 = 11;
+/// Significant digits of the columns, and of the tilt of a bifurcation.
+const DIGITS: [usize; 2] = [5, 8];
+
+/// A branch diagram over the tilt.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TiltDiagram {
+    /// Name of the parameter: `tilt_deg`.
+    pub parameter: String,
+    /// The branches of periodic motions.
+    pub branches: Vec<DiagramBranch>,
+    /// The bifurcations of steady sliding and of the periodic motions, in ascending order of the tilt.
+    pub bifurcations: Vec<DiagramBifurcation>,
+    /// The settled responses of a sweep, one entry for each start.
+    pub responses: Vec<DiagramResponses>,
+    /// Intervals of the tilt with a constant number of unstable modes of steady sliding, in ascending order.
+    pub unstable_modes: Vec<UnstableModes>,
+}
+
+/// A branch of periodic motions in a diagram: one entry per orbit in each column, in the order along the branch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DiagramBranch {
+    /// Tilt, degrees (deg).
+    pub tilt_deg: Vec<f64>,
+    /// Half the range of the displacement at the probe, the amplitude, m.
+    pub amplitude_m: Vec<f64>,
+    /// Frequency, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Whether the motion is stable: it attracts.
+    pub stable: Vec<bool>,
+}
+
+/// The kind of a bifurcation in a diagram: of periodic motions, or of steady sliding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum DiagramBifurcationKind {
+    /// Of a periodic motion.
+    Orbit(BifurcationKind),
+    /// Of steady sliding.
+    Steady(SteadyBifurcationKind),
+}
+
+/// A bifurcation in a diagram.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DiagramBifurcation {
+    /// Kind of the bifurcation.
+    pub kind: DiagramBifurcationKind,
+    /// Tilt, degrees (deg).
+    pub tilt_deg: f64,
+    /// Frequency of the motion, or of the mode that becomes unstable, Hz.
+    pub frequency_hz: f64,
+    /// Second base frequency of the torus at a Neimark-Sacker point, Hz.
+    pub second_hz: Option<f64>,
+    /// What happens when the tilt passes it, as one sentence of text.
+    pub text: String,
+}
+
+/// Settled responses of a sweep in a diagram: one entry per tilt in each column.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DiagramResponses {
+    /// Start of each response.
+    pub start: Start,
+    /// Tilt, degrees (deg), ascending.
+    pub tilt_deg: Vec<f64>,
+    /// Regime: type of motion.
+    pub regime: Vec<Regime>,
+    /// Frequency of the strongest line, Hz; `None` for a silent joint.
+    pub frequency_hz: Vec<Option<f64>>,
+}
+
+/// An interval of the tilt with a constant number of unstable modes of steady sliding.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnstableModes {
+    /// Ends of the interval of the tilt, degrees (deg), ascending.
+    pub tilt_deg: [f64; 2],
+    /// Count of the unstable modes.
+    pub count: usize,
+}
+
+/// Progress of the computation of a diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DiagramProgress {
+    /// Share of the points of steady sliding that are done, 0 to 1.
+    Equilibria(f64),
+    /// Share of the settled responses that are done, 0 to 1.
+    Responses(f64),
+    /// Progress of the periodic orbits.
+    Orbits(OrbitProgress),
+}
+
+impl TiltDiagram {
+    /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
+    pub fn new(branch: &Branch, settled: &[SweepPoint]) -> Self {
+        let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
+        let mut bifurcations: Vec<_> = branch.bifurcations.iter().map(bifurcation).collect();
+        bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
+        let responses = Start::ALL.map(|start| responses(start, settled));
+        let modes = branch.unstable_intervals().into_iter();
+        Self {
+            parameter: branch.name().to_owned(),
+            branches: branches.collect(),
+            bifurcations,
+            responses: responses
+                .into_iter()
+                .filter(|responses| !responses.tilt_deg.is_empty())
+                .collect(),
+            unstable_modes: modes
+                .map(|(ends, count)| UnstableModes {
+                    tilt_deg: ends.map(|end| rounded(end, DIGITS[0])),
+                    count,
+                })
+                .collect(),
+        }
+    }
+
+    /// The bifurcations that a change of the tilt (degrees) passes or reaches, in the order in which it does.
+    pub fn passed(&self, from: f64, to: f64) -> Vec<&DiagramBifurcation> {
+        let lies_between = |found: &&DiagramBifurcation| {
+            let at = found.tilt_deg;
+            match from <= to {
+                true => from < at && at <= to,
+                false => to <= at && at < from,
+            }
+        };
+        let mut passed: Vec<_> = self.bifurcations.iter().filter(lies_between).collect();
+        if to < from {
+            passed.reverse();
+        }
+        passed
+    }
+}
+
+/// The diagram of a scene over an interval of the tilt (degrees), on `threads` threads; the result does not depend on their
+/// number. `watch` returns whether to continue; `None` if it stopped the computation.
+///
+/// # Errors
+/// If the joint cannot be built, or has no steady sliding, or no thread can be started.
+pub fn tilt_diagram(
+    scene: &Scene,
+    interval: [f64; 2],
+    threads: usize,
+    watch: &mut dyn FnMut(DiagramProgress) -> bool,
+) -> Result<Option<TiltDiagram>, BranchError> {
+    let plan = BranchPlan {
+        scene: scene.clone(),
+        parameter: Parameter::tilt(),
+        interval,
+        points: EQUILIBRIA,
+    };
+    let mut stopped = false;
+    let mut watch = |progress| {
+        stopped |= !watch(progress);
+        !stopped
+    };
+    let steady = equilibria(&plan, &mut |share| {
+        watch(DiagramProgress::Equilibria(share))
+    })?;
+    let mut branch = Branch::new(&plan, steady);
+    let settled = settled_responses(&plan, threads, &mut |share| {
+        watch(DiagramProgress::Responses(share))
+    })?;
+    let starts = OrbitStarts::Settled(&settled);
+    add_orbits(&plan, starts, &mut branch, &mut |progress| {
+        watch(DiagramProgress::Orbits(progress))
+    })?;
+    Ok((!stopped).then(|| TiltDiagram::new(&branch, &settled)))
+}
+
+/// The settled responses for a diagram: from fresh starts and by continuation in both directions. `watch` receives the share of the work that is done, and returns whether to continue.
+///
+/// # Errors
+/// If no thread can be started.
+pub fn settled_responses(
+    plan: &BranchPlan,
+    threads: usize,
+    watch: &mut dyn FnMut(f64) -> bool,
+) -> Result<Vec<SweepPoint>, ThreadSpawnError> {
+    let mut points = Points(Vec::new(), watch);
+    let plan = sweep_plan(plan);
+    sweep(&plan, Shard::WHOLE, &[], threads, &mut points)?;
+    let mut points = points.0;
+    points.sort_by_key(|point| point.place.index);
+    Ok(points)
+}
+
+/// The sweep for the responses of a diagram.
+fn sweep_plan(plan: &BranchPlan) -> SweepPlan {
+    let [from, to] = plan.interval;
+    let step = (to - from) / f64::from(RESPONSES - 1);
+    let values = (0..RESPONSES).map(|k| from + f64::from(k) * step);
+    SweepPlan {
+        scene: plan.scene.clone(),
+        axes: vec![Axis::new(plan.parameter, values)],
+        starts: Start::ALL.to_vec(),
+        response: ResponsePlan {
+            measurement_time: 0.2,
+            exponents: 0,
+            portrait: false,
+            ..ResponsePlan::default()
+        },
+    }
+}
+
+/// Collects the points of a sweep, with the function that receives its progress.
+struct Points<'a>(Vec<SweepPoint>, &'a mut dyn FnMut(f64) -> bool);
+
+impl SweepObserver for Points<'_> {
+    type Error = ThreadSpawnError;
+
+    fn on_point(&mut self, point: SweepPoint) -> Result<(), ThreadSpawnError> {
+        self.0.push(point);
+        Ok(())
+    }
+
+    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+        (self.1)(progress.share)
+    }
+}
+
+fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
+    let column = |of: fn(&PeriodicOrbit) -> f64| {
+        let values = course
+            .iter()
+            .map(|(orbit, _)| rounded(of(orbit), DIGITS[0]));
+        values.collect()
+    };
+    DiagramBranch {
+        tilt_deg: column(|orbit| orbit.parameter),
+        amplitude_m: column(|orbit| orbit.amplitude),
+        frequency_hz: column(PeriodicOrbit::frequency_hz),
+        stable: course.iter().map(|(_, stable)| *stable).collect(),
+    }
+}
+
+fn bifurcation(found: &BranchBifurcation) -> DiagramBifurcation {
+    let (kind, frequency_hz, second_hz, text) = match found {
+        BranchBifurcation::Orbit(orbit) => (
+            DiagramBifurcationKind::Orbit(orbit.bifurcation.kind),
+            orbit.bifurcation.frequency_hz,
+            orbit.bifurcation.torus_frequency_hz,
+            orbit_sentence(&orbit.bifurcation),
+        ),
+        BranchBifurcation::Steady(steady) => (
+            DiagramBifurcationKind::Steady(steady.kind),
+            steady.frequency_hz,
+            None,
+            steady_sentence(steady),
+        ),
+    };
+    DiagramBifurcation {
+        kind,
+        tilt_deg: rounded(found.value(), DIGITS[1]),
+        frequency_hz: rounded(frequency_hz, DIGITS[1]),
+        second_hz: second_hz.map(|hz| rounded(hz, DIGITS[0])),
+        text,
+    }
+}
+
+fn responses(start: Start, settled: &[SweepPoint]) -> DiagramResponses {
+    let mut columns = DiagramResponses {
+        start,
+        tilt_deg: Vec::new(),
+        regime: Vec::new(),
+        frequency_hz: Vec::new(),
+    };
+    for point in settled.iter().filter(|point| point.place.start == start) {
+        let (Ok(found), [tilt]) = (&point.outcome, &point.place.values[..]) else {
+            continue;
+        };
+        columns.tilt_deg.push(rounded(*tilt, DIGITS[0]));
+        columns.regime.push(found.regime);
+        let line = found.lines.first();
+        let hz = line.map(|line| rounded(line.frequency, DIGITS[0]));
+        columns.frequency_hz.push(hz);
+    }
+    columns
+}
+
+/// A number with some significant digits.
+fn rounded(value: f64, digits: usize) -> f64 {
+    let text = format!("{value:.0$e}", digits - 1);
+    text.parse().unwrap_or(value)
+}
+
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        &[$((
+            $name,
+            include_str!(concat!("../../../assets/diagrams/", $name, ".json")),
+        )),*]
+    };
+}
+
+/// The stored diagrams: name of the scene, and text of the file.
+const SHIPPED: &[(&str, &str)] = shipped![
+    "tilt-ramp",
+    "printed-friction",
+    "periodic-2deg",
+    "torus-birth",
+    "torus-3deg",
+    "chaos-5deg",
+    "stick-slip",
+    "lift-off",
+    "which-mode-wins",
+    "hysteresis",
+    "measured-friction",
+];
+
+/// The stored diagram (JSON) of a scene that ships, with any tilt; `None` if the scene has none, or its joint was
+/// changed.
+pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
+    let (_, text) = SHIPPED.iter().find(|(name, _)| *name == scene.name)?;
+    let preset = PRESETS.iter().find(|preset| preset.name == scene.name)?;
+    let upright = |scene: Scene| scene.with_tilt(0.0).ok().map(|scene| scene.subject);
+    let [own, stored] = [scene.clone(), preset.scene().ok()?].map(upright);
+    (own? == stored?).then_some(*text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The part of the diagram of a scene that starts from the fresh response without tilt, which is the first of the sweep.
+    fn first_part(scene: &Scene) -> TiltDiagram {
+        let plan = BranchPlan {
+            scene: scene.clone(),
+            parameter: Parameter::tilt(),
+            interval: [0.0, 10.0],
+            points: EQUILIBRIA,
+        };
+        let responses = SweepPlan {
+            axes: vec![Axis::new(Parameter::tilt(), [0.0])],
+            starts: vec![Start::Fresh],
+            ..sweep_plan(&plan)
+        };
+        let mut on_progress = |_| true;
+        let mut points = Points(Vec::new(), &mut on_progress);
+        assert!(sweep(&responses, Shard::WHOLE, &[], 1, &mut points).unwrap());
+        let steady = equilibria(&plan, &mut |_| true).unwrap();
+        let mut branch = Branch::new(&plan, steady);
+        let starts = OrbitStarts::Settled(&points.0);
+        add_orbits(&plan, starts, &mut branch, &mut |_| true).unwrap();
+        TiltDiagram::new(&branch, &points.0)
+    }
+
+    /// Columns that differ only in their last digits, by the order of operations of another processor.
+    fn assert_close(one: &[f64], other: &[f64]) {
+        assert_eq!(one.len(), other.len());
+        for (a, b) in one.iter().zip(other) {
+            assert!(
+                (a - b).abs() <= 2e-4 * a.abs().max(b.abs()) + 1e-9,
+                "{a} {b}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_stored_diagram_is_what_the_command_computes() {
+        let scene = Scene::load("torus-birth").unwrap();
+        let stored: TiltDiagram = serde_json::from_str(shipped_diagram(&scene).unwrap()).unwrap();
+        let found = first_part(&scene);
+        assert_eq!(found.unstable_modes.len(), stored.unstable_modes.len());
+        for (a, b) in found.unstable_modes.iter().zip(&stored.unstable_modes) {
+            assert_eq!(a.count, b.count);
+            assert_close(&a.tilt_deg, &b.tilt_deg);
+        }
+        let (a, b) = (&found.branches[0], &stored.branches[0]);
+        assert_close(&a.tilt_deg, &b.tilt_deg);
+        assert_close(&a.amplitude_m, &b.amplitude_m);
+        assert_close(&a.frequency_hz, &b.frequency_hz);
+        assert_eq!(a.stable, b.stable);
+        assert!(!found.bifurcations.is_empty());
+        for own in &found.bifurcations {
+            let same = stored.bifurcations.iter().find(|other| {
+                other.kind == own.kind && (other.tilt_deg - own.tilt_deg).abs() < 1e-5
+            });
+            assert_eq!(same.map(|other| &other.text), Some(&own.text), "{own:?}");
+        }
+        let (a, b) = (&found.responses[0], &stored.responses[0]);
+        assert_eq!((a.start, a.regime[0]), (b.start, b.regime[0]));
+        assert_eq!(a.frequency_hz[0], b.frequency_hz[0]);
+    }
+
+    #[test]
+    fn every_stored_diagram_belongs_to_a_scene_and_is_small() {
+        assert!(SHIPPED.len() >= 10);
+        for (name, text) in SHIPPED {
+            let scene = Scene::load(name).unwrap();
+            assert_eq!(shipped_diagram(&scene), Some(*text), "{name}");
+            assert!(text.len() < 40_000, "{name}: {} bytes", text.len());
+            let diagram: TiltDiagram = serde_json::from_str(text).unwrap();
+            assert_eq!(diagram.parameter, "tilt_deg");
+            assert_eq!(diagram.responses.len(), 3, "{name}");
+            assert!(!diagram.unstable_modes.is_empty(), "{name}");
+            for branch in &diagram.branches {
+                let length = branch.tilt_deg.len();
+                let others = [branch.amplitude_m.len(), branch.frequency_hz.len()];
+                assert_eq!(others, [length; 2], "{name}");
+                assert_eq!(branch.stable.len(), length, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn bifurcations_are_passed_in_the_order_of_the_tilt() {
+        let at = |tilt_deg: f64| DiagramBifurcation {
+            kind: DiagramBifurcationKind::Orbit(BifurcationKind::Fold),
+            tilt_deg,
+            frequency_hz: 1e3,
+            second_hz: None,
+            text: String::new(),
+        };
+        let diagram = TiltDiagram {
+            bifurcations: vec![at(1.0), at(2.0), at(3.0)],
+            ..TiltDiagram::default()
+        };
+        let passed = |from, to| -> Vec<f64> {
+            let passed = diagram.passed(from, to);
+            passed.iter().map(|found| found.tilt_deg).collect()
+        };
+        assert_eq!(passed(0.5, 2.5), [1.0, 2.0]);
+        assert_eq!(passed(2.5, 0.5), [2.0, 1.0]);
+        // A bifurcation that is reached counts once, on whichever side the tilt leaves it.
+        assert_eq!(passed(0.5, 1.0), [1.0]);
+        assert!(passed(1.0, 1.5).is_empty() && passed(1.0, 1.0).is_empty());
+        assert_eq!(passed(1.0, 0.5), [0.0; 0]);
+        let json = serde_json::to_value(at(1.0)).unwrap();
+        assert_eq!(json["kind"], "fold");
+        let hopf = DiagramBifurcation {
+            kind: DiagramBifurcationKind::Steady(SteadyBifurcationKind::Hopf),
+            ..at(1.0)
+        };
+        let text = serde_json::to_string(&hopf).unwrap();
+        assert_eq!(
+            serde_json::from_str::<DiagramBifurcation>(&text).unwrap(),
+            hopf
+        );
+    }
+}
