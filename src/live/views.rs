@@ -105,7 +105,7 @@ mod tests {
 
     use super::*;
     use crate::pipeline::message::DisplayRates;
-    use crate::pipeline::{Analyser, Source as _, controllable_source};
+    use crate::pipeline::{Analyser, controllable_source};
     use crate::scene::Scene;
 
     /// Header of a message.

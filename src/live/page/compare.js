@@ -21,6 +21,7 @@ export class Comparison {
     this.#run = run;
     this.#stage = stage;
     $("compare-same").onclick = () => this.#perturb();
+    $("compare-over").onchange = () => this.#arrange();
     stage.onPlaced = () => this.#other?.show(stage.visible);
   }
 
@@ -28,18 +29,21 @@ export class Comparison {
     return this.second !== null;
   }
 
+  // Whether the controls act on B alone.
+  get steersSecond() {
+    return this.open && $("compare-target").value === "b";
+  }
+
   // The runs that a command controls: as chosen, while two runs are shown.
   ask(command) {
-    const target = this.open ? $("compare-target").value : "a";
-    if (target !== "b") this.#run.ask(command);
-    if (target !== "a") this.second?.ask(command);
+    if (!this.steersSecond) this.#run.ask(command);
+    if (this.open && $("compare-target").value !== "a") this.second.ask(command);
   }
 
   toggle() {
     const open = !this.open;
     $("compare").setAttribute("aria-pressed", open);
-    $("compare-bar").hidden = $("stage-b").hidden = $("name-a").hidden = !open;
-    this.#stage.setNarrow(open);
+    $("compare-bar").hidden = $("name-a").hidden = !open;
     if (!open) {
       // A second run that is not shown must not slow the first one.
       this.second.ask({ do: "pause" });
@@ -47,6 +51,7 @@ export class Comparison {
       setTimeout(() => second.close(), 200);
       this.second = this.#other = null;
       $("views-b").replaceChildren();
+      this.#arrange();
       return;
     }
     let begun = false;
@@ -66,6 +71,15 @@ export class Comparison {
     this.#other = new Stage(this.second, $("views-b"));
     this.#other.setNarrow(true);
     this.#other.show(this.#stage.visible);
+    this.#arrange();
+  }
+
+  // Both runs beside each other, or B drawn over A.
+  #arrange() {
+    const over = this.open && $("compare-over").checked;
+    $("stage-b").hidden = !this.open || over;
+    this.#stage.setNarrow(this.open && !over);
+    this.#stage.overlay(over ? this.second : null);
   }
 
   // Starts both runs at the same scene, speed and time.

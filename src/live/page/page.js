@@ -45,7 +45,7 @@ const run = new Run("", {
     if (status.run !== before?.run) diagram.setRange(status.tilt_range_deg);
     if (status.scene && status.scene !== before?.scene) diagram.load(status.scene);
     showPanel(status, before);
-    showTilt(status, before);
+    showSteered();
     if (!state.draggingSpeed && status.speed) $("speed").value = Math.log10(1e3 * status.speed);
     stage.describe(status.now);
     sound.setLines(status.lines);
@@ -62,6 +62,7 @@ const bookmarks = new Bookmarks(run, stage);
 const tour = new Tour(run, (views) => stage.show(views));
 const comparison = new Comparison(run, stage);
 comparison.onRefused = refused;
+comparison.onPanel = showSteered;
 const ask = (command) => comparison.ask(command);
 // Times from the slider to the changed picture, ms.
 const latencies = [];
@@ -86,6 +87,15 @@ function done() {
 }
 
 // ---- tilt
+
+// The panel of the run that the controls steer: that of B only if they act on B alone.
+const steered = () => (comparison.steersSecond ? comparison.second.panel : null) ?? state.panel;
+
+function showSteered() {
+  const status = steered();
+  showTilt(status, state.steered);
+  state.steered = status;
+}
 
 function showTilt(status, before) {
   const slider = $("tilt");
@@ -115,7 +125,7 @@ function setTilt(deg) {
 }
 
 function nudge(by) {
-  const range = state.panel?.tilt_range_deg;
+  const range = steered()?.tilt_range_deg;
   if (!range) return;
   const deg = Math.min(range[1], Math.max(range[0], Number($("tilt").value) + by));
   setTilt(deg.toFixed(4));
@@ -138,7 +148,7 @@ $("tilt").addEventListener("keydown", (event) => {
 
 const setSpeed = (ms) => ask({ do: "speed", ms_per_s: Number(ms) });
 const kick = (event) => ask({ do: "kick", ...(event.shiftKey && { mm_per_s: hardKick }) });
-const togglePause = () => ask({ do: state.panel?.paused ? "resume" : "pause" });
+const togglePause = () => ask({ do: steered()?.paused ? "resume" : "pause" });
 const step = () => ask({ do: "step" });
 const restart = () => ask({ do: "reset" });
 const toggleLyapunov = () => ask({ do: "lyapunov", enabled: !state.panel?.lyapunov });

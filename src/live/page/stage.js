@@ -98,6 +98,12 @@ export class Stage {
     this.#place();
   }
 
+  // Draws another run over this one, in the views of curves.
+  overlay(run) {
+    this.over = run;
+    this.refresh();
+  }
+
   // Arranges the views for half of the page, or for all of it.
   setNarrow(narrow) {
     this.narrow = narrow;
@@ -190,7 +196,7 @@ export class Stage {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = this.#style.ground;
     context.fillRect(0, 0, width, height);
-    view.draw(context, width, height, data, this.#style);
+    view.draw(context, width, height, data, this.#style, this.over?.data);
   }
 
   // Describes the views for screen readers; not more often than the motion changes.

@@ -101,6 +101,7 @@ export const T = {
   compareTitle: "Two runs side by side",
   compareTarget: "Controls act on",
   compareBoth: "A and B",
+  compareOver: "one picture, B in yellow",
   comparePerturbed: "Perturbed copy",
   comparePerturbedTitle: "Start both runs again, and kick B by 0.0001 mm/s",
   leftRight: "A left, B right",

@@ -94,6 +94,11 @@ fn two_runs_are_shown_and_controlled_together() {
     );
     browser.run(&tab, "squeakscope.comparison.ask({ do: 'tilt', deg: 5 })");
     browser.until(&tab, &format!("{second}.panel.tilt_deg === 5"));
+    // The slider then shows the tilt of B.
+    browser.until(
+        &tab,
+        "document.getElementById('tilt-now').textContent === '5.00°'",
+    );
     assert_eq!(browser.run(&tab, &format!("{PANEL}.tilt_deg")), 2);
     // The perturbed copy starts both again, at the tilt of A.
     let runs = browser.run(&tab, &format!("{PANEL}.run"));
@@ -106,8 +111,16 @@ fn two_runs_are_shown_and_controlled_together() {
         &tab,
         &format!("{second}.panel.events.some((e) => e.text.startsWith('kick'))"),
     );
-    browser.click(&tab, "compare");
+    // Both in one picture: some pixels are yellow.
+    let yellow = "(() => { const c = document.querySelector('#views .view-scope canvas'); \
+         const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; \
+         for (let k = 0; k < d.length; k += 4) n += d[k] > 200 && d[k + 1] > 170 && d[k + 2] < 120; return n; })()";
+    assert!(browser.run(&tab, yellow).as_u64() < Some(20));
+    browser.run(&tab, "document.getElementById('compare-over').click()");
+    browser.until(&tab, &format!("{yellow} > 40"));
     browser.until(&tab, "document.getElementById('stage-b').hidden");
+    browser.click(&tab, "compare");
+    browser.until(&tab, "document.getElementById('compare-bar').hidden");
     assert_eq!(browser.errors, [""; 0]);
 }
 

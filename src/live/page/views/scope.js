@@ -14,7 +14,7 @@ export class Scope {
   sweep = 2;
   trigger = true;
 
-  draw(c, width, height, data, style) {
+  draw(c, width, height, data, style, other) {
     const v = data.velocity;
     const length = Math.max(2, Math.min(v.length - 1, Math.round((1e-3 * this.sweep) / data.dt)));
     let peak = 0;
@@ -28,6 +28,7 @@ export class Scope {
     if (v.length < 3) return;
     const starts = this.#starts(v, length);
     plot.clip(() => {
+      if (other) this.#newest(c, plot, other, per, style);
       c.lineWidth = Math.max(1.2, style.em / 10);
       c.lineJoin = "round";
       c.strokeStyle = style.signal;
@@ -50,6 +51,21 @@ export class Scope {
       c.lineTo(plot.left - size, at + size);
       c.fill();
     }
+  }
+
+  // The newest sweep of another run.
+  #newest(c, plot, other, per, style) {
+    const v = other.velocity;
+    const length = Math.min(v.length - 1, Math.round((1e-3 * this.sweep) / other.dt));
+    if (length < 2) return;
+    const [{ age, shift }] = this.#starts(v, length);
+    c.lineWidth = Math.max(1.2, style.em / 10);
+    c.strokeStyle = style.second;
+    c.beginPath();
+    for (let i = 0; i <= length && i <= age; i++) {
+      c.lineTo(plot.X(1e3 * other.dt * (i - shift)), plot.Y(v.at(age - i) * per));
+    }
+    c.stroke();
   }
 
   // Ages of the first samples of the newest sweeps, newest first, with the trigger between two samples.

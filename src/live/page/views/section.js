@@ -14,11 +14,11 @@ export class Section {
   #ranges = [null, null];
   #run = null;
 
-  draw(c, width, height, data, style) {
+  draw(c, width, height, data, style, other) {
     if (this.#run !== data.run) [this.#run, this.#ranges] = [data.run, [null, null]];
     if (!data.points.length) return note(c, width, height, style, T.notYet);
     const names = data.start.section ?? ["", ""];
-    const ranges = [0, 1].map((k) => this.#range(data.points, k));
+    const ranges = [0, 1].map((k) => this.#range([...data.points, ...(other?.points ?? [])], k));
     const isLength = names.every((name) => name.startsWith("y"));
     const size = Math.max(...ranges.flat().map(Math.abs));
     const { per, symbol } = isLength ? unit(size, "m") : unit(size, "");
@@ -26,8 +26,10 @@ export class Section {
     const plot = new Plot(c, width, height, style, axis(0), axis(1));
     plot.axes();
     plot.clip(() => {
-      c.fillStyle = style.signal;
       const radius = Math.max(1.6, 0.14 * style.em);
+      c.fillStyle = style.second;
+      for (const [x, y] of other?.points ?? []) c.fillRect(plot.X(per * x) - radius / 2, plot.Y(per * y) - radius / 2, radius, radius);
+      c.fillStyle = style.signal;
       data.points.forEach(([x, y], k) => {
         c.globalAlpha = 0.15 + 0.85 * ((k + 1) / data.points.length) ** 2;
         c.beginPath();

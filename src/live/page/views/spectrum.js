@@ -15,7 +15,7 @@ export class Spectrum {
   id = "spectrum";
   needs = "spectrum";
 
-  draw(c, width, height, data, style) {
+  draw(c, width, height, data, style, other) {
     const highest = (data.start.highest_frequency_hz ?? 2e4) / 1e3;
     const x = { range: [0, highest], label: T.frequencyKhz };
     const decades = Array.from({ length: DECADES[1] - DECADES[0] + 1 }, (_, k) => DECADES[0] + k);
@@ -27,6 +27,12 @@ export class Spectrum {
     if (!data.spectrum) return note(c, width, height, style, T.notYet);
     const level = (a) => plot.Y(Math.max(DECADES[0], Math.log10(1e3 * a)));
     plot.clip(() => {
+      if (other?.spectrum) {
+        c.strokeStyle = style.second;
+        c.beginPath();
+        other.spectrum.forEach((a, k) => c.lineTo(plot.X(1e-3 * other.bin * k), level(a)));
+        c.stroke();
+      }
       c.strokeStyle = style.signal;
       c.fillStyle = style.signal;
       c.lineWidth = Math.max(1, style.em / 13);
