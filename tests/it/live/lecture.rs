@@ -111,7 +111,8 @@ fn two_runs_are_shown_and_controlled_together() {
         &tab,
         &format!("{second}.panel.events.some((e) => e.text.startsWith('kick'))"),
     );
-    // Both in one picture: some pixels are yellow.
+    // Both in one picture, at different tilts: some pixels are yellow.
+    browser.run(&tab, "squeakscope.comparison.ask({ do: 'tilt', deg: 5 })");
     let yellow = "(() => { const c = document.querySelector('#views .view-scope canvas'); \
          const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; \
          for (let k = 0; k < d.length; k += 4) n += d[k] > 200 && d[k + 1] > 170 && d[k + 2] < 120; return n; })()";
