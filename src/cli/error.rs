@@ -11,6 +11,7 @@ use crate::dynamics::equilibrium::EquilibriumError;
 use crate::fem::FemError;
 use crate::import::ImportError;
 use crate::joint::AssemblyError;
+use crate::live::TourError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
 use crate::scene::SceneError;
@@ -122,6 +123,9 @@ pub enum CliError {
         /// Path of the second parameter.
         second: &'static str,
     },
+    /// The tour cannot be read.
+    #[error(transparent)]
+    Tour(#[from] TourError),
     /// The playback speed is out of range.
     #[error("--speed {requested} is out of range; give {low} to {high} simulated ms per second")]
     Speed {
@@ -279,6 +283,7 @@ impl CliError {
             | Self::CannotResume { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }
+            | Self::Tour(_)
             | Self::Speed { .. }
             | Self::NotAudited
             | Self::NoBands { .. } => 2,

@@ -19,8 +19,8 @@ use super::run::command_line;
 use super::terminal::{KeyAction, Terminal};
 use crate::escape;
 use crate::live::{
-    Page, RegimeBands, SPEED_RANGE, SavedFile, Session, SessionOptions, SessionThread, ViewTarget,
-    bind,
+    Page, PageContent, RegimeBands, SPEED_RANGE, SavedFile, Session, SessionOptions, SessionThread,
+    Tour, ViewTarget, bind,
 };
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
@@ -42,7 +42,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
-    let swept = bands(args.sweep.as_deref())?;
+    let mut content = content(args)?;
     let plan = plan(args, scene)?;
     resources::check_memory()?;
     resources::start_thread_pool()?;
@@ -54,14 +54,16 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
                 source,
             })?,
         ),
-        ViewTarget::Viewer(_) => None,
+        ViewTarget::Views | ViewTarget::Viewer(_) => None,
     };
+    let second = page.is_some().then(|| Session::new(second(&plan)));
     let session = Arc::new(Session::new(plan));
     let page = match page {
         None => None,
         Some(serving) => {
             let address = serving.address;
-            let page = Page::open(serving, Arc::clone(&session), swept);
+            content.second = second.map(Arc::new);
+            let page = Page::open(serving, Arc::clone(&session), content);
             let page = page.map_err(|source| CliError::Threads {
                 purpose: "the page",
                 source: source.into(),
@@ -69,7 +71,8 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
             report::print(&format!("live page: {}\n", page.url()))?;
             if !address.ip().is_loopback() {
                 report::print_warning(
-                    "any machine that reaches this address can watch and control the run (--host)",
+                    "whoever knows this address can control the run (--host); give the audience the address under \
+                     `Share`, which only watches",
                 );
             }
             Some(page)
@@ -232,8 +235,37 @@ fn watcher(args: &LiveArgs) -> ViewTarget {
     match &args.connect {
         Some(url) => viewer(Some(url.clone()), false),
         None if args.spawn => viewer(None, true),
-        None if args.serve || !viewer_is_installed() => ViewTarget::Page,
+        None if args.serve || args.tour.is_some() || !viewer_is_installed() => ViewTarget::Page,
         None => viewer(None, true),
+    }
+}
+
+/// What the page shows besides the run.
+fn content(args: &LiveArgs) -> Result<PageContent, CliError> {
+    let tour = match &args.tour {
+        Some(Some(path)) => Some(Tour::read(path)?),
+        Some(None) | None => Tour::shipped(),
+    };
+    Ok(PageContent {
+        swept: bands(args.sweep.as_deref())?,
+        tour,
+        starts_tour: args.tour.is_some(),
+        second: None,
+    })
+}
+
+/// The second run of the page: as the first one, but without its files and its most expensive analyses.
+fn second(plan: &SessionOptions) -> SessionOptions {
+    SessionOptions {
+        scene: plan.scene.clone(),
+        command: plan.command.clone(),
+        speed: plan.speed,
+        lyapunov: false,
+        watcher: ViewTarget::Views,
+        folder: plan.folder.clone(),
+        save: None,
+        wav: None,
+        source: plan.source,
     }
 }
 

@@ -39,11 +39,11 @@ pub struct LiveArgs {
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
         value_parser = viewer_url, group = "watched", help_heading = "Viewer")]
     pub connect: Option<String>,
-    /// Serve a web page with viewer, controls and sound [default, if no viewer is installed].
+    /// Serve a web page with views, controls and sound [default, if no viewer is installed].
     #[arg(long, group = "watched", help_heading = "Viewer")]
     pub serve: bool,
-    /// Address of the page; with any address other than 127.0.0.1, other machines can watch and control the
-    /// run.
+    /// Address of the page; with any address other than 127.0.0.1, other machines can watch the run, and control
+    /// it with the key in the printed address.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1",
         conflicts_with_all = ["spawn", "connect"], help_heading = "Viewer")]
     pub host: IpAddr,
@@ -56,6 +56,10 @@ pub struct LiveArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["spawn", "connect"],
         help_heading = "Viewer")]
     pub sweep: Option<PathBuf>,
+    /// Start a guided tour on the page: the one that ships, or that of a TOML file.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["spawn", "connect"],
+        help_heading = "Viewer")]
+    pub tour: Option<Option<PathBuf>>,
     /// Ignore the keyboard and draw nothing in the terminal.
     #[arg(long, help_heading = "Viewer")]
     pub no_keys: bool,

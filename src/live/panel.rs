@@ -1,6 +1,7 @@
 //! Main numbers of a live run, for the control panel.
 
 use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
@@ -61,6 +62,8 @@ pub struct Panel {
     pub events: Vec<Event>,
     /// File of the present recording.
     pub recording: Option<String>,
+    /// File names of the complete recordings of the session.
+    pub recordings: Vec<String>,
     /// Number of viewers that are watching: those connected to the page.
     pub watching: usize,
 }
@@ -182,6 +185,7 @@ impl StatusStore {
         *panel = Panel {
             run: panel.run + 1,
             recording: panel.recording.take(),
+            recordings: std::mem::take(&mut panel.recordings),
             tilt_range_deg,
             lyapunov,
             ..Panel::default()
@@ -206,6 +210,14 @@ impl StatusStore {
     /// Sets the file of the present recording.
     pub fn set_recording(&self, file: Option<String>) {
         self.panel().recording = file.map(|file| escape::line(&file).into_owned());
+    }
+
+    /// Adds a complete recording.
+    pub fn add_recording(&self, file: &Path) {
+        let name = file.file_name().unwrap_or_default();
+        self.panel()
+            .recordings
+            .push(name.to_string_lossy().into_owned());
     }
 
     fn panel(&self) -> MutexGuard<'_, Panel> {

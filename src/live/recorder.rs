@@ -110,6 +110,14 @@ impl RecordingControl {
         });
     }
 
+    /// Path of a complete recording with this file name.
+    pub fn complete(&self, name: &str) -> Option<PathBuf> {
+        let state = self.state();
+        let mut complete = state.saved.iter().filter(|file| file.outcome.is_ok());
+        let found = complete.find(|file| file.path.file_name().is_some_and(|found| found == name));
+        found.map(|file| file.path.clone())
+    }
+
     /// The results since the last call, after the end of the run.
     pub fn take_results(&self) -> Vec<SavedFile> {
         let mut state = self.state();
@@ -216,6 +224,7 @@ impl Recorder {
             match sink.finish() {
                 Ok(()) => {
                     self.log(&format!("{} is complete", file.display()));
+                    self.store.add_recording(&file);
                     self.recording.store_result(file, Ok(()));
                 }
                 Err(fault) => self.failed(file, fault),

@@ -11,6 +11,7 @@ use super::hub::Hub;
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
 use super::throttled_sink::ThrottledSink;
+use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
@@ -29,6 +30,8 @@ const TILT_RANGE_DEG: [f64; 2] = [0.0, 10.0];
 pub enum ViewTarget {
     /// The web page.
     Page,
+    /// The own views of the web page, without a Rerun viewer: for a second run.
+    Views,
     /// A Rerun viewer.
     Viewer(Output),
 }
@@ -62,6 +65,8 @@ pub struct Session {
     command: String,
     watcher: ViewTarget,
     source: Source,
+    /// Data for the page's own views.
+    pub views: Arc<ViewStore>,
     /// Data for the viewers of the page.
     pub hub: Arc<Hub>,
     /// Audio for the listeners of the page.
@@ -95,6 +100,7 @@ impl Session {
     /// Creates a session that has not started.
     pub fn new(plan: SessionOptions) -> Self {
         Self {
+            views: Arc::default(),
             hub: Arc::default(),
             audio: Arc::new(AudioStream::new(plan.source)),
             store: Arc::default(),
@@ -139,7 +145,7 @@ impl Session {
         notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Option<Summary>, PipelineError> {
         let mut output = match &self.watcher {
-            ViewTarget::Page => None,
+            ViewTarget::Page | ViewTarget::Views => None,
             ViewTarget::Viewer(output) => Some(output.clone()),
         };
         let mut last = None;
@@ -215,12 +221,17 @@ impl Session {
         notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
         let Some(output) = output else {
-            self.hub.begin();
-            let audience = Arc::clone(&self.hub) as _;
-            let viewer = RerunSink::for_receiver(audience, scene.record).map_err(sink)?;
             self.audio.set_run(handle.clone());
-            let audio = self.audio.sink();
-            return Ok(vec![Box::new(ThrottledSink::new(viewer)), Box::new(audio)]);
+            // The page's own views come first: they answer at once.
+            let views = self.views.sink(scene.record.deformation_scale);
+            let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(self.audio.sink())];
+            if self.watcher == ViewTarget::Page {
+                self.hub.begin();
+                let audience = Arc::clone(&self.hub) as _;
+                let viewer = RerunSink::for_receiver(audience, scene.record).map_err(sink)?;
+                sinks.push(Box::new(ThrottledSink::new(viewer)));
+            }
+            return Ok(sinks);
         };
         let notice = Arc::clone(notice);
         let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
@@ -251,6 +262,11 @@ impl Session {
         let wav = self.current().wav.take();
         saved.extend(wav.map(SavedFile::never_started));
         saved
+    }
+
+    /// Path of a complete recording with this file name.
+    pub fn complete_recording(&self, name: &str) -> Option<PathBuf> {
+        self.recording.complete(name)
     }
 
     /// Shows a message on all panels.

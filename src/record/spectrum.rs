@@ -32,18 +32,6 @@ const HEIGHT: usize = 190;
 /// Number of new pixels after which the current tile is logged again.
 const REFRESH: usize = 4;
 
-/// Highest frequency shown, Hz: 20 % above the highest mode, rounded up to a multiple of 5 kHz.
-fn highest_frequency(header: &Header) -> f64 {
-    match &header.subject {
-        Subject::Joint(joint) => {
-            let modes = joint.modes.iter().map(|mode| mode.frequency_hz);
-            (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
-        }
-        Subject::Small(small) => small.highest_frequency,
-        Subject::Signal(signal) => signal.highest_frequency,
-    }
-}
-
 /// Half the range of the samples; positive.
 fn full_scale(signal: &SignalInfo) -> f64 {
     let [low, high] = signal.span;
@@ -72,7 +60,7 @@ impl SpectrumPlot {
                 ("amplitude", [top - 7, top])
             }
         };
-        let highest = highest_frequency(header);
+        let highest = header.highest_frequency();
         let frequency = Quantity::Frequency.unit(highest);
         let x = style::with_unit("frequency", &frequency.symbol);
         let y = style::with_unit(name, &amplitude.symbol);
@@ -297,7 +285,7 @@ fn draw_events(
     events: &[TonalEvent],
 ) -> Result<(), RecordError> {
     let time = Quantity::Time.unit(header.duration).per_si;
-    let frequency = Quantity::Frequency.unit(highest_frequency(header)).per_si;
+    let frequency = Quantity::Frequency.unit(header.highest_frequency()).per_si;
     let ridges = events.iter().map(|event| {
         let points = event.ridge.iter();
         let points = points.map(|p| plot.at(time * p.time_s, frequency * p.frequency_hz));
@@ -354,7 +342,7 @@ fn time_axis(start: f64, duration: f64) -> Axis {
 /// The plot of the spectrogram: frequency over time.
 pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
     let (start, duration) = (header.start(), header.duration);
-    let highest = highest_frequency(header);
+    let highest = header.highest_frequency();
     let hz = Quantity::Frequency.unit(highest);
     let ([low, high], zero, offset) = match &header.subject {
         Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),

@@ -1,5 +1,7 @@
 // Rerun's web viewer, fed with the recording of the run.
 
+import { socketAddress } from "/run.js";
+
 const RETRY = 700;
 const ACKNOWLEDGE_EVERY = 200;
 const TIMELINE = "sim_time";
@@ -9,6 +11,8 @@ export class ViewerHost {
   #handle = null;
   #channel = 0;
   #bytes = 0;
+  #socket = null;
+  #ended = false;
 
   constructor(canvas) {
     this.#canvas = canvas;
@@ -39,17 +43,26 @@ export class ViewerHost {
       enable_history: false,
       notebook: false,
       persist: false,
-      theme: "dark",
+      theme: document.documentElement.dataset.theme,
     });
     await handle.start(this.#canvas);
     this.#handle = handle;
-    this.#listen();
+    if (this.#ended) handle.destroy();
+    else this.#listen();
+  }
+
+  // Ends the viewer and its connection.
+  stop() {
+    this.#ended = true;
+    this.#socket?.close();
+    this.#handle?.destroy();
   }
 
   // Each connection uses a new channel, because the server first sends everything that a viewer needs.
   #listen() {
     const id = `live-${++this.#channel}`;
-    const socket = new WebSocket(`ws://${location.host}/stream`);
+    const socket = new WebSocket(socketAddress("/stream"));
+    this.#socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.#handle.open_channel(id, "squeakscope");
@@ -73,6 +86,7 @@ export class ViewerHost {
     };
     socket.onclose = () => {
       clearInterval(acknowledge);
+      if (this.#ended) return;
       try {
         this.#handle.close_channel(id);
       } catch {

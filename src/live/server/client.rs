@@ -119,7 +119,7 @@ impl Client {
 
 /// Token bucket: a rate per second and a burst size.
 #[derive(Debug)]
-struct TokenBucket {
+pub(super) struct TokenBucket {
     rate: f64,
     burst: f64,
     /// Tokens left at the time `at`; may be negative.
@@ -128,7 +128,7 @@ struct TokenBucket {
 }
 
 impl TokenBucket {
-    fn new([rate, burst]: [f64; 2], now: Instant) -> Self {
+    pub fn new([rate, burst]: [f64; 2], now: Instant) -> Self {
         Self {
             rate,
             burst,
@@ -138,12 +138,12 @@ impl TokenBucket {
     }
 
     /// Time from which on the given number of tokens is available.
-    fn available_at(&self, cost: f64) -> Instant {
+    pub fn available_at(&self, cost: f64) -> Instant {
         let missing = (cost - self.left).max(0.0);
         self.at + Duration::from_secs_f64(missing / self.rate)
     }
 
-    fn take(&mut self, cost: f64, now: Instant) {
+    pub fn take(&mut self, cost: f64, now: Instant) {
         let gained = self.rate * (now - self.at).as_secs_f64();
         self.left = (self.left + gained).min(self.burst) - cost;
         self.at = now;

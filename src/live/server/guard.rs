@@ -12,6 +12,7 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, Version, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use super::roles::{Keys, Role};
 use super::shared::Shared;
 
 /// Content security policy: the page may load and contact only this server.
@@ -34,17 +35,34 @@ const HEADERS: [(HeaderName, &str); 5] = [
 /// Header with the browser's statement about the origin of a request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
+/// Paths of the run itself, which need a key if other machines can reach them.
+const KEYED: [&str; 7] = [
+    "/control",
+    "/views",
+    "/stream",
+    "/sound",
+    "/b/control",
+    "/b/views",
+    "/b/sound",
+];
+/// Folder of the complete recordings, which need one, too.
+const RECORDINGS: &str = "/recordings/";
+
 /// Reason for the rejection of a request.
 type Refusal = (StatusCode, &'static str);
 
 /// Rejects requests to other hosts and from other origins.
 pub(super) async fn guard(
     State(shared): State<Arc<Shared>>,
-    request: Request,
+    mut request: Request,
     next: Next,
 ) -> Response {
-    let mut response = match admitted(&request, shared.address) {
-        Ok(()) => next.run(request).await,
+    let admitted = admitted(&request, shared.address);
+    let mut response = match admitted.and_then(|()| role(&request, shared.keys.as_ref())) {
+        Ok(role) => {
+            request.extensions_mut().insert(role);
+            next.run(request).await
+        }
         Err(refusal) => refusal.into_response(),
     };
     for (name, value) in HEADERS {
@@ -52,6 +70,23 @@ pub(super) async fn guard(
         response.headers_mut().insert(name, value);
     }
     response
+}
+
+/// The role of the client of a request. The files of the page need no key.
+fn role(request: &Request, keys: Option<&Keys>) -> Result<Role, Refusal> {
+    let Some(keys) = keys else {
+        return Ok(Role::Presenter);
+    };
+    let path = request.uri().path();
+    let needs_key = KEYED.contains(&path) || path.starts_with(RECORDINGS);
+    match keys.role(request.uri()) {
+        Some(role) => Ok(role),
+        None if needs_key => Err((
+            StatusCode::FORBIDDEN,
+            "the key is missing or wrong; open the address with its key",
+        )),
+        None => Ok(Role::Audience),
+    }
 }
 
 /// Checks that a request names this server and comes from its page or from no page.

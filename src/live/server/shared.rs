@@ -7,6 +7,8 @@ use std::time::Duration;
 use re_web_viewer_server::WebViewerData;
 use tokio::sync::watch;
 
+use super::roles::Keys;
+use super::second::SecondRun;
 use crate::live::bands::RegimeBands;
 use crate::live::session::Session;
 
@@ -19,4 +21,12 @@ pub struct Shared {
     pub viewer: &'static WebViewerData,
     pub address: SocketAddr,
     pub bands: watch::Receiver<RegimeBands>,
+    /// Keys of the roles; `None` if only this machine can reach the page.
+    pub keys: Option<Keys>,
+    /// Address of the page without a key.
+    pub url: String,
+    /// A second run for comparison.
+    pub second: Option<SecondRun>,
+    /// The tour, as JSON.
+    pub tour: String,
 }

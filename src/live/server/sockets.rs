@@ -1,4 +1,4 @@
-//! Web sockets for control, recording and audio.
+//! Web sockets for control, views, recording and audio.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -7,21 +7,28 @@ use std::time::Instant;
 use axum::Extension;
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocketUpgrade};
-use axum::response::Response;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
-use tokio::time::MissedTickBehavior;
+use tokio::time::{MissedTickBehavior, sleep_until};
 
 use super::accept::ConnectionSlot;
-use super::client::{Client, Disconnected};
+use super::client::{Client, Disconnected, TokenBucket};
+use super::roles::Role;
 use super::shared::{PANEL_EVERY, Shared};
 use crate::live::command::{Command, HARD_KICK, KICK_RANGE, SPEED_RANGE};
 use crate::live::flow_control::FlowControl;
 use crate::live::hub::{Name, Subscription, Update};
 use crate::live::session::Session;
+use crate::live::views::ViewCursor;
 
 /// Approximate size of a message to a viewer, bytes.
 const MESSAGE: usize = 1 << 20;
+/// Bytes per second for the page's own views, and burst.
+const VIEWS_RATE: [f64; 2] = [2e6, 1e6];
+/// Maximum number of messages for the page's own views that are sent but not drawn.
+const VIEWS_AHEAD: u64 = 2;
 /// Close code for a client that lags too far behind.
 const TOO_SLOW: u16 = 4000;
 
@@ -35,14 +42,31 @@ struct Welcome {
     hard_kick_mm_per_s: f64,
     /// Sampling rate of the audio, Hz.
     audio_rate_hz: u32,
+    /// Whether the client controls the run: it may send commands.
+    controls: bool,
+    /// Whether the page compares runs: a second one is available.
+    compares: bool,
+    /// Address (URL) for an audience that only watches; for the presenter of a page that other machines can reach.
+    audience_url: Option<String>,
 }
 
 pub(super) async fn control(
     State(shared): State<Arc<Shared>>,
     Extension(slot): Extension<Arc<ConnectionSlot>>,
+    Extension(role): Extension<Role>,
+    Extension(session): Extension<Arc<Session>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::serve(upgrade, slot, |client| serve_control(client, shared))
+    // A second run starts with its first client.
+    if let Some(second) = &shared.second
+        && Arc::ptr_eq(&second.session, &session)
+        && let Err(fault) = second.start()
+    {
+        return (StatusCode::SERVICE_UNAVAILABLE, fault.to_string()).into_response();
+    }
+    Client::serve(upgrade, slot, move |client| {
+        serve_control(client, shared, session, role)
+    })
 }
 
 /// A message to the page: a JSON object with one key.
@@ -53,8 +77,13 @@ fn message(key: &str, value: &impl Serialize) -> Message {
 }
 
 /// Serves a control panel until it disconnects.
-async fn serve_control(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
-    let session = &shared.session;
+async fn serve_control(
+    mut client: Client,
+    shared: Arc<Shared>,
+    session: Arc<Session>,
+    role: Role,
+) -> Result<(), Disconnected> {
+    let session = &session;
     let welcome = Welcome {
         version: crate::VERSION,
         scenes: session.scenes(),
@@ -62,6 +91,12 @@ async fn serve_control(mut client: Client, shared: Arc<Shared>) -> Result<(), Di
         kick_range_mm_per_s: KICK_RANGE,
         hard_kick_mm_per_s: HARD_KICK,
         audio_rate_hz: crate::sound::RATE,
+        controls: role == Role::Presenter,
+        compares: shared.second.is_some(),
+        audience_url: match (&shared.keys, role) {
+            (Some(keys), Role::Presenter) => Some(format!("{}?key={}", shared.url, keys.audience)),
+            _ => None,
+        },
     };
     let mut bands = shared.bands.clone();
     let first = [
@@ -77,6 +112,9 @@ async fn serve_control(mut client: Client, shared: Arc<Shared>) -> Result<(), Di
     loop {
         let answer = tokio::select! {
             asked = client.recv() => match asked? {
+                Message::Text(_) if role == Role::Audience => {
+                    Some(message("refused", &"this address only watches; the presenter controls the run"))
+                }
                 Message::Text(text) => Some(apply(&mut client, session, text.as_str()).await),
                 _ => None,
             },
@@ -202,12 +240,64 @@ struct Acknowledgement {
     displayed_s: f64,
 }
 
-pub(super) async fn sound(
-    State(shared): State<Arc<Shared>>,
+pub(super) async fn views(
+    Extension(session): Extension<Arc<Session>>,
     Extension(slot): Extension<Arc<ConnectionSlot>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::serve(upgrade, slot, |client| serve_sound(client, shared))
+    Client::serve(upgrade, slot, |client| serve_views(client, session))
+}
+
+/// Sends the data of the page's own views as often as the client draws them, at most [`VIEWS_RATE`].
+async fn serve_views(mut client: Client, session: Arc<Session>) -> Result<(), Disconnected> {
+    let store = &session.views;
+    let mut changes = store.subscribe();
+    // The present picture, even of a paused run.
+    changes.mark_changed();
+    let mut cursor = ViewCursor::default();
+    let mut bytes = TokenBucket::new(VIEWS_RATE, Instant::now().into());
+    let (mut sent, mut drawn) = (0_u64, 0_u64);
+    loop {
+        let news = async {
+            sleep_until(bytes.available_at(0.0)).await;
+            changes.changed().await
+        };
+        tokio::select! {
+            received = client.recv() => {
+                if let Message::Text(text) = received?
+                    && let Ok(ViewAcknowledgement { drawn: number }) = serde_json::from_str(text.as_str())
+                {
+                    drawn = number.clamp(drawn, sent);
+                }
+            }
+            changed = news, if sent < drawn + VIEWS_AHEAD => {
+                if changed.is_err() {
+                    return Ok(());
+                }
+                if let Some(message) = store.next(&mut cursor) {
+                    bytes.take(message.len() as f64, Instant::now().into());
+                    sent += 1;
+                    client.send(Message::Binary(message.into())).await?;
+                }
+            }
+        }
+    }
+}
+
+/// Acknowledgement of the page's own views.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewAcknowledgement {
+    /// Number of messages drawn since the connection.
+    drawn: u64,
+}
+
+pub(super) async fn sound(
+    Extension(session): Extension<Arc<Session>>,
+    Extension(slot): Extension<Arc<ConnectionSlot>>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    Client::serve(upgrade, slot, |client| serve_sound(client, session))
 }
 
 /// Description of the audio signal, for a listener.
@@ -228,8 +318,8 @@ impl AudioInfo {
 }
 
 /// Streams audio to a listener until it disconnects. A slow listener misses some.
-async fn serve_sound(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
-    let stream = &shared.session.audio;
+async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Disconnected> {
+    let stream = &session.audio;
     let mut blocks = stream.subscribe();
     let mut sent = AudioInfo::default();
     loop {

@@ -50,8 +50,11 @@ impl Served {
         }));
         let serving = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
         let host = serving.address.to_string();
-        let bands = Some(RegimeBands::default());
-        let page = Page::limited(serving, Arc::clone(&session), bands, limits).unwrap();
+        let content = PageContent {
+            swept: Some(RegimeBands::default()),
+            ..PageContent::default()
+        };
+        let page = Page::limited(serving, Arc::clone(&session), content, limits).unwrap();
         Self {
             page: Some(page),
             session,
@@ -158,6 +161,7 @@ fn every_path_rejects_requests_from_other_pages() {
         "/page.js",
         "/favicon.ico",
         "/control",
+        "/views",
         "/stream",
         "/sound",
         "/absent",
@@ -193,7 +197,7 @@ fn every_path_rejects_requests_from_other_pages() {
         ] {
             let expected = match path {
                 "/absent" => 404,
-                "/control" | "/stream" | "/sound" => 101,
+                "/control" | "/views" | "/stream" | "/sound" => 101,
                 _ => 200,
             };
             assert_eq!(status(admitted), expected, "{path} {admitted:?}");
@@ -358,7 +362,7 @@ fn a_client_that_does_not_answer_pings_is_disconnected() {
         ping_after: Duration::from_millis(20),
         ..Limits::default()
     });
-    for path in ["/control", "/stream", "/sound"] {
+    for path in ["/control", "/views", "/stream", "/sound"] {
         let upgrade = [("host", served.host.as_str())].into_iter().chain(UPGRADE);
         let silent = served.said(&request(path, &upgrade.collect::<Vec<_>>()));
         assert!(rest(silent).starts_with("http/1.1 101"), "{path}");

@@ -63,6 +63,18 @@ impl Header {
         self.analyses.contains(&analysis)
     }
 
+    /// Upper limit of frequency axes, Hz: for a joint 20 % above the highest mode, rounded up to a multiple of 5 kHz.
+    pub fn highest_frequency(&self) -> f64 {
+        match &self.subject {
+            Subject::Joint(joint) => {
+                let modes = joint.modes.iter().map(|mode| mode.frequency_hz);
+                (1.2 * modes.fold(0.0, f64::max) / 5e3).ceil().max(1.0) * 5e3
+            }
+            Subject::Small(small) => small.highest_frequency,
+            Subject::Signal(signal) => signal.highest_frequency,
+        }
+    }
+
     /// Time of the first sample, s.
     pub fn start(&self) -> f64 {
         match &self.subject {

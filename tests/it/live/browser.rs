@@ -31,9 +31,10 @@ pub fn chromium() -> Option<PathBuf> {
 }
 
 /// State of the page, for the message of a timeout.
-const STATE: &str = "({ seen: window.squeakscope?.host.seen(), bytes: window.squeakscope?.host.bytes, \
-     panicked: window.squeakscope?.host.handle?.has_panicked(), loading: \
-     document.getElementById('loading')?.textContent, panel: window.squeakscope?.state.panel })";
+const STATE: &str = "(({ laboratory, stage, run, state } = {}) => ({ seen: laboratory?.host?.seen(), \
+     panicked: laboratory?.host?.handle?.has_panicked(), loading: \
+     document.getElementById('loading')?.textContent, drawn: stage?.drawn, received: run?.data.received, \
+     panel: state?.panel }))(window.squeakscope)";
 
 /// A browser that is stopped at the end of its test.
 pub struct Browser {
@@ -42,6 +43,8 @@ pub struct Browser {
     calls: u64,
     /// Addresses requested by the pages.
     pub requested: Vec<String>,
+    /// Errors that the pages reported on their consoles.
+    pub errors: Vec<String>,
     _profile: tempfile::TempDir,
 }
 
@@ -57,8 +60,10 @@ impl Browser {
                 "--headless=new",
                 "--no-sandbox",
                 "--remote-debugging-port=0",
+                // As on a machine without a graphics card: the page is drawn by the processor, and only the Rerun viewer
+                // needs an emulated card.
+                "--disable-gpu",
                 "--enable-unsafe-swiftshader",
-                "--use-angle=swiftshader",
                 "--autoplay-policy=no-user-gesture-required",
                 "--disable-background-networking",
                 "--no-first-run",
@@ -88,6 +93,7 @@ impl Browser {
             socket: Socket::open(host, &format!("/{path}")),
             calls: 0,
             requested: Vec::new(),
+            errors: Vec::new(),
             _profile: profile,
         }
     }
@@ -106,20 +112,36 @@ impl Browser {
                 continue;
             };
             let mut said: Value = serde_json::from_str(&text).expect("JSON");
-            if said["method"] == "Network.requestWillBeSent" {
-                let url = said["params"]["request"]["url"]
-                    .as_str()
-                    .unwrap_or_default();
-                self.requested.push(url.to_owned());
-            }
-            if said["method"] == "Network.webSocketCreated" {
-                let url = said["params"]["url"].as_str().unwrap_or_default();
-                self.requested.push(url.to_owned());
-            }
+            self.note(&said);
             if said["id"] == self.calls {
                 assert!(said.get("error").is_none(), "{method}: {said:#}");
                 return said["result"].take();
             }
+        }
+    }
+
+    /// Notes a request of a page, or an error on its console.
+    fn note(&mut self, said: &Value) {
+        let params = &said["params"];
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        match said["method"].as_str() {
+            Some("Network.requestWillBeSent") => {
+                self.requested.push(text(&params["request"]["url"]));
+            }
+            Some("Network.webSocketCreated") => self.requested.push(text(&params["url"])),
+            Some("Runtime.exceptionThrown") => {
+                self.errors.push(params["exceptionDetails"].to_string());
+            }
+            Some("Log.entryAdded") if params["entry"]["level"] == "error" => {
+                // A scene without a diagram is no error.
+                if !text(&params["entry"]["url"]).contains("/diagram.json") {
+                    self.errors.push(params["entry"].to_string());
+                }
+            }
+            Some("Runtime.consoleAPICalled") if params["type"] == "error" => {
+                self.errors.push(params["args"].to_string());
+            }
+            _ => {}
         }
     }
 
@@ -138,9 +160,10 @@ impl Browser {
             .to_owned());
         self.call(Some(&tab), "Network.enable", &json!({}));
         self.call(Some(&tab), "Page.enable", &json!({}));
-        // A dark colour scheme, as on most presentation machines.
-        let dark = json!({ "features": [{ "name": "prefers-color-scheme", "value": "dark" }] });
-        self.call(Some(&tab), "Emulation.setEmulatedMedia", &dark);
+        self.call(Some(&tab), "Runtime.enable", &json!({}));
+        self.call(Some(&tab), "Log.enable", &json!({}));
+        // A dark colour scheme, as on most presentation machines. A headless browser prefers reduced motion.
+        self.emulate(&tab, "no-preference");
         self.call(Some(&tab), "Page.navigate", &json!({ "url": url }));
         tab
     }
@@ -182,11 +205,72 @@ impl Browser {
 
     /// Presses a key.
     pub fn press(&mut self, tab: &Tab, key: &str) {
+        // A browser acts on some keys by their code only.
+        let code = match key {
+            "Tab" => 9,
+            "Enter" => 13,
+            "Escape" => 27,
+            " " => 32,
+            _ => 0,
+        };
+        let text = match key {
+            "Enter" => "\r",
+            key if key.len() == 1 => key,
+            _ => "",
+        };
         for kind in ["keyDown", "keyUp"] {
             let params =
-                json!({ "type": kind, "key": key, "text": if key.len() == 1 { key } else { "" } });
+                json!({ "type": kind, "key": key, "text": text, "windowsVirtualKeyCode": code });
             self.call(Some(tab), "Input.dispatchKeyEvent", &params);
         }
+    }
+
+    /// Touches the middle of an element with a finger.
+    pub fn touch(&mut self, tab: &Tab, id: &str) {
+        let [x, y] = self.middle(tab, id);
+        for (kind, points) in [
+            ("touchStart", json!([{ "x": x, "y": y }])),
+            ("touchEnd", json!([])),
+        ] {
+            let params = json!({ "type": kind, "touchPoints": points });
+            self.call(Some(tab), "Input.dispatchTouchEvent", &params);
+        }
+    }
+
+    /// Clicks the middle of an element with the mouse.
+    pub fn click(&mut self, tab: &Tab, id: &str) {
+        let [x, y] = self.middle(tab, id);
+        for kind in ["mousePressed", "mouseReleased"] {
+            let params = json!({ "type": kind, "x": x, "y": y, "button": "left", "clickCount": 1 });
+            self.call(Some(tab), "Input.dispatchMouseEvent", &params);
+        }
+    }
+
+    /// Middle of an element, pixels.
+    fn middle(&mut self, tab: &Tab, id: &str) -> [f64; 2] {
+        let script = format!(
+            "{{ const r = document.getElementById('{id}').getBoundingClientRect(); \
+             [r.x + r.width / 2, r.y + r.height / 2] }}"
+        );
+        let middle = self.run(tab, &script);
+        [0, 1].map(|k| middle[k].as_f64().expect("a position"))
+    }
+
+    /// Sets the size of the page, pixels.
+    pub fn resize(&mut self, tab: &Tab, [width, height]: [u32; 2]) {
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 1000 });
+        self.call(Some(tab), "Emulation.setDeviceMetricsOverride", &size);
+    }
+
+    /// Emulates a system with dark colours and a preference about motion: `reduce` or `no-preference`.
+    pub fn emulate(&mut self, tab: &Tab, motion: &str) {
+        let features = [
+            ("prefers-color-scheme", "dark"),
+            ("prefers-reduced-motion", motion),
+        ];
+        let features = features.map(|(name, value)| json!({ "name": name, "value": value }));
+        let media = json!({ "features": features });
+        self.call(Some(tab), "Emulation.setEmulatedMedia", &media);
     }
 
     /// Screenshot of the page as PNG.

@@ -3,12 +3,15 @@
 mod browser;
 mod files;
 mod floods;
+mod keyboard;
 mod leaks;
+mod lecture;
 mod page;
 // Reads the resources of a process from /proc on Linux.
 #[cfg(target_os = "linux")]
 mod soak;
 mod sockets;
+mod views;
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
@@ -28,6 +31,8 @@ pub struct Live {
     child: Child,
     /// Address of the page, such as `127.0.0.1:40123`.
     pub host: String,
+    /// Query of the printed address, with the key of the presenter; empty for a page of this machine only.
+    pub query: String,
     folder: tempfile::TempDir,
 }
 
@@ -62,8 +67,10 @@ impl Live {
         BufReader::new(stdout).read_line(&mut line).expect("a line");
         let host = line.trim().strip_prefix("live page: http://");
         let host = host.unwrap_or_else(|| panic!("no address in `{line}`"));
+        let (host, query) = host.split_once('/').expect("a path");
         Self {
-            host: host.trim_end_matches('/').to_owned(),
+            host: host.to_owned(),
+            query: query.to_owned(),
             child,
             folder,
         }

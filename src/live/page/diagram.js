@@ -1,0 +1,180 @@
+// The diagram under the slider of the tilt: one row for each way of starting, unstable modes above, marks at the
+// bifurcations, and a marker at the present tilt. The branches themselves are a view of their own.
+
+import { colour } from "/colours.js";
+import { $, make } from "/dom.js";
+import { showSource } from "/panel.js";
+import { Plot, note, short, unit } from "/plot.js";
+import { T } from "/texts.js";
+
+export class Diagram {
+  #range = null;
+  #bands = { source: "", at: [] };
+  #full = null;
+  #marker = make("div", { className: "marker" });
+  version = 0;
+
+  // Fetches the table of the scene, if there is one.
+  async load(scene) {
+    this.#full = null;
+    const answer = await fetch(`/diagram.json?scene=${encodeURIComponent(scene)}`).catch(() => null);
+    if (answer?.ok) this.#full = await answer.json();
+    this.draw();
+  }
+
+  get full() {
+    return this.#full;
+  }
+
+  setBands(bands) {
+    this.#bands = bands;
+    this.draw();
+  }
+
+  setRange(range) {
+    this.#range = range;
+    this.draw();
+  }
+
+  // Moves the marker to a tilt, degrees.
+  mark(deg) {
+    if (!this.#range || deg === null) return;
+    this.tilt = deg;
+    this.#marker.style.left = `${Math.min(100, Math.max(0, this.#percent(deg)))}%`;
+  }
+
+  #percent(deg) {
+    const [low, high] = this.#range;
+    return (100 * (deg - low)) / (high - low);
+  }
+
+  draw() {
+    this.version++;
+    if (!this.#range) return $("bands").replaceChildren();
+    const rows = this.#full?.responses?.length
+      ? this.#full.responses.map(({ start, tilt_deg, regime }) => ({ name: T.started(start), at: tilt_deg.map((deg, k) => [deg, regime[k]]) }))
+      : [{ name: "", at: this.#bands.at }];
+    const kinds = new Set();
+    const drawn = rows.map((row) => this.#row(row, kinds));
+    const marks = (this.#full?.bifurcations ?? []).map(({ tilt_deg, text }) =>
+      make("div", { className: "event", title: T.bifurcationAt(text, tilt_deg), style: `left:${this.#percent(tilt_deg)}%` }),
+    );
+    $("bands").replaceChildren(...this.#counts(), ...drawn, ...marks, this.#marker);
+    $("legend").replaceChildren(
+      ...[...kinds].map((kind) => make("span", {}, make("i", { style: `background:${colour(kind)}` }), kind)),
+    );
+    showSource(this.#full ? "" : this.#bands.source);
+    this.mark(this.tilt ?? null);
+  }
+
+  // Adjacent tilts with the same type of motion form one band.
+  #row({ name, at }, kinds) {
+    const ranges = [];
+    for (const [k, [deg, kind]] of at.entries()) {
+      const low = k === 0 ? deg : 0.5 * (at[k - 1][0] + deg);
+      const high = k === at.length - 1 ? deg : 0.5 * (deg + at[k + 1][0]);
+      const last = ranges.at(-1);
+      kinds.add(kind);
+      if (last?.kind === kind) last.high = high;
+      else ranges.push({ kind, low, high });
+    }
+    const bands = ranges.map(({ kind, low, high }) => {
+      const [left, right] = [low, high].map((deg) => Math.min(100, Math.max(0, this.#percent(deg))));
+      return make("div", { className: "band", title: kind, style: `left:${left}%;width:${right - left}%;background:${colour(kind)}` });
+    });
+    const label = name ? [make("span", { className: "row-name", textContent: name })] : [];
+    return make("div", { className: "bands-row" }, ...bands, ...label);
+  }
+
+  // Numbers of unstable modes, at the tilts from which they hold.
+  #counts() {
+    const counts = this.#full?.unstable_modes ?? [];
+    if (!counts.length) return [];
+    const spans = counts.map(({ tilt_deg: [low, high], count }) =>
+      make("span", { textContent: `${count}`, title: T.unstableModes(count), style: `left:${this.#percent(low)}%;width:${this.#percent(high) - this.#percent(low)}%` }),
+    );
+    const name = make("b", { className: "row-name", textContent: T.unstable });
+    return [make("div", { className: "count" }, name, ...spans)];
+  }
+}
+
+// The branches: amplitude over the tilt, solid where stable and dashed where not.
+export class Branches {
+  id = "branches";
+  #diagram;
+
+  constructor(diagram) {
+    this.#diagram = diagram;
+  }
+
+  version() {
+    return `${this.#diagram.version} ${this.#diagram.tilt}`;
+  }
+
+  draw(c, width, height, data, style) {
+    const full = this.#diagram.full;
+    if (!full?.branches?.length) return note(c, width, height, style, T.noDiagram);
+    const tilts = full.branches.flatMap((branch) => branch.tilt_deg);
+    const most = Math.max(...full.branches.flatMap((branch) => branch.amplitude_m));
+    const { per, symbol } = unit(most, "m");
+    const x = { range: [Math.min(...tilts), Math.max(...tilts)], label: T.tiltDeg };
+    const y = { range: [0, 1.15 * most * per], label: T.amplitudeIn(symbol), format: short };
+    const plot = new Plot(c, width, height, style, x, y, 1.2 * style.em);
+    plot.axes();
+    plot.clip(() => full.branches.forEach((branch, k) => this.#branch(c, plot, branch, per, k % 2 ? style.second : style.signal)));
+    this.#marks(c, plot, full.bifurcations ?? [], style);
+    const at = plot.X(data.tilt ?? 0);
+    c.fillStyle = c.strokeStyle = style.mark;
+    c.setLineDash([]);
+    c.lineWidth = 2;
+    c.beginPath();
+    c.moveTo(at, plot.top);
+    c.lineTo(at, plot.bottom);
+    c.stroke();
+  }
+
+  #branch(c, plot, { tilt_deg, amplitude_m, stable }, per, colour) {
+    c.strokeStyle = colour;
+    c.lineWidth = 2;
+    for (let k = 1; k < tilt_deg.length; k++) {
+      c.setLineDash(stable[k] && stable[k - 1] ? [] : [5, 4]);
+      // A run of points of the same stability is one line, so that its dashes are even.
+      c.beginPath();
+      c.moveTo(plot.X(tilt_deg[k - 1]), plot.Y(per * amplitude_m[k - 1]));
+      const solid = stable[k] && stable[k - 1];
+      while (k < tilt_deg.length && (stable[k] && stable[k - 1]) === solid) {
+        c.lineTo(plot.X(tilt_deg[k]), plot.Y(per * amplitude_m[k]));
+        k++;
+      }
+      k--;
+      c.stroke();
+    }
+    c.setLineDash([]);
+  }
+
+  #marks(c, plot, bifurcations, style) {
+    const em = style.em;
+    c.font = `${0.75 * em}px ${style.family}`;
+    c.textBaseline = "bottom";
+    c.textAlign = "center";
+    c.strokeStyle = c.fillStyle = style.text;
+    c.lineWidth = 1;
+    // The labels share their row with that of the axis.
+    let end = plot.left + 7 * em;
+    for (const { kind, tilt_deg } of bifurcations) {
+      const at = plot.X(tilt_deg);
+      c.setLineDash([2, 3]);
+      c.beginPath();
+      c.moveTo(at, plot.top);
+      c.lineTo(at, plot.bottom);
+      c.stroke();
+      const name = T.kinds[kind] ?? kind;
+      const half = c.measureText(name).width / 2 + 0.3 * em;
+      const middle = Math.min(Math.max(at, plot.left + half), plot.right - half);
+      if (middle - half < end) continue;
+      end = middle + half;
+      c.fillText(name, middle, plot.top - 0.1 * em);
+    }
+    c.setLineDash([]);
+  }
+}

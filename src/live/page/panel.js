@@ -1,0 +1,111 @@
+// The text and the numbers of a run.
+
+import { $, make, setText, short, shown } from "/dom.js";
+import { inline, markdown } from "/markdown.js";
+import { T } from "/texts.js";
+
+const NODE_COLOURS = ["var(--stick)", "var(--slip)", "var(--separated)"];
+// Wall time for which a present motion must last before it is announced, ms.
+const SETTLED = 1500;
+
+export function speedText(msPerS) {
+  if (msPerS >= 999.5) return T.realTime;
+  return T.speedOf(msPerS >= 10 ? msPerS.toFixed(0) : Number(msPerS.toPrecision(2)));
+}
+
+const kilo = (hz) => (1e-3 * hz).toFixed(2);
+
+// Shows the status of the run; `before` is the previous one.
+export function showPanel(status, before) {
+  const now = status.time_s;
+  setText($("time"), now < 1 ? `${(1e3 * now).toFixed(1)} ms` : `${now.toFixed(4)} s`);
+  if ($("scene").value !== status.scene) $("scene").value = status.scene;
+  announce(status);
+  setText($("title"), T.sceneAsWritten(status.now, status.title));
+  showSpeed(status);
+  const sure = status.confidence === null ? "" : T.confidence(Math.round(100 * status.confidence));
+  setText($("regime"), motion(status) + sure);
+  const lines = status.lines.length ? status.lines.slice(0, 3).map(line) : [T.noLines];
+  $("lines").replaceChildren(...lines);
+  setText($("peak-velocity"), `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`);
+  showNodes(status.nodes);
+  if (status.narration !== before?.narration || status.lesson !== before?.lesson || status.run !== before?.run) {
+    markdown($("words"), `${status.narration || status.about}\n\n${status.lesson}`);
+  }
+  if (status.recording !== before?.recording) showRecording(status.recording);
+  if (status.events.at(-1)?.number !== before?.events.at(-1)?.number) showEvents(status.events);
+  setText($("watching"), T.viewers(status.watching));
+}
+
+// The type of motion; if the scene classifies nothing, the heading of the commentary.
+export const motion = (status) => status.regime ?? /^## (.*)/.exec(status.narration)?.[1] ?? T.notClassified;
+
+// The present motion in words. A change is announced only once it has lasted a while.
+let announced = { text: "", since: 0 };
+
+function announce(status) {
+  const text = motion(status);
+  if (text !== announced.text) announced = { text, since: performance.now() };
+  if (performance.now() - announced.since > SETTLED) setText($("lasting"), text);
+  setText($("now"), text);
+  const named = status.lines.filter(({ label }) => /^f\d+$/.test(label)).slice(0, 3);
+  const lines = (named.length ? named : status.lines.slice(0, 1)).map((l) => T.frequency(kilo(l.frequency_hz), l.label));
+  setText($("now-lines"), lines.join(" · "));
+}
+
+function line({ frequency_hz, amplitude, label }) {
+  const text = T.line((frequency_hz / 1000).toFixed(3), label, (1000 * amplitude).toPrecision(3));
+  return make("div", { textContent: text });
+}
+
+function showSpeed(status) {
+  // Between two runs there is no speed.
+  if (!status.speed) return;
+  const asked = 1e3 * status.speed;
+  setText($("speed-now"), speedText(asked));
+  setText($("pause"), status.paused ? T.resume : T.pause);
+  $("lyapunov").hidden = status.lyapunov === null;
+  $("lyapunov").firstElementChild.checked = status.lyapunov === true;
+  const slow = status.measured_speed !== null && status.measured_speed < 0.9 * status.speed;
+  const measured = status.paused
+    ? T.paused
+    : slow
+      ? T.actualSpeed(speedText(1e3 * status.measured_speed), status.lyapunov)
+      : T.takes(short(1 / asked));
+  setText($("measured_speed"), measured);
+}
+
+function showNodes(nodes) {
+  $("nodes").hidden = $("nodes-words").hidden = !nodes;
+  if (!nodes) return;
+  const all = nodes.reduce((a, b) => a + b, 0) || 1;
+  const bars = nodes.map((count, k) => make("span", { style: `width:${(100 * count) / all}%;background:${NODE_COLOURS[k]}` }));
+  $("nodes").replaceChildren(...bars);
+  setText($("nodes-words"), T.nodeCounts(...nodes.map((count) => count.toFixed(0))));
+}
+
+// The newest message first. Messages of earlier runs would seem to be later than the new run.
+function showEvents(events) {
+  const newest = events.at(-1);
+  setText($("latest"), newest ? shown(newest.text) : "");
+  const start = events.findLastIndex(({ text }) => text.endsWith(" starts"));
+  const items = events.slice(Math.max(0, start)).toReversed().slice(0, 6);
+  $("events").replaceChildren(
+    ...items.map(({ time_s, text }) =>
+      make("li", {}, `${(1e3 * time_s).toFixed(1)} ms`, make("b", { textContent: shown(text) })),
+    ),
+  );
+}
+
+function showRecording(file) {
+  $("record").setAttribute("aria-pressed", Boolean(file));
+  setText($("record"), file ? T.stopRecording : T.record);
+  $("recording").hidden = !file;
+  setText($("recording"), file ? T.recordingTo(file) : "");
+}
+
+// Shows where the strip below the tilt comes from.
+export function showSource(text) {
+  $("bands-source").replaceChildren();
+  inline($("bands-source"), text);
+}

@@ -1,0 +1,206 @@
+//! Guided tours: steps with a sentence, a scene and its settings, views, and the numbers to read in that run.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::command::{KICK_RANGE, SPEED_RANGE, check_range};
+use crate::scene::{self, PRESETS};
+
+/// The tour that ships.
+const SHIPPED: &str = include_str!("../../assets/tour/squeak.toml");
+
+/// A guided tour of live runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tour {
+    /// Title.
+    pub title: String,
+    /// Steps, at least one.
+    #[serde(rename(deserialize = "step"))]
+    pub steps: Vec<TourStep>,
+}
+
+/// A step of a guided tour.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TourStep {
+    /// What to say: a large sentence for the audience.
+    pub say: String,
+    /// Name of the scene; the present one by default.
+    #[serde(default)]
+    pub scene: Option<String>,
+    /// Whether to restart the scene if it is running already.
+    #[serde(default)]
+    pub restart: bool,
+    /// Tilt of the load, degrees; unchanged by default.
+    #[serde(default)]
+    pub tilt_deg: Option<f64>,
+    /// Playback speed, ms of simulated time per second; unchanged by default.
+    #[serde(default)]
+    pub speed_ms_per_s: Option<f64>,
+    /// Kick at the start of the step, mm/s; none by default.
+    #[serde(default)]
+    pub kick_mm_per_s: Option<f64>,
+    /// Views; unchanged by default.
+    #[serde(default)]
+    pub views: Vec<TourView>,
+    /// Quantities to watch: their numbers are read in the run.
+    #[serde(default)]
+    pub watch: Vec<TourQuantity>,
+    /// Notes for the presenter.
+    #[serde(default)]
+    pub notes: String,
+}
+
+/// A view of the page that a tour shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TourView {
+    /// Contact patch.
+    Patch,
+    /// Phase portrait.
+    Portrait,
+    /// Oscilloscope.
+    Scope,
+    /// Spectrum.
+    Spectrum,
+    /// Spectrogram.
+    Spectrogram,
+    /// Poincaré section.
+    Section,
+    /// Recurrence plot.
+    Recurrence,
+    /// Vibrating body.
+    Body,
+    /// Diagram of the branches.
+    Branches,
+}
+
+/// A quantity that a tour reads in the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TourQuantity {
+    /// Type of motion.
+    Motion,
+    /// Strongest spectral lines.
+    Lines,
+    /// Spectral lines at halves of the others, after a doubling.
+    Halves,
+    /// Difference of the two base frequencies.
+    Difference,
+    /// Peak velocity of the probe.
+    PeakVelocity,
+    /// Tilt of the load.
+    Tilt,
+    /// Contact nodes in each state.
+    Nodes,
+}
+
+/// A tour cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("the tour `{}`: {reason}", path.display())]
+pub struct TourError {
+    path: PathBuf,
+    reason: String,
+}
+
+impl Tour {
+    /// The tour that ships.
+    pub fn shipped() -> Option<Self> {
+        toml::from_str(SHIPPED).ok()
+    }
+
+    /// Reads a tour from a TOML file.
+    ///
+    /// # Errors
+    /// [`TourError`], with the line or the step.
+    pub fn read(path: &Path) -> Result<Self, TourError> {
+        let fault = |reason: String| TourError {
+            path: path.to_owned(),
+            reason,
+        };
+        let text = std::fs::read_to_string(path).map_err(|e| fault(e.to_string()))?;
+        let tour: Self = toml::from_str(&text).map_err(|e| fault(e.to_string()))?;
+        tour.check().map_err(fault)?;
+        Ok(tour)
+    }
+
+    /// Checks the values of all steps.
+    fn check(&self) -> Result<(), String> {
+        if self.steps.is_empty() {
+            return Err("it has no steps; add a table `[[step]]`".to_owned());
+        }
+        for (k, step) in self.steps.iter().enumerate() {
+            let checked = step.check();
+            checked.map_err(|reason| format!("step {}: {reason}", k + 1))?;
+        }
+        Ok(())
+    }
+}
+
+impl TourStep {
+    fn check(&self) -> Result<(), String> {
+        if let Some(name) = &self.scene
+            && scene::preset(name).is_none()
+        {
+            let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+            let known = known.join(", ");
+            return Err(format!("unknown scene `{name}`; choose one of: {known}"));
+        }
+        let ranges = [
+            ("`speed_ms_per_s`", self.speed_ms_per_s, SPEED_RANGE, "ms/s"),
+            ("`kick_mm_per_s`", self.kick_mm_per_s, KICK_RANGE, "mm/s"),
+            ("`tilt_deg`", self.tilt_deg, [-90.0, 90.0], "degrees"),
+        ];
+        for (name, value, range, unit) in ranges {
+            if let Some(value) = value {
+                check_range(name, value, range, unit).map_err(|refused| refused.to_string())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_tour_is_valid() {
+        let tour: Tour = toml::from_str(SHIPPED).unwrap();
+        tour.check().unwrap();
+        assert!(tour.steps.len() >= 8, "{}", tour.steps.len());
+        for step in &tour.steps {
+            assert!(!step.views.is_empty() && !step.watch.is_empty());
+            // The tilt is one that the scene accepts.
+            let scene = scene::preset(step.scene.as_ref().unwrap()).unwrap();
+            if let Some(deg) = step.tilt_deg {
+                scene.scene().unwrap().with_tilt(deg).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_tour_is_refused_with_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.toml");
+        let refused = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Tour::read(&path).unwrap_err().to_string()
+        };
+        let step = |more: &str| refused(&format!("title = \"x\"\n[[step]]\nsay = \"y\"\n{more}"));
+        for (said, part) in [
+            (refused("title = \"x\"\nstep = []"), "no steps"),
+            (refused("title = 3"), "line 1"),
+            (step("scene = \"absent\""), "step 1: unknown scene"),
+            (step("speed_ms_per_s = 1e6"), "between 0.01 and 1000"),
+            (step("views = [\"ghost\"]"), "line 4"),
+            (step("tilt = 3"), "unknown field `tilt`"),
+        ] {
+            assert!(said.contains(part) && said.contains("own.toml"), "{said}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert!(Tour::read(&path).is_err());
+    }
+}

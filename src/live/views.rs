@@ -1,0 +1,195 @@
+//! Data of the page's own views: a small part of a run, from which the browser draws at once and on any machine.
+//!
+//! The store keeps the present picture and a short past. A client takes what is new since its last message, as
+//! often as it can draw ([`ViewCursor`]). A slow client therefore gets fewer messages, each with the newest data:
+//! nothing waits for it, and its pictures are never late. Everything is derived from the records of the pipeline.
+
+mod encode;
+mod store;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::watch;
+
+use self::encode::Message;
+use self::store::State;
+use crate::pipeline::message::Record;
+use crate::pipeline::{Delivery, Sink, SinkError};
+
+pub use self::store::ViewCursor;
+
+/// Store of the page's views: the present picture of a run, shared by all clients.
+pub struct ViewStore {
+    state: Mutex<State>,
+    /// Changes when a client may draw something new.
+    version: watch::Sender<u64>,
+}
+
+impl Default for ViewStore {
+    fn default() -> Self {
+        Self {
+            state: Mutex::default(),
+            version: watch::channel(0).0,
+        }
+    }
+}
+
+impl ViewStore {
+    /// Notifies of new data.
+    pub fn subscribe(&self) -> watch::Receiver<u64> {
+        self.version.subscribe()
+    }
+
+    /// The message with everything that is new since the last one of a client; `None` without news.
+    pub fn next(&self, cursor: &mut ViewCursor) -> Option<Vec<u8>> {
+        let mut message = Message::default();
+        self.state().write(cursor, &mut message);
+        (!message.is_empty()).then(|| message.finish())
+    }
+
+    /// Creates the sink of a run. `magnification` is that of the displacements of the body.
+    pub(super) fn sink(self: &Arc<Self>, magnification: f64) -> ViewSink {
+        ViewSink {
+            store: Arc::clone(self),
+            magnification,
+            changed: false,
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Sink that updates the store.
+pub struct ViewSink {
+    store: Arc<ViewStore>,
+    magnification: f64,
+    /// Whether records have arrived since the clients were notified.
+    changed: bool,
+}
+
+impl ViewSink {
+    fn notify(&mut self) {
+        if std::mem::take(&mut self.changed) {
+            self.store.version.send_modify(|version| *version += 1);
+        }
+    }
+}
+
+impl Sink for ViewSink {
+    fn accept(&mut self, record: Record) -> Result<(), SinkError> {
+        let is_frame = matches!(record, Record::Samples(_) | Record::Header(_));
+        self.store.state().update(record, self.magnification);
+        self.changed = true;
+        // Once per frame: the results of an analysis follow with the next one.
+        if is_frame {
+            self.notify();
+        }
+        Ok(())
+    }
+
+    fn idle(&mut self) -> Result<(), SinkError> {
+        self.notify();
+        Ok(())
+    }
+
+    fn delivery(&self) -> Delivery {
+        Delivery::LatestPictures
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::pipeline::message::DisplayRates;
+    use crate::pipeline::{Analyser, controllable_source};
+    use crate::scene::Scene;
+
+    /// Header of a message.
+    fn header(message: &[u8]) -> Value {
+        let length = u32::from_le_bytes(message[..4].try_into().unwrap()) as usize;
+        serde_json::from_slice(&message[4..4 + length]).unwrap()
+    }
+
+    /// Number of values of an array of a message.
+    fn count(header: &Value, name: &str) -> Option<u64> {
+        let arrays = header["arrays"].as_array()?;
+        arrays.iter().find(|array| array[0] == name)?[2].as_u64()
+    }
+
+    /// Runs a scene in frames of a playback speed, and calls a function after each frame.
+    fn run(scene: &str, speed: f64, duration_ms: f64, mut after: impl FnMut(&ViewStore)) {
+        let scene = Scene::load(scene).unwrap();
+        let scene = scene.with_duration(duration_ms).unwrap();
+        let mut source = controllable_source(&scene).unwrap();
+        let header = source.header("");
+        let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
+        source.set_frame_length(samples, shown);
+        let store = Arc::new(ViewStore::default());
+        let mut sink = store.sink(scene.record.deformation_scale);
+        let mut analyser = Analyser::new(source.analysis(), &header);
+        sink.accept(Record::Header(Arc::new(header))).unwrap();
+        while let Some(frame) = source.next_frame().unwrap() {
+            analyser.push(&Arc::new(frame), &mut sink).unwrap();
+            after(&store);
+        }
+    }
+
+    #[test]
+    fn a_client_gets_the_start_once_and_then_every_sample() {
+        let (mut cursor, mut messages) = (ViewCursor::default(), Vec::new());
+        run("stick-slip", 0.02, 20.0, |store| {
+            messages.extend(store.next(&mut cursor).map(|message| header(&message)));
+            assert!(store.next(&mut cursor).is_none(), "nothing is new");
+        });
+        let (first, later) = messages.split_first().unwrap();
+        let nodes = count(first, "states").unwrap();
+        assert_eq!(count(first, "nodes"), Some(2 * nodes));
+        assert_eq!(count(first, "friction"), Some(2 * nodes));
+        assert_eq!(first["start"]["scene"], "stick-slip");
+        assert!(
+            later
+                .iter()
+                .all(|m| m.get("start").is_none() && m["run"] == 1)
+        );
+        let samples: u64 = messages.iter().filter_map(|m| count(m, "velocity")).sum();
+        let last = messages.last().unwrap();
+        assert_eq!(last["sample_count"], samples);
+        for picture in ["spectrum", "columns"] {
+            assert!(
+                messages.iter().any(|m| count(m, picture) > Some(0)),
+                "{picture}"
+            );
+        }
+    }
+
+    /// A client that comes late or draws seldom gets the newest samples only, in a message of bounded size.
+    #[test]
+    fn a_late_client_gets_the_present() {
+        let mut kept = None;
+        run("stick-slip", 1.0, 150.0, |store| {
+            kept = store.next(&mut ViewCursor::default());
+        });
+        let message = kept.unwrap();
+        let header = header(&message);
+        assert!(header["sample_count"].as_u64() > Some(10_000));
+        assert!(count(&header, "velocity") <= Some(4096));
+        assert!(message.len() < 400_000, "{}", message.len());
+    }
+
+    /// In real time too, 60 messages a second are less than 2 MB.
+    #[test]
+    fn a_second_of_real_time_is_below_the_limit() {
+        let (mut cursor, mut sizes) = (ViewCursor::default(), Vec::new());
+        run("stick-slip", 1.0, 300.0, |store| {
+            sizes.extend(store.next(&mut cursor).map(|message| message.len()));
+        });
+        // The first message has the surface of the body.
+        let later = &sizes[1..];
+        let mean = later.iter().sum::<usize>() / later.len();
+        assert!(mean * 60 < 2_000_000, "{mean} bytes per message");
+    }
+}
