@@ -25,6 +25,8 @@ METHODS = {
                           "ode-vode-bdf"],
 }
 OURS = "squeakscope"
+#: With a reduced contact.
+REDUCED = "squeakscope, reduced"
 #: Methods of squeakscope with a fixed step.
 FIXED = ["rk4"]
 
@@ -33,12 +35,12 @@ def our_methods(squeakscope):
     """Method names in scene files."""
     keys = subprocess.run([squeakscope, "scenes", "--keys"], capture_output=True, text=True,
                           check=True).stdout
-    row = next(line for line in keys.splitlines() if line.startswith("| `method` | Integrator"))
+    row = next(line for line in keys.splitlines() if line.startswith("| `method` | Integration"))
     return re.findall(r'"([a-z0-9]+)"', row.split("|")[4])
 
 
 def settings(peer, method):
-    is_fixed = method in FIXED if peer == OURS else method.endswith("-fixed")
+    is_fixed = method in FIXED if peer in (OURS, REDUCED) else method.endswith("-fixed")
     is_fixed &= peer != "CVODE"  # there it is the fixed-point iteration
     return STEPS if is_fixed else TOLERANCES
 
@@ -84,6 +86,7 @@ class Programs:
                          self.build / "librhs.so"], self.core)
         return {
             OURS: self.ours(exported, start),
+            REDUCED: Program([self.bench, exported.reduced, start], self.core),
             "CVODE": Program([self.build / "cvode", model, horizon], self.core),
             "Boost.odeint": Program([self.build / "odeint", model, horizon], self.core),
             "SciPy solve_ivp": scipy,

@@ -7,6 +7,8 @@ import tomllib
 import numpy as np
 
 LANES = 8
+#: Tolerance of the reduced contact.
+REDUCTION = 1e-4
 #: Start times along the squeak, s after the scene's start, and integration time of each, s.
 SQUEAK = np.arange(60e-3, 76e-3, 2e-3)
 HORIZON = 4e-3
@@ -28,7 +30,8 @@ class Exported:
     * `scene.toml`: the scene;
     * `cold.bin`, `squeak.bin`: the model and the start states. `cold` is the start state of the scene,
       a small kick from steady sliding; `squeak` contains states of the developed vibration.
-    * `cold.npy`, `squeak.npy`: the start states only, `[q | dq/dt]`.
+    * `cold.npy`, `squeak.npy`: the start states only, `[q | dq/dt]`;
+    * `reduced`: folder with the same scene and start states, in which a few weighted nodes replace all.
     """
 
     def __init__(self, folder, squeakscope, name, nodes):
@@ -47,8 +50,14 @@ class Exported:
         at = np.searchsorted(run["t"], SQUEAK - 1e-9)
         self.starts = {"cold": self.scaled(self.model["z0"])[None],
                        "squeak": self.scaled(np.hstack([run["q"], run["qdot"]])[at])}
+        self.reduced = folder / "reduced"
+        self.reduced.mkdir(exist_ok=True)
+        key = f"\nnodes = {nodes}\n"
+        (self.reduced / "scene.toml").write_text(
+            self.scene.read_text().replace(key, f"{key}reduction = {REDUCTION}\n"))
         for start, states in self.starts.items():
-            np.save(folder / f"{start}.npy", states / self.scale())
+            for place in (folder, self.reduced):
+                np.save(place / f"{start}.npy", states / self.scale())
             self.write(start)
 
     def scaled(self, z):
