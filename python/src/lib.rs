@@ -10,6 +10,8 @@
 mod array;
 mod call;
 mod error;
+mod integrate;
+mod recording;
 mod recurrence;
 mod result;
 mod run;
@@ -17,7 +19,9 @@ mod samples;
 mod scene;
 mod signal;
 mod simulation;
+mod spectral;
 mod study;
+mod sweep;
 mod system;
 
 use std::ffi::OsString;
@@ -42,31 +46,31 @@ fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(main, module)?,
         wrap_pyfunction!(run::run, module)?,
         wrap_pyfunction!(scene::scenes, module)?,
-        wrap_pyfunction!(signal::analyse, module)?,
+        wrap_pyfunction!(recording::analyse, module)?,
         wrap_pyfunction!(signal::choose_delay, module)?,
         wrap_pyfunction!(signal::embed, module)?,
         wrap_pyfunction!(signal::false_neighbours, module)?,
         wrap_pyfunction!(signal::largest_exponent, module)?,
         wrap_pyfunction!(signal::mutual_information, module)?,
         wrap_pyfunction!(signal::poincare_section, module)?,
-        wrap_pyfunction!(signal::read_signal_file, module)?,
+        wrap_pyfunction!(recording::read_signal_file, module)?,
         wrap_pyfunction!(signal::regime, module)?,
-        wrap_pyfunction!(signal::spectrogram, module)?,
-        wrap_pyfunction!(signal::spectrum, module)?,
-        wrap_pyfunction!(signal::tonal_events, module)?,
+        wrap_pyfunction!(spectral::spectrogram, module)?,
+        wrap_pyfunction!(spectral::spectrum, module)?,
+        wrap_pyfunction!(spectral::tonal_events, module)?,
         wrap_pyfunction!(signal::zero_one_test, module)?,
         wrap_pyfunction!(recurrence::recurrence_plot, module)?,
         wrap_pyfunction!(recurrence::rqa, module)?,
         wrap_pyfunction!(recurrence::rqa_windowed, module)?,
-        wrap_pyfunction!(study::basins, module)?,
+        wrap_pyfunction!(sweep::basins, module)?,
         wrap_pyfunction!(study::branch, module)?,
         wrap_pyfunction!(study::cost, module)?,
         wrap_pyfunction!(study::lyapunov, module)?,
         wrap_pyfunction!(study::sensitivities, module)?,
         wrap_pyfunction!(study::stability, module)?,
-        wrap_pyfunction!(study::sweep, module)?,
-        wrap_pyfunction!(system::exponents, module)?,
-        wrap_pyfunction!(system::integrate, module)?,
+        wrap_pyfunction!(sweep::sweep, module)?,
+        wrap_pyfunction!(integrate::exponents, module)?,
+        wrap_pyfunction!(integrate::integrate, module)?,
     ] {
         module.add_function(function)?;
     }

@@ -16,14 +16,14 @@ use crate::error::{input, raise};
 /// >>> scene = s.Scene.load("torus-3deg").replace(**{"load.tilt_deg": 4})
 /// >>> scene["load.tilt_deg"]
 /// 4.0
-#[pyclass(frozen, eq, module = "squeakscope", from_py_object)]
-#[derive(Clone, PartialEq)]
+#[pyclass(frozen, eq, module = "squeakscope")]
+#[derive(PartialEq)]
 pub struct Scene(pub library::Scene);
 
 /// A scene, or the name or path of one.
 #[derive(FromPyObject)]
 pub enum SceneOrName {
-    Scene(Scene),
+    Scene(Py<Scene>),
     #[pyo3(transparent)]
     Name(std::path::PathBuf),
 }
@@ -32,7 +32,7 @@ impl SceneOrName {
     /// Returns the scene, with its simulated time (s) replaced if `duration` is given.
     pub fn load(self, py: Python<'_>, duration: Option<f64>) -> PyResult<library::Scene> {
         let scene = match self {
-            Self::Scene(scene) => Ok(scene.0),
+            Self::Scene(scene) => Ok(scene.get().0.clone()),
             Self::Name(name) => library::Scene::load(&name.to_string_lossy()),
         };
         let scene = match duration {

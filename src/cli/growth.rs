@@ -17,6 +17,7 @@ use super::progress::Progress;
 use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::GrowthArgs;
+use super::words::words;
 use crate::plot::growth_figure;
 use crate::scene::Scene;
 use crate::study::growth::{Growth, GrowthPlan, RunCost, growth};
@@ -103,7 +104,7 @@ fn run_in_process(
     let [file, report] = ["scene.toml", "run.json"].map(|name| folder.path().join(name));
     std::fs::write(&file, &scene.text)?;
     let mut running = Command::new(
-        super::words()
+        words()
             .first()
             .ok_or("the program does not know its name")?,
     )

@@ -56,11 +56,12 @@ mod steps;
 mod study_args;
 mod sweep;
 mod terminal;
+mod words;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
 
 use clap::FromArgMatches;
 
@@ -73,15 +74,12 @@ use args::{Args, Command, RunArgs};
 pub use error::CliError;
 pub use read_back::read_back;
 
-/// The arguments of the program. Those of the process differ if Python runs it.
-static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
-
 /// Runs the program with arguments, of which the first is the name of the program, and returns its exit code.
 ///
 /// Results go to the standard output, messages to the standard error. The module source documents the exit
 /// codes: 0 success, 1 failure, 2 invalid input, 130 interrupted.
 pub fn main(words: Vec<OsString>) -> u8 {
-    let _ = WORDS.set(words.clone());
+    words::set_words(&words);
     let (words, warnings) = deprecated::replace(words);
     for warning in warnings {
         report::print_warning(&warning);
@@ -103,11 +101,6 @@ pub fn main(words: Vec<OsString>) -> u8 {
             error.exit_code()
         }
     }
-}
-
-/// The arguments of the program, of which the first is its name or path.
-fn words() -> &'static [OsString] {
-    WORDS.get().map_or(&[], Vec::as_slice)
 }
 
 fn parse(words: Vec<OsString>) -> Result<Args, clap::Error> {

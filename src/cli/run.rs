@@ -20,6 +20,7 @@ use super::output::{OutputFile, check_all};
 use super::progress::{Notifier, Progress};
 use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
+use super::words::words;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
@@ -239,7 +240,7 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifie
 /// The command line that started the program.
 pub(super) fn command_line() -> String {
     let name = std::iter::once("squeakscope".to_owned());
-    let words = super::words().iter().skip(1);
+    let words = words().iter().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     name.chain(words).collect::<Vec<_>>().join(" ")
 }

@@ -411,16 +411,12 @@ mod tests {
         let refused = read(&path, Some(paths::DISPLACEMENT), count - 1).unwrap_err();
         assert!(matches!(refused, ReadError::TooLong { .. }), "{refused}");
 
-        for asked in [
-            None,
-            Some("nothing"),
-            Some("modes/q"),
-            Some("modes/q[11]"),
-            Some("tilt[1]"),
-        ] {
-            let error = read_series(&path, asked).unwrap_err().to_string();
+        // Unasked, it is the displacement of the probe.
+        assert_eq!(read_series(&path, None).unwrap(), series);
+        for asked in ["nothing", "modes/q", "modes/q[11]", "tilt[1]"] {
+            let error = read_series(&path, Some(asked)).unwrap_err().to_string();
             assert!(error.contains("modes/q[0] to modes/q[10]"), "{error}");
-            assert!(error.contains(asked.unwrap_or("specify one")), "{error}");
+            assert!(error.contains(asked), "{error}");
         }
     }
 

@@ -1,0 +1,211 @@
+//! Sweeps and basins: settled responses over parameters and kicks.
+
+use std::num::NonZero;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use squeakscope::study::basins::Basins;
+use squeakscope::study::response::ResponsePlan;
+use squeakscope::study::sweep::{
+    self as sweep_study, Axis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress,
+    SweepResult,
+};
+use squeakscope::study::{ThreadSpawnError, threads};
+
+use crate::call::{Watch, long_call};
+use crate::error::input;
+use crate::result::result;
+use crate::scene::SceneOrName;
+use crate::study::named;
+
+/// Collects the points of a sweep.
+struct Points<'a> {
+    points: Vec<SweepPoint>,
+    watch: &'a Watch,
+}
+
+impl SweepObserver for Points<'_> {
+    type Error = ThreadSpawnError;
+
+    fn on_point(&mut self, point: SweepPoint) -> Result<(), ThreadSpawnError> {
+        self.points.push(point);
+        Ok(())
+    }
+
+    fn on_progress(&mut self, progress: SweepProgress) -> bool {
+        self.watch.report(progress.share)
+    }
+}
+
+/// Computes a shard of a sweep; returns its points in ascending order of index.
+fn points(
+    py: Python<'_>,
+    plan: &SweepPlan,
+    shard: Shard,
+    number_of_threads: Option<NonZero<usize>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Vec<SweepPoint>> {
+    long_call(py, progress, |watch| {
+        let mut found = Points {
+            points: Vec::new(),
+            watch,
+        };
+        sweep_study::sweep(plan, shard, &[], threads(number_of_threads), &mut found)?;
+        found.points.sort_by_key(|point| point.place.index);
+        Ok::<_, ThreadSpawnError>(found.points)
+    })
+}
+
+/// A plan of responses without what only pictures need.
+fn response(
+    py: Python<'_>,
+    [min_transient, max_transient, measure]: [f64; 3],
+    exponents: usize,
+) -> PyResult<ResponsePlan> {
+    let positive = |time: f64| time > 0.0 && time.is_finite();
+    if ![min_transient, max_transient, measure]
+        .into_iter()
+        .all(positive)
+    {
+        let message = "min_transient, max_transient, measure: give finite times above 0 s";
+        return Err(input(py, message));
+    }
+    Ok(ResponsePlan {
+        min_transient,
+        max_transient,
+        measurement_time: measure,
+        exponents,
+        portrait: false,
+        max_rhs_evals: None,
+    })
+}
+
+/// Compute the settled response over one or two parameters.
+///
+/// The results do not depend on the number of threads or of shards.
+///
+/// Parameters
+/// ----------
+/// scene : Scene, str or os.PathLike
+///     The scene, or its name or path.
+/// values : dict
+///     One or two keys of the scene, each with its values, in the unit of the scene file.
+/// starts : sequence of {"fresh", "upward", "downward"}
+///     Initial states: the kick of the scene, or the state at the next lower or higher value of the first key.
+/// min_transient, max_transient : float
+///     Shortest and longest time for the motion to settle, s.
+/// measure : float
+///     Time of the measurement, s.
+/// exponents : int
+///     Number of largest Lyapunov exponents; 0 for none.
+/// shard : tuple of int
+///     Part to compute, and number of parts, such as (3, 8). By default (1, 1), the whole.
+/// threads : int, optional
+///     Number of threads. By default the number of cores.
+/// progress : callable, optional
+///     Called with the share of the work that is done, 0 to 1.
+///
+/// Returns
+/// -------
+/// Result
+///     ``points``, a row each; ``regime_intervals``, ``transitions``, ``hysteresis``.
+#[pyfunction]
+#[pyo3(signature = (scene, values, *, starts=None, min_transient=0.05, max_transient=1.0, measure=0.6, exponents=3,
+    shard=(1, 1), threads=None, progress=None))]
+pub fn sweep<'py>(
+    py: Python<'py>,
+    scene: SceneOrName,
+    values: &Bound<'py, PyDict>,
+    starts: Option<Vec<String>>,
+    min_transient: f64,
+    max_transient: f64,
+    measure: f64,
+    exponents: usize,
+    shard: (usize, usize),
+    threads: Option<NonZero<usize>>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let axes = values.iter().map(|(key, values)| {
+        let parameter = named(py, &key.extract::<String>()?)?;
+        Ok(Axis::new(parameter, values.extract::<Vec<f64>>()?))
+    });
+    let axes = axes.collect::<PyResult<Vec<_>>>()?;
+    if !(1..=2).contains(&axes.len()) {
+        return Err(input(py, "values: give one or two keys"));
+    }
+    let mut chosen: Vec<Start> = Vec::new();
+    for word in starts.unwrap_or_else(|| vec!["upward".to_owned(), "downward".to_owned()]) {
+        let start = Start::ALL
+            .into_iter()
+            .find(|start| start.to_string() == word);
+        let start = start.ok_or_else(|| {
+            let message = format!("starts: `{word}` is not a choice; give fresh, upward, downward");
+            input(py, &message)
+        })?;
+        if !chosen.contains(&start) {
+            chosen.push(start);
+        }
+    }
+    let plan = SweepPlan {
+        scene: scene.load(py, None)?,
+        axes,
+        starts: chosen,
+        response: response(py, [min_transient, max_transient, measure], exponents)?,
+    };
+    if plan.is_empty() {
+        return Err(input(py, "values, starts: there is no point to compute"));
+    }
+    let (number, of) = shard;
+    if !(1..=of).contains(&number) {
+        return Err(input(
+            py,
+            "shard: give the number of the part from 1, and the number of parts",
+        ));
+    }
+    let shard = Shard { number, of };
+    let found = points(py, &plan, shard, threads, progress.as_ref())?;
+    result(py, &SweepResult::new(&plan, &found, shard, false))
+}
+
+/// Find coexisting attractors, and the share of random kicks that reach each.
+///
+/// Parameters
+/// ----------
+/// scene : Scene, str or os.PathLike
+///     The scene, or its name or path.
+/// kicks : int
+///     Number of random kicks.
+/// seed : int
+///     Seed of the first kick; each further kick takes the next seed.
+/// min_transient, max_transient, measure, exponents, threads, progress : optional
+///     As for :func:`sweep`.
+///
+/// Returns
+/// -------
+/// Result
+///     ``attractors`` in descending order of their share.
+#[pyfunction]
+#[pyo3(signature = (scene, kicks=20, *, seed=1, min_transient=0.05, max_transient=1.0, measure=0.6, exponents=3,
+    threads=None, progress=None))]
+pub fn basins<'py>(
+    py: Python<'py>,
+    scene: SceneOrName,
+    kicks: u32,
+    seed: u32,
+    min_transient: f64,
+    max_transient: f64,
+    measure: f64,
+    exponents: usize,
+    threads: Option<NonZero<usize>>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let seeds = (0..kicks).map(|k| f64::from(seed) + f64::from(k));
+    let plan = SweepPlan {
+        scene: scene.load(py, None)?,
+        axes: vec![Axis::new(named(py, "start.seed")?, seeds)],
+        starts: vec![Start::Fresh],
+        response: response(py, [min_transient, max_transient, measure], exponents)?,
+    };
+    let found = points(py, &plan, Shard::WHOLE, threads, progress.as_ref())?;
+    result(py, &Basins::new(&plan, &found, false))
+}
