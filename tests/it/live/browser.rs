@@ -132,11 +132,12 @@ impl Browser {
             Some("Runtime.exceptionThrown") => {
                 self.errors.push(params["exceptionDetails"].to_string());
             }
-            Some("Log.entryAdded") if params["entry"]["level"] == "error" => {
-                // A scene without a diagram is no error.
-                if !text(&params["entry"]["url"]).contains("/diagram.json") {
-                    self.errors.push(params["entry"].to_string());
-                }
+            // A scene without a diagram is no error.
+            Some("Log.entryAdded")
+                if params["entry"]["level"] == "error"
+                    && !text(&params["entry"]["url"]).contains("/diagram.json") =>
+            {
+                self.errors.push(params["entry"].to_string());
             }
             Some("Runtime.consoleAPICalled") if params["type"] == "error" => {
                 self.errors.push(params["args"].to_string());

@@ -14,7 +14,7 @@ const FOCUSED: &str =
     "(({ id, tagName, textContent }) => id || `${tagName} ${textContent}`)(document.activeElement)";
 
 #[test]
-fn tab_visits_every_control_and_space_presses_a_button() {
+fn tab_visits_every_control() {
     let live = Live::start("torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
@@ -48,6 +48,16 @@ fn tab_visits_every_control_and_space_presses_a_button() {
             "{id} is not in {visited:?}"
         );
     }
+    assert_eq!(browser.errors, [""; 0]);
+}
+
+#[test]
+fn shortcuts_act_while_no_control_has_the_focus() {
+    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let Some((mut browser, tab)) = opened(&live) else {
+        return;
+    };
+    browser.until(&tab, "document.getElementById('scene').options.length > 1");
     // Space presses the button with the focus, and does not pause.
     browser.run(&tab, "document.getElementById('kick').focus()");
     browser.press(&tab, " ");
