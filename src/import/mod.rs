@@ -31,7 +31,9 @@
 mod clock;
 mod error;
 mod format;
+mod lines;
 mod npy;
+mod preamble;
 mod signal;
 mod table;
 mod text;

@@ -9,15 +9,14 @@
 //! The first pass through the text finds columns, rows and digits. Later passes read the times and the
 //! selected samples. No column is stored.
 
-use std::io::{BufRead, Read, Seek, SeekFrom};
+use std::io::{BufRead, Seek};
 use std::ops::Range;
 
 use super::clock::{Timing, Uniform, uniform};
+use super::lines::{Separator, each_line};
+use super::preamble::Preamble;
 use super::table::{ColumnHeader, MAX_COLUMNS, Source};
 use super::{Problem, units};
-
-/// Maximum line length, bytes: [`MAX_COLUMNS`] columns of 64 bytes each.
-const MAX_LINE: usize = 64 * MAX_COLUMNS;
 
 /// A text whose columns are known.
 pub(super) struct Text<R> {
@@ -56,7 +55,8 @@ struct Time {
 
 impl<R: BufRead + Seek> Text<R> {
     pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
-        let scan = Scan::of(&mut content)?;
+        let preamble = Preamble::of(&mut content)?.unwrap_or_default();
+        let scan = Scan::of(&mut content, &preamble)?;
         let (separator, first, rows) = (scan.separator, scan.first, scan.rows);
         let mut columns = scan.columns;
         // Columns of words are ignored if there are others.
@@ -83,6 +83,14 @@ impl<R: BufRead + Seek> Text<R> {
         };
         if text.columns.len() > 1 {
             text.find_time();
+        }
+        if let Some(clock) = preamble.clock {
+            text.time = Some(Time {
+                field: 0,
+                second: 1.0,
+                resolution: 0.0,
+                uniform: Some(clock),
+            });
         }
         Ok(text)
     }
@@ -197,42 +205,6 @@ impl<R: BufRead + Seek> Source for Text<R> {
     }
 }
 
-/// Calls `each` with number (from 1) and text of every nonblank line until it returns false.
-fn each_line(
-    content: &mut (impl BufRead + Seek),
-    mut each: impl FnMut(u64, &str) -> Result<bool, Problem>,
-) -> Result<(), Problem> {
-    content.seek(SeekFrom::Start(0))?;
-    let most = MAX_LINE + 1;
-    let mut bytes = Vec::new();
-    for line in 1.. {
-        bytes.clear();
-        Read::take(&mut *content, most as u64).read_until(b'\n', &mut bytes)?;
-        if bytes.is_empty() {
-            break;
-        }
-        if bytes.len() == most && !bytes.ends_with(b"\n") {
-            return Err(Problem::LongLine {
-                line,
-                most: MAX_LINE,
-            });
-        }
-        let text = String::from_utf8_lossy(&bytes);
-        let text = match text.strip_suffix('\n') {
-            Some(text) => text.strip_suffix('\r').unwrap_or(text),
-            None => &text,
-        };
-        let text = match line {
-            1 => text.trim_start_matches('\u{feff}'),
-            _ => text,
-        };
-        if !text.trim().is_empty() && !each(line, text)? {
-            break;
-        }
-    }
-    Ok(())
-}
-
 fn is_comment(line: &str) -> bool {
     line.starts_with('#')
 }
@@ -247,18 +219,22 @@ struct Scan {
 }
 
 impl Scan {
-    fn of(content: &mut (impl BufRead + Seek)) -> Result<Self, Problem> {
+    fn of(content: &mut (impl BufRead + Seek), preamble: &Preamble) -> Result<Self, Problem> {
         let mut scan: Option<Self> = None;
         // The first two rows above the numbers, and the last line before them.
         let mut above = Vec::new();
         let mut last = String::new();
         each_line(content, |line, text| {
             match &mut scan {
+                _ if line <= preamble.last => {}
                 Some(_) if is_comment(text) => {}
                 Some(scan) => scan.take(line, text)?,
                 None if !is_comment(text) && is_row_of_numbers(text) => {
-                    let begun = scan.insert(Self::begin(line, text, &above, &last)?);
-                    begun.take(line, text)?;
+                    let begun = match preamble.columns.is_empty() {
+                        true => Self::begin(line, text, &above, &last)?,
+                        false => Self::after_preamble(line, text, preamble),
+                    };
+                    scan.insert(begun).take(line, text)?;
                 }
                 None => {
                     if !is_comment(text) && above.len() < 2 {
@@ -270,6 +246,29 @@ impl Scan {
             Ok(true)
         })?;
         scan.ok_or(Problem::NoSamples("headings or comments"))
+    }
+
+    /// The columns of the first row of numbers, with the names and units of a preamble.
+    fn after_preamble(first: u64, sample: &str, preamble: &Preamble) -> Self {
+        let separator = Separator::of(sample);
+        let last = separator.fields(sample).enumerate();
+        let last = last.filter(|(_, field)| !field.is_empty()).last();
+        let named = |field: usize| {
+            let (name, unit) = preamble.columns.get(field).cloned().unwrap_or_default();
+            Named {
+                field,
+                header: name.clone(),
+                name,
+                unit,
+                seen: ColumnStatistics::default(),
+            }
+        };
+        Self {
+            separator,
+            first,
+            rows: 0,
+            columns: (0..=last.map_or(0, |(k, _)| k)).map(named).collect(),
+        }
     }
 
     /// Determines the columns from the first row of numbers and the lines above it.
@@ -321,61 +320,22 @@ impl Scan {
     fn take(&mut self, line: u64, row: &str) -> Result<(), Problem> {
         let need = self.columns.len();
         let mut columns = self.columns.iter_mut();
-        let (mut have, mut last) = (0, "");
+        // Trailing separators are no columns.
+        let (mut have, mut given) = (0, 0);
         for field in self.separator.fields(row) {
             if let Some(column) = columns.next() {
                 column.seen.take(field, line, self.separator);
             }
-            (have, last) = (have + 1, field);
+            have += 1;
+            if !field.is_empty() {
+                given = have;
+            }
         }
-        if have != need && !(have == need + 1 && last.is_empty()) {
+        if have < need || given > need {
             return Err(Problem::Ragged { line, have, need });
         }
         self.rows += 1;
         Ok(())
-    }
-}
-
-/// Separator of the fields of a row.
-#[derive(Clone, Copy, PartialEq)]
-enum Separator {
-    Character(char),
-    Blanks,
-}
-
-impl Separator {
-    /// Detects the separator of a row.
-    fn of(row: &str) -> Self {
-        let found = [';', '\t', ','].into_iter().find(|&c| row.contains(c));
-        found.map_or(Self::Blanks, Self::Character)
-    }
-
-    /// The fields of a row, without surrounding blanks and quotation marks.
-    fn fields(self, row: &str) -> impl Iterator<Item = &str> {
-        let mut quoted = false;
-        let ends = move |c: char| match self {
-            Self::Blanks => c.is_whitespace(),
-            Self::Character(separator) => {
-                quoted ^= c == '"';
-                c == separator && !quoted
-            }
-        };
-        let blanks = self == Self::Blanks;
-        row.split(ends)
-            .filter(move |field| !(blanks && field.is_empty()))
-            .map(move |field| match blanks {
-                true => field,
-                false => field.trim().trim_matches('"').trim(),
-            })
-    }
-
-    /// The number in a field; commas that do not separate fields may be decimal points.
-    fn number(self, field: &str) -> Option<f64> {
-        let is_decimal = self != Self::Character(',') && !field.contains('.');
-        match field.split_once(',').filter(|_| is_decimal) {
-            Some((whole, part)) => format!("{whole}.{part}").parse().ok(),
-            None => field.parse().ok(),
-        }
     }
 }
 
