@@ -112,6 +112,13 @@ impl DiagramStore {
         present.shown.as_ref().map(|shown| Arc::clone(&shown.text))
     }
 
+    /// Whether the diagram of the present scene is being computed.
+    pub fn is_computing(&self) -> bool {
+        let present = self.present();
+        let running = present.computation.as_ref();
+        present.shown.is_none() && running.is_some_and(|running| !running.thread.is_finished())
+    }
+
     fn diagram(&self) -> Option<Arc<TiltDiagram>> {
         let present = self.present();
         let shown = present.shown.as_ref();

@@ -8,7 +8,7 @@
 //! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
 //! | `/stream` | web socket: the recording in complete messages, binary |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
-//! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 404 without or before one |
+//! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 202 while it is computed, 204 without one |
 //! | `/tour.json` | the guided tour |
 //! | `/recordings/NAME` | a complete recording of this session |
 //! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
@@ -302,7 +302,8 @@ async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
     let kind = (header::CONTENT_TYPE, "application/json");
     match shared.session.diagram() {
         Some(text) => ([kind], text.to_string()).into_response(),
-        None => StatusCode::NOT_FOUND.into_response(),
+        None if shared.session.is_computing_diagram() => StatusCode::ACCEPTED.into_response(),
+        None => StatusCode::NO_CONTENT.into_response(),
     }
 }
 

@@ -284,6 +284,11 @@ impl Session {
         self.diagrams.text()
     }
 
+    /// Whether the branch diagram of the present scene is being computed.
+    pub fn is_computing_diagram(&self) -> bool {
+        self.diagrams.is_computing()
+    }
+
     /// Simulated time of the run, s; 0 between two runs.
     pub fn time(&self) -> f64 {
         self.status().map_or(0.0, |status| status.time)

@@ -7,18 +7,29 @@ import { showSource } from "/panel.js";
 import { Plot, note, short, unit } from "/plot.js";
 import { T } from "/texts.js";
 
+// Interval between questions for a diagram that is being computed, ms.
+const POLL_MS = 3000;
+
 export class Diagram {
   #range = null;
+  #scene = "";
   #bands = { source: "", at: [] };
   #full = null;
   #marker = make("div", { className: "marker" });
   version = 0;
 
-  // Fetches the table of the scene, if there is one.
+  // Fetches the diagram of the present scene, if it has one, as soon as it is computed.
   async load(scene) {
+    this.#scene = scene;
     this.#full = null;
-    const answer = await fetch(`/diagram.json?scene=${encodeURIComponent(scene)}`).catch(() => null);
-    if (answer?.ok) this.#full = await answer.json();
+    this.draw();
+    let answer;
+    while ((answer = await fetch("/diagram.json").catch(() => null))?.status === 202 && scene === this.#scene)
+      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    if (answer?.status !== 200) return;
+    const full = await answer.json();
+    if (scene !== this.#scene) return;
+    this.#full = full;
     this.draw();
   }
 

@@ -387,7 +387,7 @@ fn the_diagram_of_the_scene_is_served_during_its_run() {
     let served = Served::new();
     let diagram = request("/diagram.json", &[("host", &served.host)]);
     let missing = served.asked(&diagram);
-    assert!(missing.starts_with("http/1.1 404"), "{missing}");
+    assert!(missing.starts_with("http/1.1 204"), "{missing}");
     assert!(missing.ends_with("\r\n\r\n"), "{missing}");
     let session = Arc::clone(&served.session);
     let runner = std::thread::spawn(move || {

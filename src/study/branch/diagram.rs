@@ -4,6 +4,8 @@
 //! The diagrams of the scenes that ship are stored in `assets/diagrams`, one JSON file each. `assets/diagrams/make`
 //! computes them with `squeakscope branch SCENE --tilt 0:10 --diagram FILE`.
 
+use std::collections::HashSet;
+
 use serde::{Deserialize, Serialize};
 
 use super::BranchError;
@@ -120,6 +122,9 @@ impl TiltDiagram {
         let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
         let mut bifurcations: Vec<_> = branch.bifurcations.iter().map(bifurcation).collect();
         bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
+        // Branches that started from several settled motions can pass the same point.
+        let mut texts = HashSet::new();
+        bifurcations.retain(|found| texts.insert(found.text.clone()));
         let responses = Start::ALL.map(|start| responses(start, settled));
         let modes = branch.unstable_intervals().into_iter();
         Self {

@@ -132,11 +132,7 @@ impl Browser {
             Some("Runtime.exceptionThrown") => {
                 self.errors.push(params["exceptionDetails"].to_string());
             }
-            // A scene without a diagram is no error.
-            Some("Log.entryAdded")
-                if params["entry"]["level"] == "error"
-                    && !text(&params["entry"]["url"]).contains("/diagram.json") =>
-            {
+            Some("Log.entryAdded") if params["entry"]["level"] == "error" => {
                 self.errors.push(params["entry"].to_string());
             }
             Some("Runtime.consoleAPICalled") if params["type"] == "error" => {
