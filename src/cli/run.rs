@@ -506,7 +506,7 @@ mod tests {
 
     #[test]
     fn the_result_contains_the_summary() {
-        let scene = Scene::load("periodic-2deg").expect("preset");
+        let scene = Scene::load("chaos-5deg").expect("preset");
         let summary = Summary {
             simulated: 0.1,
             amplitude: 0.69e-6,

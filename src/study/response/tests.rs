@@ -107,11 +107,17 @@ fn a_small_system_has_a_settled_response() {
 #[test]
 fn the_callback_stops_a_response() {
     let scene = Scene::load("torus-3deg").unwrap();
+    // Far longer than three intervals between two calls, which are of wall time.
+    let plan = ResponsePlan {
+        min_transient: 100.0,
+        max_transient: 200.0,
+        ..SHORT
+    };
     let mut calls = 0;
     let stopped = response(
         &scene,
         InitialState::Fresh,
-        &SHORT,
+        &plan,
         &mut None,
         &mut |progress| {
             calls += 1;
