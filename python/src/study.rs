@@ -8,7 +8,7 @@ use squeakscope::joint::BallJoint;
 use squeakscope::scene::{Parameter, SceneError};
 use squeakscope::study::branch::{
     self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
-    add_orbits, equilibria,
+    OrbitStarts, add_orbits, equilibria,
 };
 use squeakscope::study::cost::{self as cost_study, CostPlan};
 use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
@@ -158,7 +158,8 @@ pub fn branch<'py>(
                 };
                 watch.report(share)
             };
-            add_orbits(&plan, start, &mut found, &mut report)?;
+            let starts = start.map_or(OrbitStarts::Scene, OrbitStarts::At);
+            add_orbits(&plan, starts, &mut found, &mut report)?;
         }
         Ok::<_, BranchError>(found)
     })?;
