@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use squeakscope::import::{
-    Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal,
-};
+use squeakscope::import::{Format, ImportError, Selection, Signal, Table, read_signal};
 use squeakscope::record::{ReadError, read_series};
 use squeakscope::study::signal::{SignalOptions, analyse_signal};
 
@@ -62,9 +60,6 @@ pub fn analyse<'py>(
     result(py, &found)
 }
 
-/// Resolution of time in a recording, s.
-const NANOSECOND: f64 = 1e-9;
-
 /// Reads a signal from a file, or the error of a recording.
 fn read(path: &Path, selection: &Selection) -> Result<Result<Signal, ReadError>, ImportError> {
     let failed = |problem| ImportError {
@@ -78,13 +73,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Result<Signal, ReadError>,
         Ok(series) => series,
         Err(error) => return Ok(Err(error)),
     };
-    let table = Table {
-        columns: vec![Column::new(series.name, &series.unit, series.values)],
-        clock: Clock::Times {
-            times: series.times,
-            resolution: NANOSECOND,
-        },
-    };
+    let table = Table::of_series(series.name, &series.unit, series.times, series.values);
     let rest = Selection {
         column: None,
         ..selection.clone()

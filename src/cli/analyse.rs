@@ -19,9 +19,7 @@ use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal_text;
 use crate::analysis::range;
-use crate::import::{
-    Clock, Column, Format, ImportError, Selection, Signal, Table, read_signal_with,
-};
+use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
@@ -128,9 +126,6 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
     }
 }
 
-/// Resolution of time in a recording, s.
-const NANOSECOND: f64 = 1e-9;
-
 /// Reads a signal from a file or a recording.
 fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
     let failed = |problem| ImportError {
@@ -164,13 +159,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
             path.display()
         ));
     }
-    let table = Table {
-        columns: vec![Column::new(series.name, &series.unit, series.values)],
-        clock: Clock::Times {
-            times: series.times,
-            resolution: NANOSECOND,
-        },
-    };
+    let table = Table::of_series(series.name, &series.unit, series.times, series.values);
     // `read_series` has selected the column.
     let rest = Selection {
         column: None,

@@ -47,7 +47,21 @@ pub struct Table {
     pub clock: Clock,
 }
 
+/// Resolution of time in a recording, s.
+const NANOSECOND: f64 = 1e-9;
+
 impl Table {
+    /// The series of a recording, with times (s) and values, as a table of one column.
+    pub fn of_series(name: String, unit: &str, times: Vec<f64>, values: Vec<f64>) -> Self {
+        Self {
+            columns: vec![Column::new(name, unit, values)],
+            clock: Clock::Times {
+                times,
+                resolution: NANOSECOND,
+            },
+        }
+    }
+
     /// The selected signal.
     ///
     /// # Errors
