@@ -15,7 +15,7 @@ pub struct SceneArgs {
     /// Name of a scene, or path of a scene file [default: tilt-ramp].
     pub scene: Option<String>,
     /// Change this key of the scene, as in `--set load.tilt_deg=4`; repeat the option for several. The value is that of
-    /// a scene file, and `absent` removes the key.
+    /// a scene file, and `absent` removes the key, or a table, as in `--set analysis.lyapunov=absent`.
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_and_value)]
     pub set: Vec<(String, String)>,
 }

@@ -8,10 +8,15 @@ use super::error::{Fault, Location, SceneError};
 use super::schema::{Schema, join, split};
 use super::tables::knots::FileKnots;
 
-/// Removes a key from its table if it is present.
+/// Removes a key or a whole table if it is present.
 pub fn remove(document: &mut DocumentMut, path: &str) {
-    let (table, name) = split(path);
-    if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
+    let (tables, name) = split(path);
+    let mut tables = tables.split('.').filter(|table| !table.is_empty());
+    let table = tables.try_fold(
+        document.as_table_mut() as &mut dyn TableLike,
+        |table, name| table.get_mut(name)?.as_table_like_mut(),
+    );
+    if let Some(table) = table {
         table.remove(name);
     }
 }

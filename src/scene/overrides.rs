@@ -49,7 +49,7 @@ impl Scene {
 
     /// Returns the scene with other values of any keys, in its text, too. Each override is the dotted path of a key,
     /// or its name if that occurs in one table only, and the value as in a scene file; quotes of a word may be left
-    /// out, and `absent` removes the key. A form of the tilt, the load or the rotation replaces its other forms.
+    /// out, and `absent` removes the key, or a whole table such as `analysis.lyapunov`. A form of the tilt, the load or the rotation replaces its other forms.
     ///
     /// # Errors
     /// If there is no such key, and as [`Scene::parse`].
@@ -61,6 +61,10 @@ impl Scene {
         let mut deprecated = self.deprecated_keys.clone();
         for (name, value) in overrides {
             let (name, value) = (name.as_ref(), value.as_ref());
+            if value == SceneSetting::ABSENT && SCHEMA.has_table(&SCHEMA.current(name)) {
+                remove(&mut document, &SCHEMA.current(name));
+                continue;
+            }
             let (key, by_old_name) = declared(name, |_| true, || self.place_of_override())?;
             let path = &key.path[..];
             for forms in [&LOAD, &TILT, &FACTOR] {
@@ -269,6 +273,21 @@ mod tests {
         assert!(back.joint().unwrap().tilt.varies());
         let default = changed.with_overrides(&[("nodes", "absent")]).unwrap();
         assert_ne!(default.joint().unwrap().spec.contact.nodes, 28);
+    }
+
+    #[test]
+    fn keys_and_tables_can_be_removed() {
+        let scene = Scene::load("torus-3deg").unwrap();
+        let without = |name: &str| scene.with_overrides(&[(name, "absent")]).unwrap();
+        assert!(scene.analysis.exponents.is_some());
+        assert_eq!(without("analysis.lyapunov").analysis.exponents, None);
+        assert_eq!(without("mechanism").mechanism, None);
+        let default = without("analysis.recurrence.size").analysis.recurrence;
+        assert_ne!(default, scene.analysis.recurrence);
+        let plain = scene
+            .with_overrides(&[("mechanism", "absent"), ("analysis", "absent")])
+            .unwrap();
+        assert!(plain.analysis.spectrum.is_none());
     }
 
     #[test]
