@@ -274,7 +274,12 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         };
         let mut power = Vector::splat(simd, 0.0);
         let vectors = 0..nodes.blocks.len() * parts::<S>();
-        let left = own.pass::<S, VECTORS_PER_GROUP>(simd, nodes, vectors, sums, &mut power);
+        // All vectors of a small patch at once hide the latency of each other.
+        let left = match (const { parts::<S>() }, vectors.len()) {
+            (1, 3) => own.pass::<S, 3>(simd, nodes, vectors, sums, &mut power),
+            (1, 4) => own.pass::<S, 4>(simd, nodes, vectors, sums, &mut power),
+            _ => own.pass::<S, VECTORS_PER_GROUP>(simd, nodes, vectors, sums, &mut power),
+        };
         // Otherwise a block fills whole groups.
         if const { parts::<S>() < VECTORS_PER_GROUP } {
             own.pass::<S, 1>(simd, nodes, left, sums, &mut power);
