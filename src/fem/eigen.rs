@@ -27,9 +27,34 @@ pub(super) struct Eigenpairs {
     pub(super) vectors: Vec<Vec<f64>>,
 }
 
+impl Eigenpairs {
+    /// Compares the eigenvalues with the Rayleigh quotients of the vectors.
+    fn check(self, pencil: &Pencil, harmonic: Harmonic) -> Result<Self, FemError> {
+        let is_resolved = |(value, vector): (&f64, &Vec<f64>)| {
+            let quotient = dot(vector, &pencil.stiffness_times(vector));
+            *value > 0.0 && (quotient / value - 1.0).abs() <= ROUNDING
+        };
+        let lost = self
+            .values
+            .iter()
+            .zip(&self.vectors)
+            .position(|pair| !is_resolved(pair));
+        match lost {
+            None => Ok(self),
+            Some(index) => Err(FemError::Rounding {
+                harmonic,
+                mode: index + 1,
+            }),
+        }
+    }
+}
+
 /// Convergence criterion: the residual of a Ritz pair in the norm of `M`, relative to `theta`. The
 /// relative error of the eigenvalue is of the order of its square.
 const TOLERANCE: f64 = 1e-12;
+/// Maximum relative difference of an eigenvalue from the Rayleigh quotient of its vector. Their rounding errors differ,
+/// so that a larger difference shows that the eigenvalue is lost in them.
+const ROUNDING: f64 = 1e-4;
 /// Lanczos steps between convergence checks.
 const CHECK_INTERVAL: usize = 4;
 
@@ -48,7 +73,7 @@ pub(super) struct Search<'a> {
 /// Computes the lowest elastic eigenpairs.
 ///
 /// # Errors
-/// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`].
+/// [`FemError::TooManyModes`], [`FemError::Factorisation`], [`FemError::NoConvergence`], [`FemError::Rounding`].
 pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs, FemError> {
     let &Search {
         harmonic,
@@ -88,7 +113,8 @@ pub(super) fn lowest(pencil: &Pencil, search: &Search<'_>) -> Result<Eigenpairs,
             let done = |pair: &&RitzPair| steps == available || pair.residual <= TOLERANCE;
             converged = ritz.iter().take_while(done).count();
             if converged == wanted {
-                return Ok(assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift));
+                let pairs = assemble_pairs(&ritz, &basis.vectors[rigid.len()..], shift);
+                return pairs.check(pencil, harmonic);
             }
         }
     }
@@ -262,6 +288,35 @@ mod tests {
     use crate::fem::harmonic::DofMap;
     use crate::fem::tests::elements;
     use crate::fem::{Material, Section};
+
+    #[test]
+    fn frequencies_lost_in_rounding_errors_are_an_error() {
+        let material = Material {
+            young: 207e9,
+            poisson: 0.3,
+            density: 7800.0,
+        };
+        let mut lost = 0;
+        for length in (2..40).map(|tenths| 0.1 * f64::from(tenths)) {
+            let diameter = 0.0005;
+            let section = Section::rod(diameter, length, &elements(0.05, 3)).unwrap();
+            // Bernoulli's beam with free ends.
+            let slender = 4.730_040_745_f64.powi(2) / std::f64::consts::TAU * diameter / 4.0;
+            let exact = slender * (material.young / material.density).sqrt() / (length * length);
+            match section.modes(&material, Harmonic::Bending, 2) {
+                Ok(modes) => {
+                    let found = modes[0].frequency_hz;
+                    assert!(
+                        (found / exact - 1.0).abs() < 1e-2,
+                        "{length}: {found} {exact}"
+                    );
+                }
+                Err(FemError::Rounding { mode, .. }) => lost += mode,
+                Err(error) => assert!(matches!(error, FemError::NoConvergence { .. }), "{error}"),
+            }
+        }
+        assert!(lost > 0);
+    }
 
     #[test]
     fn all_lowest_modes_agree_with_a_dense_eigenvalue_solver() {

@@ -100,6 +100,17 @@ pub enum FemError {
         /// Number of Lanczos steps.
         steps: usize,
     },
+    /// An eigenvalue that is not resolved in floating point, as of a very long and thin beam.
+    #[error(
+        "{harmonic}: the frequency of mode {mode} is lost in rounding errors: \
+         use less extreme proportions of the body, or larger elements"
+    )]
+    Rounding {
+        /// Family of the modes.
+        harmonic: Harmonic,
+        /// Number of the mode within the family, from 1.
+        mode: usize,
+    },
     /// A direction that does not point to the free surface of the ball.
     #[error(
         "direction {direction:?} (polar angle {polar_deg:.3} deg) does not point to the ball's free \

@@ -25,7 +25,7 @@ impl Section {
     ///
     /// # Errors
     /// [`FemError::Material`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
-    /// [`FemError::NoConvergence`].
+    /// [`FemError::NoConvergence`], [`FemError::Rounding`].
     pub fn modes(
         &self,
         material: &Material,
