@@ -180,6 +180,7 @@ pub mod fem;
 mod foreign;
 pub mod guide;
 pub mod import;
+mod instruction_set;
 pub mod joint;
 pub mod memory;
 #[cfg_attr(

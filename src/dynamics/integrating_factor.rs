@@ -29,6 +29,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::combination::{Aligned, Combination, lanes};
 use super::runge_kutta::{Form, Rows};
 use super::{System, trigonometry};
+use crate::instruction_set::instruction_set;
 
 /// Bound on the exponent `sigma h`. The backward map `exp(-h L)` amplifies by `exp(sigma h)`; the bound
 /// prevents overflow. The forward map compensates the amplification, so long steps lose no accuracy.
@@ -363,7 +364,7 @@ pub(super) struct IntegratingFactor {
 impl IntegratingFactor {
     /// The integrating-factor form of a system for a method with `stages` stages.
     pub fn new<Y: System + ?Sized>(sys: &Y, stages: usize) -> Self {
-        let arch = Arch::new();
+        let arch = instruction_set();
         let layout = Layout {
             modes: sys.modes(),
             first_order: sys.first_order(),

@@ -10,6 +10,7 @@ use super::System;
 use super::combination::{Write, lanes};
 use super::runge_kutta::{Form, Rows};
 use super::system::add_linear;
+use crate::instruction_set::instruction_set;
 
 /// The method's coordinates are the state.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,7 @@ impl Plain {
     /// The plain form of a system.
     pub fn new<Y: System + ?Sized>(sys: &Y) -> Self {
         Self {
-            arch: Arch::new(),
+            arch: instruction_set(),
             dim: sys.dim(),
         }
     }

@@ -17,6 +17,7 @@ use super::separation::Separation;
 use super::simd::LANES;
 use super::{ContactDamping, Friction, MAX_MODES, Model};
 use crate::dynamics::{Differentiable, Switching, System};
+use crate::instruction_set::instruction_set;
 
 /// The friction law of a joint.
 #[derive(Clone, Debug)]
@@ -126,7 +127,7 @@ impl Joint {
                 q: vec![0.0; m],
             },
             audit: false,
-            arch: Arch::new(),
+            arch: instruction_set(),
         };
         joint.find_equilibrium();
         joint

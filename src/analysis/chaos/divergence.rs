@@ -45,6 +45,7 @@ use serde::{Deserialize, Serialize};
 use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
+use crate::instruction_set::instruction_set;
 
 /// Number of consecutive sections of the signal with separate curves. The scatter of their slopes gives
 /// the standard error. They are also the units of parallel work; the fixed number makes sums independent
@@ -206,7 +207,7 @@ pub(in crate::analysis) fn divergence_in(
         tree,
         deviation: deviation(samples),
         unit,
-        arch: Arch::new(),
+        arch: instruction_set(),
     };
     let blocks: Vec<LogSums> = (0..BLOCKS)
         .into_par_iter()
@@ -258,7 +259,7 @@ impl LogSums {
     fn new(search: &DivergenceSearch, unit: f64) -> Self {
         let steps = search.horizon + 1;
         Self {
-            arch: Arch::new(),
+            arch: instruction_set(),
             unit,
             squared: matches!(search.method, DivergenceMethod::Rosenstein),
             sums: vec![0.0; steps],

@@ -24,6 +24,7 @@ pub use self::search::Neighbour;
 use self::search::{Best, Euclidean, Manhattan, Maximum, Metric, Query};
 use self::tree::Tree;
 use super::{DelayVectors, Norm};
+use crate::instruction_set::instruction_set;
 
 /// Vectors per task of [`NeighbourTree::nearest_all`].
 const VECTORS_A_TASK: usize = 512;
@@ -143,7 +144,7 @@ impl<'a> NeighbourTree<'a> {
             vectors,
             norm,
             tree: Tree::new(&vectors),
-            arch: Arch::new(),
+            arch: instruction_set(),
         }
     }
 

@@ -8,9 +8,10 @@
 use std::ops::Range;
 
 use pulp::bytemuck::bytes_of;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use crate::analysis::{DelayVectors, Norm};
+use crate::instruction_set::instruction_set;
 
 /// Diagonals processed together. Their sections of the signal stay in the L1 cache.
 const DIAGONALS_PER_BLOCK: usize = 16;
@@ -86,7 +87,7 @@ impl<'a> Pairs<'a> {
         let from = sums.len();
         sums.resize(from + others.len(), 0.0);
         let sums = &mut sums[from..];
-        Arch::new().dispatch(|| {
+        instruction_set().dispatch(|| {
             for coordinate in (0..self.dimension).map(|c| c * self.lag) {
                 let here = self.samples[j + coordinate];
                 let there = &self.samples[others.start + coordinate..];
@@ -126,7 +127,7 @@ impl<'a> Pairs<'a> {
     /// Passes the diagonals with these offsets to the visitor, in order. Offset `n` is an empty
     /// diagonal.
     pub fn visit(&self, offsets: Range<usize>, limits: Limits<'_>, visitor: &mut impl Visitor) {
-        let arch = Arch::new();
+        let arch = instruction_set();
         match self.norm {
             Norm::Euclidean => arch.dispatch(Sweep(self, offsets, limits, visitor, SumOfSquares)),
             Norm::Maximum => arch.dispatch(Sweep(self, offsets, limits, visitor, Maximum)),

@@ -8,12 +8,13 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use self::mask::{bit, ones, runs, word, word_after, word_before};
 use self::states::{Along, States, WORD};
 use super::{LineHistogram, RecurrenceCounts, Threshold};
 use crate::analysis::{AnalysisError, Norm};
+use crate::instruction_set::instruction_set;
 
 /// Counts of the recurrence plot of a growing or sliding window, updated sample by sample.
 ///
@@ -161,7 +162,7 @@ impl RecurrenceWindow {
     /// Appends samples, in blocks of any size. The first `(m - 1) tau` samples of the stream complete no
     /// state; each later one completes one.
     pub fn push(&mut self, samples: &[f64]) {
-        Arch::new().dispatch(Push {
+        instruction_set().dispatch(Push {
             window: self,
             samples,
         });
