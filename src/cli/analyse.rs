@@ -12,7 +12,7 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{Kind, OutputFile};
 use super::progress::Progress;
 use super::report::{print_notice, print_warning};
 use super::resources;
@@ -43,16 +43,17 @@ pub(super) struct AnalysedFile<'a> {
 /// # Errors
 /// Bad input before any work; failure while drawing or recording; an interrupt.
 pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let [save, json] = check_all(
+    let [save, json] = args.overwrite.check_all(
         Some(args.file.as_os_str()),
         [
-            ("--save", args.save.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--save", Kind::RECORDING, args.save.as_deref()),
+            ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
     if let Some(directory) = &args.figures {
         let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
-        check_directory(directory, "--figures", &names)?;
+        args.overwrite
+            .check_directory(directory, "--figures", &names)?;
     }
     if save.is_some() {
         resources::check_memory()?;
@@ -68,21 +69,8 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
         },
     )?;
     resources::start_thread_pool()?;
-    let search = SignalOptions {
-        lag: args.lag.map(|lag| lag as usize),
-        dimension: args.dimension.map(|m| m as usize),
-        threshold: args.threshold,
-        norm: args.norm.unwrap_or_default(),
-        theiler: match args.line_of_identity {
-            true => Some(0),
-            false => args.theiler.map(|samples| samples as usize),
-        },
-        min_diagonal: args.min_diagonal.map(|states| states as usize),
-        min_vertical: args.min_vertical.map(|states| states as usize),
-        event: args.event.map(|number| number as usize),
-    };
     let progress = Progress::of_phases();
-    let report = analyse_signal(signal, &search, &mut |share, name| {
+    let report = analyse_signal(signal, &options(args), &mut |share, name| {
         progress.update(share, name);
         interrupt::should_continue(stop)
     });
@@ -123,6 +111,23 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
     match summary {
         Some(summary) if summary.interrupted => Err(CliError::Interrupted),
         _ => Ok(()),
+    }
+}
+
+/// The options of the analysis.
+fn options(args: &AnalyseArgs) -> SignalOptions {
+    SignalOptions {
+        lag: args.lag.map(|lag| lag as usize),
+        dimension: args.dimension.map(|m| m as usize),
+        threshold: args.threshold,
+        norm: args.norm.unwrap_or_default(),
+        theiler: match args.line_of_identity {
+            true => Some(0),
+            false => args.theiler.map(|samples| samples as usize),
+        },
+        min_diagonal: args.min_diagonal.map(|states| states as usize),
+        min_vertical: args.min_vertical.map(|states| states as usize),
+        event: args.event.map(|number| number as usize),
     }
 }
 

@@ -7,6 +7,7 @@ use clap::{Args as Arguments, value_parser};
 use strum::VariantArray;
 
 use super::figures::FigureArgs;
+use super::output::Overwrite;
 use crate::analysis::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
 
@@ -70,6 +71,8 @@ pub struct AnalyseArgs {
     /// Also write all results as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figures to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,

@@ -7,6 +7,7 @@ use super::document::Document;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::lyapunov_text::title;
+use super::output::Kind;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
@@ -33,7 +34,13 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
         report::print_held(joint.fixed_at_start());
     }
     let scene = args.scene.input();
-    let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
+    let overwrite = args.outputs.overwrite.or(args.work.resume);
+    let names = ["basins".to_owned()];
+    let files = Files::check(
+        (scene, &args.outputs),
+        &names,
+        (Kind::STUDY_TABLE, overwrite),
+    )?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let mut written = write_tables(&plan, &mut points, &files)?;
     let basins = Basins::new(&plan, &points, !done);
@@ -155,6 +162,7 @@ mod tests {
             outputs: SweepOutputs {
                 out: folder.join("basins.arrow"),
                 figures: Some(folder.join("figures")),
+                overwrite: Default::default(),
                 drawn: Default::default(),
                 save: Some(folder.join("basins.rrd")),
                 json: Some(folder.join("basins.json")),

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::common_args::SceneArgs;
 use super::figures::FigureArgs;
+use super::output::Overwrite;
 
 /// Arguments of `squeakscope branch`.
 #[derive(Debug, Arguments)]
@@ -65,6 +66,8 @@ pub struct BranchArgs {
     /// Also write all results as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figures to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,

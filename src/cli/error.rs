@@ -50,18 +50,6 @@ pub enum CliError {
     /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The table or log of a study exists.
-    #[error("`{}` (--out) exists; continue it with --resume, or choose another --out", path.display())]
-    OutputExists {
-        /// Path of the file.
-        path: PathBuf,
-    },
-    /// The output of `merge` exists and does not belong to the sweep.
-    #[error("`{}` (--out) exists and is not a table of this sweep; choose another --out", path.display())]
-    ForeignOutput {
-        /// Path of the file.
-        path: PathBuf,
-    },
     /// The log of a calibration belongs to another calibration, or cannot be read.
     #[error("cannot resume `{}`: {reason}; choose another --out", path.display())]
     CannotResume {
@@ -185,15 +173,6 @@ pub enum CliError {
         /// Longest transient, ms.
         max: f64,
     },
-    /// The extension of the table does not match its format.
-    #[error(
-        "`{}` (--out) has the wrong extension: the table is an Arrow stream; give a name that ends in .arrow",
-        path.display()
-    )]
-    NotArrow {
-        /// Path of the table.
-        path: PathBuf,
-    },
     /// A failure while computing, drawing or recording.
     #[error("the {task} failed")]
     Run {
@@ -267,9 +246,7 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::OutputExists { .. }
-            | Self::ForeignOutput { .. }
-            | Self::NoAdvice
+            Self::NoAdvice
             | Self::NoCauses
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }
@@ -279,7 +256,6 @@ impl CliError {
             | Self::DiagramNeedsTilt { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }
-            | Self::NotArrow { .. }
             | Self::CannotResume { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }

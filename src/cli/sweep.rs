@@ -12,7 +12,7 @@ use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, is_stdout};
+use super::output::{Kind, OutputFile, Overwrite, is_stdout};
 use super::progress::Progress;
 use super::report::{self, HEADING, WARNING};
 use super::resources;
@@ -53,7 +53,12 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     report::print_study_warnings(&plan.scene);
     report::print_held(held(&plan));
     let scene = args.scene.input();
-    let files = Files::check(scene, &args.outputs, &names(&plan))?;
+    let overwrite = args.outputs.overwrite.or(args.work.resume);
+    let files = Files::check(
+        (scene, &args.outputs),
+        &names(&plan),
+        (Kind::STUDY_TABLE, overwrite),
+    )?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     let outputs = (&args.outputs, &files);
@@ -110,7 +115,12 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         })
     })?;
     check_timeline(&plan, &args.outputs)?;
-    let identity = first.identity.clone();
+    let outputs = (None, &args.outputs);
+    let files = Files::check(
+        outputs,
+        &names(&plan),
+        (Kind::TABLE, args.outputs.overwrite),
+    )?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
     for read in std::iter::once(Ok((path, first))).chain(tables) {
@@ -131,15 +141,6 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs, &names(&plan))?;
-    // A merge replaces the table of an earlier merge of the same sweep, and no other file.
-    let out = files.table.path();
-    let is_same_sweep = read_table(out).is_ok_and(|table| table.identity == identity);
-    if out.exists() && !is_same_sweep {
-        return Err(CliError::ForeignOutput {
-            path: out.to_owned(),
-        });
-    }
     deliver(
         &plan,
         &mut merged,
@@ -177,33 +178,23 @@ pub(super) struct Files {
 impl Files {
     /// Checks all outputs; `figures` are the stems of the figures' file names.
     pub fn check(
-        input: Option<&OsStr>,
-        outputs: &SweepOutputs,
+        (input, outputs): (Option<&OsStr>, &SweepOutputs),
         figures: &[String],
+        (kind, overwrite): (Kind, Overwrite),
     ) -> Result<Self, CliError> {
         let csv = outputs.out.with_extension("csv");
-        let ending = outputs
-            .out
-            .extension()
-            .and_then(OsStr::to_str)
-            .unwrap_or("");
-        if !["", "arrow", "arrows"].contains(&ending) {
-            return Err(CliError::NotArrow {
-                path: outputs.out.clone(),
-            });
-        }
         let json = outputs.json.as_deref().filter(|path| !is_stdout(path));
         if let Some(directory) = &outputs.figures {
             let names = outputs.drawn.names(figures, &STUDY);
-            check_directory(directory, "--figures", &names)?;
+            overwrite.check_directory(directory, "--figures", &names)?;
         }
-        let [table, csv, json, save] = check_all(
+        let [table, csv, json, save] = overwrite.check_all(
             input,
             [
-                ("--out", Some(&*outputs.out)),
-                ("--out, short table", Some(&*csv)),
-                ("--json", json),
-                ("--save", outputs.save.as_deref()),
+                ("--out", kind, Some(&*outputs.out)),
+                ("--out, short table", Kind::CSV, Some(&*csv)),
+                ("--json", Kind::JSON, json),
+                ("--save", Kind::RECORDING, outputs.save.as_deref()),
             ],
         )?;
         if save.is_some() {
@@ -333,24 +324,16 @@ pub(super) fn write_recording(
     Ok(Some(WrittenFile::of(file)?))
 }
 
-/// Reads the points of an existing table. Without `--resume`, an existing table is an error.
+/// The points of an existing table that is resumed.
 fn known_points(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
-    match (path.exists(), resume) {
-        (false, _) => Ok(Vec::new()),
-        (true, false) => Err(CliError::OutputExists {
-            path: path.to_owned(),
-        }),
-        (true, true) => {
-            // An empty file: the sweep was killed before its first point.
-            if path.metadata().is_ok_and(|meta| meta.len() == 0) {
-                return Ok(Vec::new());
-            }
-            let table = read_table(path)?;
-            table.check(plan, path)?;
-            warn_if_truncated(path, &table);
-            Ok(table.points)
-        }
+    // An empty file: the sweep was killed before its first point.
+    if !resume || path.metadata().map_or(0, |file| file.len()) == 0 {
+        return Ok(Vec::new());
     }
+    let table = read_table(path)?;
+    table.check(plan, path)?;
+    warn_if_truncated(path, &table);
+    Ok(table.points)
 }
 
 /// Warns if a table is truncated.

@@ -32,6 +32,7 @@ impl TestFolder {
         SweepOutputs {
             out: self.path(name),
             figures: None,
+            overwrite: Default::default(),
             drawn: Default::default(),
             save: None,
             json: Some(self.path(name).with_extension("json")),
@@ -115,6 +116,16 @@ fn a_sweep_writes_tables_figures_and_json() {
     let before = std::fs::read(test.path("a.arrow")).unwrap();
     args.work.resume = true;
     execute(&args, &no_stop()).unwrap();
+    assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
+    let forced = SweepOutputs {
+        overwrite: Overwrite::ALLOWED,
+        ..test.outputs("a.arrow")
+    };
+    let again = SweepArgs {
+        outputs: forced,
+        ..test.args("a.arrow")
+    };
+    execute(&again, &no_stop()).unwrap();
     assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
     // A table is not mixed with another sweep.
     args.response.measure = 11.0;
@@ -210,7 +221,7 @@ fn a_recording_needs_a_single_parameter() {
         },
         ..test.args("map.arrow")
     };
-    for (args, word) in [(both, "one parameter"), (same, "two outputs")] {
+    for (args, word) in [(both, "one parameter"), (same, "ends in .rrd")] {
         let refused = execute(&args, &no_stop()).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(word), "{refused}");

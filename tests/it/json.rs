@@ -299,6 +299,7 @@ fn prepare(folder: &Path) {
 fn result(folder: &Path, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command.current_dir(folder).args(words.split(' '));
+    command.arg("--force");
     if !words.contains("--json") {
         command.args(["--json", "a.json"]);
     }
