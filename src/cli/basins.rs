@@ -11,8 +11,8 @@ use super::output::Kind;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, check_transient, compute_points, print_result, response_plan, write_recording,
-    write_tables,
+    Files, check_transient, compute_points, print_result, response_plan, write_points,
+    write_recording,
 };
 use crate::escape;
 use crate::number::fixed;
@@ -42,7 +42,7 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
         (Kind::STUDY_TABLE, overwrite),
     )?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
-    let mut written = write_tables(&plan, &mut points, &files)?;
+    let mut written = vec![write_points(&plan, &mut points, &files, done)?];
     let basins = Basins::new(&plan, &points, !done);
     let title = title(&plan.scene.name, basins.tilt);
     if let Some(directory) = &args.outputs.figures {
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(attractors[0]["seeds"], serde_json::json!([7, 8, 9]));
         let svg = std::fs::read_to_string(folder.path().join("figures/basins.svg")).unwrap();
         assert!(svg.contains("<title>printed-friction at 2.5 deg"), "{svg}");
-        assert_eq!(report["files"].as_array().unwrap().len(), 5);
+        assert_eq!(report["files"].as_array().unwrap().len(), 4);
         let saved = std::fs::metadata(folder.path().join("basins.rrd")).unwrap();
         assert!(saved.len() > 0);
         // The existing table is not replaced.

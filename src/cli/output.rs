@@ -58,11 +58,16 @@ impl Kind {
     /// A text table.
     pub const CSV: Self = Self::of(&["csv"]);
     /// A table.
-    pub const TABLE: Self = Self::of(&["arrow"]);
-    /// A table that grows while a study goes on.
+    pub const TABLE: Self = Self::of(&["arrow", "parquet", "csv"]);
+    /// The table of a study that can be resumed.
     pub const STUDY_TABLE: Self = Self {
         existing: Existing::Resume,
         ..Self::TABLE
+    };
+    /// A table that grows while a study goes on.
+    pub const GROWING_TABLE: Self = Self {
+        existing: Existing::Resume,
+        ..Self::of(&["arrows"])
     };
     /// The log of a search.
     pub const LOG: Self = Self {

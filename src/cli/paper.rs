@@ -17,7 +17,7 @@ use super::paper_figures::{self, FIGURES};
 use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{Files, compute_points, print_result, write_recording, write_tables};
+use super::sweep::{Files, compute_points, print_result, write_points, write_recording};
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
@@ -77,13 +77,13 @@ pub(super) fn execute(
     if args.figure.is_none_or(|figure| figure >= FIRST_SIMULATED) {
         let done;
         (points, done) = compute_points(&plan, &work, &files, stop)?;
-        written = write_tables(&plan, &mut points, &files)?;
+        written = vec![write_points(&plan, &mut points, &files, done)?];
         if !done {
             return Err(CliError::Interrupted);
         }
         let done;
         (short, done) = compute_points(&short_plan, &work, &short_files, stop)?;
-        written.extend(write_tables(&short_plan, &mut short, &short_files)?);
+        written.push(write_points(&short_plan, &mut short, &short_files, done)?);
         if !done {
             return Err(CliError::Interrupted);
         }
@@ -150,7 +150,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputF
     }
     args.overwrite.check_directory(&args.out, "--out", &names)?;
     // The tables of an earlier or interrupted run are continued.
-    let tables = [TABLE, "sweep.csv", SHORT_TABLE, "short.csv"];
+    let tables = [TABLE, "sweep.arrows", SHORT_TABLE, "short.arrows"];
     Overwrite::ALLOWED.check_directory(&args.out, "--out", &tables)?;
     let scene_file = args.scene.input();
     // A path inside the new directory is checked after the directory exists.

@@ -325,7 +325,8 @@ pub struct MergeArgs {
 #[derive(Debug, Arguments)]
 #[command(next_help_heading = "Output")]
 pub struct SweepOutputs {
-    /// Write the results to this Arrow table, point by point; a short CSV table goes into the same directory.
+    /// Write the results to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities). While
+    /// the study goes on, the table is an Arrow stream of the same name that ends in .arrows.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,
     /// Save a recording for the Rerun viewer, with the parameter as its timeline; only for a sweep over one

@@ -30,8 +30,8 @@ use crate::scene::{FixedAt, LoadedJoint, Parameter};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, CsvWriter, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
-    SweepTable, TableError, TableWriter, read_table, sweep, write_csv, write_table,
+    Axis, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult, SweepTable,
+    TableError, TableWriter, read_table, sweep, write_table,
 };
 use crate::study::threads;
 use crate::table::Table;
@@ -78,12 +78,11 @@ pub(super) fn compute_points(
     files: &Files,
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
-    let known = known_points(work.resume, plan, files.table.path())?;
+    let known = known_points(work.resume, plan, files)?;
     resources::start_thread_pool()?;
     interrupt::start_work();
     let mut recorder = Recorder {
-        table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
-        csv: CsvWriter::new(files.csv.path(), plan, &known)?,
+        table: TableWriter::new(files.growing.path(), plan, &known)?,
         points: known.clone(),
         progress: Progress::with_estimate(),
         stop,
@@ -170,7 +169,8 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
 /// The output files.
 pub(super) struct Files {
     table: OutputFile,
-    csv: OutputFile,
+    /// The table while it grows: an Arrow stream, which is removed when the table is complete.
+    growing: OutputFile,
     pub json: Option<OutputFile>,
     save: Option<OutputFile>,
 }
@@ -182,28 +182,28 @@ impl Files {
         figures: &[String],
         (kind, overwrite): (Kind, Overwrite),
     ) -> Result<Self, CliError> {
-        let csv = outputs.out.with_extension("csv");
+        let growing = outputs.out.with_extension("arrows");
         let json = outputs.json.as_deref().filter(|path| !is_stdout(path));
-        if let Some(directory) = &outputs.figures {
-            let names = outputs.drawn.names(figures, &STUDY);
-            overwrite.check_directory(directory, "--figures", &names)?;
-        }
-        let [table, csv, json, save] = overwrite.check_all(
+        let [table, growing, json, save] = overwrite.check_all(
             input,
             [
                 ("--out", kind, Some(&*outputs.out)),
-                ("--out, short table", Kind::CSV, Some(&*csv)),
+                ("--out", Kind::GROWING_TABLE, Some(&*growing)),
                 ("--json", Kind::JSON, json),
                 ("--save", Kind::RECORDING, outputs.save.as_deref()),
             ],
         )?;
+        if let Some(directory) = &outputs.figures {
+            let names = outputs.drawn.names(figures, &STUDY);
+            overwrite.check_directory(directory, "--figures", &names)?;
+        }
         if save.is_some() {
             resources::check_memory()?;
         }
-        match (table, csv) {
-            (Some(table), Some(csv)) => Ok(Self {
+        match (table, growing) {
+            (Some(table), Some(growing)) => Ok(Self {
                 table,
-                csv,
+                growing,
                 json,
                 save,
             }),
@@ -215,7 +215,6 @@ impl Files {
 /// Writes each point to the tables and shows the progress.
 struct Recorder<'a> {
     table: TableWriter,
-    csv: CsvWriter,
     points: Vec<SweepPoint>,
     progress: Progress,
     stop: &'a AtomicBool,
@@ -226,7 +225,6 @@ impl SweepObserver for Recorder<'_> {
 
     fn on_point(&mut self, point: SweepPoint) -> Result<(), TableError> {
         self.table.add(&point)?;
-        self.csv.add(&point)?;
         self.points.push(point);
         Ok(())
     }
@@ -247,7 +245,7 @@ fn deliver(
     (shard, interrupted): (Shard, bool),
     stop: &AtomicBool,
 ) -> Result<(), CliError> {
-    let mut written = write_tables(plan, points, files)?;
+    let mut written = vec![write_points(plan, points, files, !interrupted)?];
     if let Some(directory) = &outputs.figures {
         let drawn = (&outputs.drawn, &STUDY[..]);
         let figures = sweep_figures(plan, points);
@@ -286,18 +284,20 @@ pub(super) fn print_result(
     Ok(())
 }
 
-/// Writes the sorted points to the Arrow table and to the short CSV table.
-pub(super) fn write_tables(
+/// Writes the complete table and removes that which grew; the latter stays for `--resume` if points are missing.
+pub(super) fn write_points(
     plan: &SweepPlan,
     points: &mut [SweepPoint],
     files: &Files,
-) -> Result<Vec<WrittenFile>, CliError> {
-    write_table(files.table.path(), &plan.identity(), points)?;
-    write_csv(files.csv.path(), plan, points)?;
-    Ok(vec![
-        WrittenFile::of(&files.table)?,
-        WrittenFile::of(&files.csv)?,
-    ])
+    complete: bool,
+) -> Result<WrittenFile, CliError> {
+    if !complete {
+        return Ok(WrittenFile::of(&files.growing)?);
+    }
+    write_table(files.table.path(), plan, points)?;
+    // A merge has none.
+    let _ = std::fs::remove_file(files.growing.path());
+    Ok(WrittenFile::of(&files.table)?)
 }
 
 /// Writes the recording, if it is requested and there are points; with `ball`, it shows the modes of ball and
@@ -324,12 +324,18 @@ pub(super) fn write_recording(
     Ok(Some(WrittenFile::of(file)?))
 }
 
-/// The points of an existing table that is resumed.
-fn known_points(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
+/// The points of an existing table that is resumed: the one that grew, or else the complete one.
+fn known_points(
+    resume: bool,
+    plan: &SweepPlan,
+    files: &Files,
+) -> Result<Vec<SweepPoint>, CliError> {
     // An empty file: the sweep was killed before its first point.
-    if !resume || path.metadata().map_or(0, |file| file.len()) == 0 {
+    let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
+    let mut tables = [files.growing.path(), files.table.path()].into_iter();
+    let Some(path) = tables.find(has_points).filter(|_| resume) else {
         return Ok(Vec::new());
-    }
+    };
     let table = read_table(path)?;
     table.check(plan, path)?;
     warn_if_truncated(path, &table);
@@ -511,7 +517,7 @@ fn text(scene: &str, result: &SweepResult<'_>) -> String {
     if failed > 0 {
         let _ = writeln!(
             text,
-            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the tables has the reasons"
+            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the table has the reasons"
         );
     }
     let unsettled = count(SweepPoint::is_unsettled);

@@ -4,6 +4,8 @@
 //! here compare lengths with the file size before anything is allocated, and convert a panic to an error.
 
 pub(crate) mod arrow;
+#[cfg(feature = "table")]
+pub(crate) mod table;
 
 use std::cell::Cell;
 use std::fmt::Display;

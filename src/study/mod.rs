@@ -13,6 +13,8 @@ pub mod response;
 pub mod signal;
 mod stability;
 pub mod sweep;
+#[cfg(feature = "table")]
+mod table;
 
 /// Callback on the progress of a study; it returns whether to continue.
 pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;

@@ -292,7 +292,7 @@ fn prepare(folder: &Path) {
     let mut points: Vec<SweepPoint> = points.collect();
     fs::create_dir(folder.join("paper")).unwrap();
     let table = folder.join("paper/sweep.arrow");
-    write_table(&table, &plan.identity(), &mut points).unwrap();
+    write_table(&table, &plan, &mut points).unwrap();
 }
 
 /// The JSON result of an example.

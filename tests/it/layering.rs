@@ -449,6 +449,7 @@ fn dependencies_stay_in_their_modules() {
         ("arrow_ipc", "foreign study"),
         ("serde_arrow", "study"),
         ("csv::Writer", "study"),
+        ("parquet", "foreign study"),
         // Eigenvalues and linear systems, also of equilibria and of branches.
         ("faer", "fem joint dynamics study"),
         ("realfft", "analysis"),

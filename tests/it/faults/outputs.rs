@@ -61,7 +61,7 @@ const DIRECTORIES: &[(&str, &str)] = &[
     ("sweep --figures %", "bifurcation.svg"),
     ("basins --figures %", "basins.png"),
     ("paper --out %", "figure-11.svg"),
-    ("paper --out %", "sweep.csv"),
+    ("paper --out %", "sweep.arrows"),
     ("paper --out %", "README.md"),
     ("cost --out %", "cost-nodes.svg"),
     ("cost --out %", "cost.rrd"),
@@ -106,12 +106,12 @@ fn a_protected_output_is_rejected_before_the_work() {
     }
 }
 
-/// The short table next to the large one is an output, too.
+/// The table that grows is an output, too.
 #[test]
-fn a_protected_short_table_is_rejected_before_the_work() {
+fn a_protected_growing_table_is_rejected_before_the_work() {
     let folder = folder();
-    protect(&folder.path().join("a.csv"));
-    ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.csv"]);
+    protect(&folder.path().join("a.arrows"));
+    ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.arrows"]);
 }
 
 #[test]
