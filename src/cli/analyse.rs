@@ -1,6 +1,8 @@
 //! `squeakscope analyse`: analyse a signal from a file and classify its motion.
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,6 +10,7 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::analyse_args::AnalyseArgs;
+use super::analyse_files;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
@@ -18,7 +21,7 @@ use super::report::{print_notice, print_warning};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal_text;
-use crate::analysis::range;
+use crate::analysis::{TonalEvent, range};
 use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -38,15 +41,34 @@ pub(super) struct AnalysedFile<'a> {
     report: Cow<'a, SignalAnalysis>,
 }
 
+impl<'a> AnalysedFile<'a> {
+    /// The analysis of the file at a path.
+    pub fn new(file: &'a Path, report: &'a SignalAnalysis) -> Self {
+        Self {
+            file: file.into(),
+            report: Cow::Borrowed(report),
+        }
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input before any work; failure while drawing or recording; an interrupt.
 pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let [save, json] = args.overwrite.check_all(
-        Some(args.file.as_os_str()),
+    match &args.files[..] {
+        [file] if !file.is_dir() => analyse_one(args, file, stop),
+        _ => analyse_files::execute(args, stop),
+    }
+}
+
+/// Analyses a file, with all outputs.
+fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+    let [save, labels, json] = args.overwrite.check_all(
+        Some(file.as_os_str()),
         [
             ("--save", Kind::RECORDING, args.save.as_deref()),
+            ("--labels", Kind::LABELS, args.labels.as_deref()),
             ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
@@ -58,29 +80,8 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
     if save.is_some() {
         resources::check_memory()?;
     }
-    let signal = read(
-        &args.file,
-        &Selection {
-            column: args.column.clone(),
-            rate: args.rate,
-            from: args.from,
-            to: args.to,
-            max_samples: Some(args.max_samples),
-        },
-    )?;
     resources::start_thread_pool()?;
-    let progress = Progress::of_phases();
-    let report = analyse_signal(signal, &options(args), &mut |share, name| {
-        progress.update(share, name);
-        interrupt::should_continue(stop)
-    });
-    // Clears the bar before the report is printed.
-    drop(progress);
-    let report = report.map_err(|reason| CliError::Signal {
-        path: args.file.clone(),
-        reason,
-    })?;
-    let report = report.ok_or(CliError::NoResult)?;
+    let report = analyse(args, file, stop)?;
     let mut files = Vec::new();
     if let Some(directory) = &args.figures {
         let drawn = (&args.drawn, &PIXELS[..]);
@@ -91,19 +92,20 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
             drawn,
         )?);
     }
+    if let Some(labels) = &labels {
+        labels.write(|out| out.write_all(label_text(report.events()).as_bytes()))?;
+        files.push(WrittenFile::of(labels)?);
+    }
     let summary = save
         .as_ref()
-        .map(|save| play(args, &report, save, stop))
+        .map(|save| play(file, &report, save, stop))
         .transpose()?;
     files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
-    let mut text = signal_text::text(&args.file, &report);
+    let mut text = signal_text::text(file, &report);
     if !files.is_empty() {
         text.push('\n');
     }
-    let result = AnalysedFile {
-        file: (&args.file).into(),
-        report: Cow::Borrowed(&report),
-    };
+    let result = AnalysedFile::new(file, &report);
     Document::new(&result, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {
         print_viewer_command(recording.path())?;
@@ -112,6 +114,59 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
         Some(summary) if summary.interrupted => Err(CliError::Interrupted),
         _ => Ok(()),
     }
+}
+
+/// Reads and analyses a file.
+///
+/// # Errors
+/// If the file has no such signal, or it cannot be analysed; an interrupt.
+pub(super) fn analyse(
+    args: &AnalyseArgs,
+    file: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<SignalAnalysis, CliError> {
+    let signal = read(
+        file,
+        &Selection {
+            column: args.column.clone(),
+            rate: args.rate,
+            from: args.from,
+            to: args.to,
+            max_samples: Some(args.max_samples),
+        },
+    )?;
+    let progress = Progress::of_phases();
+    let report = analyse_signal(signal, &options(args), &mut |share, name| {
+        progress.update(share, name);
+        interrupt::should_continue(stop)
+    });
+    // Clears the bar before the report is printed.
+    drop(progress);
+    let report = report.map_err(|reason| CliError::Signal {
+        path: file.to_owned(),
+        reason,
+    })?;
+    report.ok_or(CliError::NoResult)
+}
+
+/// Tonal events as labels of Audacity: a line with start, end and name, and a line with the range of frequencies.
+fn label_text(events: &[TonalEvent]) -> String {
+    let mut text = String::new();
+    for (number, event) in (1..).zip(events) {
+        let TonalEvent {
+            start_s,
+            end_s,
+            frequency_hz,
+            frequency_low_hz,
+            frequency_high_hz,
+            ..
+        } = event;
+        let _ = writeln!(
+            text,
+            "{start_s:.6}\t{end_s:.6}\t{number}: {frequency_hz:.1} Hz\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
+        );
+    }
+    text
 }
 
 /// The options of the analysis.
@@ -175,7 +230,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
 
 /// Sends the signal through the pipeline of a simulation: analyses and recording.
 fn play(
-    args: &AnalyseArgs,
+    file: &Path,
     report: &SignalAnalysis,
     save: &OutputFile,
     stop: &Arc<AtomicBool>,
@@ -185,7 +240,7 @@ fn play(
         source,
     };
     let signal = &report.signal;
-    let source = args.file.file_name().unwrap_or(args.file.as_os_str());
+    let source = file.file_name().unwrap_or(file.as_os_str());
     let source = source.to_string_lossy().into_owned();
     let title = format!(
         "{source}, {}: {} samples at {} Hz",
@@ -222,6 +277,7 @@ fn play(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::output::Overwrite;
     use std::f64::consts::TAU;
 
     /// A folder with a signal file: a sine, from 2 s to 4 s.
@@ -241,7 +297,7 @@ mod tests {
         fn args(&self) -> AnalyseArgs {
             let path = |name: &str| self.0.path().join(name);
             AnalyseArgs {
-                file: path("tone.csv"),
+                files: vec![path("tone.csv")],
                 save: Some(path("out.rrd")),
                 figures: Some(path("new/figures")),
                 json: Some(path("out.json")),
@@ -275,6 +331,93 @@ mod tests {
     }
 
     #[test]
+    fn several_files_and_a_folder_give_a_table_and_one_json() {
+        let (test, stop) = (TestFolder::new(), Arc::default());
+        let path = |name: &str| test.0.path().join(name);
+        std::fs::create_dir(path("more")).expect("made");
+        std::fs::copy(path("tone.csv"), path("more/b.csv")).expect("copied");
+        std::fs::copy(path("tone.csv"), path("more/a.csv")).expect("copied");
+        std::fs::write(path("more/c.bin"), [0, 1, 2, 3]).expect("written");
+        std::fs::write(path("empty.csv"), "u\n").expect("written");
+        let args = |files: &[&str]| AnalyseArgs {
+            files: files.iter().map(|name| path(name)).collect(),
+            save: None,
+            figures: None,
+            overwrite: Overwrite::ALLOWED,
+            ..test.args()
+        };
+        let json = || -> serde_json::Value {
+            serde_json::from_slice(&std::fs::read(path("out.json")).expect("written"))
+                .expect("JSON")
+        };
+        execute(&args(&["more", "tone.csv"]), &stop).expect("success");
+        let one = json();
+        let files: Vec<_> = one["analyses"].as_array().expect("a list").iter().collect();
+        let names = files
+            .iter()
+            .map(|file| Path::new(file["file"].as_str().expect("a path")));
+        let names: Vec<_> = names
+            .map(|path| path.file_name().expect("a name"))
+            .collect();
+        assert_eq!(names, ["a.csv", "b.csv", "tone.csv"]);
+        assert_eq!(files[0]["verdict"], files[2]["verdict"]);
+        let several = AnalyseArgs {
+            jobs: std::num::NonZero::new(3),
+            ..args(&["more", "tone.csv"])
+        };
+        execute(&several, &stop).expect("success");
+        assert_eq!(json(), one);
+        // A file that cannot be analysed is named, and the others are still analysed.
+        let failed = execute(&args(&["empty.csv", "tone.csv"]), &stop).expect_err("one failed");
+        assert_eq!(failed.exit_code(), 2, "{failed}");
+        assert_eq!(json()["analyses"].as_array().map(Vec::len), Some(1));
+        let reason = &json()["failures"][0];
+        assert!(
+            reason["file"]
+                .as_str()
+                .expect("a path")
+                .ends_with("empty.csv")
+        );
+        assert!(
+            reason["reason"]
+                .as_str()
+                .expect("a text")
+                .contains("no sample"),
+            "{reason}"
+        );
+        // Outputs of a single file.
+        let drawn = AnalyseArgs {
+            figures: Some(path("figures")),
+            ..args(&["more", "tone.csv"])
+        };
+        let refused = execute(&drawn, &stop).expect_err("refused");
+        assert_eq!(refused.exit_code(), 2);
+        assert!(refused.to_string().contains("--figures"), "{refused}");
+    }
+
+    #[test]
+    fn events_become_labels() {
+        let event = TonalEvent {
+            start_s: 0.5,
+            end_s: 2.25,
+            frequency_hz: 1513.04,
+            frequency_low_hz: 1500.0,
+            frequency_high_hz: 1526.5,
+            harmonics: 1,
+            level_db_fs: -12.0,
+            snr_db: 30.0,
+            modulation: None,
+            vibrato: None,
+            ridge: Vec::new(),
+        };
+        assert_eq!(
+            label_text(&[event]),
+            "0.500000\t2.250000\t1: 1513.0 Hz\n\\\t1500.000000\t1526.500000\n"
+        );
+        assert_eq!(label_text(&[]), "");
+    }
+
+    #[test]
     fn an_interrupted_analysis_leaves_nothing() {
         let (test, stop) = (TestFolder::new(), Arc::new(AtomicBool::new(true)));
         let error = execute(&test.args(), &stop).expect_err("interrupted");
@@ -286,7 +429,7 @@ mod tests {
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
         let (test, stop) = (TestFolder::new(), Arc::default());
-        let file = test.args().file;
+        let file = test.args().files.remove(0);
         // Not a valid signal either, but the outputs are checked first.
         std::fs::write(&file, "sound").expect("written");
         for args in [
@@ -300,6 +443,10 @@ mod tests {
             },
             AnalyseArgs {
                 save: test.args().json,
+                ..test.args()
+            },
+            AnalyseArgs {
+                labels: test.args().save,
                 ..test.args()
             },
         ] {

@@ -1,5 +1,6 @@
 //! Arguments of `squeakscope analyse`.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -14,8 +15,10 @@ use crate::import::MAX_SAMPLES;
 /// Arguments of `squeakscope analyse`.
 #[derive(Debug, Default, Arguments)]
 pub struct AnalyseArgs {
-    /// Signal file: WAV, CSV or other text columns, .npy, .npz, or a recording (.rrd).
-    pub file: PathBuf,
+    /// Signal files: WAV, FLAC, MP3, Ogg, AIFF, CSV or other text columns, .npy, .npz, .mat, or recordings (.rrd); a
+    /// directory stands for the signal files in it.
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
     /// one].
     #[arg(long, value_name = "NAME", help_heading = "Input")]
@@ -65,6 +68,12 @@ pub struct AnalyseArgs {
     /// Count the line of identity, as recurrent points and as a diagonal line: no Theiler window.
     #[arg(long, conflicts_with = "theiler", help_heading = "Analysis")]
     pub line_of_identity: bool,
+    /// Analyse this many files at once, if there are several [default: 1; each takes the memory of its samples].
+    #[arg(long, value_name = "N", help_heading = "Execution")]
+    pub jobs: Option<NonZero<usize>>,
+    /// Write the tonal events as labels for Audacity.
+    #[arg(long, value_name = "FILE.txt", help_heading = "Output")]
+    pub labels: Option<PathBuf>,
     /// Save a recording of the signal with each analysis over time.
     #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
     pub save: Option<PathBuf>,

@@ -76,7 +76,8 @@ pub enum Command {
     Model(ModelArgs),
     /// Analyse a signal from a file and classify its motion.
     ///
-    /// Reads WAV, CSV and other text columns, .npy, .npz and recordings (.rrd).
+    /// Reads WAV, FLAC, MP3, Ogg, AIFF, CSV and other text columns, .npy, .npz, .mat and recordings (.rrd). Of several
+    /// files, or of a directory, it prints a table.
     Analyse(AnalyseArgs),
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),

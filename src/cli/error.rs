@@ -58,6 +58,34 @@ pub enum CliError {
         /// Reason, as a clause.
         reason: String,
     },
+    /// An output or a choice for a single signal, and several files.
+    #[error("{option} is for a single file; analyse the files one by one, or omit it")]
+    OneFile {
+        /// The option.
+        option: &'static str,
+    },
+    /// A directory of signals cannot be read.
+    #[error("cannot read the directory `{}` ({source}); check its permissions", path.display())]
+    Directory {
+        /// Path of the directory.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// A directory without signals.
+    #[error("the directory `{}` has no file of a known format; give the path of a signal", path.display())]
+    NoSignals {
+        /// Path of the directory.
+        path: PathBuf,
+    },
+    /// Some of several files cannot be analysed.
+    #[error("{failed} of {all} files could not be analysed; the table has the reasons")]
+    FilesFailed {
+        /// Number of files that could not be analysed.
+        failed: usize,
+        /// Number of all files.
+        all: usize,
+    },
     /// More than two parameters are swept.
     #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
     TooManyAxes {
@@ -246,7 +274,11 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::NoAdvice
+            Self::OneFile { .. }
+            | Self::Directory { .. }
+            | Self::NoSignals { .. }
+            | Self::FilesFailed { .. }
+            | Self::NoAdvice
             | Self::NoCauses
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }

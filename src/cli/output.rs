@@ -19,7 +19,7 @@ pub struct OutputFile {
     path: PathBuf,
 }
 
-/// Whether outputs replace existing files.
+/// Whether outputs overwrite existing files.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct Overwrite {
     /// Replace outputs that exist.
@@ -78,6 +78,8 @@ impl Kind {
     pub const SCENE: Self = Self::of(&["toml"]);
     /// A text with Markdown.
     pub const MARKDOWN: Self = Self::of(&["md"]);
+    /// Labels of an audio editor.
+    pub const LABELS: Self = Self::of(&["txt"]);
     /// A figure.
     pub const FIGURE: Self = Self::of(&["png", "svg", "pdf"]);
 

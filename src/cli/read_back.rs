@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::analyse::AnalysedFile;
+use super::analyse_files::AnalysedFiles;
 use super::calibrate::CalibrationResult;
 use super::document::read_as;
 use super::growth::GrowthResult;
@@ -36,6 +37,7 @@ pub fn read_back(command: &str, document: &Value) -> serde_json::Result<Value> {
         "calibrate" => read_as::<CalibrationResult<'_>>,
         "cost" => read_as::<CostStudy>,
         "growth" => read_as::<GrowthResult<'_>>,
+        "analyse" if document.get("analyses").is_some() => read_as::<AnalysedFiles<'_>>,
         "analyse" => read_as::<AnalysedFile<'_>>,
         _ if document.get("effects").is_some() => read_as::<Effects>,
         _ if document.get("scenes").is_some() => read_as::<Scenes<'_>>,

@@ -68,6 +68,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     // The points of the sweep come from an earlier run, which `prepare` writes.
     ("paper", "paper --figure 4 --out paper"),
     ("analyse", "analyse sound.wav --json a.json"),
+    (
+        "analyse FILE FILE",
+        "analyse sound.wav sound.wav --json a.json",
+    ),
 ];
 
 /// A field of a struct in the source.

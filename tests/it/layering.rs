@@ -458,6 +458,8 @@ fn dependencies_stay_in_their_modules() {
         ("rayon", "analysis pipeline cli"),
         ("minijinja", "text"),
         ("npyz", "numpy"),
+        ("symphonia", "import"),
+        ("matfile", "import"),
         ("axum", "live"),
         ("tokio", "live"),
         ("ratatui", "cli"),
