@@ -1,4 +1,4 @@
-//! `squeakscope analyse`: analyse a signal from a file and classify its motion.
+//! `squeakscope analyse` of one file: analyse the signal and classify its motion.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -10,23 +10,23 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::analyse_args::AnalyseArgs;
-use super::analyse_files;
+use super::calibration::CalibratedLevels;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
 use super::output::{Kind, OutputFile};
 use super::progress::Progress;
-use super::report::{print_notice, print_warning};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
+use super::signal::read;
 use super::signal_text;
 use crate::analysis::{TonalEvent, range};
-use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
+use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
-use crate::record::{Output, RerunSink, paths, read_series};
+use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
     SignalAnalysis, SignalOptions, analyse_signal, highest_frequency, live_analysis,
@@ -39,31 +39,38 @@ pub(super) struct AnalysedFile<'a> {
     file: Cow<'a, Path>,
     #[serde(flatten)]
     report: Cow<'a, SignalAnalysis>,
+    /// Sound levels; absent without a calibration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sound_levels: Option<Cow<'a, CalibratedLevels>>,
 }
 
 impl<'a> AnalysedFile<'a> {
     /// The analysis of the file at a path.
-    pub fn new(file: &'a Path, report: &'a SignalAnalysis) -> Self {
+    pub fn new(file: &'a Path, analysed: &'a Analysed) -> Self {
         Self {
             file: file.into(),
-            report: Cow::Borrowed(report),
+            report: Cow::Borrowed(&analysed.report),
+            sound_levels: analysed.levels.as_ref().map(Cow::Borrowed),
         }
     }
 }
 
-/// Runs the command.
+/// What is known of a signal.
+pub(super) struct Analysed {
+    pub report: SignalAnalysis,
+    /// Sound levels, if a calibration is given.
+    pub levels: Option<CalibratedLevels>,
+}
+
+/// Analyses a single file, with all outputs.
 ///
 /// # Errors
 /// Bad input before any work; failure while drawing or recording; an interrupt.
-pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    match &args.files[..] {
-        [file] if !file.is_dir() => analyse_one(args, file, stop),
-        _ => analyse_files::execute(args, stop),
-    }
-}
-
-/// Analyses a file, with all outputs.
-fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+pub(super) fn execute(
+    args: &AnalyseArgs,
+    file: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), CliError> {
     let [save, labels, json] = args.overwrite.check_all(
         Some(file.as_os_str()),
         [
@@ -81,14 +88,15 @@ fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Resul
         resources::check_memory()?;
     }
     resources::start_thread_pool()?;
-    let report = analyse(args, file, stop)?;
+    let analysed = analyse(args, file, stop)?;
+    let report = &analysed.report;
     let mut files = Vec::new();
     if let Some(directory) = &args.figures {
         let drawn = (&args.drawn, &PIXELS[..]);
         files.extend(write_figures(
             directory,
             "--figures",
-            &signal_figures(&report),
+            &signal_figures(report),
             drawn,
         )?);
     }
@@ -98,14 +106,17 @@ fn analyse_one(args: &AnalyseArgs, file: &Path, stop: &Arc<AtomicBool>) -> Resul
     }
     let summary = save
         .as_ref()
-        .map(|save| play(file, &report, save, stop))
+        .map(|save| play(file, report, save, stop))
         .transpose()?;
     files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
-    let mut text = signal_text::text(file, &report);
+    let mut text = signal_text::text(file, report);
+    if let Some(levels) = &analysed.levels {
+        text = format!("{}\n{text}", levels.text());
+    }
     if !files.is_empty() {
         text.push('\n');
     }
-    let result = AnalysedFile::new(file, &report);
+    let result = AnalysedFile::new(file, &analysed);
     Document::new(&result, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {
         print_viewer_command(recording.path())?;
@@ -124,7 +135,7 @@ pub(super) fn analyse(
     args: &AnalyseArgs,
     file: &Path,
     stop: &Arc<AtomicBool>,
-) -> Result<SignalAnalysis, CliError> {
+) -> Result<Analysed, CliError> {
     let signal = read(
         file,
         &Selection {
@@ -135,6 +146,9 @@ pub(super) fn analyse(
             max_samples: Some(args.max_samples),
         },
     )?;
+    let source = args.calibration.as_ref();
+    let levels = source.map(|source| CalibratedLevels::of(&signal, source, args.column.as_deref()));
+    let levels = levels.transpose()?;
     let progress = Progress::of_phases();
     let report = analyse_signal(signal, &options(args), &mut |share, name| {
         progress.update(share, name);
@@ -146,7 +160,8 @@ pub(super) fn analyse(
         path: file.to_owned(),
         reason,
     })?;
-    report.ok_or(CliError::NoResult)
+    let report = report.ok_or(CliError::NoResult)?;
+    Ok(Analysed { report, levels })
 }
 
 /// Tonal events as labels of Audacity: a line with start, end and name, and a line with the range of frequencies.
@@ -184,48 +199,6 @@ fn options(args: &AnalyseArgs) -> SignalOptions {
         min_vertical: args.min_vertical.map(|states| states as usize),
         event: args.event.map(|number| number as usize),
     }
-}
-
-/// Reads a signal from a file or a recording.
-fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
-    let failed = |problem| ImportError {
-        path: path.to_owned(),
-        problem,
-    };
-    if Format::of(path).map_err(failed)? != Format::Rrd {
-        let progress = Progress::of_phases();
-        let signal = read_signal_with(path, selection, &mut |share| {
-            progress.update(share, "reading");
-        });
-        return Ok(signal?);
-    }
-    let series = read_series(path, selection.column.as_deref())?;
-    if let Some(damage) = &series.damage {
-        let length = match (series.times.first(), series.times.last()) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        };
-        print_warning(&format!(
-            "{} is damaged at {damage}; the {} samples of `{}` before the damage are used, {length:.6} s",
-            path.display(),
-            series.values.len(),
-            series.name
-        ));
-    }
-    if selection.column.is_none() && series.name == paths::DISPLACEMENT {
-        print_notice(&format!(
-            "analysing the column `{}` of {}; choose another with --column",
-            series.name,
-            path.display()
-        ));
-    }
-    let table = Table::of_series(series.name, &series.unit, series.times, series.values);
-    // `read_series` has selected the column.
-    let rest = Selection {
-        column: None,
-        ..selection.clone()
-    };
-    Ok(table.signal(&rest).map_err(failed)?)
 }
 
 /// Sends the signal through the pipeline of a simulation: analyses and recording.
@@ -277,6 +250,7 @@ fn play(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::analyse_files::execute;
     use crate::cli::output::Overwrite;
     use std::f64::consts::TAU;
 

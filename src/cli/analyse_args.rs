@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, value_parser};
 use strum::VariantArray;
 
+use super::calibration::CalibrationSource;
 use super::figures::FigureArgs;
 use super::output::Overwrite;
 use crate::analysis::{Norm, Threshold};
@@ -40,6 +41,11 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]
     pub event: Option<u32>,
+    /// Print sound levels in dB re 20 uPa: A-weighted, and in third octaves. The calibration is the level of a calibrator and
+    /// its recording (94dB=FILE), the pressure for one unit of the signal (12.5Pa), or the sensitivity of the microphone
+    /// for a signal in V (50mV/Pa).
+    #[arg(long, value_name = "CALIBRATION", help_heading = "Analysis")]
+    pub calibration: Option<CalibrationSource>,
     /// Embedding delay [default: the first minimum of the mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]

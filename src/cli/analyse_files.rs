@@ -1,4 +1,4 @@
-//! `squeakscope analyse` of several files: a table over the files, and one JSON document.
+//! `squeakscope analyse`: of several files, a table over the files and one JSON document.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,8 +7,9 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::analyse::{AnalysedFile, analyse};
+use super::analyse::{self, Analysed, AnalysedFile, analyse};
 use super::analyse_args::AnalyseArgs;
+use super::calibration::CalibratedLevels;
 use super::document::Document;
 use super::error::CliError;
 use super::output::Kind;
@@ -16,7 +17,6 @@ use super::resources;
 use crate::escape;
 use crate::import::Format;
 use crate::number::fixed;
-use crate::study::signal::SignalAnalysis;
 use crate::table::Table;
 
 /// The analyses of several files.
@@ -37,11 +37,19 @@ struct FailedFile {
     reason: String,
 }
 
-/// Analyses all files.
+/// Runs the command.
 ///
 /// # Errors
-/// Bad input before any work, or a file that cannot be analysed; an interrupt.
+/// Bad input before any work, or a file that cannot be analysed; failure while drawing or recording; an interrupt.
 pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+    match &args.files[..] {
+        [file] if !file.is_dir() => analyse::execute(args, file, stop),
+        _ => analyse_all(args, stop),
+    }
+}
+
+/// Analyses several files.
+fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     for (option, given) in [
         ("--save", args.save.is_some()),
         ("--labels", args.labels.is_some()),
@@ -57,7 +65,7 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
     let [json] = args.overwrite.check_all(None, json)?;
     resources::start_thread_pool()?;
     let jobs = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut found: Vec<(&Path, Result<SignalAnalysis, CliError>)> = Vec::new();
+    let mut found: Vec<(&Path, Result<Analysed, CliError>)> = Vec::new();
     for some in files.chunks(jobs) {
         let analysed = some
             .par_iter()
@@ -124,17 +132,27 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
 }
 
 /// The files, one per row.
-fn text(found: &[(&Path, Result<SignalAnalysis, CliError>)]) -> String {
+fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
     let table = Table::default().left("file").right("duration, s");
+    let calibrated =
+        |report: &Result<Analysed, _>| report.as_ref().is_ok_and(|a| a.levels.is_some());
+    let has_levels = found.iter().any(|(_, report)| calibrated(report));
+    let table = match has_levels {
+        true => table.right("dB(A)"),
+        false => table,
+    };
     let table = table.right("events").right("event, Hz").right("line, Hz");
     let mut table = table.left("type of motion");
     for (file, report) in found {
         let mut row = vec![escape::path(file)];
         match report {
-            Ok(report) => {
+            Ok(Analysed { report, levels }) => {
                 let line = report.tones.lines.first();
+                row.push(fixed(Some(report.facts.duration_s), 3));
+                if has_levels {
+                    row.push(fixed(levels.as_ref().map(CalibratedLevels::a_weighted), 1));
+                }
                 row.extend([
-                    fixed(Some(report.facts.duration_s), 3),
                     report.events().len().to_string(),
                     fixed(report.event().map(|event| event.frequency_hz), 1),
                     fixed(line.map(|named| named.line.frequency), 1),
@@ -145,7 +163,7 @@ fn text(found: &[(&Path, Result<SignalAnalysis, CliError>)]) -> String {
                 ]);
             }
             Err(error) => {
-                row.extend([const { String::new() }; 4]);
+                row.extend(vec![String::new(); 4 + usize::from(has_levels)]);
                 row.push(escape::line(&error.to_string()).into_owned());
             }
         }

@@ -11,6 +11,7 @@ use super::common_args::{
     AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url,
 };
 use super::figures::FigureArgs;
+use super::friction::FrictionArgs;
 use super::live_args::LiveArgs;
 use super::output::Overwrite;
 use super::sound_args::SoundArgs;
@@ -79,6 +80,10 @@ pub enum Command {
     /// Reads WAV, FLAC, MP3, Ogg, AIFF, CSV and other text columns, .npy, .npz, .mat and recordings (.rrd). Of several
     /// files, or of a directory, it prints a table.
     Analyse(AnalyseArgs),
+    /// Fit the Stribeck law to measured coefficients of friction.
+    ///
+    /// Prints the law with 95 % intervals, and the lines of a scene file.
+    Friction(FrictionArgs),
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),
     /// Write the man pages.

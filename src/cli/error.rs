@@ -78,6 +78,28 @@ pub enum CliError {
         /// Path of the directory.
         path: PathBuf,
     },
+    /// A sensitivity in V/Pa for a signal that is not in V.
+    #[error(
+        "the signal is not in V (its unit: `{unit}`), as --calibration in mV/Pa needs; give --calibration 12.5Pa, the pressure for one unit"
+    )]
+    NotInVolts {
+        /// Unit of the signal.
+        unit: String,
+    },
+    /// The recording of a calibrator has no tone.
+    #[error("`{}` (--calibration) has no tone of at least 0.5 s; record the calibrator again, with no other sound", path.display())]
+    NoCalibratorTone {
+        /// Path of the recording.
+        path: PathBuf,
+    },
+    /// A file of measured friction that cannot be used.
+    #[error("`{}`: {reason}", path.display())]
+    FrictionPoints {
+        /// Path of the file.
+        path: PathBuf,
+        /// Reason and remedy.
+        reason: String,
+    },
     /// Some of several files cannot be analysed.
     #[error("{failed} of {all} files could not be analysed; the table has the reasons")]
     FilesFailed {
@@ -275,6 +297,9 @@ impl CliError {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::OneFile { .. }
+            | Self::FrictionPoints { .. }
+            | Self::NotInVolts { .. }
+            | Self::NoCalibratorTone { .. }
             | Self::Directory { .. }
             | Self::NoSignals { .. }
             | Self::FilesFailed { .. }

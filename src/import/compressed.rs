@@ -17,6 +17,7 @@ use symphonia::core::meta::MetadataOptions;
 use super::clock::Timing;
 use super::table::{ColumnHeader, Source};
 use super::{Problem, format, wav};
+use crate::foreign::without_panic;
 
 const FORMAT: &str = "sound";
 
@@ -95,11 +96,20 @@ impl Source for Compressed {
     }
 }
 
-/// Decodes a file block by block until `each` returns false.
-fn decode(
-    path: &Path,
-    each: &mut dyn FnMut(&GenericAudioBufferRef<'_>) -> Result<bool, Problem>,
-) -> Result<(), Problem> {
+/// Takes a block of samples; returns whether more are needed.
+type TakeBlock<'a> = &'a mut dyn FnMut(&GenericAudioBufferRef<'_>) -> Result<bool, Problem>;
+
+/// Decodes a file block by block, until no more are needed.
+fn decode(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
+    without_panic(|| decode_blocks(path, each)).unwrap_or_else(|| {
+        Err(Problem::Damaged {
+            format: FORMAT,
+            what: "it cannot be decoded".to_owned(),
+        })
+    })
+}
+
+fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
     let content = MediaSourceStream::new(Box::new(format::open(path)?), Default::default());
     let mut file = symphonia::default::get_probe()
         .probe(

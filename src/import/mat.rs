@@ -10,6 +10,7 @@ use super::clock::Clock;
 use super::npy::{RATES, check_column_count};
 use super::table::{Column, Table};
 use super::{Problem, units};
+use crate::foreign::{one_line, without_panic};
 
 const FORMAT: &str = "MATLAB";
 
@@ -19,7 +20,9 @@ pub(super) fn read(content: impl Read) -> Result<Table, Problem> {
         format: FORMAT,
         what: reason,
     };
-    let file = MatFile::parse(content).map_err(|error| damaged(error.to_string()))?;
+    let file = without_panic(|| MatFile::parse(content));
+    let file = file.ok_or_else(|| damaged("it cannot be decoded".to_owned()))?;
+    let file = file.map_err(|error| damaged(one_line(error)))?;
     let mut table = Table {
         columns: Vec::new(),
         clock: Clock::Unknown,

@@ -5,6 +5,7 @@ pub mod branch;
 pub mod calibrate;
 pub mod cost;
 pub mod effects;
+pub mod friction_fit;
 pub mod growth;
 pub mod lyapunov;
 pub mod paper;

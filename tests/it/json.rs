@@ -67,7 +67,11 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     // The points of the sweep come from an earlier run, which `prepare` writes.
     ("paper", "paper --figure 4 --out paper"),
-    ("analyse", "analyse sound.wav --json a.json"),
+    (
+        "analyse",
+        "analyse sound.wav --calibration 2Pa --json a.json",
+    ),
+    ("friction", "friction measured.csv"),
     (
         "analyse FILE FILE",
         "analyse sound.wav sound.wav --json a.json",
@@ -315,6 +319,18 @@ fn result(folder: &Path, words: &str) -> Value {
     document
 }
 
+/// Points of a Stribeck law with a small error, for the results of `friction`.
+fn write_friction(file: &Path) {
+    let point = |k: u32| {
+        let speed = 2e-3 * 1.3_f64.powi(k as i32);
+        let error = if k.is_multiple_of(3) { 0.004 } else { -0.002 };
+        let mu = 0.25 + 0.3 * (-12.0 * speed).exp() + error;
+        format!("{speed},{mu},0.004\n")
+    };
+    let points: String = (0..20).map(point).collect();
+    fs::write(file, format!("speed_m_per_s,mu,mu_deviation\n{points}")).unwrap();
+}
+
 /// A sound of 3 s for the results of `analyse`: a modulated tone from 0.5 to 2.5 s, with hum and noise.
 fn write_sound(file: &Path) {
     let spec = hound::WavSpec {
@@ -362,6 +378,7 @@ fn the_guide_lists_every_field_of_every_result() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     write_sound(&folder.path().join("sound.wav"));
+    write_friction(&folder.path().join("measured.csv"));
     let structs = structs();
     let mut page = HEAD.to_owned();
     let mut undescribed = BTreeSet::new();

@@ -31,7 +31,7 @@ const EDGES: &[(&str, &[&str])] = &[
         &["analysis", "dynamics", "scene", "pipeline", "study"],
     ),
     ("export", &["joint", "pipeline", "numpy"]),
-    ("import", &["memory", "numpy"]),
+    ("import", &["foreign", "memory", "numpy"]),
     (
         "record",
         &[

@@ -267,7 +267,7 @@ fn growth_ends_its_child_process() {
     let aside = folder.path().join("aside");
     std::fs::create_dir(&aside).expect("created");
     for (signal, to_all) in [("INT", true), ("TERM", false)] {
-        let words = ["growth", "impact-oscillator", "--repeats", "1"];
+        let words = ["growth", "impact-oscillator", "--repeats", "1", "--force"];
         let mut command = study(folder.path(), &words);
         command.env("TMPDIR", &aside);
         let running = Running::start(command);
