@@ -176,7 +176,6 @@ pub mod analysis;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
-#[cfg(any(feature = "record", feature = "table"))]
 mod foreign;
 pub mod guide;
 pub mod import;

@@ -1,6 +1,6 @@
 //! Signal analysis: slices of samples in, result structs out. Independent of the joint and the scene.
 //!
-//! The module covers six tasks.
+//! The module covers seven tasks.
 //!
 //! *Spectral lines.* [`SpectrumAnalyser`] computes the one-sided amplitude [`Spectrum`] under a
 //! [`Window`]. Each [`Line`] is interpolated to a fraction of a bin. [`identify_lines`] explains the lines
@@ -24,6 +24,8 @@
 //! *Changes of the motion.* [`change_points`] finds where the mean of a local quantity, such as a local
 //! exponent, changes for good.
 //!
+//! *Sound levels.* [`sound_levels`] computes the levels of a calibrated sound: A-weighted, and in third octaves.
+//!
 //! [`SlidingWindow`] turns a stream of samples, in blocks of any size, into windows that end at exact
 //! instants. All live analyses use it.
 //!
@@ -39,6 +41,7 @@ mod delay;
 mod error;
 mod events;
 mod filter;
+mod levels;
 mod line_fit;
 mod moments;
 mod neighbours;
@@ -56,6 +59,7 @@ pub use delay::*;
 pub use error::AnalysisError;
 pub use events::*;
 pub use filter::{Filtered, band_pass};
+pub use levels::*;
 pub use line_fit::{Fit, LineFit};
 pub use moments::{deviation, mean, range};
 pub use neighbours::{Neighbour, NeighbourTree};

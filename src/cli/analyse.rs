@@ -1,6 +1,8 @@
-//! `squeakscope analyse`: analyse a signal from a file and classify its motion.
+//! `squeakscope analyse` of one file: analyse the signal and classify its motion.
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -8,22 +10,23 @@ use std::sync::atomic::AtomicBool;
 use serde::{Deserialize, Serialize};
 
 use super::analyse_args::AnalyseArgs;
+use super::calibration::CalibratedLevels;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory};
+use super::output::{Kind, OutputFile};
 use super::progress::Progress;
-use super::report::{print_notice, print_warning};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
+use super::signal::read;
 use super::signal_text;
-use crate::analysis::range;
-use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
+use crate::analysis::{TonalEvent, range};
+use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
-use crate::record::{Output, RerunSink, paths, read_series};
+use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
     SignalAnalysis, SignalOptions, analyse_signal, highest_frequency, live_analysis,
@@ -36,29 +39,105 @@ pub(super) struct AnalysedFile<'a> {
     file: Cow<'a, Path>,
     #[serde(flatten)]
     report: Cow<'a, SignalAnalysis>,
+    /// Sound levels; absent without a calibration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sound_levels: Option<Cow<'a, CalibratedLevels>>,
 }
 
-/// Runs the command.
+impl<'a> AnalysedFile<'a> {
+    /// The analysis of the file at a path.
+    pub fn new(file: &'a Path, analysed: &'a Analysed) -> Self {
+        Self {
+            file: file.into(),
+            report: Cow::Borrowed(&analysed.report),
+            sound_levels: analysed.levels.as_ref().map(Cow::Borrowed),
+        }
+    }
+}
+
+/// What is known of a signal.
+pub(super) struct Analysed {
+    pub report: SignalAnalysis,
+    /// Sound levels, if a calibration is given.
+    pub levels: Option<CalibratedLevels>,
+}
+
+/// Analyses a single file, with all outputs.
 ///
 /// # Errors
 /// Bad input before any work; failure while drawing or recording; an interrupt.
-pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
-    let [save, json] = check_all(
-        Some(args.file.as_os_str()),
+pub(super) fn execute(
+    args: &AnalyseArgs,
+    file: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), CliError> {
+    let [save, labels, json] = args.overwrite.check_all(
+        Some(file.as_os_str()),
         [
-            ("--save", args.save.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--save", Kind::RECORDING, args.save.as_deref()),
+            ("--labels", Kind::LABELS, args.labels.as_deref()),
+            ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
     if let Some(directory) = &args.figures {
         let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
-        check_directory(directory, "--figures", &names)?;
+        args.overwrite
+            .check_directory(directory, "--figures", &names)?;
     }
     if save.is_some() {
         resources::check_memory()?;
     }
+    resources::start_thread_pool()?;
+    let analysed = analyse(args, file, stop)?;
+    let report = &analysed.report;
+    let mut files = Vec::new();
+    if let Some(directory) = &args.figures {
+        let drawn = (&args.drawn, &PIXELS[..]);
+        files.extend(write_figures(
+            directory,
+            "--figures",
+            &signal_figures(report),
+            drawn,
+        )?);
+    }
+    if let Some(labels) = &labels {
+        labels.write(|out| out.write_all(label_text(report.events()).as_bytes()))?;
+        files.push(WrittenFile::of(labels)?);
+    }
+    let summary = save
+        .as_ref()
+        .map(|save| play(file, report, save, stop))
+        .transpose()?;
+    files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
+    let mut text = signal_text::text(file, report);
+    if let Some(levels) = &analysed.levels {
+        text = format!("{}\n{text}", levels.text());
+    }
+    if !files.is_empty() {
+        text.push('\n');
+    }
+    let result = AnalysedFile::new(file, &analysed);
+    Document::new(&result, &files).deliver(&text, json.as_ref())?;
+    if let Some(recording) = &save {
+        print_viewer_command(recording.path())?;
+    }
+    match summary {
+        Some(summary) if summary.interrupted => Err(CliError::Interrupted),
+        _ => Ok(()),
+    }
+}
+
+/// Reads and analyses a file.
+///
+/// # Errors
+/// If the file has no such signal, or it cannot be analysed; an interrupt.
+pub(super) fn analyse(
+    args: &AnalyseArgs,
+    file: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<Analysed, CliError> {
     let signal = read(
-        &args.file,
+        file,
         &Selection {
             column: args.column.clone(),
             rate: args.rate,
@@ -67,8 +146,47 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
             max_samples: Some(args.max_samples),
         },
     )?;
-    resources::start_thread_pool()?;
-    let search = SignalOptions {
+    let source = args.calibration.as_ref();
+    let levels = source.map(|source| CalibratedLevels::of(&signal, source, args.column.as_deref()));
+    let levels = levels.transpose()?;
+    let progress = Progress::of_phases();
+    let report = analyse_signal(signal, &options(args), &mut |share, name| {
+        progress.update(share, name);
+        interrupt::should_continue(stop)
+    });
+    // Clears the bar before the report is printed.
+    drop(progress);
+    let report = report.map_err(|reason| CliError::Signal {
+        path: file.to_owned(),
+        reason,
+    })?;
+    let report = report.ok_or(CliError::NoResult)?;
+    Ok(Analysed { report, levels })
+}
+
+/// Tonal events as labels of Audacity: a line with start, end and name, and a line with the range of frequencies.
+fn label_text(events: &[TonalEvent]) -> String {
+    let mut text = String::new();
+    for (number, event) in (1..).zip(events) {
+        let TonalEvent {
+            start_s,
+            end_s,
+            frequency_hz,
+            frequency_low_hz,
+            frequency_high_hz,
+            ..
+        } = event;
+        let _ = writeln!(
+            text,
+            "{start_s:.6}\t{end_s:.6}\t{number}: {frequency_hz:.1} Hz\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
+        );
+    }
+    text
+}
+
+/// The options of the analysis.
+fn options(args: &AnalyseArgs) -> SignalOptions {
+    SignalOptions {
         lag: args.lag.map(|lag| lag as usize),
         dimension: args.dimension.map(|m| m as usize),
         threshold: args.threshold,
@@ -80,97 +198,12 @@ pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), 
         min_diagonal: args.min_diagonal.map(|states| states as usize),
         min_vertical: args.min_vertical.map(|states| states as usize),
         event: args.event.map(|number| number as usize),
-    };
-    let progress = Progress::of_phases();
-    let report = analyse_signal(signal, &search, &mut |share, name| {
-        progress.update(share, name);
-        interrupt::should_continue(stop)
-    });
-    // Clears the bar before the report is printed.
-    drop(progress);
-    let report = report.map_err(|reason| CliError::Signal {
-        path: args.file.clone(),
-        reason,
-    })?;
-    let report = report.ok_or(CliError::NoResult)?;
-    let mut files = Vec::new();
-    if let Some(directory) = &args.figures {
-        let drawn = (&args.drawn, &PIXELS[..]);
-        files.extend(write_figures(
-            directory,
-            "--figures",
-            &signal_figures(&report),
-            drawn,
-        )?);
     }
-    let summary = save
-        .as_ref()
-        .map(|save| play(args, &report, save, stop))
-        .transpose()?;
-    files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
-    let mut text = signal_text::text(&args.file, &report);
-    if !files.is_empty() {
-        text.push('\n');
-    }
-    let result = AnalysedFile {
-        file: (&args.file).into(),
-        report: Cow::Borrowed(&report),
-    };
-    Document::new(&result, &files).deliver(&text, json.as_ref())?;
-    if let Some(recording) = &save {
-        print_viewer_command(recording.path())?;
-    }
-    match summary {
-        Some(summary) if summary.interrupted => Err(CliError::Interrupted),
-        _ => Ok(()),
-    }
-}
-
-/// Reads a signal from a file or a recording.
-fn read(path: &Path, selection: &Selection) -> Result<Signal, CliError> {
-    let failed = |problem| ImportError {
-        path: path.to_owned(),
-        problem,
-    };
-    if Format::of(path).map_err(failed)? != Format::Rrd {
-        let progress = Progress::of_phases();
-        let signal = read_signal_with(path, selection, &mut |share| {
-            progress.update(share, "reading");
-        });
-        return Ok(signal?);
-    }
-    let series = read_series(path, selection.column.as_deref())?;
-    if let Some(damage) = &series.damage {
-        let length = match (series.times.first(), series.times.last()) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        };
-        print_warning(&format!(
-            "{} is damaged at {damage}; the {} samples of `{}` before the damage are used, {length:.6} s",
-            path.display(),
-            series.values.len(),
-            series.name
-        ));
-    }
-    if selection.column.is_none() && series.name == paths::DISPLACEMENT {
-        print_notice(&format!(
-            "analysing the column `{}` of {}; choose another with --column",
-            series.name,
-            path.display()
-        ));
-    }
-    let table = Table::of_series(series.name, &series.unit, series.times, series.values);
-    // `read_series` has selected the column.
-    let rest = Selection {
-        column: None,
-        ..selection.clone()
-    };
-    Ok(table.signal(&rest).map_err(failed)?)
 }
 
 /// Sends the signal through the pipeline of a simulation: analyses and recording.
 fn play(
-    args: &AnalyseArgs,
+    file: &Path,
     report: &SignalAnalysis,
     save: &OutputFile,
     stop: &Arc<AtomicBool>,
@@ -180,7 +213,7 @@ fn play(
         source,
     };
     let signal = &report.signal;
-    let source = args.file.file_name().unwrap_or(args.file.as_os_str());
+    let source = file.file_name().unwrap_or(file.as_os_str());
     let source = source.to_string_lossy().into_owned();
     let title = format!(
         "{source}, {}: {} samples at {} Hz",
@@ -217,6 +250,8 @@ fn play(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::analyse_files::execute;
+    use crate::cli::output::Overwrite;
     use std::f64::consts::TAU;
 
     /// A folder with a signal file: a sine, from 2 s to 4 s.
@@ -236,7 +271,7 @@ mod tests {
         fn args(&self) -> AnalyseArgs {
             let path = |name: &str| self.0.path().join(name);
             AnalyseArgs {
-                file: path("tone.csv"),
+                files: vec![path("tone.csv")],
                 save: Some(path("out.rrd")),
                 figures: Some(path("new/figures")),
                 json: Some(path("out.json")),
@@ -270,6 +305,93 @@ mod tests {
     }
 
     #[test]
+    fn several_files_and_a_folder_give_a_table_and_one_json() {
+        let (test, stop) = (TestFolder::new(), Arc::default());
+        let path = |name: &str| test.0.path().join(name);
+        std::fs::create_dir(path("more")).expect("made");
+        std::fs::copy(path("tone.csv"), path("more/b.csv")).expect("copied");
+        std::fs::copy(path("tone.csv"), path("more/a.csv")).expect("copied");
+        std::fs::write(path("more/c.bin"), [0, 1, 2, 3]).expect("written");
+        std::fs::write(path("empty.csv"), "u\n").expect("written");
+        let args = |files: &[&str]| AnalyseArgs {
+            files: files.iter().map(|name| path(name)).collect(),
+            save: None,
+            figures: None,
+            overwrite: Overwrite::ALLOWED,
+            ..test.args()
+        };
+        let json = || -> serde_json::Value {
+            serde_json::from_slice(&std::fs::read(path("out.json")).expect("written"))
+                .expect("JSON")
+        };
+        execute(&args(&["more", "tone.csv"]), &stop).expect("success");
+        let one = json();
+        let files: Vec<_> = one["analyses"].as_array().expect("a list").iter().collect();
+        let names = files
+            .iter()
+            .map(|file| Path::new(file["file"].as_str().expect("a path")));
+        let names: Vec<_> = names
+            .map(|path| path.file_name().expect("a name"))
+            .collect();
+        assert_eq!(names, ["a.csv", "b.csv", "tone.csv"]);
+        assert_eq!(files[0]["verdict"], files[2]["verdict"]);
+        let several = AnalyseArgs {
+            jobs: std::num::NonZero::new(3),
+            ..args(&["more", "tone.csv"])
+        };
+        execute(&several, &stop).expect("success");
+        assert_eq!(json(), one);
+        // A file that cannot be analysed is named, and the others are still analysed.
+        let failed = execute(&args(&["empty.csv", "tone.csv"]), &stop).expect_err("one failed");
+        assert_eq!(failed.exit_code(), 2, "{failed}");
+        assert_eq!(json()["analyses"].as_array().map(Vec::len), Some(1));
+        let reason = &json()["failures"][0];
+        assert!(
+            reason["file"]
+                .as_str()
+                .expect("a path")
+                .ends_with("empty.csv")
+        );
+        assert!(
+            reason["reason"]
+                .as_str()
+                .expect("a text")
+                .contains("no sample"),
+            "{reason}"
+        );
+        // Outputs of a single file.
+        let drawn = AnalyseArgs {
+            figures: Some(path("figures")),
+            ..args(&["more", "tone.csv"])
+        };
+        let refused = execute(&drawn, &stop).expect_err("refused");
+        assert_eq!(refused.exit_code(), 2);
+        assert!(refused.to_string().contains("--figures"), "{refused}");
+    }
+
+    #[test]
+    fn events_become_labels() {
+        let event = TonalEvent {
+            start_s: 0.5,
+            end_s: 2.25,
+            frequency_hz: 1513.04,
+            frequency_low_hz: 1500.0,
+            frequency_high_hz: 1526.5,
+            harmonics: 1,
+            level_db_fs: -12.0,
+            snr_db: 30.0,
+            modulation: None,
+            vibrato: None,
+            ridge: Vec::new(),
+        };
+        assert_eq!(
+            label_text(&[event]),
+            "0.500000\t2.250000\t1: 1513.0 Hz\n\\\t1500.000000\t1526.500000\n"
+        );
+        assert_eq!(label_text(&[]), "");
+    }
+
+    #[test]
     fn an_interrupted_analysis_leaves_nothing() {
         let (test, stop) = (TestFolder::new(), Arc::new(AtomicBool::new(true)));
         let error = execute(&test.args(), &stop).expect_err("interrupted");
@@ -281,7 +403,7 @@ mod tests {
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
         let (test, stop) = (TestFolder::new(), Arc::default());
-        let file = test.args().file;
+        let file = test.args().files.remove(0);
         // Not a valid signal either, but the outputs are checked first.
         std::fs::write(&file, "sound").expect("written");
         for args in [
@@ -295,6 +417,10 @@ mod tests {
             },
             AnalyseArgs {
                 save: test.args().json,
+                ..test.args()
+            },
+            AnalyseArgs {
+                labels: test.args().save,
                 ..test.args()
             },
         ] {

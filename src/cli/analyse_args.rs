@@ -1,20 +1,25 @@
 //! Arguments of `squeakscope analyse`.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, value_parser};
 use strum::VariantArray;
 
+use super::calibration::CalibrationSource;
 use super::figures::FigureArgs;
+use super::output::Overwrite;
 use crate::analysis::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
 
 /// Arguments of `squeakscope analyse`.
 #[derive(Debug, Default, Arguments)]
 pub struct AnalyseArgs {
-    /// Signal file: WAV, CSV or other text columns, .npy, .npz, or a recording (.rrd).
-    pub file: PathBuf,
+    /// Signal files: WAV, FLAC, MP3, Ogg, AIFF, CSV or other text columns, .npy, .npz, .mat, or recordings (.rrd); a
+    /// directory stands for the signal files in it.
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
     /// one].
     #[arg(long, value_name = "NAME", help_heading = "Input")]
@@ -36,6 +41,11 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]
     pub event: Option<u32>,
+    /// Print sound levels in dB re 20 uPa: A-weighted, and in third octaves. The calibration is the level of a calibrator and
+    /// its recording (94dB=FILE), the pressure for one unit of the signal (12.5Pa), or the sensitivity of the microphone
+    /// for a signal in V (50mV/Pa).
+    #[arg(long, value_name = "CALIBRATION", help_heading = "Analysis")]
+    pub calibration: Option<CalibrationSource>,
     /// Embedding delay [default: the first minimum of the mutual information].
     #[arg(long, value_name = "SAMPLES", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]
@@ -64,12 +74,20 @@ pub struct AnalyseArgs {
     /// Count the line of identity, as recurrent points and as a diagonal line: no Theiler window.
     #[arg(long, conflicts_with = "theiler", help_heading = "Analysis")]
     pub line_of_identity: bool,
+    /// Analyse this many files at once, if there are several [default: 1; each takes the memory of its samples].
+    #[arg(long, value_name = "N", help_heading = "Execution")]
+    pub jobs: Option<NonZero<usize>>,
+    /// Write the tonal events as labels for Audacity.
+    #[arg(long, value_name = "FILE.txt", help_heading = "Output")]
+    pub labels: Option<PathBuf>,
     /// Save a recording of the signal with each analysis over time.
     #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
     pub save: Option<PathBuf>,
     /// Also write all results as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figures to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,

@@ -11,7 +11,9 @@ use super::common_args::{
     AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, tilts, viewer_url,
 };
 use super::figures::FigureArgs;
+use super::friction::FrictionArgs;
 use super::live_args::LiveArgs;
+use super::output::Overwrite;
 use super::sound_args::SoundArgs;
 use super::steps::Steps;
 use super::study_args::{
@@ -75,8 +77,13 @@ pub enum Command {
     Model(ModelArgs),
     /// Analyse a signal from a file and classify its motion.
     ///
-    /// Reads WAV, CSV and other text columns, .npy, .npz and recordings (.rrd).
+    /// Reads WAV, FLAC, MP3, Ogg, AIFF, CSV and other text columns, .npy, .npz, .mat and recordings (.rrd). Of several
+    /// files, or of a directory, it prints a table.
     Analyse(AnalyseArgs),
+    /// Fit the Stribeck law to measured coefficients of friction.
+    ///
+    /// Prints the law with 95 % intervals, and the lines of a scene file.
+    Friction(FrictionArgs),
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),
     /// Write the man pages.
@@ -107,7 +114,8 @@ pub struct RunArgs {
     /// audit.
     #[arg(long, help_heading = "Simulation")]
     pub strict: bool,
-    /// Save the recording to this file [default: squeak.rrd, if there is no other output].
+    /// Save the recording to this file [default: squeak.rrd, if there is no other output; it is replaced without
+    /// --force].
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub save: Option<PathBuf>,
     /// Write the samples as NumPy arrays: t, q, qdot, u, v, tilt_deg, and load_n and rotation_factor if they
@@ -117,6 +125,8 @@ pub struct RunArgs {
     /// Also write the summary as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     #[command(flatten)]
     pub audio: SoundArgs,
     /// Stretch the sound in time by this factor, 0.01 to 1000; its pitch falls by the same factor.
@@ -151,6 +161,8 @@ pub struct ScenesArgs {
     /// Also write the result as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Arguments of `squeakscope stability`.
@@ -172,6 +184,8 @@ pub struct StabilityArgs {
     /// Also write the eigenvalues as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the sensitivities of the unstable modes to this directory.
     #[arg(
         long,
@@ -229,6 +243,8 @@ pub struct LyapunovArgs {
     /// Also write all results as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figure to a .png, .svg or .pdf file, or to lyapunov.png in a directory.
     #[arg(long, value_name = "FILE|DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,
@@ -247,6 +263,8 @@ pub struct ModelArgs {
     /// Also write the numbers of nodes and modes as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Arguments of `squeakscope completions`.
@@ -262,6 +280,8 @@ pub struct ManArgs {
     /// Write one page per command to this directory; it is created if it does not exist.
     #[arg(value_name = "DIR")]
     pub directory: PathBuf,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Parses a number of exponents. The upper limit is checked later, when the dimension of the system is known.

@@ -7,11 +7,12 @@ use super::document::Document;
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::lyapunov_text::title;
+use super::output::Kind;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, check_transient, compute_points, print_result, response_plan, write_recording,
-    write_tables,
+    Files, check_transient, compute_points, print_result, response_plan, write_points,
+    write_recording,
 };
 use crate::escape;
 use crate::number::fixed;
@@ -33,9 +34,15 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
         report::print_held(joint.fixed_at_start());
     }
     let scene = args.scene.input();
-    let files = Files::check(scene, &args.outputs, &["basins".to_owned()])?;
+    let overwrite = args.outputs.overwrite.or(args.work.resume);
+    let names = ["basins".to_owned()];
+    let files = Files::check(
+        (scene, &args.outputs),
+        &names,
+        (Kind::STUDY_TABLE, overwrite),
+    )?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
-    let mut written = write_tables(&plan, &mut points, &files)?;
+    let mut written = vec![write_points(&plan, &mut points, &files, done)?];
     let basins = Basins::new(&plan, &points, !done);
     let title = title(&plan.scene.name, basins.tilt);
     if let Some(directory) = &args.outputs.figures {
@@ -155,6 +162,7 @@ mod tests {
             outputs: SweepOutputs {
                 out: folder.join("basins.arrow"),
                 figures: Some(folder.join("figures")),
+                overwrite: Default::default(),
                 drawn: Default::default(),
                 save: Some(folder.join("basins.rrd")),
                 json: Some(folder.join("basins.json")),
@@ -178,7 +186,7 @@ mod tests {
         assert_eq!(attractors[0]["seeds"], serde_json::json!([7, 8, 9]));
         let svg = std::fs::read_to_string(folder.path().join("figures/basins.svg")).unwrap();
         assert!(svg.contains("<title>printed-friction at 2.5 deg"), "{svg}");
-        assert_eq!(report["files"].as_array().unwrap().len(), 5);
+        assert_eq!(report["files"].as_array().unwrap().len(), 4);
         let saved = std::fs::metadata(folder.path().join("basins.rrd")).unwrap();
         assert!(saved.len() > 0);
         // The existing table is not replaced.

@@ -1,7 +1,6 @@
 //! `squeakscope branch`: equilibria over a parameter with their modes and bifurcations, or a stability map over two.
 
 use std::io::Write as _;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::branch_args::{BranchArgs, Interval, ParameterInterval};
@@ -10,7 +9,7 @@ use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, is_stdout};
+use super::output::{Kind, OutputFile, is_stdout};
 use super::progress::Progress;
 use super::report;
 use super::resources;
@@ -315,26 +314,18 @@ impl Files {
     fn check(args: &BranchArgs, figures: &[&str]) -> Result<Self, CliError> {
         let prints_json = args.json.as_deref().is_some_and(is_stdout);
         let json = args.json.as_deref().filter(|path| !is_stdout(path));
-        let ending = |path: &Path| path.extension().map(|ending| ending == "arrow");
-        if let Some(path) = args
-            .out
-            .as_deref()
-            .filter(|path| ending(path) != Some(true))
-        {
-            let path = path.to_owned();
-            return Err(CliError::NotArrow { path });
-        }
         if let Some(directory) = &args.figures {
             let names = args.drawn.names(figures, &STUDY);
-            check_directory(directory, "--figures", &names)?;
+            args.overwrite
+                .check_directory(directory, "--figures", &names)?;
         }
         let outputs = [
-            ("--out", args.out.as_deref()),
-            ("--save", args.save.as_deref()),
-            ("--diagram", args.diagram.as_deref()),
-            ("--json", json),
+            ("--out", Kind::TABLE, args.out.as_deref()),
+            ("--save", Kind::RECORDING, args.save.as_deref()),
+            ("--diagram", Kind::JSON, args.diagram.as_deref()),
+            ("--json", Kind::JSON, json),
         ];
-        let [out, save, diagram, json] = check_all(args.scene.input(), outputs)?;
+        let [out, save, diagram, json] = args.overwrite.check_all(args.scene.input(), outputs)?;
         if save.is_some() {
             resources::check_memory()?;
         }

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::common_args::SceneArgs;
 use super::figures::FigureArgs;
+use super::output::Overwrite;
 
 /// Arguments of `squeakscope branch`.
 #[derive(Debug, Arguments)]
@@ -47,7 +48,7 @@ pub struct BranchArgs {
     /// Number of threads of a map, and of the settled responses of a diagram [default: the number of cores].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub threads: Option<NonZero<usize>>,
-    /// Write the points to this Arrow table.
+    /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a short
@@ -65,6 +66,8 @@ pub struct BranchArgs {
     /// Also write all results as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figures to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,

@@ -14,7 +14,7 @@ use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputError, OutputFile, check_all};
+use super::output::{Kind, OutputError, OutputFile};
 use super::progress::Progress;
 use super::study_args::CalibrateArgs;
 use super::{report, resources};
@@ -52,17 +52,22 @@ pub(super) fn execute(args: &CalibrateArgs, stop: &AtomicBool) -> Result<(), Cli
         population: args.population as usize,
         response: RESPONSE,
     };
-    let [out, scene, json] = check_all(
+    let overwrite = args.overwrite.or(args.resume);
+    let [out, scene, json] = overwrite.check_all(
         args.scene.input(),
         [
-            ("--out", Some(&*args.out)),
-            ("--best", args.best.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--out", Kind::LOG, Some(&*args.out)),
+            ("--best", Kind::SCENE, args.best.as_deref()),
+            ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
     let Some(out) = out else {
         unreachable!("--out has a default");
     };
+    if let Some(directory) = &args.figures {
+        let names = args.drawn.names(["pareto"], &STUDY);
+        overwrite.check_directory(directory, "--figures", &names)?;
+    }
     let known = known(&out, args.resume, &plan.identity())?;
     interrupt::start_work();
     let mut recorder = Recorder {
@@ -166,16 +171,11 @@ fn sorted(trials: &[Trial], known: &[Trial]) -> Vec<Trial> {
     all
 }
 
-/// Reads the trials of an existing log. Without `--resume`, an existing log is an error.
+/// The trials of an existing log that is resumed.
 fn known(out: &OutputFile, resume: bool, identity: &str) -> Result<Vec<Trial>, CliError> {
     let path = out.path();
-    if !path.exists() {
+    if !resume || !path.exists() {
         return Ok(Vec::new());
-    }
-    if !resume {
-        return Err(CliError::OutputExists {
-            path: path.to_owned(),
-        });
     }
     let refused = |reason: &str| CliError::CannotResume {
         path: path.to_owned(),
@@ -366,6 +366,7 @@ mod tests {
     use super::*;
     use crate::cli::common_args::SceneArgs;
     use crate::cli::figures::FigureArgs;
+    use crate::cli::output::Overwrite;
     use crate::scene::{Parameter, Scene};
 
     #[test]
@@ -394,6 +395,7 @@ mod tests {
             best: Some(path("best.toml")),
             json: Some(path("report.json")),
             figures: Some(path("figures")),
+            overwrite: Overwrite::default(),
             drawn: FigureArgs::default(),
         };
         let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();

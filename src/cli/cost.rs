@@ -9,7 +9,7 @@ use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, check_distinct};
+use super::output::{Kind, OutputFile};
 use super::progress::Progress;
 use super::report::{self, HEADING};
 use super::resources;
@@ -109,12 +109,12 @@ struct Files {
 impl Files {
     fn check(args: &CostArgs) -> Result<Self, CliError> {
         let input = args.scene.input();
-        let [markdown, write, json] = check_all(
+        let [markdown, write, json] = args.overwrite.check_all(
             input,
             [
-                ("--markdown", args.markdown.as_deref()),
-                ("--write", args.write.as_deref()),
-                ("--json", args.json.as_deref()),
+                ("--markdown", Kind::MARKDOWN, args.markdown.as_deref()),
+                ("--write", Kind::SCENE, args.write.as_deref()),
+                ("--json", Kind::JSON, args.json.as_deref()),
             ],
         )?;
         let figures = CostSetting::ALL
@@ -122,13 +122,7 @@ impl Files {
             .map(|setting| format!("cost-{}", setting.name()));
         let mut names = args.drawn.names(figures, &STUDY);
         names.extend([TABLE, RECORDING].map(str::to_owned));
-        check_directory(&args.out, "--out", &names)?;
-        let others = [
-            ("--markdown", markdown.as_ref()),
-            ("--write", write.as_ref()),
-            ("--json", json.as_ref()),
-        ];
-        check_distinct(&args.out, "--out", &names, &others)?;
+        args.overwrite.check_directory(&args.out, "--out", &names)?;
         Ok(Self {
             markdown,
             write,
@@ -389,6 +383,7 @@ mod tests {
             target: Vec::new(),
             quantity: Vec::new(),
             out: folder.join("cost"),
+            overwrite: Default::default(),
             drawn: Default::default(),
             markdown: Some(folder.join("page.md")),
             write: Some(folder.join("mine.toml")),

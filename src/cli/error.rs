@@ -50,18 +50,6 @@ pub enum CliError {
     /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The table or log of a study exists.
-    #[error("`{}` (--out) exists; continue it with --resume, or choose another --out", path.display())]
-    OutputExists {
-        /// Path of the file.
-        path: PathBuf,
-    },
-    /// The output of `merge` exists and does not belong to the sweep.
-    #[error("`{}` (--out) exists and is not a table of this sweep; choose another --out", path.display())]
-    ForeignOutput {
-        /// Path of the file.
-        path: PathBuf,
-    },
     /// The log of a calibration belongs to another calibration, or cannot be read.
     #[error("cannot resume `{}`: {reason}; choose another --out", path.display())]
     CannotResume {
@@ -69,6 +57,56 @@ pub enum CliError {
         path: PathBuf,
         /// Reason, as a clause.
         reason: String,
+    },
+    /// An output or a choice for a single signal, and several files.
+    #[error("{option} is for a single file; analyse the files one by one, or omit it")]
+    OneFile {
+        /// The option.
+        option: &'static str,
+    },
+    /// A directory of signals cannot be read.
+    #[error("cannot read the directory `{}` ({source}); check its permissions", path.display())]
+    Directory {
+        /// Path of the directory.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// A directory without signals.
+    #[error("the directory `{}` has no file of a known format; give the path of a signal", path.display())]
+    NoSignals {
+        /// Path of the directory.
+        path: PathBuf,
+    },
+    /// A sensitivity in V/Pa for a signal that is not in V.
+    #[error(
+        "the signal is not in V (its unit: `{unit}`), as --calibration in mV/Pa needs; give --calibration 12.5Pa, the pressure for one unit"
+    )]
+    NotInVolts {
+        /// Unit of the signal.
+        unit: String,
+    },
+    /// The recording of a calibrator has no tone.
+    #[error("`{}` (--calibration) has no tone of at least 0.5 s; record the calibrator again, with no other sound", path.display())]
+    NoCalibratorTone {
+        /// Path of the recording.
+        path: PathBuf,
+    },
+    /// A file of measured friction that cannot be used.
+    #[error("`{}`: {reason}", path.display())]
+    FrictionPoints {
+        /// Path of the file.
+        path: PathBuf,
+        /// Reason and remedy.
+        reason: String,
+    },
+    /// Some of several files cannot be analysed.
+    #[error("{failed} of {all} files could not be analysed; the table has the reasons")]
+    FilesFailed {
+        /// Number of files that could not be analysed.
+        failed: usize,
+        /// Number of all files.
+        all: usize,
     },
     /// More than two parameters are swept.
     #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
@@ -185,15 +223,6 @@ pub enum CliError {
         /// Longest transient, ms.
         max: f64,
     },
-    /// The extension of the table does not match its format.
-    #[error(
-        "`{}` (--out) has the wrong extension: the table is an Arrow stream; give a name that ends in .arrow",
-        path.display()
-    )]
-    NotArrow {
-        /// Path of the table.
-        path: PathBuf,
-    },
     /// A failure while computing, drawing or recording.
     #[error("the {task} failed")]
     Run {
@@ -267,8 +296,13 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::OutputExists { .. }
-            | Self::ForeignOutput { .. }
+            Self::OneFile { .. }
+            | Self::FrictionPoints { .. }
+            | Self::NotInVolts { .. }
+            | Self::NoCalibratorTone { .. }
+            | Self::Directory { .. }
+            | Self::NoSignals { .. }
+            | Self::FilesFailed { .. }
             | Self::NoAdvice
             | Self::NoCauses
             | Self::Exponents { .. }
@@ -279,7 +313,6 @@ impl CliError {
             | Self::DiagramNeedsTilt { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }
-            | Self::NotArrow { .. }
             | Self::CannotResume { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }

@@ -12,7 +12,7 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, check_distinct};
+use super::output::{Kind, OutputFile};
 use super::progress::Progress;
 use super::report::{self, HEADING};
 use super::resources;
@@ -43,16 +43,14 @@ pub(super) fn execute(args: &GrowthArgs, stop: &AtomicBool) -> Result<(), CliErr
     let input = args.scene.input();
     let mut names = args.drawn.names(["growth"], &STUDY);
     names.push("growth.csv".to_owned());
-    check_directory(&args.out, "--out", &names)?;
-    let [markdown, json] = check_all(
+    args.overwrite.check_directory(&args.out, "--out", &names)?;
+    let [markdown, json] = args.overwrite.check_all(
         input,
         [
-            ("--markdown", args.markdown.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--markdown", Kind::MARKDOWN, args.markdown.as_deref()),
+            ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
-    let others = [("--markdown", markdown.as_ref()), ("--json", json.as_ref())];
-    check_distinct(&args.out, "--out", &names, &others)?;
     resources::start_thread_pool()?;
     let progress = Progress::with_estimate();
     let measured = growth(&plan, &mut run_in_process, &mut |(size, share)| {
@@ -275,6 +273,7 @@ mod tests {
             repeats: 1,
             threads: None,
             out: folder.path().join("growth"),
+            overwrite: Default::default(),
             drawn: Default::default(),
             markdown: None,
             json: None,

@@ -12,7 +12,7 @@ use super::common_args::changed;
 use super::error::CliError;
 use super::interrupt;
 use super::live_args::LiveArgs;
-use super::output::{OutputFile, check_all};
+use super::output::{Kind, OutputFile};
 use super::report;
 use super::resources;
 use super::run::command_line;
@@ -202,11 +202,11 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
             high,
         });
     }
-    let [save, wav] = check_all(
+    let [save, wav] = args.overwrite.check_all(
         args.scene.input(),
         [
-            ("--save", args.save.as_deref()),
-            ("--wav", args.audio.wav.as_deref()),
+            ("--save", Kind::RECORDING, args.save.as_deref()),
+            ("--wav", Kind::SOUND, args.audio.wav.as_deref()),
         ],
     )?;
     // live-0.rrd is never used: this checks the directory.

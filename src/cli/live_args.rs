@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args as Arguments;
 
 use super::common_args::{AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
+use super::output::Overwrite;
 use super::sound_args::SoundArgs;
 
 /// Arguments of `squeakscope live`.
@@ -69,6 +70,8 @@ pub struct LiveArgs {
     /// Directory for the recordings that you start during the run: live-1.rrd, live-2.rrd, ...
     #[arg(long, value_name = "DIR", default_value = ".", help_heading = "Output")]
     pub record_dir: PathBuf,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     #[command(flatten)]
     pub audio: SoundArgs,
 }

@@ -12,9 +12,7 @@ use super::error::{Cause, CliError};
 use super::figures::{FigureArgs, PIXELS, write_figure, write_figures};
 use super::interrupt;
 use super::lyapunov_text::{LyapunovResult, csv, text, title};
-use super::output::{
-    OutputError, OutputFile, check_all, check_apart, check_directory, check_distinct, is_stdout,
-};
+use super::output::{Kind, OutputError, OutputFile, check_apart, is_stdout};
 use super::progress::Progress;
 use super::report;
 use crate::dynamics::DynamicsError;
@@ -110,20 +108,20 @@ impl Outputs {
         let one = path.and_then(|path| Some((path, Format::of(path)?)));
         let one = one.filter(|(path, _)| !path.is_dir());
         let directory = path.filter(|_| one.is_none());
-        let [json, csv, picture] = check_all(
+        let [json, csv, picture] = args.overwrite.check_all(
             args.scene.input(),
             [
-                ("--json", file(&args.json).as_deref()),
-                ("--csv", file(&args.csv).as_deref()),
-                ("--figures", one.map(|(path, _)| path)),
+                ("--json", Kind::JSON, file(&args.json).as_deref()),
+                ("--csv", Kind::CSV, file(&args.csv).as_deref()),
+                ("--figures", Kind::FIGURE, one.map(|(path, _)| path)),
             ],
         )?;
         if let Some(directory) = directory {
             let names = args.drawn.names(["lyapunov"], &PIXELS);
             let others = [("--json", json.as_ref()), ("--csv", csv.as_ref())];
-            check_directory(directory, "--figures", &names)?;
+            args.overwrite
+                .check_directory(directory, "--figures", &names)?;
             check_apart(directory, "--figures", &others)?;
-            check_distinct(directory, "--figures", &names, &others)?;
         }
         Ok(Self {
             json,

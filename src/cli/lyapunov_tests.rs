@@ -369,8 +369,8 @@ fn bad_input_is_found_before_any_work() {
             ..test.args()
         },
         LyapunovArgs {
-            csv: Some(test.path("new")),
-            figures: Some(test.path("new")),
+            csv: Some(test.path("new.csv")),
+            figures: Some(test.path("new.csv")),
             ..test.args()
         },
         LyapunovArgs {

@@ -13,6 +13,7 @@
 
 mod analyse;
 mod analyse_args;
+mod analyse_files;
 mod args;
 mod audit;
 mod basins;
@@ -20,6 +21,7 @@ mod branch;
 mod branch_args;
 mod branch_text;
 mod calibrate;
+mod calibration;
 mod common_args;
 mod cost;
 mod deprecated;
@@ -28,6 +30,7 @@ mod effects;
 mod error;
 mod exponents;
 mod figures;
+mod friction;
 mod growth;
 mod help;
 mod interrupt;
@@ -48,6 +51,7 @@ mod resources;
 mod run;
 mod scenes;
 mod shell;
+mod signal;
 mod signal_text;
 mod sound_args;
 mod sound_text;
@@ -146,7 +150,8 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Growth(args) => interruptible(|stop| growth::execute(&args, stop)),
         Command::Merge(args) => interruptible(|stop| sweep::merge(&args, stop)),
         Command::Model(args) => model::model(&args),
-        Command::Analyse(args) => interruptible(|stop| analyse::execute(&args, stop)),
+        Command::Friction(args) => friction::execute(&args),
+        Command::Analyse(args) => interruptible(|stop| analyse_files::execute(&args, stop)),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
     }

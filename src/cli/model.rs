@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::args::ModelArgs;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
-use super::output::check_all;
+use super::output::Kind;
 use super::report::{self, HEADING};
 use crate::escape;
 use crate::export::{ModelArrays, encode_model};
@@ -33,9 +33,12 @@ pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
     let held = scene.joint()?.fixed_at_start();
     report::print_warnings(&scene.warnings());
     report::print_held(held);
-    let [out, json] = check_all(
+    let [out, json] = args.overwrite.check_all(
         args.scene.input(),
-        [("--out", Some(&args.out)), ("--json", args.json.as_deref())],
+        [
+            ("--out", Kind::ARRAYS, Some(&args.out)),
+            ("--json", Kind::JSON, args.json.as_deref()),
+        ],
     )?;
     let out = out.expect("--out is required");
     let (size, npz) = build(&scene).map_err(|source| CliError::Run {
@@ -77,6 +80,7 @@ mod tests {
             scene: Default::default(),
             out: folder.path().join("model.npz"),
             json: Some(folder.path().join("model.json")),
+            overwrite: Default::default(),
         };
         model(&args).expect("success");
         let bytes = std::fs::metadata(&args.out).expect("written").len();

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
+use clap::Args as Arguments;
 use thiserror::Error;
 
 use crate::export::{is_protected, replace_file, try_folder_of};
@@ -18,10 +19,139 @@ pub struct OutputFile {
     path: PathBuf,
 }
 
+/// Whether outputs overwrite existing files.
+#[derive(Clone, Copy, Debug, Default, Arguments)]
+pub struct Overwrite {
+    /// Replace outputs that exist.
+    #[arg(long, help_heading = "Output")]
+    pub force: bool,
+}
+
+/// Kind of an output file.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// Endings of its name, without the dot.
+    endings: &'static [&'static str],
+    existing: Existing,
+}
+
+/// What a command does with an existing output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Existing {
+    /// Replace it with `--force` only.
+    Keep,
+    /// As `Keep`; the command can also continue it with `--resume`.
+    Resume,
+    /// Replace it.
+    Replace,
+}
+
+impl Kind {
+    /// A recording for the Rerun viewer.
+    pub const RECORDING: Self = Self::of(&["rrd"]);
+    /// A JSON document.
+    pub const JSON: Self = Self::of(&["json"]);
+    /// NumPy arrays.
+    pub const ARRAYS: Self = Self::of(&["npz"]);
+    /// A sound file.
+    pub const SOUND: Self = Self::of(&["wav"]);
+    /// A text table.
+    pub const CSV: Self = Self::of(&["csv"]);
+    /// A table.
+    pub const TABLE: Self = Self::of(&["arrow", "parquet", "csv"]);
+    /// The table of a study that can be resumed.
+    pub const STUDY_TABLE: Self = Self {
+        existing: Existing::Resume,
+        ..Self::TABLE
+    };
+    /// A table that grows while a study goes on.
+    pub const GROWING_TABLE: Self = Self {
+        existing: Existing::Resume,
+        ..Self::of(&["arrows"])
+    };
+    /// The log of a search.
+    pub const LOG: Self = Self {
+        existing: Existing::Resume,
+        ..Self::of(&["jsonl"])
+    };
+    /// A scene file.
+    pub const SCENE: Self = Self::of(&["toml"]);
+    /// A text with Markdown.
+    pub const MARKDOWN: Self = Self::of(&["md"]);
+    /// Labels of an audio editor.
+    pub const LABELS: Self = Self::of(&["txt"]);
+    /// A figure.
+    pub const FIGURE: Self = Self::of(&["png", "svg", "pdf"]);
+
+    const fn of(endings: &'static [&'static str]) -> Self {
+        Self {
+            endings,
+            existing: Existing::Keep,
+        }
+    }
+
+    /// The same kind of file, which is replaced without `--force`: a default output.
+    pub const fn replaced(self) -> Self {
+        Self {
+            existing: Existing::Replace,
+            ..self
+        }
+    }
+
+    /// Checks the ending of a name.
+    fn check_ending(self, path: &Path, option: &'static str) -> Result<(), OutputError> {
+        let ending = path.extension().unwrap_or_default();
+        match self
+            .endings
+            .iter()
+            .any(|fits| ending.eq_ignore_ascii_case(fits))
+        {
+            true => Ok(()),
+            false => Err(OutputError::Ending {
+                path: path.to_owned(),
+                option,
+                endings: self.endings.join(" or ."),
+            }),
+        }
+    }
+}
+
 /// Reason why an output cannot be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
+    /// The file exists.
+    #[error("`{path}` ({option}) exists; {remedy}, or choose another name")]
+    Exists {
+        /// Path of the output.
+        path: PathBuf,
+        /// Option that names the output.
+        option: &'static str,
+        /// Options that use or replace the file.
+        remedy: &'static str,
+    },
+    /// The ending of the name does not fit the kind of file.
+    #[error(
+        "`{path}` ({option}) has the wrong ending for this output; give a name that ends in .{endings}"
+    )]
+    Ending {
+        /// Path of the output.
+        path: PathBuf,
+        /// Option that names the output.
+        option: &'static str,
+        /// The endings that fit.
+        endings: String,
+    },
+    /// The name of a directory has the ending of a figure.
+    #[error(
+        "`{path}` ({option}) is to be a directory, but has the ending of a figure; give the name of a directory, and the kind of file with --format"
+    )]
+    FigureAsDirectory {
+        /// Path of the output.
+        path: PathBuf,
+        /// Option that names the output.
+        option: &'static str,
+    },
     /// The path is a directory, a device or another special file.
     #[error("cannot write `{path}` ({option}): it is not a regular file; choose another path")]
     NotAFile {
@@ -194,41 +324,6 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
     }
 }
 
-/// Checks that the files `names` can be created in a directory. The directory need not exist and is not
-/// created.
-///
-/// # Errors
-/// If the path is not a directory and cannot become one, or one of the files cannot be written.
-pub fn check_directory<N: AsRef<Path>>(
-    path: &Path,
-    option: &'static str,
-    names: &[N],
-) -> Result<(), OutputError> {
-    let refused = || OutputError::NotADirectory {
-        path: path.to_owned(),
-        option,
-    };
-    // The nearest existing ancestor.
-    let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
-    let there = there.unwrap_or(Path::new("."));
-    if path.as_os_str().is_empty() || !there.is_dir() {
-        return Err(refused());
-    }
-    try_folder_of(&there.join("figure")).map_err(|source| OutputError::NotWritable {
-        path: path.to_owned(),
-        option,
-        source,
-    })?;
-    for name in names {
-        let file = path.join(name);
-        match path.is_dir() {
-            true => drop(OutputFile::check(&file, option)?),
-            false => check_name(&file, option)?,
-        }
-    }
-    Ok(())
-}
-
 /// Checks that no output file has the path of a directory that will be created.
 ///
 /// # Errors
@@ -245,32 +340,6 @@ pub fn check_apart(
                 path: directory.to_owned(),
                 option,
                 other,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Checks that no other output has the path of one of the files `names` in a directory.
-///
-/// # Errors
-/// If two outputs have the same path.
-pub fn check_distinct(
-    directory: &Path,
-    option: &'static str,
-    names: &[String],
-    others: &[(&'static str, Option<&OutputFile>)],
-) -> Result<(), OutputError> {
-    let places: Vec<PathBuf> = names
-        .iter()
-        .map(|name| resolved(&directory.join(name)))
-        .collect();
-    for (other, file) in others {
-        if let Some(file) = file.filter(|file| places.iter().any(|place| file.path() == place)) {
-            return Err(OutputError::Twice {
-                path: file.path().to_owned(),
-                option: other,
-                other: option,
             });
         }
     }
@@ -297,197 +366,114 @@ fn ends_in_separator(path: &Path) -> bool {
         .ends_with(std::path::is_separator)
 }
 
-/// Checks each output of a command, that no two have the same path, and that none replaces the `input`: the
-/// name or path of a scene, or the path of a signal.
-///
-/// # Errors
-/// The first output that cannot be written, is used twice, or is the input.
-pub fn check_all<const N: usize>(
-    input: Option<&OsStr>,
-    wanted: [(&'static str, Option<&Path>); N],
-) -> Result<[Option<OutputFile>; N], OutputError> {
-    let input = input.and_then(|name| fs::canonicalize(name).ok());
-    let mut files: [Option<OutputFile>; N] = [const { None }; N];
-    for k in 0..N {
-        let (option, Some(path)) = wanted[k] else {
-            continue;
-        };
-        let file = OutputFile::check(path, option)?;
-        if input.as_deref() == Some(file.path()) {
-            let path = path.to_owned();
-            return Err(OutputError::IsInput { path, option });
+impl Overwrite {
+    /// Replaces existing files.
+    pub const ALLOWED: Self = Self { force: true };
+
+    /// Also replaces existing files if this holds: the outputs of a study that is resumed.
+    pub fn or(self, resume: bool) -> Self {
+        Self {
+            force: self.force || resume,
         }
-        let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
-        if let Some(j) = same {
-            return Err(OutputError::Twice {
+    }
+
+    /// Checks each output of a command: that its ending fits, that no two have the same path, that none exists
+    /// unless it may be replaced, and that none replaces the `input`: the name or path of a scene, or the path of a
+    /// signal.
+    ///
+    /// # Errors
+    /// The first output that cannot be written, exists, is used twice, or is the input.
+    pub fn check_all<const N: usize>(
+        self,
+        input: Option<&OsStr>,
+        wanted: [(&'static str, Kind, Option<&Path>); N],
+    ) -> Result<[Option<OutputFile>; N], OutputError> {
+        let input = input.and_then(|name| fs::canonicalize(name).ok());
+        let mut files: [Option<OutputFile>; N] = [const { None }; N];
+        for k in 0..N {
+            let (option, kind, Some(path)) = wanted[k] else {
+                continue;
+            };
+            if input.is_some() && input.as_deref() == Some(&resolved(path)) {
+                let path = path.to_owned();
+                return Err(OutputError::IsInput { path, option });
+            }
+            kind.check_ending(path, option)?;
+            let file = OutputFile::check(path, option)?;
+            let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
+            if let Some(j) = same {
+                return Err(OutputError::Twice {
+                    path: path.to_owned(),
+                    option,
+                    other: wanted[j].0,
+                });
+            }
+            self.check_free(path, option, kind.existing)?;
+            files[k] = Some(file);
+        }
+        Ok(files)
+    }
+
+    /// Checks that the files `names` can be created in a directory. The directory need not exist and is not created.
+    ///
+    /// # Errors
+    /// If the path is not a directory and cannot become one, or one of the files exists or cannot be written.
+    pub fn check_directory<N: AsRef<Path>>(
+        self,
+        path: &Path,
+        option: &'static str,
+        names: &[N],
+    ) -> Result<(), OutputError> {
+        // The nearest existing ancestor.
+        let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
+        let there = there.unwrap_or(Path::new("."));
+        if path.as_os_str().is_empty() || !there.is_dir() {
+            let path = path.to_owned();
+            return Err(OutputError::NotADirectory { path, option });
+        }
+        if !path.is_dir() && Kind::FIGURE.check_ending(path, option).is_ok() {
+            let path = path.to_owned();
+            return Err(OutputError::FigureAsDirectory { path, option });
+        }
+        try_folder_of(&there.join("figure")).map_err(|source| OutputError::NotWritable {
+            path: path.to_owned(),
+            option,
+            source,
+        })?;
+        for name in names {
+            let file = path.join(name);
+            match path.is_dir() {
+                true => drop(OutputFile::check(&file, option)?),
+                false => check_name(&file, option)?,
+            }
+            self.check_free(&file, option, Existing::Keep)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a file that exists and may not be replaced.
+    fn check_free(
+        self,
+        path: &Path,
+        option: &'static str,
+        existing: Existing,
+    ) -> Result<(), OutputError> {
+        let remedy = match existing {
+            Existing::Keep => "replace it with --force",
+            Existing::Resume => "continue it with --resume, replace it with --force",
+            Existing::Replace => return Ok(()),
+        };
+        match self.force || !path.exists() {
+            true => Ok(()),
+            false => Err(OutputError::Exists {
                 path: path.to_owned(),
                 option,
-                other: wanted[j].0,
-            });
+                remedy,
+            }),
         }
-        files[k] = Some(file);
     }
-    Ok(files)
 }
 
 #[cfg(test)]
-mod tests {
-    use std::io::Write;
-
-    use super::*;
-
-    fn names_in(folder: &Path) -> usize {
-        fs::read_dir(folder).expect("a folder").count()
-    }
-
-    #[test]
-    fn checks_change_nothing_and_writing_replaces_complete_files() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let path = folder.path().join("out.json");
-        let file = OutputFile::check(&path, "--json").expect("writable");
-        assert_eq!(names_in(folder.path()), 0);
-        file.write(|out| out.write_all(b"first")).expect("written");
-        let failed = file.write(|out| {
-            out.write_all(b"half")?;
-            Err(io::Error::other("disk full"))
-        });
-        assert!(!failed.expect_err("failed").is_bad_input());
-        assert_eq!(fs::read(&path).expect("there"), b"first");
-        file.write(|out| out.write_all(b"second")).expect("written");
-        assert_eq!(fs::read(&path).expect("there"), b"second");
-        assert_eq!(names_in(folder.path()), 1);
-    }
-
-    #[test]
-    fn paths_that_cannot_be_files_are_refused() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let check = |path: &Path| OutputFile::check(path, "--save");
-        assert!(matches!(
-            check(folder.path()),
-            Err(OutputError::NotAFile { .. })
-        ));
-        for path in ["absent/", ".."] {
-            let path = folder.path().join(path);
-            assert!(matches!(check(&path), Err(OutputError::NotAFile { .. })));
-        }
-        assert!(matches!(
-            check(Path::new("")),
-            Err(OutputError::NotAFile { .. })
-        ));
-        let lost = check(&folder.path().join("absent/out.rrd")).expect_err("no such folder");
-        assert!(matches!(lost, OutputError::NotWritable { .. }));
-        assert!(lost.is_bad_input());
-        assert!(lost.to_string().contains("(--save)"));
-        #[cfg(unix)]
-        assert!(matches!(
-            check(Path::new("/dev/null")),
-            Err(OutputError::NotAFile { .. })
-        ));
-    }
-
-    #[test]
-    fn directories_may_exist_but_files_of_that_name_are_refused() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let file = folder.path().join("file");
-        fs::write(&file, "x").expect("written");
-        let check = |path: &Path| check_directory(path, "--png", &["figure.png"]);
-        check(folder.path()).expect("there");
-        check(&folder.path().join("new/figures")).expect("can be made");
-        for path in [&file, &file.join("figures"), Path::new("")] {
-            let error = check(path).expect_err("no directory");
-            assert!(matches!(error, OutputError::NotADirectory { .. }));
-        }
-        assert_eq!(names_in(folder.path()), 1);
-    }
-
-    #[test]
-    fn a_new_directory_and_a_file_cannot_share_a_path() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
-        let file = OutputFile::check(&new, "--csv").expect("writable");
-        for directory in [&new, &below] {
-            let clash = check_apart(directory, "--png", &[("--csv", Some(&file))]);
-            assert!(matches!(clash, Err(OutputError::Twice { .. })));
-            check_apart(directory, "--png", &[("--csv", None)]).expect("no file");
-        }
-        let other = folder.path().join("other");
-        check_apart(&other, "--png", &[("--csv", Some(&file))]).expect("apart");
-    }
-
-    #[test]
-    fn protected_files_and_long_names_are_refused_in_directories_too() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let path = folder.path().join("kept.png");
-        fs::write(&path, "old").expect("written");
-        let mut permissions = path.metadata().expect("there").permissions();
-        permissions.set_readonly(true);
-        fs::set_permissions(&path, permissions).expect("protected");
-        for refused in [
-            OutputFile::check(&path, "--png").map(drop),
-            check_directory(folder.path(), "--png", &["new.png", "kept.png"]),
-        ] {
-            let refused = refused.expect_err("protected");
-            assert!(
-                matches!(refused, OutputError::Protected { .. }),
-                "{refused}"
-            );
-            assert!(refused.is_bad_input());
-        }
-        check_directory(folder.path(), "--png", &["new.png"]).expect("free");
-        let long = folder.path().join("x".repeat(255));
-        let longer = folder.path().join("x".repeat(256));
-        for refused in [
-            OutputFile::check(&long, "--png").map(drop),
-            check_directory(&longer, "--png", &["new.png"]),
-            check_directory(&longer.join("new"), "--png", &["new.png"]),
-        ] {
-            let refused = refused.expect_err("too long");
-            assert!(
-                matches!(refused, OutputError::NameTooLong { .. }),
-                "{refused}"
-            );
-        }
-        OutputFile::check(&folder.path().join("x".repeat(247)), "--png").expect("fits");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_link_stays_and_its_target_is_replaced() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
-        fs::write(&file, "old").expect("written");
-        std::os::unix::fs::symlink(&file, &link).expect("linked");
-        let output = OutputFile::check(&link, "--json").expect("writable");
-        output.write(|out| out.write_all(b"new")).expect("written");
-        assert_eq!(fs::read(&file).expect("there"), b"new");
-        assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
-    }
-
-    #[test]
-    fn two_outputs_cannot_share_a_path() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let path = folder.path().join("out");
-        let twice = check_all(
-            None,
-            [
-                ("--save", Some(&*path)),
-                ("--npz", None),
-                ("--json", Some(&*path)),
-            ],
-        );
-        let missing = folder.path().join("new");
-        let detour = folder.path().join(".").join("new");
-        let two_names = [("--save", Some(&*missing)), ("--json", Some(&*detour))];
-        let error = check_all(None, two_names).expect_err("the same file, not there yet");
-        assert!(matches!(error, OutputError::Twice { .. }));
-        fs::write(&missing, "a scene").expect("written");
-        let onto_scene = [("--save", Some(&*detour))];
-        let error = check_all(Some(missing.as_os_str()), onto_scene).expect_err("the scene");
-        assert!(matches!(error, OutputError::IsInput { .. }));
-        let message = twice.expect_err("refused").to_string();
-        assert!(
-            message.contains("two outputs (--json, --save)"),
-            "{message}"
-        );
-    }
-}
+#[path = "output_tests.rs"]
+mod tests;

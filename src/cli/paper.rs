@@ -12,12 +12,12 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, is_stdout};
+use super::output::{Kind, OutputFile, Overwrite, is_stdout};
 use super::paper_figures::{self, FIGURES};
 use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{Files, compute_points, print_result, write_recording, write_tables};
+use super::sweep::{Files, compute_points, print_result, write_points, write_recording};
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
@@ -77,13 +77,13 @@ pub(super) fn execute(
     if args.figure.is_none_or(|figure| figure >= FIRST_SIMULATED) {
         let done;
         (points, done) = compute_points(&plan, &work, &files, stop)?;
-        written = write_tables(&plan, &mut points, &files)?;
+        written = vec![write_points(&plan, &mut points, &files, done)?];
         if !done {
             return Err(CliError::Interrupted);
         }
         let done;
         (short, done) = compute_points(&short_plan, &work, &short_files, stop)?;
-        written.extend(write_tables(&short_plan, &mut short, &short_files)?);
+        written.push(write_points(&short_plan, &mut short, &short_files, done)?);
         if !done {
             return Err(CliError::Interrupted);
         }
@@ -139,34 +139,28 @@ pub(super) fn execute(
 
 /// Checks all outputs and creates the directory.
 fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputFile>), CliError> {
-    let figures = (1..=FIGURES).map(|number| format!("figure-{number}"));
+    let numbers = match args.figure {
+        Some(number) => number..=number,
+        None => 1..=FIGURES,
+    };
+    let figures = numbers.map(|number| format!("figure-{number}"));
     let mut names = args.drawn.names(figures, &STUDY);
-    names.extend(
-        [
-            PAGE,
-            TABLE,
-            "sweep.csv",
-            SHORT_TABLE,
-            "short.csv",
-            RECORDING,
-        ]
-        .map(str::to_owned),
-    );
-    check_directory(&args.out, "--out", &names)?;
+    if args.figure.is_none() {
+        names.extend([PAGE, RECORDING].map(str::to_owned));
+    }
+    args.overwrite.check_directory(&args.out, "--out", &names)?;
+    // The tables of an earlier or interrupted run are continued.
+    let tables = [TABLE, "sweep.arrows", SHORT_TABLE, "short.arrows"];
+    Overwrite::ALLOWED.check_directory(&args.out, "--out", &tables)?;
     let scene_file = args.scene.input();
     // A path inside the new directory is checked after the directory exists.
     let json = args.json.as_deref();
     let json = json.filter(|path| !is_stdout(path) && !path.starts_with(&args.out));
+    let overwrite = args.overwrite;
+    overwrite.check_all(scene_file, [("--json", Kind::JSON, json)])?;
     // A scene file may be described itself.
-    let other = |file: &&Path| scene_file.is_none_or(|scene| Path::new(scene) != *file);
     let write = args.write.as_deref();
-    check_all(
-        scene_file,
-        [("--json", json), ("--write", write.filter(other))],
-    )?;
-    let described = write
-        .map(|path| OutputFile::check(path, "--write"))
-        .transpose()?;
+    let [described] = overwrite.check_all(None, [("--write", Kind::SCENE, write)])?;
     if args.figure.is_none() {
         resources::check_memory()?;
     }
@@ -181,6 +175,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputF
         drawn: args.drawn.clone(),
         save: None,
         json: None,
+        overwrite: Overwrite::ALLOWED,
     };
     let outputs = SweepOutputs {
         save: args.figure.is_none().then(|| args.out.join(RECORDING)),
@@ -188,7 +183,8 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputF
         ..table(TABLE)
     };
     let short = table(SHORT_TABLE);
-    let check = |outputs| Files::check(scene_file, outputs, &[]);
+    let kind = (Kind::STUDY_TABLE, Overwrite::ALLOWED);
+    let check = |outputs| Files::check((scene_file, outputs), &[], kind);
     let files = [check(&outputs)?, check(&short)?];
     Ok((outputs, files, described))
 }
@@ -299,6 +295,7 @@ mod tests {
             scene: SceneArgs::default(),
             figure: None,
             out: out.clone(),
+            overwrite: Default::default(),
             drawn: Default::default(),
             start: Start::Fresh,
             seed: Some(4),
@@ -348,6 +345,9 @@ mod tests {
         args.write = None;
         // A second run reuses the sweep and draws only the selected figure.
         args.figure = Some(9);
+        let refused = execute(&args, &stop, short_plan).unwrap_err();
+        assert!(refused.to_string().contains("--force"), "{refused}");
+        args.overwrite = Overwrite::ALLOWED;
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();
         execute(&args, &stop, short_plan).unwrap();
         assert_eq!(std::fs::read(out.join("sweep.arrow")).unwrap(), before);
@@ -397,6 +397,7 @@ mod tests {
             scene: SceneArgs::default(),
             figure: None,
             out: path("paper"),
+            overwrite: Default::default(),
             drawn: Default::default(),
             start: table().start,
             seed: None,

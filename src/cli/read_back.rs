@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::analyse::AnalysedFile;
+use super::analyse_files::AnalysedFiles;
 use super::calibrate::CalibrationResult;
 use super::document::read_as;
 use super::growth::GrowthResult;
@@ -16,6 +17,7 @@ use crate::study::basins::Basins;
 use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::CostStudy;
 use crate::study::effects::Effects;
+use crate::study::friction_fit::FrictionFit;
 use crate::study::sweep::SweepResult;
 
 /// Reads the document of a command as its result type, and converts it to JSON again.
@@ -35,7 +37,9 @@ pub fn read_back(command: &str, document: &Value) -> serde_json::Result<Value> {
         "paper" => read_as::<PaperResult>,
         "calibrate" => read_as::<CalibrationResult<'_>>,
         "cost" => read_as::<CostStudy>,
+        "friction" => read_as::<FrictionFit>,
         "growth" => read_as::<GrowthResult<'_>>,
+        "analyse" if document.get("analyses").is_some() => read_as::<AnalysedFiles<'_>>,
         "analyse" => read_as::<AnalysedFile<'_>>,
         _ if document.get("effects").is_some() => read_as::<Effects>,
         _ if document.get("scenes").is_some() => read_as::<Scenes<'_>>,

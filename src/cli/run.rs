@@ -16,7 +16,7 @@ use super::error::{Cause, CliError};
 use super::exponents::{RunExponents, divergence_text};
 use super::interrupt;
 use super::known_accuracy::KnownAccuracy;
-use super::output::{OutputFile, check_all};
+use super::output::{Kind, OutputFile};
 use super::progress::{Notifier, Progress};
 use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
@@ -97,13 +97,14 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
-    let [save, npz, wav, json] = check_all(
+    let (recording, saved) = recording(args);
+    let [save, npz, wav, json] = args.overwrite.check_all(
         args.scene.input(),
         [
-            ("--save", recording(args)),
-            ("--npz", args.npz.as_deref()),
-            ("--wav", args.audio.wav.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--save", recording, saved),
+            ("--npz", Kind::ARRAYS, args.npz.as_deref()),
+            ("--wav", Kind::SOUND, args.audio.wav.as_deref()),
+            ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
     let outputs = Outputs {
@@ -210,13 +211,16 @@ fn scene(args: &RunArgs) -> Result<Scene, CliError> {
     Ok(scene)
 }
 
-/// The file for the recording: the default file, if there is no other output.
-fn recording(args: &RunArgs) -> Option<&Path> {
+/// The file for the recording: the default file, which is replaced, if there is no other output.
+fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
     let watched = args.spawn || args.connect.is_some();
+    let other = watched || args.npz.is_some() || args.audio.wav.is_some();
     match &args.save {
-        Some(path) => Some(path),
-        None if watched || args.npz.is_some() || args.audio.wav.is_some() => None,
-        None => Some(Path::new(DEFAULT_RECORDING)),
+        None if !other => (
+            Kind::RECORDING.replaced(),
+            Some(Path::new(DEFAULT_RECORDING)),
+        ),
+        save => (Kind::RECORDING, save.as_deref()),
     }
 }
 
@@ -539,19 +543,19 @@ mod tests {
     #[test]
     fn the_default_output_is_a_recording() {
         let none = RunArgs::default();
-        assert_eq!(recording(&none), Some(Path::new("squeak.rrd")));
+        assert_eq!(recording(&none).1, Some(Path::new("squeak.rrd")));
         let watched = RunArgs {
             spawn: true,
             ..RunArgs::default()
         };
-        assert_eq!(recording(&watched), None);
+        assert_eq!(recording(&watched).1, None);
         assert!(output(&watched, None).spawn);
         let both = RunArgs {
             save: Some(PathBuf::from("a.rrd")),
             connect: Some("rerun+http://host/proxy".to_owned()),
             ..RunArgs::default()
         };
-        assert_eq!(recording(&both), Some(Path::new("a.rrd")));
+        assert_eq!(recording(&both).1, Some(Path::new("a.rrd")));
         let expected = Output {
             save: Some(PathBuf::from("a.rrd")),
             connect: both.connect.clone(),

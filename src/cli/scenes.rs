@@ -9,7 +9,7 @@ use super::document::Document;
 use super::effects;
 use super::error::CliError;
 use super::interrupt;
-use super::output;
+use super::output::Kind;
 use super::report::{self, HEADING};
 use crate::escape;
 use crate::scene::{PRESETS, Scene, SceneError, key_reference};
@@ -58,7 +58,9 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
         return Ok(report::print(key_reference().trim_start())?);
     }
     let stop = args.effects.then(interrupt::install_handler).transpose()?;
-    let [json] = output::check_all(None, [("--json", args.json.as_deref())])?;
+    let [json] = args
+        .overwrite
+        .check_all(None, [("--json", Kind::JSON, args.json.as_deref())])?;
     match &args.scene.scene {
         None => {
             let scenes = PRESETS.iter().map(|preset| preset.scene());

@@ -5,7 +5,7 @@ use std::fs;
 use super::args::{CompletionsArgs, ManArgs};
 use super::error::CliError;
 use super::help;
-use super::output::{OutputError, check_directory};
+use super::output::OutputError;
 use super::report;
 
 /// Prints the completion script of a shell.
@@ -24,9 +24,13 @@ pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
 /// Bad input if the directory cannot be created; failure if a page cannot be written.
 pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
     let directory = &args.directory;
-    check_directory(directory, "DIR", &["squeakscope.1"])?;
+    let command = help::command();
+    let pages = command.get_subcommands();
+    let pages = pages.map(|command| format!("squeakscope-{}.1", command.get_name()));
+    let pages: Vec<String> = pages.chain(["squeakscope.1".to_owned()]).collect();
+    args.overwrite.check_directory(directory, "DIR", &pages)?;
     fs::create_dir_all(directory)
-        .and_then(|()| clap_mangen::generate_to(help::command(), directory))
+        .and_then(|()| clap_mangen::generate_to(command, directory))
         .map_err(|source| OutputError::Failed {
             path: directory.clone(),
             source,
@@ -44,6 +48,7 @@ mod tests {
         let directory = folder.path().join("man1");
         man(&ManArgs {
             directory: directory.clone(),
+            overwrite: Default::default(),
         })
         .unwrap();
         let page = |name: &str| fs::read_to_string(directory.join(name)).unwrap();

@@ -10,7 +10,7 @@ use super::document::Document;
 use super::error::{Cause, CliError};
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{check_all, check_directory};
+use super::output::Kind;
 use super::progress::Progress;
 use super::report::{self, BAD, HEADING};
 use crate::escape;
@@ -98,10 +98,13 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     if args.causes && scene.joint()?.spec.friction.states() > 0 {
         return Err(CliError::NoCauses);
     }
-    let [json] = check_all(args.scene.input(), [("--json", args.json.as_deref())])?;
+    let json = [("--json", Kind::JSON, args.json.as_deref())];
+    let [json] = args.overwrite.check_all(args.scene.input(), json)?;
     if let Some(directory) = &args.figures {
         let stems = tilts_deg.iter().map(|tilt| figure_name(*tilt, tilts.len()));
-        check_directory(directory, "--figures", &args.drawn.names(stems, &STUDY))?;
+        let names = args.drawn.names(stems, &STUDY);
+        args.overwrite
+            .check_directory(directory, "--figures", &names)?;
     }
     let failed = |source| CliError::Run {
         task: "stability analysis",
@@ -295,6 +298,7 @@ mod tests {
             sensitivities: false,
             json: Some(path.clone()),
             figures: None,
+            overwrite: Default::default(),
             drawn: Default::default(),
         };
         stability(&args, &AtomicBool::new(false)).expect("done");
@@ -329,6 +333,7 @@ mod tests {
             sensitivities: false,
             json: None,
             figures: None,
+            overwrite: Default::default(),
             drawn: Default::default(),
         };
         let refused = stability(&args, &AtomicBool::new(false)).unwrap_err();

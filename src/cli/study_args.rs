@@ -9,6 +9,7 @@ use clap::{Args as Arguments, ValueEnum, value_parser};
 
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
+use super::output::Overwrite;
 use super::steps::{Steps, StepsError};
 use crate::study::cost::{CostSetting, Quantity};
 use crate::study::sweep::{Shard, Start};
@@ -117,6 +118,8 @@ pub struct PaperArgs {
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub json: Option<PathBuf>,
     #[command(flatten)]
+    pub overwrite: Overwrite,
+    #[command(flatten)]
     pub drawn: FigureArgs,
 }
 
@@ -172,6 +175,8 @@ pub struct CalibrateArgs {
     /// Also write the best sets and the claims that they meet as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figure of the claims that can be met together to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,
@@ -228,6 +233,8 @@ pub struct CostArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
     #[command(flatten)]
+    pub overwrite: Overwrite,
+    #[command(flatten)]
     pub drawn: FigureArgs,
 }
 
@@ -257,6 +264,8 @@ pub struct GrowthArgs {
     /// Also write all points as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     #[command(flatten)]
     pub drawn: FigureArgs,
 }
@@ -316,7 +325,8 @@ pub struct MergeArgs {
 #[derive(Debug, Arguments)]
 #[command(next_help_heading = "Output")]
 pub struct SweepOutputs {
-    /// Write the results to this Arrow table, point by point; a short CSV table goes into the same directory.
+    /// Write the results to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities). While
+    /// the study goes on, the table is an Arrow stream of the same name that ends in .arrows.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,
     /// Save a recording for the Rerun viewer, with the parameter as its timeline; only for a sweep over one
@@ -326,6 +336,8 @@ pub struct SweepOutputs {
     /// Also write all results as JSON; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Draw the figures to this directory.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,

@@ -12,7 +12,7 @@ use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
-use super::output::{OutputFile, check_all, check_directory, is_stdout};
+use super::output::{Kind, OutputFile, Overwrite, is_stdout};
 use super::progress::Progress;
 use super::report::{self, HEADING, WARNING};
 use super::resources;
@@ -30,8 +30,8 @@ use crate::scene::{FixedAt, LoadedJoint, Parameter};
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
-    Axis, CsvWriter, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult,
-    SweepTable, TableError, TableWriter, read_table, sweep, write_csv, write_table,
+    Axis, Shard, SweepObserver, SweepPlan, SweepPoint, SweepProgress, SweepResult, SweepTable,
+    TableError, TableWriter, read_table, sweep, write_table,
 };
 use crate::study::threads;
 use crate::table::Table;
@@ -53,7 +53,12 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     report::print_study_warnings(&plan.scene);
     report::print_held(held(&plan));
     let scene = args.scene.input();
-    let files = Files::check(scene, &args.outputs, &names(&plan))?;
+    let overwrite = args.outputs.overwrite.or(args.work.resume);
+    let files = Files::check(
+        (scene, &args.outputs),
+        &names(&plan),
+        (Kind::STUDY_TABLE, overwrite),
+    )?;
     let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
     let outputs = (&args.outputs, &files);
@@ -73,12 +78,11 @@ pub(super) fn compute_points(
     files: &Files,
     stop: &AtomicBool,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
-    let known = known_points(work.resume, plan, files.table.path())?;
+    let known = known_points(work.resume, plan, files)?;
     resources::start_thread_pool()?;
     interrupt::start_work();
     let mut recorder = Recorder {
-        table: TableWriter::new(files.table.path(), &plan.identity(), &known)?,
-        csv: CsvWriter::new(files.csv.path(), plan, &known)?,
+        table: TableWriter::new(files.growing.path(), plan, &known)?,
         points: known.clone(),
         progress: Progress::with_estimate(),
         stop,
@@ -110,7 +114,12 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         })
     })?;
     check_timeline(&plan, &args.outputs)?;
-    let identity = first.identity.clone();
+    let outputs = (None, &args.outputs);
+    let files = Files::check(
+        outputs,
+        &names(&plan),
+        (Kind::TABLE, args.outputs.overwrite),
+    )?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
     for read in std::iter::once(Ok((path, first))).chain(tables) {
@@ -131,15 +140,6 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         }
     }
     let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    let files = Files::check(None, &args.outputs, &names(&plan))?;
-    // A merge replaces the table of an earlier merge of the same sweep, and no other file.
-    let out = files.table.path();
-    let is_same_sweep = read_table(out).is_ok_and(|table| table.identity == identity);
-    if out.exists() && !is_same_sweep {
-        return Err(CliError::ForeignOutput {
-            path: out.to_owned(),
-        });
-    }
     deliver(
         &plan,
         &mut merged,
@@ -169,7 +169,8 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
 /// The output files.
 pub(super) struct Files {
     table: OutputFile,
-    csv: OutputFile,
+    /// The table while it grows: an Arrow stream, which is removed when the table is complete.
+    growing: OutputFile,
     pub json: Option<OutputFile>,
     save: Option<OutputFile>,
 }
@@ -177,42 +178,32 @@ pub(super) struct Files {
 impl Files {
     /// Checks all outputs; `figures` are the stems of the figures' file names.
     pub fn check(
-        input: Option<&OsStr>,
-        outputs: &SweepOutputs,
+        (input, outputs): (Option<&OsStr>, &SweepOutputs),
         figures: &[String],
+        (kind, overwrite): (Kind, Overwrite),
     ) -> Result<Self, CliError> {
-        let csv = outputs.out.with_extension("csv");
-        let ending = outputs
-            .out
-            .extension()
-            .and_then(OsStr::to_str)
-            .unwrap_or("");
-        if !["", "arrow", "arrows"].contains(&ending) {
-            return Err(CliError::NotArrow {
-                path: outputs.out.clone(),
-            });
-        }
+        let growing = outputs.out.with_extension("arrows");
         let json = outputs.json.as_deref().filter(|path| !is_stdout(path));
-        if let Some(directory) = &outputs.figures {
-            let names = outputs.drawn.names(figures, &STUDY);
-            check_directory(directory, "--figures", &names)?;
-        }
-        let [table, csv, json, save] = check_all(
+        let [table, growing, json, save] = overwrite.check_all(
             input,
             [
-                ("--out", Some(&*outputs.out)),
-                ("--out, short table", Some(&*csv)),
-                ("--json", json),
-                ("--save", outputs.save.as_deref()),
+                ("--out", kind, Some(&*outputs.out)),
+                ("--out", Kind::GROWING_TABLE, Some(&*growing)),
+                ("--json", Kind::JSON, json),
+                ("--save", Kind::RECORDING, outputs.save.as_deref()),
             ],
         )?;
+        if let Some(directory) = &outputs.figures {
+            let names = outputs.drawn.names(figures, &STUDY);
+            overwrite.check_directory(directory, "--figures", &names)?;
+        }
         if save.is_some() {
             resources::check_memory()?;
         }
-        match (table, csv) {
-            (Some(table), Some(csv)) => Ok(Self {
+        match (table, growing) {
+            (Some(table), Some(growing)) => Ok(Self {
                 table,
-                csv,
+                growing,
                 json,
                 save,
             }),
@@ -224,7 +215,6 @@ impl Files {
 /// Writes each point to the tables and shows the progress.
 struct Recorder<'a> {
     table: TableWriter,
-    csv: CsvWriter,
     points: Vec<SweepPoint>,
     progress: Progress,
     stop: &'a AtomicBool,
@@ -235,7 +225,6 @@ impl SweepObserver for Recorder<'_> {
 
     fn on_point(&mut self, point: SweepPoint) -> Result<(), TableError> {
         self.table.add(&point)?;
-        self.csv.add(&point)?;
         self.points.push(point);
         Ok(())
     }
@@ -256,7 +245,7 @@ fn deliver(
     (shard, interrupted): (Shard, bool),
     stop: &AtomicBool,
 ) -> Result<(), CliError> {
-    let mut written = write_tables(plan, points, files)?;
+    let mut written = vec![write_points(plan, points, files, !interrupted)?];
     if let Some(directory) = &outputs.figures {
         let drawn = (&outputs.drawn, &STUDY[..]);
         let figures = sweep_figures(plan, points);
@@ -295,18 +284,20 @@ pub(super) fn print_result(
     Ok(())
 }
 
-/// Writes the sorted points to the Arrow table and to the short CSV table.
-pub(super) fn write_tables(
+/// Writes the complete table and removes that which grew; the latter stays for `--resume` if points are missing.
+pub(super) fn write_points(
     plan: &SweepPlan,
     points: &mut [SweepPoint],
     files: &Files,
-) -> Result<Vec<WrittenFile>, CliError> {
-    write_table(files.table.path(), &plan.identity(), points)?;
-    write_csv(files.csv.path(), plan, points)?;
-    Ok(vec![
-        WrittenFile::of(&files.table)?,
-        WrittenFile::of(&files.csv)?,
-    ])
+    complete: bool,
+) -> Result<WrittenFile, CliError> {
+    if !complete {
+        return Ok(WrittenFile::of(&files.growing)?);
+    }
+    write_table(files.table.path(), plan, points)?;
+    // A merge has none.
+    let _ = std::fs::remove_file(files.growing.path());
+    Ok(WrittenFile::of(&files.table)?)
 }
 
 /// Writes the recording, if it is requested and there are points; with `ball`, it shows the modes of ball and
@@ -333,24 +324,22 @@ pub(super) fn write_recording(
     Ok(Some(WrittenFile::of(file)?))
 }
 
-/// Reads the points of an existing table. Without `--resume`, an existing table is an error.
-fn known_points(resume: bool, plan: &SweepPlan, path: &Path) -> Result<Vec<SweepPoint>, CliError> {
-    match (path.exists(), resume) {
-        (false, _) => Ok(Vec::new()),
-        (true, false) => Err(CliError::OutputExists {
-            path: path.to_owned(),
-        }),
-        (true, true) => {
-            // An empty file: the sweep was killed before its first point.
-            if path.metadata().is_ok_and(|meta| meta.len() == 0) {
-                return Ok(Vec::new());
-            }
-            let table = read_table(path)?;
-            table.check(plan, path)?;
-            warn_if_truncated(path, &table);
-            Ok(table.points)
-        }
-    }
+/// The points of an existing table that is resumed: the one that grew, or else the complete one.
+fn known_points(
+    resume: bool,
+    plan: &SweepPlan,
+    files: &Files,
+) -> Result<Vec<SweepPoint>, CliError> {
+    // An empty file: the sweep was killed before its first point.
+    let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
+    let mut tables = [files.growing.path(), files.table.path()].into_iter();
+    let Some(path) = tables.find(has_points).filter(|_| resume) else {
+        return Ok(Vec::new());
+    };
+    let table = read_table(path)?;
+    table.check(plan, path)?;
+    warn_if_truncated(path, &table);
+    Ok(table.points)
 }
 
 /// Warns if a table is truncated.
@@ -528,7 +517,7 @@ fn text(scene: &str, result: &SweepResult<'_>) -> String {
     if failed > 0 {
         let _ = writeln!(
             text,
-            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the tables has the reasons"
+            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the table has the reasons"
         );
     }
     let unsettled = count(SweepPoint::is_unsettled);

@@ -32,6 +32,7 @@ impl TestFolder {
         SweepOutputs {
             out: self.path(name),
             figures: None,
+            overwrite: Default::default(),
             drawn: Default::default(),
             save: None,
             json: Some(self.path(name).with_extension("json")),
@@ -85,7 +86,9 @@ fn a_sweep_writes_tables_figures_and_json() {
     let start = serde_json::to_value(Start::Downward).unwrap();
     assert_eq!(report["points"][4]["start"], start);
     assert_eq!(report["points"][0]["unstable_modes"], 4);
-    assert_eq!(report["files"].as_array().unwrap().len(), 4);
+    assert_eq!(report["files"].as_array().unwrap().len(), 3);
+    // The table that grew is gone.
+    assert!(test.path("a.arrow").exists() && !test.path("a.arrows").exists());
     assert_eq!(
         report["points"][0]["amplitude_m"].as_f64().map(|a| a > 0.0),
         Some(true)
@@ -101,13 +104,6 @@ fn a_sweep_writes_tables_figures_and_json() {
     let svg = std::fs::read_to_string(test.path("figures/new/bifurcation.svg")).unwrap();
     let title = "<title>torus-3deg: ";
     assert!(svg.contains(title), "{svg}");
-    assert_eq!(
-        std::fs::read_to_string(test.path("a.csv"))
-            .unwrap()
-            .lines()
-            .count(),
-        7
-    );
     // An existing table is not replaced, and resuming a complete table does not change it.
     let refused = execute(&args, &no_stop()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
@@ -115,6 +111,16 @@ fn a_sweep_writes_tables_figures_and_json() {
     let before = std::fs::read(test.path("a.arrow")).unwrap();
     args.work.resume = true;
     execute(&args, &no_stop()).unwrap();
+    assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
+    let forced = SweepOutputs {
+        overwrite: Overwrite::ALLOWED,
+        ..test.outputs("a.arrow")
+    };
+    let again = SweepArgs {
+        outputs: forced,
+        ..test.args("a.arrow")
+    };
+    execute(&again, &no_stop()).unwrap();
     assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
     // A table is not mixed with another sweep.
     args.response.measure = 11.0;
@@ -131,6 +137,7 @@ fn an_interrupted_sweep_resumes_to_the_same_table() {
     let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     assert_eq!(test.json("part.json")["interrupted"], true);
+    assert!(test.path("part.arrows").exists() && !test.path("part.arrow").exists());
     args.work.resume = true;
     execute(&args, &no_stop()).unwrap();
     assert_eq!(
@@ -154,15 +161,28 @@ fn merged_shards_equal_the_whole_sweep() {
     }
     let parts = |last: &str| MergeArgs {
         tables: vec![test.path("part-1.arrow"), test.path(last)],
-        outputs: test.outputs("merged.arrow"),
+        outputs: SweepOutputs {
+            overwrite: Overwrite::ALLOWED,
+            ..test.outputs("merged.arrow")
+        },
     };
     merge(&parts("part-2.arrow"), &no_stop()).unwrap();
-    for ending in ["arrow", "csv"] {
-        assert_eq!(
-            std::fs::read(test.path("whole").with_extension(ending)).unwrap(),
-            std::fs::read(test.path("merged").with_extension(ending)).unwrap()
-        );
+    assert_eq!(
+        std::fs::read(test.path("whole.arrow")).unwrap(),
+        std::fs::read(test.path("merged.arrow")).unwrap()
+    );
+    // A merge of one table converts it, to Parquet and back without a change.
+    for [from, to] in [["merged.arrow", "a.parquet"], ["a.parquet", "again.arrow"]] {
+        let convert = MergeArgs {
+            tables: vec![test.path(from)],
+            outputs: test.outputs(to),
+        };
+        merge(&convert, &no_stop()).unwrap();
     }
+    assert_eq!(
+        std::fs::read(test.path("whole.arrow")).unwrap(),
+        std::fs::read(test.path("again.arrow")).unwrap()
+    );
     let mut other = test.args("other.arrow");
     other.seed = Some(4);
     execute(&other, &no_stop()).unwrap();
@@ -183,7 +203,7 @@ fn a_recording_needs_a_single_parameter() {
     assert!(saved("a.rrd") > 0);
     let report = test.json("a.json");
     let files = report["files"].as_array().unwrap();
-    assert!(files[2]["path"].as_str().unwrap().ends_with("a.rrd"));
+    assert!(files[1]["path"].as_str().unwrap().ends_with("a.rrd"));
     // From a table, too.
     let again = MergeArgs {
         tables: vec![test.path("a.arrow")],
@@ -210,7 +230,7 @@ fn a_recording_needs_a_single_parameter() {
         },
         ..test.args("map.arrow")
     };
-    for (args, word) in [(both, "one parameter"), (same, "two outputs")] {
+    for (args, word) in [(both, "one parameter"), (same, "ends in .rrd")] {
         let refused = execute(&args, &no_stop()).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(word), "{refused}");
@@ -239,7 +259,7 @@ fn bad_input_is_found_before_any_work() {
     };
     let same_file = SweepArgs {
         outputs: SweepOutputs {
-            json: Some(test.path("bad.csv")),
+            json: Some(test.path("bad.arrow")),
             ..test.outputs("bad.arrow")
         },
         ..test.args("bad.arrow")

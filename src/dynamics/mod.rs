@@ -98,6 +98,7 @@ mod trigonometry;
 pub use error::DynamicsError;
 pub use error_control::{Accuracy, max_rk4_step};
 pub use integrator::{Integrator, Method, MethodName};
+pub(crate) use lyapunov::student;
 pub use lyapunov::{
     Attractor, Exponent, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, Sign, Stability,
 };

@@ -55,7 +55,7 @@ impl From<io::Error> for ArrowFault {
     }
 }
 
-fn damaged(reason: impl fmt::Display) -> ArrowFault {
+pub(super) fn damaged(reason: impl fmt::Display) -> ArrowFault {
     ArrowFault::Damaged(one_line(reason))
 }
 
@@ -144,7 +144,7 @@ fn read_header(reader: &mut impl Read) -> Result<Option<Vec<u8>>, ArrowFault> {
 }
 
 /// The next four bytes as a number; `None` at the end.
-fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
+pub(super) fn read_number(reader: &mut impl Read) -> Result<Option<u32>, ArrowFault> {
     let mut bytes = Vec::with_capacity(4);
     reader.take(4).read_to_end(&mut bytes)?;
     match bytes.as_slice().try_into() {

@@ -3,13 +3,19 @@
 //! Libraries that decode such files allocate what a header claims and panic on unexpected data. The functions
 //! here compare lengths with the file size before anything is allocated, and convert a panic to an error.
 
+#[cfg(any(feature = "record", feature = "table"))]
 pub(crate) mod arrow;
+#[cfg(feature = "table")]
+pub(crate) mod table;
 
 use std::cell::Cell;
 use std::fmt::Display;
+#[cfg(any(feature = "record", feature = "table"))]
 use std::fs::File;
+#[cfg(any(feature = "record", feature = "table"))]
 use std::io::{self, Read};
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
+#[cfg(any(feature = "record", feature = "table"))]
 use std::path::Path;
 use std::sync::Once;
 
@@ -18,6 +24,7 @@ use std::sync::Once;
 ///
 /// # Errors
 /// If it is not a regular file or cannot be opened.
+#[cfg(any(feature = "record", feature = "table"))]
 pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
     // Checked before opening, which blocks on a pipe.
     let about = path.metadata()?;
@@ -37,6 +44,7 @@ pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
 ///
 /// # Errors
 /// If reading fails.
+#[cfg(any(feature = "record", feature = "table"))]
 pub(crate) fn read_exactly(reader: &mut impl Read, count: u64) -> io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     reader.take(count).read_to_end(&mut bytes)?;

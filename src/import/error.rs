@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use crate::memory::MemoryShortage;
 
 /// Known formats, for messages.
-const KNOWN: &str = "WAV, CSV (or other columns of text), .npy, .npz, .rrd";
+const KNOWN: &str =
+    "WAV, FLAC, MP3, Ogg, AIFF, CSV (or other columns of text), .npy, .npz, .mat, .rrd";
 
 /// A file does not contain a signal.
 #[derive(Debug, thiserror::Error)]

@@ -14,12 +14,16 @@ pub(super) const BLOCK: usize = 1 << 16;
 pub enum Format {
     /// Sampled sound.
     Wav,
+    /// Compressed sound, and AIFF.
+    Sound,
     /// Columns of numbers as text.
     Text,
     /// A NumPy array.
     Npy,
     /// Several NumPy arrays.
     Npz,
+    /// A MATLAB file.
+    Mat,
     /// A Rerun recording.
     Rrd,
 }
@@ -58,16 +62,42 @@ impl Format {
             Ok(Self::Npz)
         } else if begins(b"RRF") {
             Ok(Self::Rrd)
+        } else if begins(b"fLaC") || begins(b"OggS") || begins(b"ID3") || is_aiff(bytes) {
+            Ok(Self::Sound)
+        } else if begins(b"MATLAB 5.0") {
+            Ok(Self::Mat)
+        } else if begins(b"MATLAB 7.3") || begins(b"\x89HDF") {
+            Err(Problem::Unsupported {
+                what: "an HDF5 file, such as MATLAB writes with -v7.3,".to_owned(),
+                remedy: "save it with -v7 in MATLAB, or as .npz in Python (h5py, numpy.savez)",
+            })
+        } else if begins(b"TDSm") {
+            Err(Problem::Unsupported {
+                what: "a TDMS file".to_owned(),
+                remedy: "export it as text (.lvm or CSV) in LabVIEW, or as .npz in Python (nptdms, numpy.savez)",
+            })
         } else if is_text(bytes) {
             Ok(Self::Text)
         } else {
             let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-            let known = ["wav", "csv", "tsv", "txt", "dat", "npy", "npz", "rrd"];
+            // An MP3 file without a tag begins with a frame: 11 bits set, layer III.
+            if bytes[0] == 0xFF && bytes.get(1).is_some_and(|second| second & 0xE6 == 0xE2) {
+                return Ok(Self::Sound);
+            }
+            let known = [
+                "wav", "flac", "mp3", "ogg", "aiff", "csv", "tsv", "txt", "dat", "npy", "npz",
+                "mat", "rrd",
+            ];
             Err(Problem::UnknownFormat {
                 called: extension.filter(|e| known.contains(&e.as_str())),
             })
         }
     }
+}
+
+/// Whether a content is AIFF, or its form with compression.
+fn is_aiff(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"FORM") && matches!(bytes.get(8..12), Some(b"AIFF" | b"AIFC"))
 }
 
 /// Whether the bytes contain no control characters except those of text.

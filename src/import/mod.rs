@@ -3,9 +3,11 @@
 //! | format | columns | clock |
 //! |---|---|---|
 //! | WAV: PCM of 8 to 32 bits, float of 32 or 64 bits, any number of channels | `left`, `right`; of more channels `0`, `1`, ...; full scale is 1 FS | the header |
+//! | FLAC, MP3, Ogg Vorbis, AIFF | as WAV | the header |
 //! | CSV and similar formats: fields separated by `,` `;` tab or blanks; with or without a header; `#` comments; decimal commas unless commas separate the fields | by header or by index, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first column if it increases uniformly |
 //! | `.npy`: integers and floats of any size and byte order, one or two axes | by index along the shorter axis | none |
 //! | `.npz`: several of these, compressed or not | by name; for two axes `name[0]`, `name[1]`, ... | an array `t` or `time`, or a number `rate`, `fs` or `sample_rate` |
+//! | MATLAB `.mat` up to version 7: real numeric arrays of one or two axes | as `.npz` | as `.npz` |
 //!
 //! The format is detected from the content, not from the file name. Recordings (`.rrd`) are read by the
 //! module `record`, which passes their columns as a [`Table`].
@@ -14,7 +16,7 @@
 //!
 //! # Memory
 //!
-//! Files are read in blocks. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
+//! Files are read in blocks, except MATLAB files, which are read as a whole. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
 //! A file may therefore be much larger than the memory, and a small file cannot claim more memory than it
 //! contains:
 //!
@@ -29,9 +31,11 @@
 //! times; therefore pipes and devices are rejected.
 
 mod clock;
+mod compressed;
 mod error;
 mod format;
 mod lines;
+mod mat;
 mod npy;
 mod preamble;
 mod signal;
@@ -99,12 +103,16 @@ fn decode(
         Format::Text => table::read(&mut text::Text::open(content, &stem)?, selection),
         Format::Npy => table::read(&mut npy::Npy::open(content, &stem)?, selection),
         Format::Npz => table::read(&mut npy::Npz::open(content)?, selection),
+        Format::Sound => table::read(&mut compressed::Compressed::open(path, &stem)?, selection),
+        Format::Mat => table::read(&mut mat::read(content)?, selection),
         Format::Rrd => Err(Problem::Recording),
     }
 }
 
 #[cfg(test)]
 mod array_tests;
+#[cfg(test)]
+mod formats_tests;
 #[cfg(test)]
 mod limits_tests;
 #[cfg(test)]

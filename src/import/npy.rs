@@ -12,7 +12,7 @@ use super::{Problem, units};
 use crate::numpy::{ArrayError, ArrayReader};
 
 /// Names of a number with the sample rate.
-const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
+pub(super) const RATES: [&str; 3] = ["rate", "fs", "sample_rate"];
 
 /// A single array.
 pub(super) struct Npy<R> {
@@ -286,7 +286,7 @@ impl Layout {
     }
 }
 
-fn check_column_count(columns: usize) -> Result<(), Problem> {
+pub(super) fn check_column_count(columns: usize) -> Result<(), Problem> {
     match columns > MAX_COLUMNS {
         true => Err(Problem::TooManyColumns {
             have: columns,

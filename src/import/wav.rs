@@ -81,20 +81,7 @@ impl<R: Read + Seek> Wav<R> {
 
 impl<R: Read + Seek> Source for Wav<R> {
     fn headings(&self) -> Vec<ColumnHeader> {
-        let channels = self.coding.channels;
-        let name = |channel| match (channels, channel) {
-            (1, _) => self.stem.clone(),
-            (2, 0) => "left".to_owned(),
-            (2, _) => "right".to_owned(),
-            _ => channel.to_string(),
-        };
-        let heading = |channel| ColumnHeader {
-            header: name(channel),
-            name: name(channel),
-            unit: "FS".to_owned(),
-            count: self.frames,
-        };
-        (0..channels).map(heading).collect()
+        channel_headings(self.coding.channels, &self.stem, self.frames)
     }
 
     fn timing(&self) -> Timing {
@@ -123,6 +110,23 @@ impl<R: Read + Seek> Source for Wav<R> {
         }
         Ok(())
     }
+}
+
+/// Headings of the channels of a sound; a single one has the name `stem`.
+pub(super) fn channel_headings(channels: usize, stem: &str, count: usize) -> Vec<ColumnHeader> {
+    let name = |channel| match (channels, channel) {
+        (1, _) => stem.to_owned(),
+        (2, 0) => "left".to_owned(),
+        (2, _) => "right".to_owned(),
+        _ => channel.to_string(),
+    };
+    let heading = |channel| ColumnHeader {
+        header: name(channel),
+        name: name(channel),
+        unit: "FS".to_owned(),
+        count,
+    };
+    (0..channels).map(heading).collect()
 }
 
 /// Finds the coding, and position and length of the samples, bytes.

@@ -5,6 +5,7 @@ pub mod branch;
 pub mod calibrate;
 pub mod cost;
 pub mod effects;
+pub mod friction_fit;
 pub mod growth;
 pub mod lyapunov;
 pub mod paper;
@@ -13,6 +14,8 @@ pub mod response;
 pub mod signal;
 mod stability;
 pub mod sweep;
+#[cfg(feature = "table")]
+mod table;
 
 /// Callback on the progress of a study; it returns whether to continue.
 pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;

@@ -117,7 +117,7 @@ fn bad_intervals_and_parameters_are_refused() {
         ),
         (&["--param", "mu_z=0:1"], "mu_z"),
         (&["--tilt", "0:1", "--param", "tilt_deg=0:1"], "swept twice"),
-        (&["--out", "table.csv"], "wrong extension"),
+        (&["--out", "table.txt"], "wrong ending"),
         (
             &["--tilt", "0:1", "--param", SLOPE, "--out", "a.arrow"],
             "--out needs one parameter",

@@ -149,27 +149,28 @@ fn kinetic_above_static_friction_is_a_warning() {
 #[test]
 fn outputs_are_checked_before_any_work() {
     let test = folder();
-    std::fs::create_dir(test.path().join("folder")).expect("made");
     let scene = "periodic-2deg";
-    for option in ["--save", "--npz", "--json"] {
-        let message = refused(test.path(), &["run", scene, option, "folder"]);
-        assert!(
-            message.contains(&format!("`folder` ({option})")),
-            "{message}"
+    for (option, ending) in [("--save", "rrd"), ("--npz", "npz"), ("--json", "json")] {
+        std::fs::create_dir_all(test.path().join(format!("folder.{ending}"))).expect("made");
+        for path in [format!("folder.{ending}"), format!("absent/out.{ending}")] {
+            let message = refused(test.path(), &["run", scene, option, &path]);
+            assert!(
+                message.contains(&format!("`{path}` ({option})")),
+                "{message}"
+            );
+        }
+        let message = refused(test.path(), &["run", scene, option, "out.txt"]);
+        let told = format!(
+            "`out.txt` ({option}) has the wrong ending for this output; give a name that ends in .{ending}"
         );
-        let message = refused(test.path(), &["run", scene, option, "absent/out"]);
-        assert!(
-            message.contains(&format!("`absent/out` ({option})")),
-            "{message}"
-        );
+        assert!(message.contains(&told), "{message}");
     }
-    refused(test.path(), &["scenes", "--json", "folder"]);
-    refused(test.path(), &["stability", scene, "--json", "absent/out"]);
-    refused(test.path(), &["model", scene, "--out", "folder"]);
+    refused(test.path(), &["scenes", "--json", "folder.json"]);
     refused(
         test.path(),
-        &["model", scene, "--out", "same", "--json", "same"],
+        &["stability", scene, "--json", "absent/out.json"],
     );
+    refused(test.path(), &["model", scene, "--out", "folder.npz"]);
 }
 
 #[test]
@@ -299,6 +300,35 @@ fn time_dependent_loads_are_held_with_a_warning() {
         message.contains("the load of this scene is a function of time"),
         "{message}"
     );
+}
+
+/// An existing output is kept, except with `--force`, and except for the default recording.
+#[test]
+fn existing_outputs_are_replaced_by_force_only() {
+    let test = folder();
+    let run = ["run", "mass-on-belt", "--duration", "5"];
+    for (words, name) in [
+        (&["--json", "a.json"][..], "a.json"),
+        (&["--save", "a.rrd"], "a.rrd"),
+    ] {
+        let words = [&run[..], words].concat();
+        std::fs::write(test.path().join(name), "kept").expect("written");
+        let message = refused(test.path(), &words);
+        assert!(
+            message.contains(&format!("`{name}`")) && message.contains("--force"),
+            "{message}"
+        );
+        assert_eq!(
+            std::fs::read(test.path().join(name)).expect("kept"),
+            b"kept"
+        );
+        squeakscope(test.path(), &[&words[..], &["--force"]].concat()).success();
+        let replaced = std::fs::read(test.path().join(name)).expect("there");
+        assert_ne!(replaced, b"kept");
+    }
+    for _ in 0..2 {
+        squeakscope(test.path(), &run).success();
+    }
 }
 
 /// An output that would replace the scene is refused.

@@ -30,7 +30,7 @@ const ABBREVIATIONS: [(&str, &str); 4] = [
 /// Units at the end of a field's name.
 const UNITS: &[&str] = &[
     "s", "ms", "us", "m", "mm", "um", "hz", "khz", "rad", "deg", "n", "pa", "mpa", "gpa", "j",
-    "kg", "w", "per", "bytes", "mb", "samples",
+    "kg", "w", "per", "bytes", "mb", "samples", "db",
 ];
 
 /// Public types with another name, and why.

@@ -67,7 +67,15 @@ const EXAMPLES: &[(&str, &str)] = &[
     ),
     // The points of the sweep come from an earlier run, which `prepare` writes.
     ("paper", "paper --figure 4 --out paper"),
-    ("analyse", "analyse sound.wav --json a.json"),
+    (
+        "analyse",
+        "analyse sound.wav --calibration 2Pa --json a.json",
+    ),
+    ("friction", "friction measured.csv"),
+    (
+        "analyse FILE FILE",
+        "analyse sound.wav sound.wav --json a.json",
+    ),
 ];
 
 /// A field of a struct in the source.
@@ -292,13 +300,14 @@ fn prepare(folder: &Path) {
     let mut points: Vec<SweepPoint> = points.collect();
     fs::create_dir(folder.join("paper")).unwrap();
     let table = folder.join("paper/sweep.arrow");
-    write_table(&table, &plan.identity(), &mut points).unwrap();
+    write_table(&table, &plan, &mut points).unwrap();
 }
 
 /// The JSON result of an example.
 fn result(folder: &Path, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
     command.current_dir(folder).args(words.split(' '));
+    command.arg("--force");
     if !words.contains("--json") {
         command.args(["--json", "a.json"]);
     }
@@ -308,6 +317,18 @@ fn result(folder: &Path, words: &str) -> Value {
     let command = words.split(' ').next().unwrap();
     assert_eq!(read_back(command, &document).unwrap(), document, "{words}");
     document
+}
+
+/// Points of a Stribeck law with a small error, for the results of `friction`.
+fn write_friction(file: &Path) {
+    let point = |k: u32| {
+        let speed = 2e-3 * 1.3_f64.powi(k as i32);
+        let error = if k.is_multiple_of(3) { 0.004 } else { -0.002 };
+        let mu = 0.25 + 0.3 * (-12.0 * speed).exp() + error;
+        format!("{speed},{mu},0.004\n")
+    };
+    let points: String = (0..20).map(point).collect();
+    fs::write(file, format!("speed_m_per_s,mu,mu_deviation\n{points}")).unwrap();
 }
 
 /// A sound of 3 s for the results of `analyse`: a modulated tone from 0.5 to 2.5 s, with hum and noise.
@@ -357,6 +378,7 @@ fn the_guide_lists_every_field_of_every_result() {
     let folder = tempfile::tempdir().unwrap();
     prepare(folder.path());
     write_sound(&folder.path().join("sound.wav"));
+    write_friction(&folder.path().join("measured.csv"));
     let structs = structs();
     let mut page = HEAD.to_owned();
     let mut undescribed = BTreeSet::new();

@@ -31,7 +31,7 @@ const EDGES: &[(&str, &[&str])] = &[
         &["analysis", "dynamics", "scene", "pipeline", "study"],
     ),
     ("export", &["joint", "pipeline", "numpy"]),
-    ("import", &["memory", "numpy"]),
+    ("import", &["foreign", "memory", "numpy"]),
     (
         "record",
         &[
@@ -449,6 +449,7 @@ fn dependencies_stay_in_their_modules() {
         ("arrow_ipc", "foreign study"),
         ("serde_arrow", "study"),
         ("csv::Writer", "study"),
+        ("parquet", "foreign study"),
         // Eigenvalues and linear systems, also of equilibria and of branches.
         ("faer", "fem joint dynamics study"),
         ("realfft", "analysis"),
@@ -457,6 +458,8 @@ fn dependencies_stay_in_their_modules() {
         ("rayon", "analysis pipeline cli"),
         ("minijinja", "text"),
         ("npyz", "numpy"),
+        ("symphonia", "import"),
+        ("matfile", "import"),
         ("axum", "live"),
         ("tokio", "live"),
         ("ratatui", "cli"),

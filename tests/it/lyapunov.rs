@@ -157,12 +157,12 @@ fn invalid_input_is_rejected_in_one_line() {
         ),
         (&["chaos-5deg", "--figures", "file"], "`file` (--figures)"),
         (
-            &["chaos-5deg", "--json", "out", "--csv", "out"],
-            "used for two outputs",
+            &["chaos-5deg", "--json", "out"],
+            "give a name that ends in .json",
         ),
         (
             &["chaos-5deg", "--figures", ".", "--csv", "lyapunov.png"],
-            "used for two outputs",
+            "give a name that ends in .csv",
         ),
         (
             &["chaos-5deg", "--json", "-", "--csv", "-"],

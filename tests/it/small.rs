@@ -16,7 +16,7 @@ fn small_scenes_run_and_report() {
             folder.path().join("run.json"),
         );
         let mut run = squeakscope();
-        run.args(["run", name, "--duration", "50", "--save"])
+        run.args(["run", name, "--duration", "50", "--force", "--save"])
             .arg(&save)
             .arg("--json")
             .arg(&json);

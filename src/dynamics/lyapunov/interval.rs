@@ -102,7 +102,7 @@ fn moments(values: &[f64]) -> (f64, f64) {
 
 /// The 97.5 % point of Student's t distribution (M. Abramowitz and I. A. Stegun, Eq. 26.7.5), accurate
 /// to 1e-3 from seven degrees of freedom on.
-fn student(degrees_of_freedom: usize) -> f64 {
+pub(crate) fn student(degrees_of_freedom: usize) -> f64 {
     let (n, z) = (degrees_of_freedom as f64, 1.959_963_984_540_054_f64);
     let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
     z + (z3 + z) / (4.0 * n)

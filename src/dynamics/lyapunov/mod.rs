@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::serial::{by_name, infinite, minus_infinite};
 
 pub(super) use growth::Growth;
+pub(crate) use interval::student;
 
 /// A Lyapunov exponent with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,18 +1,16 @@
-//! The points of branches as an Arrow table: an Arrow stream with one row per point.
+//! The points of branches as a table: one row per point.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::Path;
-use std::sync::Arc;
 
-use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{FieldRef, Schema};
+use arrow_schema::FieldRef;
 use serde::Serialize;
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::at::At;
 use super::result::Branch;
-use crate::export::{OutputError, replace_file};
+use crate::export::OutputError;
+use crate::study::table;
 
 /// A row: an equilibrium or a periodic orbit. Values that one of them does not have are null.
 #[derive(Serialize)]
@@ -46,22 +44,23 @@ struct Row {
     at: At,
 }
 
-/// Writes the points of branches to an Arrow stream; an existing file is replaced.
+/// Writes the points of branches: Parquet or CSV if the name ends so, otherwise an Arrow file. An existing file is
+/// replaced.
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
 pub fn write_branch(path: &Path, branch: &Branch) -> Result<(), OutputError> {
-    let rows = rows(branch);
-    replace_file(path, |out: &mut BufWriter<&File>| {
+    let batch = || {
         let options = TracingOptions::default().map_as_struct(true);
-        let fields = Vec::<FieldRef>::from_samples(samples(branch), options);
-        let fields = fields.map_err(io::Error::other)?;
-        let batch = serde_arrow::to_record_batch(&fields, &rows).map_err(io::Error::other)?;
-        let schema = Arc::new(Schema::new(fields));
-        let mut stream = StreamWriter::try_new(out, &schema).map_err(io::Error::other)?;
-        stream.write(&batch).map_err(io::Error::other)?;
-        stream.finish().map_err(io::Error::other)
-    })
+        let fields = Vec::<FieldRef>::from_samples(samples(branch), options)?;
+        let fields = table::columns(fields);
+        serde_arrow::to_record_batch(&fields, &rows(branch))
+    };
+    let batch = batch().map_err(|error| OutputError {
+        path: path.to_owned(),
+        source: io::Error::other(error),
+    })?;
+    table::write(path, &batch.schema(), &[batch])
 }
 
 fn rows(branch: &Branch) -> Vec<Row> {

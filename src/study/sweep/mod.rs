@@ -1,5 +1,7 @@
 //! Parameter sweeps: settled responses over one or two parameters, as in Fig. 11 of the paper.
 
+#[cfg(feature = "table")]
+mod batch;
 mod plan;
 #[cfg(feature = "table")]
 mod result;
@@ -21,13 +23,13 @@ use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
 use super::response::{InitialState, ResponseError, SettledResponse, response};
 use crate::joint::BallJoint;
 use crate::scene::SceneError;
+#[cfg(feature = "table")]
+pub use batch::IDENTITY;
 pub use plan::{Axis, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
 pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
-pub use table::{
-    CsvWriter, IDENTITY, SweepTable, TableError, TableWriter, read_table, write_csv, write_table,
-};
+pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 pub use transition::{Transition, transitions};
 
 /// A point of a sweep and its result.

@@ -1,6 +1,8 @@
 //! A sweep point as a table row: one column per field of a [`SettledResponse`].
 
-use arrow_schema::FieldRef;
+use std::sync::Arc;
+
+use arrow_schema::{DataType, FieldRef};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
@@ -14,42 +16,122 @@ use crate::joint::NamedMode;
 use crate::study::StabilityAt;
 use crate::study::response::{PhasePortrait, SettledResponse};
 
-/// A table row; missing values are null.
+/// A table row without the values of the parameters; missing values are null.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Row {
-    #[serde(flatten)]
-    place: Place,
+    /// Index of the point, from 0; the first axis varies fastest, the start slowest.
+    index: usize,
+    /// Start of the point.
+    start: Start,
+    /// Error message of a point without a response.
     error: Option<String>,
     #[serde(flatten)]
+    leading: Leading,
+    #[serde(flatten)]
     found: Option<SettledResponse>,
+}
+
+/// The first entries of the lists of a response, and numbers that follow from them: for readers that have no lists.
+#[derive(Default, Serialize, Deserialize)]
+struct Leading {
+    /// Frequency of line 1, the strongest, Hz.
+    line_1_hz: Option<f64>,
+    /// Amplitude of line 1, m.
+    line_1_amplitude_m: Option<f64>,
+    /// Name of line 1.
+    line_1_name: Option<String>,
+    /// Frequency of line 2, the second strongest, Hz.
+    line_2_hz: Option<f64>,
+    /// Amplitude of line 2, m.
+    line_2_amplitude_m: Option<f64>,
+    /// Name of line 2.
+    line_2_name: Option<String>,
+    /// Exponent 1, the largest, 1/s.
+    exponent_1_per_s: Option<f64>,
+    /// Half-width of the 95 % interval of exponent 1, 1/s.
+    exponent_1_half_width_per_s: Option<f64>,
+    /// Exponent 2, 1/s.
+    exponent_2_per_s: Option<f64>,
+    /// Half-width of the 95 % interval of exponent 2, 1/s.
+    exponent_2_half_width_per_s: Option<f64>,
+    /// Exponent 3, 1/s.
+    exponent_3_per_s: Option<f64>,
+    /// Half-width of the 95 % interval of exponent 3, 1/s.
+    exponent_3_half_width_per_s: Option<f64>,
+    /// Finest recurrence period, s.
+    recurrence_period_finest_s: Option<f64>,
+    /// Recurrence period of the beat, s.
+    recurrence_period_beat_s: Option<f64>,
+    /// Doubled recurrence period, s.
+    recurrence_period_doubled_s: Option<f64>,
+    /// Number of unstable linear modes.
+    unstable_modes: Option<u64>,
+}
+
+impl Leading {
+    /// Every value, where the response has one line and one exponent.
+    fn complete(found: &SettledResponse) -> Self {
+        Self {
+            line_2_hz: Some(0.0),
+            line_2_amplitude_m: Some(0.0),
+            line_2_name: Some(String::new()),
+            exponent_2_per_s: Some(0.0),
+            exponent_2_half_width_per_s: Some(0.0),
+            exponent_3_per_s: Some(0.0),
+            exponent_3_half_width_per_s: Some(0.0),
+            recurrence_period_beat_s: Some(0.0),
+            recurrence_period_doubled_s: Some(0.0),
+            ..Self::of(found)
+        }
+    }
+
+    fn of(found: &SettledResponse) -> Self {
+        let line = |k: usize| found.lines.get(k);
+        let exponent = |k: usize| found.exponents.as_ref()?.exponents.get(k);
+        let period = |found: Option<&RecurrencePeriod>| found.map(|found| found.period);
+        let linear = found.linear.as_ref();
+        Self {
+            line_1_hz: line(0).map(|line| line.frequency),
+            line_1_amplitude_m: line(0).map(|line| line.amplitude),
+            line_1_name: line(0).map(|line| line.label.clone()),
+            line_2_hz: line(1).map(|line| line.frequency),
+            line_2_amplitude_m: line(1).map(|line| line.amplitude),
+            line_2_name: line(1).map(|line| line.label.clone()),
+            exponent_1_per_s: exponent(0).map(|e| e.value),
+            exponent_1_half_width_per_s: exponent(0).map(|e| e.half_width),
+            exponent_2_per_s: exponent(1).map(|e| e.value),
+            exponent_2_half_width_per_s: exponent(1).map(|e| e.half_width),
+            exponent_3_per_s: exponent(2).map(|e| e.value),
+            exponent_3_half_width_per_s: exponent(2).map(|e| e.half_width),
+            recurrence_period_finest_s: period(found.recurrence_periods.finest()),
+            recurrence_period_beat_s: period(found.recurrence_periods.beat()),
+            recurrence_period_doubled_s: period(found.recurrence_periods.doubled()),
+            unstable_modes: linear.map(|linear| linear.unstable().count() as u64),
+        }
+    }
 }
 
 impl Row {
     /// The row of a point.
     pub fn new(point: &SweepPoint) -> Self {
+        let found = point.outcome.as_ref().ok();
         Self {
-            place: point.place.clone(),
+            index: point.place.index,
+            start: point.place.start,
             error: point.outcome.as_ref().err().cloned(),
-            found: point.outcome.as_ref().ok().cloned(),
+            leading: found.map(Leading::of).unwrap_or_default(),
+            found: found.cloned(),
         }
     }
 
-    /// The point of a row, or the reason why the row is invalid.
-    pub fn into_point(self) -> Result<SweepPoint, String> {
-        let outcome = match (self.error, self.found) {
-            (Some(error), _) => Err(error),
-            (None, Some(found)) => Ok(found),
-            (None, None) => {
-                return Err(format!(
-                    "the response of point {} is incomplete",
-                    self.place.index
-                ));
-            }
+    /// The point of a row with these values of the parameters, or the reason why the row is invalid.
+    pub fn into_point(self, values: Vec<f64>) -> Result<SweepPoint, String> {
+        let place = Place {
+            index: self.index,
+            start: self.start,
+            values,
         };
-        Ok(SweepPoint {
-            place: self.place,
-            outcome,
-        })
+        point(place, self.error, self.found)
     }
 
     /// The columns of all rows.
@@ -57,18 +139,24 @@ impl Row {
         let options = TracingOptions::default()
             .map_as_struct(true)
             .enums_without_data_as_strings(true);
-        Vec::from_samples(&[Self::complete(), Self::empty()], options)
+        let fields = Vec::<FieldRef>::from_samples(&[Self::complete(), Self::empty()], options)?;
+        // Words as plain text: the batches of an Arrow file may not differ in a dictionary.
+        let plain = |field: FieldRef| match field.data_type() {
+            DataType::Dictionary(..) => {
+                Arc::new(field.as_ref().clone().with_data_type(DataType::LargeUtf8))
+            }
+            _ => field,
+        };
+        Ok(fields.into_iter().map(plain).collect())
     }
 
     /// A row without a response; it determines which columns are nullable.
     fn empty() -> Self {
         Self {
-            place: Place {
-                index: 0,
-                start: Start::Fresh,
-                values: vec![0.0],
-            },
+            index: 0,
+            start: Start::Fresh,
             error: None,
+            leading: Leading::default(),
             found: None,
         }
     }
@@ -150,35 +238,61 @@ impl Row {
         };
         Self {
             error: Some(String::new()),
+            leading: Leading::complete(&found),
             found: Some(found),
             ..Self::empty()
         }
     }
 }
 
+/// The point of an error or of a response.
+fn point(
+    place: Place,
+    error: Option<String>,
+    found: Option<SettledResponse>,
+) -> Result<SweepPoint, String> {
+    let outcome = match (error, found) {
+        (Some(error), _) => Err(error),
+        (None, Some(found)) => Ok(found),
+        (None, None) => {
+            return Err(format!(
+                "the response of point {} is incomplete",
+                place.index
+            ));
+        }
+    };
+    Ok(SweepPoint { place, outcome })
+}
+
 /// A point in JSON: without the portrait and the final state, which only the table has.
 #[derive(Serialize, Deserialize)]
 struct Record {
-    /// Row of the point in the table.
     #[serde(flatten)]
-    row: Row,
+    place: Place,
+    /// Error message of a point without a response.
+    error: Option<String>,
+    #[serde(flatten)]
+    found: Option<SettledResponse>,
     /// Number of unstable linear modes.
     unstable_modes: Option<usize>,
 }
 
 impl Serialize for SweepPoint {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let mut point = self.clone();
+        let SweepPoint { place, outcome } = self.clone();
+        let error = outcome.as_ref().err().cloned();
+        let mut found = outcome.ok();
         let mut unstable_modes = None;
-        if let Ok(found) = &mut point.outcome {
+        if let Some(found) = &mut found {
             let linear = found.linear.as_ref();
             unstable_modes = linear.map(|linear| linear.unstable().count());
             found.portrait = None;
             found.state.clear();
         }
-        let row = Row::new(&point);
         let record = Record {
-            row,
+            place,
+            error,
+            found,
             unstable_modes,
         };
         record.serialize(to)
@@ -187,7 +301,12 @@ impl Serialize for SweepPoint {
 
 impl<'de> Deserialize<'de> for SweepPoint {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let record = Record::deserialize(from)?;
-        record.row.into_point().map_err(D::Error::custom)
+        let Record {
+            place,
+            error,
+            found,
+            ..
+        } = Record::deserialize(from)?;
+        point(place, error, found).map_err(D::Error::custom)
     }
 }

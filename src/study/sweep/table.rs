@@ -1,30 +1,27 @@
-//! Tables of a sweep: an Arrow stream with one record batch per point, and a CSV summary.
+//! Tables of a sweep: an Arrow stream with one record batch per point while it grows, and a finished table as an
+//! Arrow file, Parquet or CSV.
 //!
-//! An Arrow file that ends early can be read up to its last complete batch. Any reader of the Arrow streaming
-//! format works, for example `pyarrow.ipc.open_stream(path).read_pandas()`. A failed point has its message in
-//! the column `error`; its other results are null.
+//! A stream that ends early can be read up to its last complete batch, also by any other reader of Arrow's streaming
+//! format. Each parameter has a column of the name of its key, in the unit of the scene file; all other columns are
+//! in SI units, and the tilt in degrees. A failed point has its message in the column `error`; its other results are
+//! null.
 
-use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use arrow_array::RecordBatch;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, FieldRef, Schema, SchemaRef};
 use toml::Value;
 
-use super::row::Row;
+use super::batch::{IDENTITY, batch, points, schema};
 use super::{SweepPlan, SweepPoint};
-use crate::analysis::{ClosedCurves, RecurrencePeriod};
 use crate::export::{OutputError, replace_file};
-use crate::foreign::arrow::ArrowStream;
+use crate::foreign::table::TableBatches;
 use crate::foreign::{one_line, open_file, without_panic};
-use crate::study::ThreadSpawnError;
+use crate::study::{ThreadSpawnError, table};
 
-/// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]).
-pub const IDENTITY: &str = "squeakscope sweep";
+/// Number of points in a batch of a finished table.
+const BATCH: usize = 1024;
 
 /// Error when reading or writing a table.
 #[derive(Debug, thiserror::Error)]
@@ -80,10 +77,10 @@ pub enum TableError {
     },
 }
 
-/// Writer of an Arrow table, point by point.
+/// Writer of a table that grows: an Arrow stream, point by point.
 pub struct TableWriter {
     path: PathBuf,
-    schema: SchemaRef,
+    plan: SweepPlan,
     stream: StreamWriter<File>,
 }
 
@@ -103,20 +100,21 @@ impl TableWriter {
     ///
     /// # Errors
     /// [`TableError::Write`].
-    pub fn new(path: &Path, identity: &str, known: &[SweepPoint]) -> Result<Self, TableError> {
+    pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
         let failed = |source| TableError::Write {
             path: path.to_owned(),
             source,
         };
-        let schema = schema(identity).map_err(|e| failed(io::Error::other(e)))?;
+        let schema = schema(plan).map_err(failed)?;
         // The old file is replaced only once the new one holds all its points.
         let mut kept = None;
         replace_file(path, |out: &mut BufWriter<&File>| {
             let file = out.get_ref().try_clone()?;
             let mut stream = StreamWriter::try_new(file, &schema).map_err(io::Error::other)?;
             for point in known {
+                let point = std::slice::from_ref(point);
                 stream
-                    .write(&batch(&schema, point)?)
+                    .write(&batch(plan, point)?)
                     .map_err(io::Error::other)?;
             }
             stream.flush().map_err(io::Error::other)?;
@@ -127,7 +125,7 @@ impl TableWriter {
         let stream = kept.ok_or_else(|| failed(io::Error::other("no file was made")))?;
         Ok(Self {
             path: path.to_owned(),
-            schema,
+            plan: plan.clone(),
             stream,
         })
     }
@@ -137,9 +135,9 @@ impl TableWriter {
     /// # Errors
     /// [`TableError::Write`], [`TableError::Removed`].
     pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = batch(&self.schema, point).and_then(|batch| {
-            self.stream.write(&batch).map_err(unwrapped)?;
-            self.stream.flush().map_err(unwrapped)
+        let written = batch(&self.plan, std::slice::from_ref(point)).and_then(|batch| {
+            self.stream.write(&batch).map_err(table::unwrapped)?;
+            self.stream.flush().map_err(table::unwrapped)
         });
         written.map_err(|source| TableError::Write {
             path: self.path.clone(),
@@ -154,25 +152,30 @@ impl TableWriter {
     }
 }
 
-/// Writes a complete table sorted by index. Equal points give equal bytes.
+/// Writes a finished table sorted by index: Parquet or CSV if the name ends so, otherwise an Arrow file. Equal points
+/// give equal bytes.
 ///
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
 pub fn write_table(
     path: &Path,
-    identity: &str,
+    plan: &SweepPlan,
     points: &mut [SweepPoint],
 ) -> Result<(), TableError> {
     points.sort_by_key(|point| point.place.index);
-    let mut table = TableWriter::new(path, identity, points)?;
-    let finished = table.stream.finish().map_err(unwrapped);
-    finished.map_err(|source| TableError::Write {
+    let write = || {
+        let batches = points.chunks(BATCH).map(|points| batch(plan, points));
+        let batches = batches.collect::<io::Result<Vec<_>>>()?;
+        table::write(path, &schema(plan)?, &batches).map_err(|error| error.source)
+    };
+    write().map_err(|source| TableError::Write {
         path: path.to_owned(),
         source,
     })
 }
 
-/// Reads a table. A truncated file, from a process that was killed, yields all complete points.
+/// Reads a table: an Arrow stream, an Arrow file or Parquet. A truncated stream, from a process that was killed, yields
+/// all complete points.
 ///
 /// # Errors
 /// [`TableError::Read`], [`TableError::Invalid`].
@@ -200,28 +203,25 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
             "it is empty; remove it, or choose another --out".to_owned(),
         ));
     }
-    let mut stream =
-        ArrowStream::new(BufReader::new(file)).map_err(|fault| foreign(fault.to_string()))?;
-    let identity = stream.schema().metadata().get(IDENTITY).cloned();
+    let mut batches = TableBatches::new(file).map_err(|fault| foreign(fault.to_string()))?;
+    let identity = batches.schema().metadata().get(IDENTITY).cloned();
     let identity = identity.ok_or_else(|| foreign("its metadata has no sweep plan".into()))?;
-    let mut table = SweepTable {
+    let mut found = SweepTable {
         identity,
         points: Vec::new(),
         truncated: false,
     };
     loop {
-        let batch = match stream.next_batch() {
-            Ok(Some(batch)) => batch,
-            Ok(None) => return Ok(table),
-            Err(_) => {
-                table.truncated = true;
-                return Ok(table);
+        match batches.next_batch() {
+            Ok(Some(batch)) => {
+                let read = points(&batch).map_err(|reason| foreign(one_line(reason)))?;
+                found.points.extend(read);
             }
-        };
-        let rows: Vec<Row> =
-            serde_arrow::from_record_batch(&batch).map_err(|error| foreign(one_line(error)))?;
-        for row in rows {
-            table.points.push(row.into_point().map_err(&foreign)?);
+            Ok(None) => return Ok(found),
+            Err(_) => {
+                found.truncated = true;
+                return Ok(found);
+            }
         }
     }
 }
@@ -317,194 +317,5 @@ fn brief(value: Option<&Value>) -> String {
             format!("{} values from {} to {}", all.len(), ends[0], ends[1])
         }
         Some(value) => value.to_string(),
-    }
-}
-
-/// Columns of the CSV table after the point's place.
-const COLUMNS: [&str; 29] = [
-    "settled",
-    "transient_s",
-    "regime",
-    "confidence",
-    "amplitude_um",
-    "rms_velocity_mm_per_s",
-    "peak_velocity_mm_per_s",
-    "line_1_hz",
-    "line_1_amplitude_um",
-    "line_1_name",
-    "line_2_hz",
-    "line_2_amplitude_um",
-    "line_2_name",
-    "broadband_share",
-    "exponent_1_per_s",
-    "exponent_1_half_width_per_s",
-    "exponent_2_per_s",
-    "exponent_2_half_width_per_s",
-    "exponent_3_per_s",
-    "exponent_3_half_width_per_s",
-    "determinism",
-    "recurrence_period_finest_ms",
-    "recurrence_period_beat_ms",
-    "recurrence_period_doubled_ms",
-    "unstable_modes",
-    "doubling",
-    "section_curves",
-    "section_windings",
-    "error",
-];
-
-/// Writes the CSV table: one row per point with its scalar results, in the units of the column names.
-///
-/// # Errors
-/// [`TableError::Write`]; an existing file is then unchanged.
-pub fn write_csv(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
-    let written = replace_file(path, |out| {
-        let mut csv = csv::Writer::from_writer(out);
-        let axes = plan.axes.iter().map(|axis| axis.parameter().path());
-        csv.write_record(["index", "start"].into_iter().chain(axes).chain(COLUMNS))?;
-        for point in points {
-            csv.write_record(record(point))?;
-        }
-        csv.flush()
-    });
-    written.map_err(|OutputError { source, .. }| TableError::Write {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Writer of a CSV table, point by point in the order of arrival.
-pub struct CsvWriter {
-    path: PathBuf,
-    csv: csv::Writer<File>,
-}
-
-impl CsvWriter {
-    /// Creates a table that contains the `known` points. An existing file is replaced.
-    ///
-    /// # Errors
-    /// [`TableError::Write`].
-    pub fn new(path: &Path, plan: &SweepPlan, known: &[SweepPoint]) -> Result<Self, TableError> {
-        write_csv(path, plan, known)?;
-        let file = File::options().append(true).open(path);
-        let file = file.map_err(|source| TableError::Write {
-            path: path.to_owned(),
-            source,
-        })?;
-        Ok(Self {
-            path: path.to_owned(),
-            csv: csv::Writer::from_writer(file),
-        })
-    }
-
-    /// Adds a point and flushes it to the operating system.
-    ///
-    /// # Errors
-    /// [`TableError::Write`].
-    pub fn add(&mut self, point: &SweepPoint) -> Result<(), TableError> {
-        let written = self
-            .csv
-            .write_record(record(point))
-            .map_err(io::Error::from);
-        written
-            .and_then(|()| self.csv.flush())
-            .map_err(|source| TableError::Write {
-                path: self.path.clone(),
-                source,
-            })
-    }
-}
-
-/// The CSV row of a point.
-fn record(point: &SweepPoint) -> impl Iterator<Item = String> {
-    let place = &point.place;
-    let head = [place.index.to_string(), place.start.to_string()];
-    let values: Vec<String> = place.values.iter().map(f64::to_string).collect();
-    head.into_iter().chain(values).chain(cells(point))
-}
-
-/// The cells of [`COLUMNS`].
-fn cells(point: &SweepPoint) -> [String; COLUMNS.len()] {
-    let mut cells = [const { String::new() }; COLUMNS.len()];
-    let found = match &point.outcome {
-        Ok(found) => found,
-        Err(error) => {
-            cells[COLUMNS.len() - 1].clone_from(error);
-            return cells;
-        }
-    };
-    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    let line = |k: usize| match found.lines.get(k) {
-        Some(line) => [
-            line.frequency.to_string(),
-            (1e6 * line.amplitude).to_string(),
-            line.label.clone(),
-        ],
-        None => [const { String::new() }; 3],
-    };
-    let exponent = |k: usize| {
-        let exponent = found.exponents.as_ref().and_then(|s| s.exponents.get(k));
-        [exponent.map(|e| e.value), exponent.map(|e| e.half_width)].map(number)
-    };
-    let period = |found: Option<&RecurrencePeriod>| number(found.map(|found| 1e3 * found.period));
-    let curves = |of: fn(&ClosedCurves) -> usize| {
-        let count = found.curves.as_ref().map(of);
-        count.map(|count| count.to_string()).unwrap_or_default()
-    };
-    let unstable = found
-        .linear
-        .as_ref()
-        .map(|linear| linear.unstable().count());
-    let parts = [
-        vec![
-            found.settled.to_string(),
-            found.transient.to_string(),
-            found.regime.to_string(),
-            found.confidence.to_string(),
-            (1e6 * found.amplitude).to_string(),
-            (1e3 * found.rms_velocity).to_string(),
-            (1e3 * found.peak_velocity).to_string(),
-        ],
-        line(0).to_vec(),
-        line(1).to_vec(),
-        vec![found.broadband_share.to_string()],
-        (0..3).flat_map(exponent).collect(),
-        vec![
-            number(found.recurrence.as_ref().and_then(|r| r.determinism)),
-            period(found.recurrence_periods.finest()),
-            period(found.recurrence_periods.beat()),
-            period(found.recurrence_periods.doubled()),
-            unstable.map(|count| count.to_string()).unwrap_or_default(),
-            found.doubling.to_string(),
-            curves(|curves| curves.count),
-            curves(|curves| curves.windings),
-        ],
-    ];
-    for (cell, text) in cells.iter_mut().zip(parts.concat()) {
-        *cell = text;
-    }
-    cells
-}
-
-/// The schema of all tables, with the identity of one sweep.
-fn schema(identity: &str) -> Result<SchemaRef, serde_arrow::Error> {
-    let fields = Row::fields()?;
-    let metadata = HashMap::from([(IDENTITY.to_owned(), identity.to_owned())]);
-    Ok(Arc::new(Schema::new_with_metadata(fields, metadata)))
-}
-
-/// A point as a record batch of one row.
-fn batch(schema: &SchemaRef, point: &SweepPoint) -> io::Result<RecordBatch> {
-    let fields: Vec<FieldRef> = schema.fields().iter().cloned().collect();
-    let rows = [Row::new(point)];
-    let batch = serde_arrow::to_record_batch(&fields, &rows).map_err(io::Error::other)?;
-    batch.with_schema(schema.clone()).map_err(io::Error::other)
-}
-
-/// The I/O error within an Arrow error, if there is one.
-fn unwrapped(error: ArrowError) -> io::Error {
-    match error {
-        ArrowError::IoError(_, source) => source,
-        other => io::Error::other(other),
     }
 }

@@ -1,6 +1,7 @@
-//! Sweep tables: written, read, merged.
+//! Sweep tables: written and read in each format.
 
 use super::table::*;
+use crate::analysis::Regime;
 use crate::scene::{Parameter, Scene};
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::tests::run;
@@ -33,11 +34,11 @@ fn swept() -> (SweepPlan, Vec<SweepPoint>) {
 }
 
 #[test]
-fn a_table_is_read_back_even_if_truncated() {
+fn a_growing_table_is_read_back_even_if_truncated() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("sweep.arrow");
-    let mut table = TableWriter::new(&path, &plan.identity(), &points[..1]).unwrap();
+    let path = folder.path().join("sweep.arrows");
+    let mut table = TableWriter::new(&path, &plan, &points[..1]).unwrap();
     table.add(&points[2]).unwrap();
     table.add(&points[1]).unwrap();
     // As after kill -9: the end of the stream is missing.
@@ -49,16 +50,46 @@ fn a_table_is_read_back_even_if_truncated() {
     let torn = read_table(&path).unwrap();
     assert_eq!((torn.points.len(), torn.truncated), (2, true));
     // Resume from the truncated table.
-    let mut table = TableWriter::new(&path, &torn.identity, &torn.points).unwrap();
+    let mut table = TableWriter::new(&path, &plan, &torn.points).unwrap();
     table.add(&points[1]).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), whole);
-    // A finished table is sorted, so its bytes depend on the points alone.
-    let mut shuffled = [2, 0, 1].map(|k| points[k].clone());
-    write_table(&path, &plan.identity(), &mut shuffled).unwrap();
-    let sorted = std::fs::read(&path).unwrap();
-    write_table(&path, &plan.identity(), &mut points.clone()).unwrap();
-    assert_eq!(std::fs::read(&path).unwrap(), sorted);
-    assert_eq!(read_table(&path).unwrap().points, points);
+}
+
+/// A finished table is sorted, so its bytes depend on the points alone.
+#[test]
+fn finished_tables_are_read_back_and_depend_on_the_points_alone() {
+    let (plan, points) = swept();
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["sweep.arrow", "sweep.parquet"] {
+        let path = folder.path().join(name);
+        let mut shuffled = [2, 0, 1].map(|k| points[k].clone());
+        write_table(&path, &plan, &mut shuffled).unwrap();
+        let sorted = std::fs::read(&path).unwrap();
+        write_table(&path, &plan, &mut points.clone()).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), sorted, "{name}");
+        let read = read_table(&path).unwrap();
+        assert_eq!(read.points, points, "{name}");
+        assert!(read.check(&plan, &path).is_ok() && !read.truncated);
+    }
+}
+
+/// A finished table of several batches, whose words differ.
+#[test]
+fn a_long_table_is_read_back() {
+    let (plan, points) = swept();
+    let folder = tempfile::tempdir().unwrap();
+    let mut many: Vec<SweepPoint> = (0..2500).map(|k| points[k / 1200].clone()).collect();
+    for (index, point) in many.iter_mut().enumerate() {
+        point.place.index = index;
+        if let Ok(found) = &mut point.outcome {
+            found.regime = [Regime::Silent, Regime::Chaotic, Regime::Noise][index / 1000];
+        }
+    }
+    for name in ["sweep.arrow", "sweep.parquet"] {
+        let path = folder.path().join(name);
+        write_table(&path, &plan, &mut many).unwrap();
+        assert_eq!(read_table(&path).unwrap().points, many, "{name}");
+    }
 }
 
 #[test]
@@ -66,7 +97,7 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.arrow");
-    write_table(&path, &plan.identity(), &mut points.clone()).unwrap();
+    write_table(&path, &plan, &mut points.clone()).unwrap();
     let other = SweepPlan {
         starts: vec![Start::Downward],
         ..plan
@@ -84,14 +115,48 @@ fn a_table_of_another_sweep_is_rejected_with_the_difference() {
 }
 
 #[test]
-fn the_csv_table_has_a_cell_for_each_column() {
+fn columns_of_one_value_come_first_and_state_their_units() {
+    let (plan, _) = swept();
+    let schema = super::batch::schema(&plan).unwrap();
+    let fields = schema.fields();
+    let first_list = fields.iter().position(|f| f.data_type().is_nested());
+    let (single, lists) = fields.split_at(first_list.unwrap());
+    assert!(single.len() > 50 && !single.iter().any(|f| f.data_type().is_nested()));
+    assert!(lists.iter().all(|f| f.data_type().is_nested()));
+    let unit = |name: &str| {
+        let field = schema.field_with_name(name).unwrap();
+        field.metadata().get("unit").map(String::as_str)
+    };
+    assert_eq!(fields[2].name(), "socket.diameter_mm");
+    for (name, expected) in [
+        ("socket.diameter_mm", Some("mm")),
+        ("amplitude_m", Some("m")),
+        ("peak_velocity_m_per_s", Some("m/s")),
+        ("exponent_1_per_s", Some("1/s")),
+        ("line_hz", Some("Hz")),
+        ("tilt_deg", Some("deg")),
+        ("transient_s", Some("s")),
+        ("confidence", None),
+    ] {
+        assert_eq!(unit(name), expected, "{name}");
+    }
+    assert!(!fields.iter().any(|f| f.name().ends_with("_rad")));
+}
+
+#[test]
+fn a_csv_table_has_the_columns_of_one_value() {
     let (plan, points) = swept();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sweep.csv");
-    write_csv(&path, &plan, &points).unwrap();
+    write_table(&path, &plan, &mut points.clone()).unwrap();
     let mut csv = csv::Reader::from_path(&path).unwrap();
     let head = csv.headers().unwrap().clone();
-    assert_eq!(&head[2], "socket.diameter_mm");
+    let schema = super::batch::schema(&plan).unwrap();
+    let single = schema
+        .fields()
+        .iter()
+        .filter(|f| !f.data_type().is_nested());
+    assert!(head.iter().eq(single.map(|field| field.name().as_str())));
     let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 3);
     let cell = |row: usize, name: &str| {
@@ -99,10 +164,16 @@ fn the_csv_table_has_a_cell_for_each_column() {
         rows[row][place].to_owned()
     };
     assert!(cell(0, "error").contains("socket.diameter_mm"));
+    assert_eq!(cell(0, "amplitude_m"), "");
     let found = points[1].outcome.as_ref().unwrap();
-    assert_eq!(cell(1, "regime"), found.regime.to_string());
+    assert_eq!(cell(1, "socket.diameter_mm"), "31.9");
+    assert_eq!(
+        cell(1, "regime"),
+        serde_json::to_value(found.regime).unwrap()
+    );
     assert_eq!(cell(1, "unstable_modes"), "4");
-    assert_eq!(cell(1, "amplitude_um"), (1e6 * found.amplitude).to_string());
+    assert_eq!(cell(1, "tilt_deg"), "3");
+    assert_eq!(cell(1, "amplitude_m"), found.amplitude.to_string());
     assert_eq!(
         cell(1, "exponent_2_per_s"),
         found.exponents.as_ref().unwrap().exponents[1]

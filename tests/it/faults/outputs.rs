@@ -61,7 +61,7 @@ const DIRECTORIES: &[(&str, &str)] = &[
     ("sweep --figures %", "bifurcation.svg"),
     ("basins --figures %", "basins.png"),
     ("paper --out %", "figure-11.svg"),
-    ("paper --out %", "sweep.csv"),
+    ("paper --out %", "sweep.arrows"),
     ("paper --out %", "README.md"),
     ("cost --out %", "cost-nodes.svg"),
     ("cost --out %", "cost.rrd"),
@@ -106,12 +106,12 @@ fn a_protected_output_is_rejected_before_the_work() {
     }
 }
 
-/// The short table next to the large one is an output, too.
+/// The table that grows is an output, too.
 #[test]
-fn a_protected_short_table_is_rejected_before_the_work() {
+fn a_protected_growing_table_is_rejected_before_the_work() {
     let folder = folder();
-    protect(&folder.path().join("a.csv"));
-    ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.csv"]);
+    protect(&folder.path().join("a.arrows"));
+    ended(folder.path(), "sweep --out a.arrow").said(2, &["is write-protected", "a.arrows"]);
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn a_search_in_parts_gives_the_same_log() {
     std::fs::write(folder.path().join("base.toml"), base.text).expect("written");
     let search = |threads: u32, more: &str| {
         let words = format!(
-            "calibrate base.toml --screened 20 --starts 4 --generations 1 --population 4 --threads {threads} --json a.json --best a.toml{more}"
+            "calibrate base.toml --screened 20 --starts 4 --generations 1 --population 4 --threads {threads} --json a.json --best a.toml --force{more}"
         );
         ended(folder.path(), &words).said(0, &[]);
         ["calibrate.jsonl", "a.json", "a.toml"]
@@ -249,7 +249,7 @@ fn a_failed_audit_is_reported_in_every_output() {
         let json = std::fs::read(folder.path().join("a.json")).expect("written");
         serde_json::from_slice::<Value>(&json).expect("JSON")["audit"].take()
     };
-    let words = "run coarse.toml --duration 20 --npz a.npz --json a.json";
+    let words = "run coarse.toml --duration 20 --npz a.npz --json a.json --force";
     let lax = ended(folder.path(), words);
     lax.said(0, &["warning: the energy audit failed", "time.max_step_us"]);
     assert!(audit()["residual"].as_f64() > Some(0.05), "{}", audit());
@@ -260,10 +260,10 @@ fn a_failed_audit_is_reported_in_every_output() {
     strict.said(1, &["error: the energy audit failed", "(--strict)"]);
     assert_eq!(audit()["holds"], false, "written nevertheless");
     // A passed audit, and no audit.
-    let fine = "run torus-3deg --duration 20 --npz a.npz --json a.json --strict";
+    let fine = "run torus-3deg --duration 20 --npz a.npz --json a.json --strict --force";
     ended(folder.path(), fine).said(0, &[]);
     assert_eq!(audit()["holds"], true);
-    let none = "run impact-oscillator --duration 20 --npz a.npz --json a.json";
+    let none = "run impact-oscillator --duration 20 --npz a.npz --json a.json --force";
     ended(folder.path(), none).said(0, &[]);
     assert!(audit().is_null());
     let strict = ended(folder.path(), &format!("{none} --strict"));

@@ -38,10 +38,8 @@ fn completes_on_resume(folder: &Path) {
     Running::start(study(whole.path(), &SWEEP))
         .end()
         .said(0, &[]);
-    for table in ["s.arrow", "s.csv"] {
-        let read = |folder: &Path| std::fs::read(folder.join(table)).expect("written");
-        assert!(read(folder) == read(whole.path()), "{table} differs");
-    }
+    let read = |folder: &Path| std::fs::read(folder.join("s.arrow")).expect("written");
+    assert!(read(folder) == read(whole.path()));
 }
 
 #[test]
@@ -52,7 +50,7 @@ fn a_disk_full_of_a_recording_keeps_the_table() {
         1,
         &["cannot write the recording", "File too large", "s.rrd.part"],
     );
-    assert_eq!(names(folder.path()), ["s.arrow", "s.csv", "s.rrd.part"]);
+    assert_eq!(names(folder.path()), ["s.arrow", "s.rrd.part"]);
     completes_on_resume(folder.path());
 }
 
@@ -60,8 +58,8 @@ fn a_disk_full_of_a_recording_keeps_the_table() {
 fn a_disk_full_of_a_table_keeps_its_points() {
     let (folder, _) = desk();
     let ended = on_a_small_disk(150_000, &study(folder.path(), &SWEEP)).end();
-    ended.said(1, &["s.arrow", "continue with --resume", "File too large"]);
-    assert_eq!(names(folder.path()), ["s.arrow", "s.csv"]);
+    ended.said(1, &["s.arrows", "continue with --resume", "File too large"]);
+    assert_eq!(names(folder.path()), ["s.arrows"]);
     completes_on_resume(folder.path());
 }
 
@@ -69,7 +67,7 @@ fn a_disk_full_of_a_table_keeps_its_points() {
 fn a_killed_sweep_keeps_its_points() {
     let (folder, _) = desk();
     let running = Running::start(study(folder.path(), &SWEEP));
-    until("a point", || size(&folder.path().join("s.arrow")) > 50_000);
+    until("a point", || size(&folder.path().join("s.arrows")) > 50_000);
     running.signal("KILL");
     running.end();
     completes_on_resume(folder.path());
@@ -140,8 +138,8 @@ fn a_removed_folder_ends_a_study_at_once() {
                 "--out",
                 "results/s.arrow",
             ],
-            "s.arrow",
-            "s.arrow` was removed or moved",
+            "s.arrows",
+            "s.arrows` was removed or moved",
         ),
         (
             &["calibrate", "--out", "results/c.jsonl"],
@@ -269,7 +267,7 @@ fn growth_ends_its_child_process() {
     let aside = folder.path().join("aside");
     std::fs::create_dir(&aside).expect("created");
     for (signal, to_all) in [("INT", true), ("TERM", false)] {
-        let words = ["growth", "impact-oscillator", "--repeats", "1"];
+        let words = ["growth", "impact-oscillator", "--repeats", "1", "--force"];
         let mut command = study(folder.path(), &words);
         command.env("TMPDIR", &aside);
         let running = Running::start(command);

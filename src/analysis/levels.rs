@@ -1,0 +1,374 @@
+//! Sound levels of a calibrated signal: equivalent continuous level, A-weighting, third octaves.
+//!
+//! All filters act on the spectrum of the whole signal, so that they have the magnitude of their analogue design at every
+//! frequency below half the sample rate, and no phase. The signal counts as one period of a periodic one.
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+use serde::{Deserialize, Serialize};
+
+use super::{LineCriterion, SpectrumAnalyser, Window, band_pass, deviation};
+
+/// Reference of sound pressure levels, Pa.
+pub const REFERENCE_PRESSURE: f64 = 20e-6;
+
+/// Time constant of the time weighting F (IEC 61672-1), s.
+const FAST: f64 = 0.125;
+
+/// Number of bins that a third octave must have.
+const MIN_BINS: f64 = 4.0;
+
+/// Numbers of the third octaves, from 20 Hz to 20 kHz: `n` has the centre `1000 * 10^(n/10)` Hz.
+const BANDS: std::ops::RangeInclusive<i32> = -17..=13;
+
+/// Nominal centres of the third octaves, as they are named, Hz.
+const NOMINAL: [f64; 31] = [
+    20.0, 25.0, 31.5, 40.0, 50.0, 63.0, 80.0, 100.0, 125.0, 160.0, 200.0, 250.0, 315.0, 400.0,
+    500.0, 630.0, 800.0, 1000.0, 1250.0, 1600.0, 2000.0, 2500.0, 3150.0, 4000.0, 5000.0, 6300.0,
+    8000.0, 10_000.0, 12_500.0, 16_000.0, 20_000.0,
+];
+
+/// Sound levels of a calibrated signal, dB re 20 uPa.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SoundLevels {
+    /// Equivalent continuous level, without frequency weighting, in dB.
+    pub equivalent_level_db: f64,
+    /// A-weighted equivalent continuous level, in dB.
+    pub a_weighted_level_db: f64,
+    /// Maximum of the A-weighted level with time weighting F (fast), in dB.
+    pub fast_maximum_db: f64,
+    /// Peak level: of the largest magnitude of the pressure, without frequency weighting, in dB.
+    pub peak_level_db: f64,
+    /// Third octaves below half the sample rate that the duration resolves.
+    pub third_octaves: Vec<ThirdOctave>,
+}
+
+/// Level of a third octave.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThirdOctave {
+    /// Nominal centre of the band, Hz.
+    pub centre_hz: f64,
+    /// Equivalent continuous level in the band, in dB.
+    pub band_level_db: f64,
+    /// Standard deviation of the level if the sound in the band is random noise, in dB: `4.34 / sqrt(B T)` with the
+    /// bandwidth `B` and the duration `T`.
+    pub standard_deviation_db: f64,
+}
+
+/// Frequency weighting A of IEC 61672-1 (2013), Eq. (E.6): the gain relative to 1 kHz at a frequency (Hz).
+pub fn a_weighting(frequency: f64) -> f64 {
+    /// Poles, Hz.
+    const POLES: [f64; 4] = [20.598_997, 107.652_65, 737.862_23, 12_194.217];
+    let response = |frequency: f64| {
+        let square = frequency * frequency;
+        let pole = |k: usize| square + POLES[k] * POLES[k];
+        POLES[3].powi(2) * square * square / (pole(0) * (pole(1) * pole(2)).sqrt() * pole(3))
+    };
+    response(frequency) / response(1000.0)
+}
+
+/// Squared gain of the third octave of a number at a frequency (Hz): a Butterworth band-pass of order 6, which is in
+/// class 1 of IEC 61260.
+fn third_octave_gain(number: i32, frequency: f64) -> f64 {
+    // Half the width of the band by its centre, as the difference of the edges 10^(1/20) and 10^(-1/20).
+    let width = 10_f64.powf(0.05) - 10_f64.powf(-0.05);
+    let relative = frequency / centre(number);
+    let detuning = (relative - 1.0 / relative) / width;
+    1.0 / (1.0 + detuning.powi(6))
+}
+
+/// Exact centre of a third octave, Hz.
+fn centre(number: i32) -> f64 {
+    1000.0 * 10_f64.powf(0.1 * f64::from(number))
+}
+
+/// Level of a mean square of the pressure (Pa^2), dB.
+fn level(mean_square: f64) -> f64 {
+    10.0 * (mean_square / REFERENCE_PRESSURE.powi(2)).log10()
+}
+
+/// Levels of the sound pressure (Pa) at a sample rate (Hz); `None` without samples. The mean does not count.
+pub fn sound_levels(pressure: &[f64], rate: f64) -> Option<SoundLevels> {
+    let count = pressure.len();
+    if count == 0 {
+        return None;
+    }
+    let mean = pressure.iter().sum::<f64>() / count as f64;
+    let mut planner = RealFftPlanner::<f64>::new();
+    let forward = planner.plan_fft_forward(count);
+    let mut time: Vec<f64> = pressure.iter().map(|p| p - mean).collect();
+    let peak = time.iter().fold(0.0, |peak: f64, p| peak.max(p.abs()));
+    let mut bins = forward.make_output_vec();
+    let lengths = "the buffers have the lengths of the plan";
+    forward.process(&mut time, &mut bins).expect(lengths);
+    let spacing = rate / count as f64;
+    // Mean squares: each bin stands for a sine, except those at zero and at half the rate.
+    let power = |k: usize, bin: &Complex<f64>| {
+        let sides = if k == 0 || 2 * k == count { 1.0 } else { 2.0 };
+        sides * (bin / count as f64).norm_sqr()
+    };
+    let weighted = |gain: &dyn Fn(f64) -> f64| -> f64 {
+        let bins = bins.iter().enumerate();
+        bins.map(|(k, bin)| gain(k as f64 * spacing) * power(k, bin))
+            .sum()
+    };
+    let third_octave = |(number, nominal): (i32, f64)| {
+        let bandwidth = centre(number) * (10_f64.powf(0.05) - 10_f64.powf(-0.05));
+        let upper_edge = centre(number) * 10_f64.powf(0.05);
+        if bandwidth < MIN_BINS * spacing || upper_edge > 0.5 * rate {
+            return None;
+        }
+        Some(ThirdOctave {
+            centre_hz: nominal,
+            band_level_db: level(weighted(&|frequency| third_octave_gain(number, frequency))),
+            standard_deviation_db: 4.34 / (bandwidth / spacing).sqrt(),
+        })
+    };
+    let equivalent = weighted(&|_| 1.0);
+    let a_weighted = weighted(&|frequency| a_weighting(frequency).powi(2));
+    let third_octaves = BANDS.zip(NOMINAL).filter_map(third_octave).collect();
+    for (k, bin) in bins.iter_mut().enumerate() {
+        *bin *= a_weighting(k as f64 * spacing) / count as f64;
+    }
+    let inverse = planner.plan_fft_inverse(count);
+    inverse.process(&mut bins, &mut time).expect(lengths);
+    Some(SoundLevels {
+        equivalent_level_db: level(equivalent),
+        a_weighted_level_db: level(a_weighted),
+        fast_maximum_db: level(fast_maximum(&time, rate)),
+        peak_level_db: level(peak * peak),
+        third_octaves,
+    })
+}
+
+/// Maximum of the mean square with an exponential time weighting.
+fn fast_maximum(samples: &[f64], rate: f64) -> f64 {
+    let keep = (-1.0 / (FAST * rate)).exp();
+    let (mut mean, mut maximum) = (0.0, 0.0_f64);
+    for sample in samples {
+        mean = keep * mean + (1.0 - keep) * sample * sample;
+        maximum = maximum.max(mean);
+    }
+    maximum
+}
+
+/// Calibration: how the unit of a signal becomes a pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Sensitivity: pressure in Pa for one unit of the signal.
+    pub sensitivity_pa: f64,
+    /// The tone of the calibrator; `None` if the sensitivity was given.
+    pub calibrator: Option<CalibratorTone>,
+}
+
+/// The tone of a calibrator in its recording.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CalibratorTone {
+    /// Stated level of the tone, in dB.
+    pub stated_level_db: f64,
+    /// Frequency of the tone, Hz.
+    pub tone_hz: f64,
+    /// Standard deviation of the level between intervals of 0.25 s, in dB.
+    pub level_deviation_db: f64,
+}
+
+/// Length of the intervals whose levels are compared, s.
+const INTERVAL: f64 = 0.25;
+
+/// The calibration from the recording of a calibrator, whose tone has the stated level (dB): the third octave around the
+/// strongest line. `None` without a line, and of less than 0.5 s.
+pub fn calibrate(samples: &[f64], rate: f64, stated: f64) -> Option<Calibration> {
+    let spectrum = SpectrumAnalyser::new(Window::BlackmanHarris, rate)
+        .analyse(samples)
+        .ok()?;
+    let tone = spectrum.lines(&LineCriterion::default()).first()?.frequency;
+    let edges = [tone * 10_f64.powf(-0.05), tone * 10_f64.powf(0.05)];
+    let band = band_pass(samples, rate, edges).samples;
+    // Ten periods at each end depend on the other end.
+    let margin = (10.0 * rate / tone).ceil() as usize;
+    let inner = band.get(margin..band.len().checked_sub(margin)?)?;
+    let length = (INTERVAL * rate) as usize;
+    let square = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>() / part.len() as f64;
+    let levels: Vec<f64> = inner
+        .chunks_exact(length.max(1))
+        .map(|part| level(square(part)))
+        .collect();
+    let rms = square(inner).sqrt();
+    if levels.len() < 2 || rms.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        return None;
+    }
+    Some(Calibration {
+        sensitivity_pa: REFERENCE_PRESSURE * 10_f64.powf(stated / 20.0) / rms,
+        calibrator: Some(CalibratorTone {
+            stated_level_db: stated,
+            tone_hz: tone,
+            level_deviation_db: deviation(&levels),
+        }),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{SQRT_2, TAU};
+
+    use super::*;
+
+    /// A sine of 94 dB at a frequency, with a whole number of periods in 2 s.
+    fn sine(frequency: f64, rate: f64) -> Vec<f64> {
+        let amplitude = SQRT_2 * REFERENCE_PRESSURE * 10_f64.powf(94.0 / 20.0);
+        let frequency = (2.0 * frequency).round() / 2.0;
+        let sample = |k: u32| amplitude * (TAU * frequency * f64::from(k) / rate).sin();
+        (0..(2.0 * rate) as u32).map(sample).collect()
+    }
+
+    fn decibel(gain: f64) -> f64 {
+        20.0 * gain.log10()
+    }
+
+    /// The nominal frequencies and the weighting A of Table 3 of IEC 61672-1, dB. The table has its values at the exact
+    /// frequencies of base ten, rounded to 0.1 dB.
+    #[test]
+    fn the_weighting_a_is_that_of_the_standard() {
+        const TABLE: [f64; 34] = [
+            -70.4, -63.4, -56.7, -50.5, -44.7, -39.4, -34.6, -30.2, -26.2, -22.5, -19.1, -16.1,
+            -13.4, -10.9, -8.6, -6.6, -4.8, -3.2, -1.9, -0.8, 0.0, 0.6, 1.0, 1.2, 1.3, 1.2, 1.0,
+            0.5, -0.1, -1.1, -2.5, -4.3, -6.6, -9.3,
+        ];
+        for (number, expected) in (-20..).zip(TABLE) {
+            let found = decibel(a_weighting(centre(number)));
+            assert!(
+                (found - expected).abs() <= 0.0501,
+                "{} Hz: {found}",
+                centre(number)
+            );
+        }
+        // Through the whole analysis.
+        for (frequency, expected) in [(63.0, -26.2), (1000.0, 0.0), (8000.0, -1.1)] {
+            let levels = sound_levels(&sine(frequency, 48_000.0), 48_000.0).unwrap();
+            assert!((levels.equivalent_level_db - 94.0).abs() < 1e-9);
+            assert!(
+                (levels.a_weighted_level_db - 94.0 - expected).abs() < 0.1,
+                "{frequency}"
+            );
+            // At 8 kHz no sample is at the peak.
+            let peak = levels.peak_level_db - 94.0;
+            assert!(
+                frequency > 1000.0 || (peak - 3.01).abs() < 0.02,
+                "{frequency}: {peak}"
+            );
+        }
+    }
+
+    /// Limits of the attenuation of class 1, IEC 61260 (1995), Table 1: octave ratio to a band of one octave, least and
+    /// largest attenuation, dB. Those of the edition of 2014 are wider.
+    #[test]
+    fn third_octaves_are_of_class_1_by_tones() {
+        const LIMITS: [(f64, f64, f64); 9] = [
+            (0.0, -0.3, 0.3),
+            (0.125, -0.3, 0.4),
+            (0.25, -0.3, 0.6),
+            (0.375, -0.3, 1.3),
+            (0.5, 2.0, 5.0),
+            (1.0, 17.5, f64::INFINITY),
+            (2.0, 42.0, f64::INFINITY),
+            (3.0, 61.0, f64::INFINITY),
+            (4.0, 70.0, f64::INFINITY),
+        ];
+        let octave = 10_f64.powf(0.3);
+        for (number, nominal) in [(-7, 200.0), (0, 1000.0), (5, 3150.0)] {
+            for (exponent, least, largest) in LIMITS {
+                // Eq. (8): the ratio for a third octave from that for an octave.
+                let wide = octave.powf(exponent);
+                let narrow = (octave.powf(1.0 / 6.0) - 1.0) / (octave.sqrt() - 1.0);
+                let ratio = 1.0 + narrow * (wide - 1.0);
+                for frequency in [centre(number) * ratio, centre(number) / ratio] {
+                    // At the edges of a limit the tone must not be rounded to a whole number of periods.
+                    let gain = -10.0 * third_octave_gain(number, frequency).log10();
+                    assert!(
+                        (least..=largest).contains(&gain),
+                        "{nominal} Hz, {frequency} Hz: {gain}"
+                    );
+                    let played = (2.0 * frequency).round() / 2.0;
+                    let levels = sound_levels(&sine(frequency, 48_000.0), 48_000.0).unwrap();
+                    let band = levels
+                        .third_octaves
+                        .iter()
+                        .find(|band| band.centre_hz == nominal);
+                    let attenuation = 94.0 - band.unwrap().band_level_db;
+                    let expected = -10.0 * third_octave_gain(number, played).log10();
+                    assert!(
+                        (attenuation - expected).abs() < 1e-3,
+                        "{frequency} Hz: {attenuation}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_power_of_noise_is_the_sum_of_its_third_octaves() {
+        use rand::{RngExt as _, SeedableRng};
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let noise: Vec<f64> = (0..96_000)
+            .map(|_| random.random_range(-1.0..1.0))
+            .collect();
+        let levels = sound_levels(&noise, 48_000.0).unwrap();
+        let density = (1.0 / 3.0) / 24_000.0;
+        for band in &levels.third_octaves {
+            let width = band.centre_hz * (10_f64.powf(0.05) - 10_f64.powf(-0.05));
+            // The bandwidth of a Butterworth filter of order 6 for noise is 1.047 of that between its edges.
+            let expected = level(density * 1.047 * width);
+            let off = (band.band_level_db - expected).abs();
+            // The nominal centres are rounded by up to 1 %, that is 0.05 dB.
+            assert!(
+                off < 4.0 * band.standard_deviation_db + 0.06,
+                "{band:?} {expected}"
+            );
+        }
+        assert_eq!(
+            levels.third_octaves.first().map(|b| b.centre_hz),
+            Some(20.0)
+        );
+        assert_eq!(
+            levels.third_octaves.last().map(|b| b.centre_hz),
+            Some(20_000.0)
+        );
+        // 0.1 s do not resolve the lowest bands.
+        let short = sound_levels(&noise[..4800], 48_000.0).unwrap();
+        assert_eq!(
+            short.third_octaves.first().map(|b| b.centre_hz),
+            Some(200.0)
+        );
+        assert_eq!(sound_levels(&[], 48_000.0), None);
+    }
+
+    /// Time weighting F: a burst of 0.2 s reads 1.0 dB less than a steady tone (IEC 61672-1, Table 4).
+    #[test]
+    fn a_short_burst_reads_less() {
+        let mut burst = sine(4000.0, 48_000.0);
+        let steady = sound_levels(&burst, 48_000.0).unwrap();
+        for (k, sample) in burst.iter_mut().enumerate() {
+            if !(24_000..24_000 + 9600).contains(&k) {
+                *sample = 0.0;
+            }
+        }
+        let short = sound_levels(&burst, 48_000.0).unwrap();
+        let less = steady.fast_maximum_db - short.fast_maximum_db;
+        assert!((less - 1.0).abs() < 0.1, "{less}");
+    }
+
+    #[test]
+    fn a_calibrator_gives_the_sensitivity() {
+        let pressure = sine(1000.0, 48_000.0);
+        let recorded: Vec<f64> = pressure.iter().map(|p| 0.05 * p).collect();
+        let calibration = calibrate(&recorded, 48_000.0, 94.0).unwrap();
+        // 0.0001 dB: the interval is not a whole number of periods.
+        assert!(
+            (calibration.sensitivity_pa / 20.0 - 1.0).abs() < 1.2e-5,
+            "{calibration:?}"
+        );
+        assert!(calibration.calibrator.unwrap().level_deviation_db < 1e-6);
+        assert_eq!(calibrate(&[0.0; 48_000], 48_000.0, 94.0), None);
+        assert_eq!(calibrate(&recorded[..4800], 48_000.0, 94.0), None);
+    }
+}

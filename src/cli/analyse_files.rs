@@ -1,0 +1,173 @@
+//! `squeakscope analyse`: of several files, a table over the files and one JSON document.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::analyse::{self, Analysed, AnalysedFile, analyse};
+use super::analyse_args::AnalyseArgs;
+use super::calibration::CalibratedLevels;
+use super::document::Document;
+use super::error::CliError;
+use super::output::Kind;
+use super::resources;
+use crate::escape;
+use crate::import::Format;
+use crate::number::fixed;
+use crate::table::Table;
+
+/// The analyses of several files.
+#[derive(Serialize, Deserialize)]
+pub(super) struct AnalysedFiles<'a> {
+    /// Analyses in the order of the files; those of a directory are sorted by name.
+    analyses: Vec<AnalysedFile<'a>>,
+    /// Failures: files that could not be analysed.
+    failures: Vec<FailedFile>,
+}
+
+/// A file that could not be analysed.
+#[derive(Serialize, Deserialize)]
+struct FailedFile {
+    /// Path of the file.
+    file: PathBuf,
+    /// Reason why it could not be analysed.
+    reason: String,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input before any work, or a file that cannot be analysed; failure while drawing or recording; an interrupt.
+pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+    match &args.files[..] {
+        [file] if !file.is_dir() => analyse::execute(args, file, stop),
+        _ => analyse_all(args, stop),
+    }
+}
+
+/// Analyses several files.
+fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+    for (option, given) in [
+        ("--save", args.save.is_some()),
+        ("--labels", args.labels.is_some()),
+        ("--figures", args.figures.is_some()),
+        ("--event", args.event.is_some()),
+    ] {
+        if given {
+            return Err(CliError::OneFile { option });
+        }
+    }
+    let files = files(&args.files)?;
+    let json = [("--json", Kind::JSON, args.json.as_deref())];
+    let [json] = args.overwrite.check_all(None, json)?;
+    resources::start_thread_pool()?;
+    let jobs = args.jobs.map_or(1, |jobs| jobs.get());
+    let mut found: Vec<(&Path, Result<Analysed, CliError>)> = Vec::new();
+    for some in files.chunks(jobs) {
+        let analysed = some
+            .par_iter()
+            .map(|file| (&**file, analyse(args, file, stop)));
+        found.extend(analysed.collect::<Vec<_>>());
+        if found
+            .iter()
+            .any(|(_, report)| matches!(report, Err(CliError::NoResult)))
+        {
+            return Err(CliError::NoResult);
+        }
+    }
+    let analyses = found.iter().filter_map(|(file, report)| {
+        let report = report.as_ref().ok()?;
+        Some(AnalysedFile::new(file, report))
+    });
+    let failures = found.iter().filter_map(|(file, report)| {
+        Some(FailedFile {
+            file: file.to_path_buf(),
+            reason: report.as_ref().err()?.to_string(),
+        })
+    });
+    let result = AnalysedFiles {
+        analyses: analyses.collect(),
+        failures: failures.collect(),
+    };
+    Document::new(&result, &[]).deliver(&text(&found), json.as_ref())?;
+    match result.failures.len() {
+        0 => Ok(()),
+        failed => Err(CliError::FilesFailed {
+            failed,
+            all: files.len(),
+        }),
+    }
+}
+
+/// The files, with those in a directory whose format is known.
+fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+    let mut files = Vec::new();
+    for path in given {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let unreadable = |source| CliError::Directory {
+            path: path.clone(),
+            source,
+        };
+        let entries = std::fs::read_dir(path).map_err(unreadable)?;
+        let mut inside = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(unreadable)?.path();
+            if entry.is_file() && Format::of(&entry).is_ok() {
+                inside.push(entry);
+            }
+        }
+        inside.sort();
+        if inside.is_empty() {
+            return Err(CliError::NoSignals { path: path.clone() });
+        }
+        files.extend(inside);
+    }
+    Ok(files)
+}
+
+/// The files, one per row.
+fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
+    let table = Table::default().left("file").right("duration, s");
+    let calibrated =
+        |report: &Result<Analysed, _>| report.as_ref().is_ok_and(|a| a.levels.is_some());
+    let has_levels = found.iter().any(|(_, report)| calibrated(report));
+    let table = match has_levels {
+        true => table.right("dB(A)"),
+        false => table,
+    };
+    let table = table.right("events").right("event, Hz").right("line, Hz");
+    let mut table = table.left("type of motion");
+    for (file, report) in found {
+        let mut row = vec![escape::path(file)];
+        match report {
+            Ok(Analysed { report, levels }) => {
+                let line = report.tones.lines.first();
+                row.push(fixed(Some(report.facts.duration_s), 3));
+                if has_levels {
+                    row.push(fixed(levels.as_ref().map(CalibratedLevels::a_weighted), 1));
+                }
+                row.extend([
+                    report.events().len().to_string(),
+                    fixed(report.event().map(|event| event.frequency_hz), 1),
+                    fixed(line.map(|named| named.line.frequency), 1),
+                    match report.verdict.get() {
+                        Ok(verdict) => verdict.regime.to_string(),
+                        Err(_) => String::new(),
+                    },
+                ]);
+            }
+            Err(error) => {
+                row.extend(vec![String::new(); 4 + usize::from(has_levels)]);
+                row.push(escape::line(&error.to_string()).into_owned());
+            }
+        }
+        table.row(row);
+    }
+    table.text()
+}

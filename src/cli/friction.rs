@@ -1,0 +1,195 @@
+//! `squeakscope friction`: fit the Stribeck law to measured coefficients of friction.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args as Arguments;
+
+use super::common_args::positive;
+use super::document::Document;
+use super::error::CliError;
+use super::output::{Kind, Overwrite};
+use super::report::{HEADING, WARNING};
+use crate::number::significant;
+use crate::study::friction_fit::{FittedNumber, FrictionFit, FrictionPoint, fit_friction};
+use crate::table::Table;
+
+/// Arguments of `squeakscope friction`.
+#[derive(Debug, Arguments)]
+pub struct FrictionArgs {
+    /// CSV file with the columns speed_m_per_s, mu and, if it is known, mu_deviation: the standard deviation of mu. Speeds
+    /// may repeat and come in any order.
+    pub file: PathBuf,
+    /// Slope factor of the creep region, which points above a few mm/s do not show.
+    #[arg(long, value_name = "S_PER_M", default_value_t = 1000.0, value_parser = positive)]
+    pub creep: f64,
+    /// Also write the law as JSON.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub overwrite: Overwrite,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the file cannot be read, its points do not determine the law, or an output cannot be written.
+pub(super) fn execute(args: &FrictionArgs) -> Result<(), CliError> {
+    let json = [("--json", Kind::JSON, args.json.as_deref())];
+    let [json] = args
+        .overwrite
+        .check_all(Some(args.file.as_os_str()), json)?;
+    let refused = |reason: String| CliError::FrictionPoints {
+        path: args.file.clone(),
+        reason,
+    };
+    let text = std::fs::read_to_string(&args.file);
+    let text =
+        text.map_err(|error| refused(format!("it cannot be read ({error}); check the path")))?;
+    let points = points(&text).map_err(refused)?;
+    let fit = fit_friction(&points, args.creep).map_err(|error| refused(error.to_string()))?;
+    Ok(Document::new(&fit, &[]).deliver(&self::text(&fit), json.as_ref())?)
+}
+
+/// The points of a CSV text, or the line that has none, and the remedy.
+fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
+    const COLUMNS: [&str; 3] = ["speed_m_per_s", "mu", "mu_deviation"];
+    let mut lines = text.lines().enumerate().filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    let head: Vec<&str> = match lines.next() {
+        Some((_, line)) => line
+            .trim_start_matches('\u{feff}')
+            .split(',')
+            .map(str::trim)
+            .collect(),
+        None => Vec::new(),
+    };
+    if head != COLUMNS[..2] && head != COLUMNS {
+        return Err("its first line does not name the columns; begin with `speed_m_per_s,mu` or `speed_m_per_s,mu,mu_deviation`".to_owned());
+    }
+    let mut points = Vec::new();
+    for (number, line) in lines {
+        let wrong = |reason: &str| format!("line {}: {reason}", number + 1);
+        let numbers: Option<Vec<f64>> = line
+            .split(',')
+            .map(|field| field.trim().parse().ok())
+            .collect();
+        let numbers = numbers
+            .filter(|numbers| numbers.len() == head.len() && numbers.iter().all(|x| x.is_finite()));
+        let numbers = numbers.ok_or_else(|| wrong("give one finite number for each column"))?;
+        let point = FrictionPoint {
+            speed: numbers[0],
+            coefficient: numbers[1],
+            deviation: numbers.get(2).copied(),
+        };
+        if point.speed <= 0.0 || point.deviation.is_some_and(|deviation| deviation <= 0.0) {
+            return Err(wrong(
+                "give a speed, and a standard deviation, above 0; remove points at rest",
+            ));
+        }
+        points.push(point);
+    }
+    Ok(points)
+}
+
+/// The report: the numbers, the tests, and the lines for a scene file.
+fn text(fit: &FrictionFit) -> String {
+    let mut table = Table::default().left("").right("").right("95 %").left("");
+    let row = |name: &str, FittedNumber { value, half_width }: FittedNumber, unit: &str| {
+        [
+            name.to_owned(),
+            significant(value, 4),
+            format!("+- {}", significant(half_width, 2)),
+            unit.to_owned(),
+        ]
+    };
+    table.row(row("mu_s", fit.mu_s, ""));
+    table.row(row("mu_d", fit.mu_d, ""));
+    table.row(row("stribeck_slope", fit.stribeck_slope_s_per_m, "s/m"));
+    let mut text = format!(
+        "{HEADING}Stribeck law{HEADING:#}, Eq. (5), fitted to {} points\n{}  residuals: standard deviation {}",
+        fit.points,
+        table.text(),
+        significant(fit.residual_deviation, 2)
+    );
+    if let Some(chi_square) = fit.chi_square_per_degree {
+        let _ = write!(
+            text,
+            ", chi-square per degree of freedom {}",
+            significant(chi_square, 2)
+        );
+    }
+    text.push('\n');
+    if !fit.describes_points() {
+        let _ = writeln!(
+            text,
+            "  {WARNING}the residuals follow each other{WARNING:#} (runs test {:.1}): the law does not describe the points; \
+             use them as they are, with law = \"table\"",
+            fit.runs_score
+        );
+    }
+    let law = fit.law();
+    let _ = write!(
+        text,
+        "\n[friction]\nlaw = \"stribeck\"\nmu_s = {}\nmu_d = {}\nstribeck_slope_s_per_m = {}\ncreep_slope_s_per_m = {}\n",
+        significant(law.mu_s, 6),
+        significant(law.mu_d, 6),
+        significant(law.stribeck, 6),
+        law.creep
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::Friction;
+    use crate::scene::Scene;
+
+    /// A measured file whose points lie on the law of Fig. 3.
+    fn file(head: &str, rows: impl Fn(f64) -> String) -> String {
+        let rows = (0..20).map(|k| rows(2e-3 * 1.3_f64.powi(k)) + "\n");
+        format!("{head}\n{}", rows.collect::<String>())
+    }
+
+    #[test]
+    fn the_lines_of_the_report_are_a_friction_table_of_a_scene() {
+        let law =
+            |speed: f64| (1.0 - (-1000.0 * speed).exp()) * (0.25 + 0.3 * (-12.0 * speed).exp());
+        let measured = file("speed_m_per_s,mu", |speed| {
+            format!("{speed},{}", law(speed))
+        });
+        let fit = fit_friction(&points(&measured).unwrap(), 1000.0).unwrap();
+        let text = text(&fit);
+        let (_, lines) = text.split_once("\n\n").unwrap();
+        let scene = format!("[load]\nload_n = 100\ntilt_deg = 2\n{lines}[time]\nduration_ms = 1\n");
+        let scene = Scene::parse("fitted.toml", scene).unwrap();
+        let Friction::Stribeck { law, .. } = &scene.joint().unwrap().spec.friction else {
+            panic!("a Stribeck law");
+        };
+        assert!(
+            (law.mu_s - 0.55).abs() < 1e-5 && (law.mu_d - 0.25).abs() < 1e-5,
+            "{law:?}"
+        );
+        assert!((law.stribeck - 12.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn bad_points_are_named_with_their_line() {
+        for (text, expected) in [
+            ("", "first line"),
+            ("speed,mu\n", "first line"),
+            ("speed_m_per_s,mu\n0.1,x\n", "line 2"),
+            ("speed_m_per_s,mu\n# a remark\n0.1,0.3\n0.1\n", "line 4"),
+            ("speed_m_per_s,mu\n0,0.3\n", "line 2"),
+            ("speed_m_per_s,mu,mu_deviation\n0.1,0.3,0\n", "line 2"),
+        ] {
+            let refused = points(text).unwrap_err();
+            assert!(refused.contains(expected), "{refused}");
+        }
+        let three = points("\u{feff}speed_m_per_s, mu, mu_deviation\n0.1, 0.3, 0.01\n").unwrap();
+        assert_eq!(three[0].deviation, Some(0.01));
+    }
+}

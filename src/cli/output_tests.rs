@@ -1,0 +1,222 @@
+//! Checks of outputs before work starts.
+
+use std::io::Write;
+
+use super::*;
+
+const KEEP: Overwrite = Overwrite { force: false };
+
+fn names_in(folder: &Path) -> usize {
+    fs::read_dir(folder).expect("a folder").count()
+}
+
+#[test]
+fn checks_change_nothing_and_writing_replaces_complete_files() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("out.json");
+    let file = OutputFile::check(&path, "--json").expect("writable");
+    assert_eq!(names_in(folder.path()), 0);
+    file.write(|out| out.write_all(b"first")).expect("written");
+    let failed = file.write(|out| {
+        out.write_all(b"half")?;
+        Err(io::Error::other("disk full"))
+    });
+    assert!(!failed.expect_err("failed").is_bad_input());
+    assert_eq!(fs::read(&path).expect("there"), b"first");
+    file.write(|out| out.write_all(b"second")).expect("written");
+    assert_eq!(fs::read(&path).expect("there"), b"second");
+    assert_eq!(names_in(folder.path()), 1);
+}
+
+#[test]
+fn paths_that_cannot_be_files_are_refused() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let check = |path: &Path| OutputFile::check(path, "--save");
+    assert!(matches!(
+        check(folder.path()),
+        Err(OutputError::NotAFile { .. })
+    ));
+    for path in ["absent/", ".."] {
+        let path = folder.path().join(path);
+        assert!(matches!(check(&path), Err(OutputError::NotAFile { .. })));
+    }
+    assert!(matches!(
+        check(Path::new("")),
+        Err(OutputError::NotAFile { .. })
+    ));
+    let lost = check(&folder.path().join("absent/out.rrd")).expect_err("no such folder");
+    assert!(matches!(lost, OutputError::NotWritable { .. }));
+    assert!(lost.is_bad_input());
+    assert!(lost.to_string().contains("(--save)"));
+    #[cfg(unix)]
+    assert!(matches!(
+        check(Path::new("/dev/null")),
+        Err(OutputError::NotAFile { .. })
+    ));
+}
+
+#[test]
+fn directories_may_exist_but_files_of_that_name_are_refused() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let file = folder.path().join("file");
+    fs::write(&file, "x").expect("written");
+    let check = |path: &Path| KEEP.check_directory(path, "--png", &["figure.png"]);
+    check(folder.path()).expect("there");
+    check(&folder.path().join("new/figures")).expect("can be made");
+    for path in [&file, &file.join("figures"), Path::new("")] {
+        let error = check(path).expect_err("no directory");
+        assert!(matches!(error, OutputError::NotADirectory { .. }));
+    }
+    assert_eq!(names_in(folder.path()), 1);
+}
+
+#[test]
+fn a_new_directory_and_a_file_cannot_share_a_path() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let [new, below] = ["new", "new/figures"].map(|name| folder.path().join(name));
+    let file = OutputFile::check(&new, "--csv").expect("writable");
+    for directory in [&new, &below] {
+        let clash = check_apart(directory, "--png", &[("--csv", Some(&file))]);
+        assert!(matches!(clash, Err(OutputError::Twice { .. })));
+        check_apart(directory, "--png", &[("--csv", None)]).expect("no file");
+    }
+    let other = folder.path().join("other");
+    check_apart(&other, "--png", &[("--csv", Some(&file))]).expect("apart");
+}
+
+#[test]
+fn protected_files_and_long_names_are_refused_in_directories_too() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("kept.png");
+    fs::write(&path, "old").expect("written");
+    let mut permissions = path.metadata().expect("there").permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&path, permissions).expect("protected");
+    for refused in [
+        OutputFile::check(&path, "--png").map(drop),
+        Overwrite::ALLOWED.check_directory(folder.path(), "--png", &["new.png", "kept.png"]),
+    ] {
+        let refused = refused.expect_err("protected");
+        assert!(
+            matches!(refused, OutputError::Protected { .. }),
+            "{refused}"
+        );
+        assert!(refused.is_bad_input());
+    }
+    KEEP.check_directory(folder.path(), "--png", &["new.png"])
+        .expect("free");
+    let long = folder.path().join("x".repeat(255));
+    let longer = folder.path().join("x".repeat(256));
+    for refused in [
+        OutputFile::check(&long, "--png").map(drop),
+        KEEP.check_directory(&longer, "--png", &["new.png"]),
+        KEEP.check_directory(&longer.join("new"), "--png", &["new.png"]),
+    ] {
+        let refused = refused.expect_err("too long");
+        assert!(
+            matches!(refused, OutputError::NameTooLong { .. }),
+            "{refused}"
+        );
+    }
+    OutputFile::check(&folder.path().join("x".repeat(247)), "--png").expect("fits");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_and_its_target_is_replaced() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+    fs::write(&file, "old").expect("written");
+    std::os::unix::fs::symlink(&file, &link).expect("linked");
+    let output = OutputFile::check(&link, "--json").expect("writable");
+    output.write(|out| out.write_all(b"new")).expect("written");
+    assert_eq!(fs::read(&file).expect("there"), b"new");
+    assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
+}
+
+#[test]
+fn two_outputs_cannot_share_a_path() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("out.csv");
+    let twice = KEEP.check_all(
+        None,
+        [
+            ("--csv", Kind::CSV, Some(&*path)),
+            ("--npz", Kind::ARRAYS, None),
+            ("--out", Kind::CSV, Some(&*path)),
+        ],
+    );
+    let missing = folder.path().join("new.toml");
+    let detour = folder.path().join(".").join("new.toml");
+    let two_names = [
+        ("--write", Kind::SCENE, Some(&*missing)),
+        ("--best", Kind::SCENE, Some(&*detour)),
+    ];
+    let error = KEEP
+        .check_all(None, two_names)
+        .expect_err("the same file, not there yet");
+    assert!(matches!(error, OutputError::Twice { .. }));
+    fs::write(&missing, "a scene").expect("written");
+    let onto_scene = [("--write", Kind::SCENE, Some(&*detour))];
+    let error = Overwrite::ALLOWED.check_all(Some(missing.as_os_str()), onto_scene);
+    assert!(matches!(error, Err(OutputError::IsInput { .. })));
+    let message = twice.expect_err("refused").to_string();
+    assert!(message.contains("two outputs (--out, --csv)"), "{message}");
+}
+
+#[test]
+fn existing_files_are_replaced_by_force_only() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("there.rrd");
+    fs::write(&path, "kept").expect("written");
+    let check = |overwrite: Overwrite, kind| {
+        overwrite
+            .check_all(None, [("--save", kind, Some(&*path))])
+            .map(drop)
+    };
+    let refused = check(KEEP, Kind::RECORDING).expect_err("exists");
+    assert!(refused.is_bad_input());
+    let message = refused.to_string();
+    assert!(
+        message.contains("there.rrd") && message.contains("--force"),
+        "{message}"
+    );
+    check(Overwrite::ALLOWED, Kind::RECORDING).expect("forced");
+    check(KEEP.or(true), Kind::RECORDING).expect("resumed");
+    check(KEEP, Kind::RECORDING.replaced()).expect("a default");
+    for overwrite in [KEEP, Overwrite::ALLOWED] {
+        let names = ["new.rrd", "there.rrd"];
+        let checked = overwrite.check_directory(folder.path(), "--figures", &names);
+        assert_eq!(checked.is_ok(), overwrite.force);
+    }
+    assert_eq!(fs::read(&path).expect("there"), b"kept");
+}
+
+#[test]
+fn endings_fit_the_kind_of_file() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let check = |name: &str, kind| {
+        let path = folder.path().join(name);
+        KEEP.check_all(None, [("--out", kind, Some(&*path))])
+            .map(drop)
+    };
+    check("a.rrd", Kind::RECORDING).expect("fits");
+    check("a.RRD", Kind::RECORDING).expect("fits");
+    check("a.svg", Kind::FIGURE).expect("fits");
+    for name in ["a", "a.json", "rrd", "a.rrd.txt"] {
+        let refused = check(name, Kind::RECORDING).expect_err("does not fit");
+        assert!(refused.is_bad_input());
+        assert!(refused.to_string().contains("ends in .rrd"), "{refused}");
+    }
+    let several = check("a.txt", Kind::FIGURE).expect_err("does not fit");
+    assert!(
+        several.to_string().contains(".png or .svg or .pdf"),
+        "{several}"
+    );
+    let picture = folder.path().join("a.png");
+    let directory = KEEP.check_directory(&picture, "--figures", &["b.png"]);
+    assert!(matches!(
+        directory,
+        Err(OutputError::FigureAsDirectory { .. })
+    ));
+}

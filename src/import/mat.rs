@@ -1,0 +1,120 @@
+//! MATLAB files of version 5 to 7: numeric arrays.
+//!
+//! Read by the library matfile, as a whole. Of an array with two axes, the longer one is the time, as in `.npy`.
+
+use std::io::Read;
+
+use matfile::{Array, MatFile, NumericData};
+
+use super::clock::Clock;
+use super::npy::{RATES, check_column_count};
+use super::table::{Column, Table};
+use super::{Problem, units};
+use crate::foreign::{one_line, without_panic};
+
+const FORMAT: &str = "MATLAB";
+
+/// Reads all arrays: columns, a time or a rate.
+pub(super) fn read(content: impl Read) -> Result<Table, Problem> {
+    let damaged = |reason: String| Problem::Damaged {
+        format: FORMAT,
+        what: reason,
+    };
+    let file = without_panic(|| MatFile::parse(content));
+    let file = file.ok_or_else(|| damaged("it cannot be decoded".to_owned()))?;
+    let file = file.map_err(|error| damaged(one_line(error)))?;
+    let mut table = Table {
+        columns: Vec::new(),
+        clock: Clock::Unknown,
+    };
+    let mut count = 0;
+    for array in file.arrays() {
+        let name = array.name();
+        let (bare, unit) = units::split(name);
+        let second = units::seconds(unit).filter(|_| units::is_time(bare));
+        let columns = columns(array).ok_or_else(|| {
+            let shape = format!("the array `{name}` has the size {:?}", array.size());
+            damaged(shape)
+        })?;
+        match (&columns[..], second) {
+            ([(_, value)], _) if value.len() == 1 => {
+                if RATES.contains(&name) && matches!(table.clock, Clock::Unknown) {
+                    table.clock = Clock::Rate(value[0]);
+                }
+            }
+            ([(_, times)], Some(second)) => {
+                table.clock = Clock::Times {
+                    times: times.iter().map(|time| time * second).collect(),
+                    resolution: 0.0,
+                };
+            }
+            _ => {
+                count += columns.len();
+                check_column_count(count)?;
+                table
+                    .columns
+                    .extend(columns.into_iter().map(|(header, values)| {
+                        let (name, unit) = units::split(&header);
+                        Column {
+                            name: name.to_owned(),
+                            unit: unit.to_owned(),
+                            header: header.clone(),
+                            values,
+                        }
+                    }));
+            }
+        }
+    }
+    match table.columns.is_empty() {
+        true => Err(Problem::NoSamples("no array of real numbers")),
+        false => Ok(table),
+    }
+}
+
+/// The columns of an array with their names; none of complex numbers and of three axes; `None` if the size does not
+/// match the numbers.
+fn columns(array: &Array) -> Option<Vec<(String, Vec<f64>)>> {
+    let (Some(values), &[rows, places]) = (real(array.data()), &array.size()[..]) else {
+        return Some(Vec::new());
+    };
+    if rows.checked_mul(places)? != values.len() {
+        return None;
+    }
+    let name = array.name();
+    Some(match (rows, places) {
+        (0, _) | (_, 0) => Vec::new(),
+        (1, _) | (_, 1) => vec![(name.to_owned(), values)],
+        // The samples of a column are adjacent.
+        _ if rows >= places => {
+            let columns = values.chunks_exact(rows).enumerate();
+            let named = columns.map(|(k, column)| (format!("{name}[{k}]"), column.to_vec()));
+            named.collect()
+        }
+        _ => {
+            let column = |k| values.iter().skip(k).step_by(rows).copied().collect();
+            (0..rows)
+                .map(|k| (format!("{name}[{k}]"), column(k)))
+                .collect()
+        }
+    })
+}
+
+/// Real numbers; `None` of complex ones.
+fn real(data: &NumericData) -> Option<Vec<f64>> {
+    fn all<T: Copy>(values: &[T], number: fn(T) -> f64) -> Option<Vec<f64>> {
+        Some(values.iter().map(|value| number(*value)).collect())
+    }
+    match data {
+        NumericData::Int8 { real, imag: None } => all(real, f64::from),
+        NumericData::UInt8 { real, imag: None } => all(real, f64::from),
+        NumericData::Int16 { real, imag: None } => all(real, f64::from),
+        NumericData::UInt16 { real, imag: None } => all(real, f64::from),
+        NumericData::Int32 { real, imag: None } => all(real, f64::from),
+        NumericData::UInt32 { real, imag: None } => all(real, f64::from),
+        NumericData::Int64 { real, imag: None } => all(real, |x| x as f64),
+        NumericData::UInt64 { real, imag: None } => all(real, |x| x as f64),
+        NumericData::Single { real, imag: None } => all(real, f64::from),
+        NumericData::Double { real, imag: None } => all(real, |x| x),
+        _ => None,
+    }
+}
