@@ -24,6 +24,9 @@ _RIGID = 1e-3
 _MASS_TOLERANCE = 0.02
 # Permitted relative deviation of a node of the surface from the radius of the ball.
 _SPHERE_TOLERANCE = 0.02
+# Smallest plausible mass per volume of the bounding box of the nodes, kg/m^3, which that of a slender body exceeds and a
+# mass in tonnes instead of kilograms does not. There is no largest one, because nodes of a surface have a thin box.
+_LIGHTEST = 20.0
 # Arrays of `model` that describe the contact patch.
 _PATCH = ("version", "positions", "normals", "areas", "pre_stress", "stiffness")
 
@@ -143,6 +146,7 @@ class Modes:
             arrays = dict(model(scene.replace(**{"contact.stiffness_factor": 1})))
         kept = {name: np.asarray(arrays[name], float) for name in _PATCH if name in arrays}
         positions = kept["positions"]
+        self._check_density()
         self._check_surface(positions, scene)
         shapes = np.stack([self._at(place, self.nodes, self.shapes) for place in positions])
         # The same interpolation at the nodes of the mesh around the patch, each without itself.
@@ -151,6 +155,16 @@ class Modes:
         again = [self._at(self.nodes[a], self.nodes[o], self.shapes[o]) for a, o in zip(around, others, strict=True)]
         kept |= {"shapes": shapes, "frequencies_hz": self.frequencies_hz}
         return PatchModes(kept, _assurance(self.shapes[around], np.stack(again)), scene)
+
+    def _check_density(self) -> None:
+        """Check the units of the shapes: in the mean over the body, the square of a shape is one over the mass."""
+        mass = 1 / np.median((self.shapes**2).sum(axis=1).mean(axis=0))
+        density = mass / np.ptp(self.nodes, axis=0).prod()
+        if density < _LIGHTEST:
+            raise InputError(
+                f"the shapes are those of a body of about {mass:.2g} kg, or {density:.2g} kg/m^3 of its bounding box; check "
+                "mass_unit (1e3 for the units mm, N, t, s) and length_unit, and normalise the shapes to unit modal mass"
+            )
 
     @staticmethod
     def _at(place: Floats, nodes: Floats, shapes: Floats) -> Floats:
