@@ -15,11 +15,16 @@ from ._modes import Floats, Frame, Modes
 _Path = str | PathLike[str]
 
 
-def _library(name: str, package: str) -> Any:
+# The requirements of pyNastran exclude NumPy 2, with which it works up to version 2.3.
+_NASTRAN = "'numpy<2.4' scipy cpylog docopt-ng && pip install --no-deps pyNastran"
+
+
+def _library(name: str, packages: str) -> Any:
     try:
         return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"{error}; install it with `pip install {package}`") from None
+    # A library that is older than NumPy lacks what was removed there.
+    except (ModuleNotFoundError, AttributeError) as error:
+        raise ModuleNotFoundError(f"{error}; install it with `pip install {packages}`") from error
 
 
 def from_uff(path: _Path, **frame: Any) -> Modes:
@@ -92,10 +97,10 @@ def from_nastran(path: _Path, geometry: _Path | None = None, **frame: Any) -> Mo
             raise InputError(f"`{path}` has no positions; give the bulk data as geometry")
         model = None
     else:
-        model = _library("pyNastran.op2.op2_geom", "pyNastran").read_op2_geom(fspath(path), debug=None)
+        model = _library("pyNastran.op2.op2_geom", _NASTRAN).read_op2_geom(fspath(path), debug=None)
         modes = _eigenvectors(path, model)
     if geometry is not None:
-        bulk = _library("pyNastran.bdf.bdf", "pyNastran")
+        bulk = _library("pyNastran.bdf.bdf", _NASTRAN)
         model = bulk.read_bdf(fspath(geometry), debug=None, punch=_is_bulk_only(geometry))
     assert model is not None
     turned = [number for number, node in model.nodes.items() if node.Cd() != 0]
