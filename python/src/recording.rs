@@ -47,7 +47,7 @@ pub fn analyse<'py>(
         unit: unit.to_owned(),
         rate: positive(py, "rate", rate)?,
         start: 0.0,
-        samples: samples(&signal).into_owned(),
+        samples: samples(py, &signal)?.into_owned(),
     };
     let options = SignalOptions {
         event,
