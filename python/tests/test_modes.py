@@ -289,7 +289,7 @@ def test_a_scene_ready_to_run(tmp_path, mesh) -> None:
     # The contact is that of the scene: its factor acts once.
     assert s.model(ready)["stiffness"] == pytest.approx(s.model(scene)["stiffness"], rel=1e-12)
     assert len(s.stability(ready)[0].modes) == 2
-    command = [sys.executable, "-m", "squeakscope", "run", "body.toml", "--duration", "0.01", "--save", "body.rrd"]
+    command = [sys.executable, "-m", "squeakscope", "run", "body.toml", "--duration", "10", "--save", "body.rrd"]
     subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
     with pytest.raises(s.InputError, match=r"\.npz or \.toml"):
         at_patch.save(tmp_path / "body.txt")

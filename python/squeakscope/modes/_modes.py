@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -24,6 +23,11 @@ _RIGID = 1e-3
 _MASS_TOLERANCE = 0.02
 # Permitted relative deviation of a node of the surface from the radius of the ball.
 _SPHERE_TOLERANCE = 0.02
+# Keys and tables of a scene that the modes and their patch replace, and the description of the former body.
+_REPLACED = dict.fromkeys(
+    ["about", "mechanism", "accuracy", "body", "socket", "contact.nodes", "contact.quadrature"]
+    + ["contact.stiffness_distribution", "contact.radius_factor"]
+)
 # Smallest plausible mass per volume of the bounding box of the nodes, kg/m^3, which that of a slender body exceeds and a
 # mass in tonnes instead of kilograms does not. There is no largest one, because nodes of a surface have a thin box.
 _LIGHTEST = 20.0
@@ -316,41 +320,9 @@ class PatchModes:
             raise InputError(f"`{path}`: give a name that ends in .npz or .toml")
         if path.suffix == ".toml" and self.scene is None:
             raise InputError(f"`{path}`: the patch comes without a scene; call at_patch with a scene, or save an .npz")
-        file = path.with_suffix(".npz")
+        file = path.with_suffix(".npz").absolute()
         np.savez_compressed(file, **self.arrays)  # type: ignore[arg-type, unused-ignore]
         if path.suffix == ".toml" and self.scene is not None:
-            path.write_text(_scene_with_modes(self.scene.text, path.stem, file.name), encoding="utf-8")
-            Scene.load(path)
-
-
-# Keys that the modes and their patch replace, as patterns of their paths, and descriptions of the former body.
-_REPLACED = re.compile(
-    r"(body|socket|accuracy)\..*|contact\.(nodes|quadrature|stiffness_distribution|radius_factor)"
-    r"|name|title|about|mechanism"
-)
-_TABLE = re.compile(r"\s*\[+\s*([\w.-]+)\s*\]+\s*(#.*)?$")
-_KEY = re.compile(r"\s*([\w.-]+)\s*=")
-
-
-def _scene_with_modes(text: str, name: str, file: str) -> str:
-    """The text of a scene with the modes of a file in place of its body."""
-    head = f'name = "{name}"\ntitle = "Imported modes: {name}"\n\n[body]\nmodes = "{file}"\n\n'
-    kept = [lines for path, lines in _entries(text) if not _REPLACED.fullmatch(path)]
-    return head + "".join(kept).lstrip()
-
-
-def _entries(text: str) -> Iterator[tuple[str, str]]:
-    """The headers (`table.`) and keys of a scene's text, with their lines."""
-    table, path, lines, quoted = "", "", "", False
-    for line in text.splitlines(keepends=True):
-        header, key = (None, None) if quoted else (_TABLE.match(line), _KEY.match(line))
-        if header or key:
-            yield path, lines
-            lines = ""
-        if header:
-            table = path = f"{header[1]}."
-        elif key:
-            path = table + key[1]
-        lines += line
-        quoted ^= line.count('"""') % 2 == 1
-    yield path, lines
+            head = {"name": path.stem, "title": f"Imported modes: {path.stem}", "body.modes": file.as_posix()}
+            scene = self.scene.replace(**_REPLACED, **head)
+            path.write_text(scene.text.replace(file.as_posix(), file.name), encoding="utf-8")
