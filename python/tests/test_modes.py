@@ -98,7 +98,9 @@ def test_modes_from_tables(tmp_path, mesh, patch) -> None:
         rows = csv.writer(file)
         rows.writerow(["frequency_hz", "node", "x", "y", "z"])
         for m, frequency in enumerate(frequencies):
-            rows.writerows([frequency, k, *shapes[k, :, m]] for k in range(len(nodes)))
+            # The order of the nodes does not matter.
+            order = np.roll(range(len(nodes)), m)
+            rows.writerows([frequency, k, *shapes[k, :, m]] for k in order)
     check(modes.from_csv(tmp_path / "nodes.csv", tmp_path / "shapes.csv", **FRAME), patch)
     (tmp_path / "bad.csv").write_text("node,x,y\n1,2,3\n")
     with pytest.raises(s.InputError, match="no column `z`"):
@@ -186,6 +188,10 @@ def test_modes_of_a_report_of_abaqus(tmp_path, mesh, patch) -> None:
                 numbers = ", ".join(f"{x:.8g}" for x in [*place, np.linalg.norm(shape), *shape])
                 file.write(f"C:/hip.odb, Step-1, {name}, PART-1-1, {k + 1}, {numbers}\n")
     check(modes.from_abaqus(path, **FRAME), patch)
+    text = path.read_text()
+    path.write_text(text + text.partition("\n")[2].replace("PART-1-1", "PART-2-1"))
+    with pytest.raises(s.InputError, match="node 1 twice; export the nodes of one part"):
+        modes.from_abaqus(path, **FRAME)
 
 
 def test_a_mesh_elsewhere_is_refused(tmp_path, mesh, patch) -> None:

@@ -95,15 +95,20 @@ class Modes:
         """Modes from positions by node, and frequency, nodes and shape (nodes, 3) of each mode."""
         if not places or not modes:
             raise InputError(f"`{path}` has {len(places)} nodes and {len(modes)} modes; export both")
-        numbers = list(modes[0][1])
+        numbers = sorted(modes[0][1])
         unknown = [number for number in numbers if number not in places]
         if unknown:
             raise InputError(f"`{path}` has shapes at node {unknown[0]}, but not its position; export all nodes")
+        twice = [number for number, other in zip(numbers, numbers[1:], strict=False) if number == other]
+        if twice:
+            raise InputError(f"the first mode of `{path}` has node {twice[0]} twice; export the nodes of one part only")
+        ordered = []
         for k, (_, nodes, shape) in enumerate(modes):
-            if list(nodes) != numbers or np.shape(shape) != (len(numbers), 3):
+            if sorted(nodes) != numbers or np.shape(shape) != (len(numbers), 3):
                 raise InputError(f"mode {k + 1} of `{path}` has other nodes than the first one")
+            ordered.append(np.asarray(shape, float)[np.argsort(nodes)])
         positions = np.array([places[number] for number in numbers], float)
-        shapes = np.stack([np.asarray(shape, float) for *_, shape in modes], axis=2)
+        shapes = np.stack(ordered, axis=2)
         frequencies = np.array([frequency for frequency, *_ in modes], float)
         if not all(np.isfinite(array).all() for array in (positions, shapes, frequencies)):
             raise InputError(f"a position, a shape or a frequency of `{path}` is not finite")
