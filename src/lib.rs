@@ -173,6 +173,7 @@
 )]
 
 pub mod analysis;
+mod causes;
 pub mod dynamics;
 pub mod export;
 pub mod fem;
@@ -194,6 +195,8 @@ mod serial;
 pub mod study;
 pub mod systems;
 pub mod text;
+
+pub use causes::chain_of_causes;
 
 #[cfg(feature = "cli")]
 mod cli;

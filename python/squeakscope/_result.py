@@ -174,8 +174,10 @@ def _short(value: Any) -> str:
         return f"array of {' x '.join(map(str, value.shape))}"
     if isinstance(value, float):
         return f"{value:.6g}"
-    if isinstance(value, list) and len(value) > 4:
-        return f"[{len(value)} values]"
+    if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+        return f"[{len(value)} results]"
+    if isinstance(value, list):
+        return f"[{len(value)} values]" if len(value) > 4 else f"[{', '.join(map(_short, value))}]"
     if isinstance(value, dict):
         return f"{{{', '.join(value)}}}"
     return repr(value)

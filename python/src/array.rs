@@ -8,16 +8,24 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
+use crate::error::input;
 use crate::result::wrap;
 
 /// A signal: an array of numbers, or a sequence that NumPy converts to one.
 pub type SignalArray<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
 
-/// The samples of a signal; copied only if they are not contiguous.
-pub fn samples<'a>(signal: &'a SignalArray<'_>) -> Cow<'a, [f64]> {
-    match signal.as_slice() {
+/// The samples of a signal, which must be finite; copied only if they are not contiguous.
+pub fn samples<'a>(py: Python<'_>, signal: &'a SignalArray<'_>) -> PyResult<Cow<'a, [f64]>> {
+    let samples = match signal.as_slice() {
         Ok(slice) => Cow::Borrowed(slice),
         Err(_) => Cow::Owned(signal.as_array().to_vec()),
+    };
+    match samples.iter().position(|x| !x.is_finite()) {
+        None => Ok(samples),
+        Some(at) => Err(input(
+            py,
+            &format!("sample {at} is {}; replace it by a number", samples[at]),
+        )),
     }
 }
 

@@ -5,13 +5,14 @@ use std::error::Error;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use squeakscope::analysis::AnalysisError;
-use squeakscope::import::ImportError;
+use squeakscope::chain_of_causes;
 use squeakscope::pipeline::PipelineError;
-use squeakscope::record::ReadError;
 use squeakscope::scene::SceneError;
 use squeakscope::study::branch::BranchError;
 use squeakscope::study::cost::CostError;
 use squeakscope::study::signal::SignalError;
+
+use crate::recording::FileError;
 
 /// Module of the exceptions.
 const MODULE: &str = "squeakscope._errors";
@@ -23,7 +24,7 @@ pub fn raise(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
         cause.is::<SceneError>()
             || cause.is::<AnalysisError>()
             || cause.is::<SignalError>()
-            || cause.is::<ImportError>()
+            || cause.is::<FileError>()
             // A transparent error hides its source.
             || matches!(cause.downcast_ref(), Some(PipelineError::Scene(_)))
             || matches!(
@@ -31,16 +32,8 @@ pub fn raise(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
                 Some(BranchError::Scene(_) | BranchError::Pipeline(PipelineError::Scene(_)))
             )
             || matches!(cause.downcast_ref(), Some(CostError::Scene(_)))
-            || cause.is::<ReadError>()
     };
-    let mut text = String::new();
-    for message in causes().map(ToString::to_string) {
-        // A transparent error has the message of its source.
-        if !text.ends_with(&message) {
-            text += if text.is_empty() { "" } else { ": " };
-            text += &message;
-        }
-    }
+    let text = chain_of_causes(error);
     match causes().any(is_input) {
         true => input(py, &text),
         false => exception(py, "Error", &text),

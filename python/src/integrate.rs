@@ -135,14 +135,14 @@ pub fn integrate<'py>(
     autonomous: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let times = samples(&t).into_owned();
+    let times = samples(py, &t)?.into_owned();
     let (Some(&from), Some(&to)) = (times.first(), times.last()) else {
         return Err(input(py, "t: give at least two times"));
     };
     if times.len() < 2 || !times.is_sorted_by(|a, b| a < b) {
         return Err(input(py, "t: give at least two times in ascending order"));
     }
-    let state = samples(&z0).into_owned();
+    let state = samples(py, &z0)?.into_owned();
     let functions = Functions {
         rhs,
         jacobian,
@@ -255,7 +255,7 @@ pub fn exponents<'py>(
             "time, settle, interval: give finite times above 0",
         ));
     }
-    let state = samples(&z0).into_owned();
+    let state = samples(py, &z0)?.into_owned();
     let functions = Functions {
         rhs,
         jacobian,

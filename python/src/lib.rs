@@ -11,6 +11,7 @@ mod array;
 mod call;
 mod error;
 mod integrate;
+mod model;
 mod recording;
 mod recurrence;
 mod result;
@@ -66,6 +67,7 @@ fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(study::branch, module)?,
         wrap_pyfunction!(study::cost, module)?,
         wrap_pyfunction!(study::lyapunov, module)?,
+        wrap_pyfunction!(model::model, module)?,
         wrap_pyfunction!(study::sensitivities, module)?,
         wrap_pyfunction!(study::stability, module)?,
         wrap_pyfunction!(sweep::sweep, module)?,

@@ -9,7 +9,6 @@ use squeakscope::study::signal::{SignalOptions, analyse_signal};
 
 use crate::array::{SignalArray, array, fields, samples};
 use crate::call::long_call;
-use crate::error::raise;
 use crate::result::result;
 use crate::signal::positive;
 
@@ -48,7 +47,7 @@ pub fn analyse<'py>(
         unit: unit.to_owned(),
         rate: positive(py, "rate", rate)?,
         start: 0.0,
-        samples: samples(&signal).into_owned(),
+        samples: samples(py, &signal)?.into_owned(),
     };
     let options = SignalOptions {
         event,
@@ -60,25 +59,33 @@ pub fn analyse<'py>(
     result(py, &found)
 }
 
-/// Reads a signal from a file, or the error of a recording.
-fn read(path: &Path, selection: &Selection) -> Result<Result<Signal, ReadError>, ImportError> {
+/// Why a file has no signal.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// A file of another program.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// A recording of this program.
+    #[error(transparent)]
+    Recording(#[from] ReadError),
+}
+
+/// Reads a signal from a file.
+fn read(path: &Path, selection: &Selection) -> Result<Signal, FileError> {
     let failed = |problem| ImportError {
         path: path.to_owned(),
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        return read_signal(path, selection).map(Ok);
+        return Ok(read_signal(path, selection)?);
     }
-    let series = match read_series(path, selection.column.as_deref()) {
-        Ok(series) => series,
-        Err(error) => return Ok(Err(error)),
-    };
+    let series = read_series(path, selection.column.as_deref())?;
     let table = Table::of_series(series.name, &series.unit, series.times, series.values);
     let rest = Selection {
         column: None,
         ..selection.clone()
     };
-    table.signal(&rest).map(Ok).map_err(failed)
+    Ok(table.signal(&rest).map_err(failed)?)
 }
 
 /// Read a signal from a file: WAV, text columns, .npy, .npz, or a recording.
@@ -117,7 +124,6 @@ pub fn read_signal_file<'py>(
         max_samples: None,
     };
     let signal = long_call(py, None, |_| read(&path, &selection))?;
-    let signal = signal.map_err(|error| raise(py, &error))?;
     fields(
         py,
         [

@@ -107,7 +107,7 @@ pub fn recurrence_plot<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let threshold = self::threshold(py, threshold, threshold_std, recurrence_rate, neighbours)?;
     let rule = rule(py, norm, threshold, theiler, false)?;
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     let plot = long_call(py, None, |_| {
         let vectors = DelayVectors::new(samples, lag, dimension)?;
@@ -202,7 +202,7 @@ pub fn rqa<'py>(
         base: base(py, rate_base)?,
         rate,
     };
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     let (measures, rule, states) = long_call(py, None, |_| quantification.of(samples))?;
     let more = [
@@ -265,7 +265,7 @@ pub fn rqa_windowed<'py>(
         rate,
     };
     let hop = hop.unwrap_or(window);
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     if window == 0 || hop == 0 || window > samples.len() {
         let message = format!("window, hop: give 1 to {} samples", samples.len());

@@ -43,7 +43,7 @@ pub fn analysed<'py, R: Serialize + Send>(
     signal: &SignalArray<'py>,
     work: impl FnOnce(&[f64]) -> Result<R, AnalysisError> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let samples = samples(signal);
+    let samples = samples(py, signal)?;
     let samples = &samples[..];
     let found = long_call(py, None, |_| work(samples))?;
     result(py, &found)
@@ -163,7 +163,7 @@ pub fn embed<'py>(
     lag: usize,
     dimension: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let vectors = library::DelayVectors::new(&samples(&signal), lag, dimension)
+    let vectors = library::DelayVectors::new(&samples(py, &signal)?, lag, dimension)
         .map(|vectors| vectors.len())
         .map_err(|error| raise(py, &error))?;
     let stride = signal.strides()[0];
@@ -212,7 +212,7 @@ pub fn poincare_section<'py>(
     let rate = positive(py, "rate", rate)?;
     let all = ["rising", "falling", "both"];
     let direction: Direction = choice(py, "direction", direction, &all)?;
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     let level = level.unwrap_or_else(|| library::mean(samples));
     let crossings = long_call(py, None, |_| {

@@ -48,7 +48,7 @@ pub fn spectrum<'py>(
     window: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (rate, window) = (positive(py, "rate", rate)?, self::window(py, window)?);
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     let (spectrum, lines) = long_call(py, None, |_| {
         let spectrum = SpectrumAnalyser::new(window, rate).analyse(samples)?;
@@ -96,7 +96,7 @@ pub fn spectrogram<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (rate, window) = (positive(py, "rate", rate)?, self::window(py, window)?);
     let hop = positive(py, "hop", hop.unwrap_or(0.25 * length as f64))?;
-    let samples = samples(&signal);
+    let samples = samples(py, &signal)?;
     let samples = &samples[..];
     if samples.len() < length {
         let have = samples.len();

@@ -1,6 +1,14 @@
+"""Files of modes that the tests write themselves, by the libraries of their formats where these can write.
+
+The modes of the file of Ansys are those of the example in its library, and CalculiX solves its own.
+"""
+
 import csv
+import importlib
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +20,8 @@ CENTRE = np.array([0.0, 0.0, 120.0])  # mm
 
 
 @pytest.fixture(scope="module")
-def patch(tmp_path_factory) -> dict:
-    path = tmp_path_factory.mktemp("patch") / "patch.npz"
-    command = [sys.executable, "-m", "squeakscope", "model", "torus-3deg", "--out", str(path)]
-    subprocess.run(command, check=True, capture_output=True)
-    return dict(np.load(path))
+def patch() -> dict:
+    return s.model("torus-3deg")
 
 
 @pytest.fixture(scope="module")
@@ -73,20 +78,14 @@ def check(found: modes.Modes, patch: dict) -> modes.PatchModes:
     return at_patch
 
 
+FRAME = {"length_unit": 1e-3, "centre": CENTRE}
+
+
 @pytest.mark.parametrize("nodes_set", [15, 2411])
 def test_modes_from_a_universal_file(tmp_path, mesh, patch, nodes_set: int) -> None:
     path = tmp_path / "body.unv"
     write_uff(path, mesh, nodes_set)
-    at_patch = check(modes.from_uff(path, length_unit=1e-3, centre=CENTRE), patch)
-    # The library accepts the file.
-    at_patch.save(tmp_path / "body.npz")
-    text = s.Scene.load("torus-3deg").text
-    kept = text[text.index("[load]") :]
-    body = f'[body]\nmodes = "{tmp_path / "body.npz"}"\n\n'
-    scene = tmp_path / "scene.toml"
-    lines = [line for line in kept.splitlines() if not line.startswith(("nodes", "quadrature"))]
-    scene.write_text(body + "\n".join(lines))
-    assert len(s.stability(scene)[0].modes) == 2
+    check(modes.from_uff(path, **FRAME), patch)
 
 
 def test_modes_from_tables(tmp_path, mesh, patch) -> None:
@@ -99,18 +98,222 @@ def test_modes_from_tables(tmp_path, mesh, patch) -> None:
         rows = csv.writer(file)
         rows.writerow(["frequency_hz", "node", "x", "y", "z"])
         for m, frequency in enumerate(frequencies):
-            rows.writerows([frequency, k, *shapes[k, :, m]] for k in range(len(nodes)))
-    check(modes.from_csv(tmp_path / "nodes.csv", tmp_path / "shapes.csv", length_unit=1e-3, centre=CENTRE), patch)
+            # The order of the nodes does not matter.
+            order = np.roll(range(len(nodes)), m)
+            rows.writerows([frequency, k, *shapes[k, :, m]] for k in order)
+    check(modes.from_csv(tmp_path / "nodes.csv", tmp_path / "shapes.csv", **FRAME), patch)
     (tmp_path / "bad.csv").write_text("node,x,y\n1,2,3\n")
     with pytest.raises(s.InputError, match="no column `z`"):
         modes.from_csv(tmp_path / "bad.csv", tmp_path / "shapes.csv")
 
 
+def test_modes_of_nastran(tmp_path, mesh, patch) -> None:
+    pytest.importorskip("pyNastran", reason="pyNastran is not installed (see the guide)")
+    geometry = importlib.import_module("pyNastran.op2.op2_geom")
+    from pyNastran.op2.tables.oug.oug_eigenvectors import RealEigenvectorArray
+
+    nodes, shapes, frequencies = mesh
+    numbers = np.arange(1, len(nodes) + 1)
+    squared = (2 * np.pi * frequencies) ** 2
+    model = geometry.OP2Geom(debug=None)
+    for number, place in zip(numbers, nodes, strict=True):
+        model.add_grid(int(number), place)
+    grids = np.stack([numbers, np.ones_like(numbers)], axis=1)
+    data = np.zeros((len(squared), len(nodes), 6), "float32")
+    data[:, :, :3] = np.moveaxis(shapes, 2, 0)
+    vectors = RealEigenvectorArray.add_modal_case(
+        "OUGV1", grids, data, 1, np.arange(1, len(squared) + 1), squared, frequencies
+    )
+    vectors.table_code = vectors.data_code["table_code"] = 7
+    model.eigenvectors[1] = vectors
+    model.write_op2(str(tmp_path / "body.op2"), post=-1, nastran_format="msc")
+    check(modes.from_nastran(tmp_path / "body.op2", **FRAME), patch)
+
+    bulk = importlib.import_module("pyNastran.bdf.bdf").BDF(debug=None)
+    for number, place in zip(numbers, nodes, strict=True):
+        bulk.add_grid(int(number), place)
+    bulk.write_bdf(str(tmp_path / "body.bdf"), size=16, is_double=True)
+    lines, count = [], 0
+
+    def punch(text: str) -> None:
+        nonlocal count
+        count += 1
+        lines.append(f"{text:<72}{count:8d}")
+
+    for m, value in enumerate(squared):
+        for text in ("$TITLE   = HIP", "$SUBTITLE=", "$LABEL   =", "$EIGENVECTOR", "$REAL OUTPUT", "$SUBCASE ID =           1"):
+            punch(text)
+        punch(f"$EIGENVALUE = {value:14.7E}  MODE = {m + 1:5d}")
+        for number, shape in zip(numbers, shapes[:, :, m], strict=True):
+            punch(f"{number:10d}       G" + "".join(f"{x:18.6E}" for x in shape))
+            punch("-CONT-            " + 3 * f"{0:18.6E}")
+    (tmp_path / "body.pch").write_text("\n".join(lines) + "\n")
+    check(modes.from_nastran(tmp_path / "body.pch", tmp_path / "body.bdf", **FRAME), patch)
+    with pytest.raises(s.InputError, match="give the bulk data"):
+        modes.from_nastran(tmp_path / "body.pch", **FRAME)
+    bulk.nodes[7].cd = 3
+    bulk.add_cord2r(3, [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
+    bulk.write_bdf(str(tmp_path / "turned.bdf"), size=16)
+    with pytest.raises(s.InputError, match="node 7 .* axes of their own"):
+        modes.from_nastran(tmp_path / "body.pch", tmp_path / "turned.bdf", **FRAME)
+
+
+def test_modes_of_ansys() -> None:
+    pytest.importorskip("ansys.mapdl.reader")
+    from ansys.mapdl.reader import examples
+
+    # A square beam, whose bending modes form pairs in perpendicular planes.
+    found = modes.from_ansys(examples.rstfile)
+    assert found.shapes.shape == (321, 3, 6)
+    assert found.frequencies_hz == pytest.approx([7366.495, 7366.495, 11504.895, 17285.705, 17285.705, 20137.190])
+    products = np.einsum("vim,vin->mn", found.shapes, found.shapes)
+    assert np.abs(products[[0, 3], [1, 4]]).max() < 1e-6 * products[0, 0]
+    assert products[0, 0] == pytest.approx(products[1, 1], rel=1e-6)
+    assert found.mass_kg is None
+
+
+def test_modes_of_a_report_of_abaqus(tmp_path, mesh, patch) -> None:
+    nodes, shapes, frequencies = mesh
+    path = tmp_path / "abaqus.csv"
+    with open(path, "w") as file:
+        file.write("ODB Name, Step, Frame, Part Instance Name, Node Label, X, Y, Z, U-Magnitude, U-U1, U-U2, U-U3 \n")
+        names = ["Increment      0: Base State"]
+        names += [
+            f"Mode         {m + 1}: Value = {(2 * np.pi * f) ** 2:11.5E} Freq = {f:9.3f}     (cycles/time)"
+            for m, f in enumerate(frequencies)
+        ]
+        for m, name in enumerate(names):
+            for k, place in enumerate(nodes):
+                shape = shapes[k, :, m - 1] if m else np.zeros(3)
+                numbers = ", ".join(f"{x:.8g}" for x in [*place, np.linalg.norm(shape), *shape])
+                file.write(f"C:/hip.odb, Step-1, {name}, PART-1-1, {k + 1}, {numbers}\n")
+    check(modes.from_abaqus(path, **FRAME), patch)
+    text = path.read_text()
+    path.write_text(text + text.partition("\n")[2].replace("PART-1-1", "PART-2-1"))
+    with pytest.raises(s.InputError, match="node 1 twice; export the nodes of one part"):
+        modes.from_abaqus(path, **FRAME)
+
+
 def test_a_mesh_elsewhere_is_refused(tmp_path, mesh, patch) -> None:
     path = tmp_path / "body.unv"
     write_uff(path, mesh, 15)
-    with pytest.raises(s.InputError, match="check length_unit and centre"):
+    with pytest.raises(s.InputError, match="check length_unit"):
         modes.from_uff(path, length_unit=1e-3).at_patch(patch)
+    with pytest.raises(s.InputError, match="and length_unit"):
+        modes.from_uff(path, centre=CENTRE).at_patch(patch)
+    with pytest.raises(s.InputError, match="check mass_unit"):
+        modes.from_uff(path, mass_unit=1e-5, **FRAME).at_patch(patch)
     write_uff(tmp_path / "massless.unv", mesh, 15, mass=0.0)
     with pytest.raises(s.InputError, match="no modal mass"):
         modes.from_uff(tmp_path / "massless.unv")
+
+
+def test_a_missing_library_is_named(monkeypatch, tmp_path) -> None:
+    for library in ("pyuff", "pyNastran.op2.op2_geom", "ansys.mapdl.reader"):
+        monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ModuleNotFoundError, match="pip install pyuff"):
+        modes.from_uff("hip.unv")
+    with pytest.raises(ModuleNotFoundError, match="pip install --no-deps pyNastran"):
+        modes.from_nastran("hip.op2")
+    with pytest.raises(ModuleNotFoundError, match="pip install ansys-mapdl-reader"):
+        modes.from_ansys("hip.rst")
+
+
+def from_arrays(tmp_path: Path, nodes, shapes, frequencies, **frame) -> modes.Modes:
+    head = "frequency_hz,node,x,y,z\n"
+    places = "".join(f"{k},{x!r},{y!r},{z!r}\n" for k, (x, y, z) in enumerate(nodes.tolist()))
+    (tmp_path / "nodes.csv").write_text("node,x,y,z\n" + places)
+    rows = (
+        f"{frequency!r},{k},{x!r},{y!r},{z!r}\n"
+        for frequency, shape in zip(frequencies.tolist(), np.moveaxis(shapes, 2, 0), strict=True)
+        for k, (x, y, z) in enumerate(shape.tolist())
+    )
+    (tmp_path / "shapes.csv").write_text(head + "".join(rows))
+    return modes.from_csv(tmp_path / "nodes.csv", tmp_path / "shapes.csv", **frame)
+
+
+def test_axes_and_units_of_the_file(tmp_path, mesh, patch) -> None:
+    nodes, shapes, frequencies = mesh
+    # The axis of the body is y in the file, and the shapes are those of masses in tonnes.
+    axes = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    turned = np.einsum("ji,vjm->vim", axes, shapes) * np.sqrt(1e3)
+    found = from_arrays(
+        tmp_path, nodes @ axes, turned, frequencies, length_unit=1e-3, mass_unit=1e3, centre=CENTRE @ axes, axes=axes
+    )
+    check(found, patch)
+    with pytest.raises(s.InputError, match="right-handed"):
+        modes.from_csv(tmp_path / "nodes.csv", tmp_path / "shapes.csv", axes=-np.eye(3))
+
+
+def test_rigid_body_modes_give_the_mass(tmp_path) -> None:
+    rng = np.random.default_rng(2)
+    nodes = rng.uniform(-0.1, 0.1, (40, 3))
+    mass, centre, inertia = 0.4, np.array([0.01, 0.02, 0.03]), np.diag([1e-3, 2e-3, 2.5e-3])
+    arm = nodes - centre
+    rigid = [np.tile(axis, (40, 1)) / np.sqrt(mass) for axis in np.eye(3)]
+    rigid += [np.cross(axis, arm) / np.sqrt(axis @ inertia @ axis) for axis in np.eye(3)]
+    # Modes of equal frequency are any orthogonal combination.
+    turn = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    shapes = np.concatenate([np.stack(rigid, axis=2) @ turn, rng.normal(size=(40, 3, 1))], axis=2)
+    frequencies = np.array([1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 3000.0])
+    assert from_arrays(tmp_path, nodes, shapes, frequencies).mass_kg == pytest.approx(mass, rel=1e-9)
+    # Each mode scaled to the largest displacement 1.
+    scaled = shapes / np.abs(shapes).max(axis=(0, 1))
+    with pytest.raises(s.InputError, match="not mass-normalised"):
+        from_arrays(tmp_path, nodes, scaled, frequencies)
+
+
+def test_the_patch_moves_over_the_surface_and_not_beyond(tmp_path, mesh) -> None:
+    nodes, shapes, frequencies = mesh
+    top = nodes[:, 2] - CENTRE[2] > 0.64 * np.linalg.norm(nodes - CENTRE, axis=1)
+    found = from_arrays(tmp_path, nodes[top], shapes[top], frequencies, **FRAME)
+    scene = s.Scene.load("torus-3deg").replace(**{"load.load_n": 300})
+    with pytest.raises(s.InputError, match=r"tilt of 80 degrees; .* covers tilts from -\d+ to \d+ degrees") as refusal:
+        found.at_patch(scene.replace(**{"load.tilt_deg": 80}))
+    low, high = (int(word) for word in str(refusal.value).split("tilts from ")[1].split(" degrees")[0].split(" to "))
+    # The surface ends 50 degrees from the axis, and the patch has a half-width of several degrees.
+    assert -45 < low < -35 and 35 < high < 45
+    for tilt in (low, high):
+        moved = scene.replace(**{"load.tilt_deg": tilt})
+        at_patch = found.at_patch(moved)
+        expected = shapes_at(s.model(moved)["positions"])[:, :, 1:]
+        # Nodes lie on all sides, but more of them on one.
+        assert np.abs(at_patch.arrays["shapes"] - expected).max() < 1e-2
+    for tilt in (low - 1, high + 1):
+        with pytest.raises(s.InputError, match="does not extend"):
+            found.at_patch(scene.replace(**{"load.tilt_deg": tilt}))
+
+
+def test_a_scene_ready_to_run(tmp_path, mesh) -> None:
+    found = from_arrays(tmp_path, *mesh, **FRAME)
+    scene = s.Scene.load("torus-3deg").replace(**{"load.azimuth_deg": 40})
+    at_patch = found.at_patch(scene)
+    at_patch.save(tmp_path / "body.toml")
+    ready = s.Scene.load(tmp_path / "body.toml")
+    assert ready["load.azimuth_deg"] == 40
+    assert ready["contact.stiffness_factor"] == 2.75
+    # The contact is that of the scene: its factor acts once.
+    assert s.model(ready)["stiffness"] == pytest.approx(s.model(scene)["stiffness"], rel=1e-12)
+    assert len(s.stability(ready)[0].modes) == 2
+    command = [sys.executable, "-m", "squeakscope", "run", "body.toml", "--duration", "10", "--save", "body.rrd"]
+    subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
+    with pytest.raises(s.InputError, match=r"\.npz or \.toml"):
+        at_patch.save(tmp_path / "body.txt")
+    with pytest.raises(s.InputError, match="without a scene"):
+        found.at_patch(s.model(scene)).save(tmp_path / "body.toml")
+
+
+def test_modes_of_calculix(tmp_path) -> None:
+    pytest.importorskip("skfem")
+    if shutil.which("ccx") is None:
+        pytest.skip("ccx is not installed (apt install calculix-ccx)")
+    folder = Path(__file__).parents[2] / "examples/own_modes"
+    for script, *words in (["calculix.py", "hip.inp"], ["from_calculix.py", "hip.frd", "hip.toml"]):
+        subprocess.run([sys.executable, folder / script, *words], check=True, capture_output=True, cwd=tmp_path)
+    found = modes.from_calculix(tmp_path / "hip.frd", length_unit=1e-3, mass_unit=1e3, centre=(0, 0, 120))
+    # The same body of scikit-fem, with other elements on the same mesh.
+    other = np.load(folder / "hip.npz")["frequencies_hz"]
+    assert found.frequencies_hz == pytest.approx(other, rel=2e-3)
+    mine, theirs = (max(s.stability(path)[0].modes, key=lambda mode: mode.growth_per_s) for path in (tmp_path / "hip.toml", folder / "hip.toml"))
+    assert mine.frequency_hz == pytest.approx(theirs.frequency_hz, rel=2e-3)
+    assert mine.growth_per_s == pytest.approx(theirs.growth_per_s, rel=0.1)

@@ -32,6 +32,12 @@ def test_fields_are_attributes_that_cannot_be_changed() -> None:
         result.absent
 
 
+def test_a_long_result_has_a_short_text() -> None:
+    event = {"frequency_hz": 1.0, "ridge": [{"time_s": float(k)} for k in range(1000)]}
+    shown = repr(s.Result({"events": [event, event], "pairs": [[1.0] * 9, [2.0] * 9], "name": "x"}))
+    assert shown == "Result(events=[2 results], pairs=[[9 values], [9 values]], name='x')"
+
+
 def test_results_show_themselves_in_a_notebook() -> None:
     result = s.Result(FIELDS)
     assert "<th>name</th>" in result._repr_html_()

@@ -136,3 +136,13 @@ def test_complete_analysis() -> None:
     assert found.spectrum.lines[0].frequency_hz == pytest.approx(1234, abs=0.01)
     with pytest.raises(s.InputError, match="too few"):
         s.analyse(tone(1234.0, 100), RATE)
+
+
+def test_samples_that_are_not_numbers_are_refused(lorenz) -> None:
+    for wrong in (np.nan, np.inf):
+        gap = np.array(lorenz[:2000])
+        gap[7] = wrong
+        with pytest.raises(s.InputError, match="sample 7 is"):
+            s.rqa(gap)
+        with pytest.raises(s.InputError, match="sample 7 is"):
+            s.spectrum(gap, 1.0)

@@ -1,10 +1,10 @@
 //! Printing of results, warnings and errors.
 
-use std::fmt::Write as _;
 use std::io::{self, Write as _};
 
 use super::error::CliError;
 use super::output::OutputError;
+use crate::chain_of_causes;
 use crate::escape;
 use crate::scene::{FixedAt, Parameter, Scene, SceneError, SceneWarning};
 use anstyle::{AnsiColor, Style};
@@ -80,13 +80,7 @@ pub fn print_held(held: FixedAt) {
 
 /// Prints an error with its causes to the standard error, on one line.
 pub fn print_error(error: &CliError) {
-    let mut message = error.to_string();
-    let mut cause = std::error::Error::source(error);
-    while let Some(error) = cause {
-        let _ = write!(message, ": {error}");
-        cause = error.source();
-    }
-    print_message(&format!("{BAD}error:{BAD:#}"), &message);
+    print_message(&format!("{BAD}error:{BAD:#}"), &chain_of_causes(error));
 }
 
 /// Prints a message to the standard error on one line. A failure to print it, such as on a full disk, is

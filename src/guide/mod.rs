@@ -27,8 +27,8 @@
 //!
 //! * [Choose the accuracy](how_to::choose_accuracy): the cheapest integrator for a given error.
 //! * [Use only the effects that a scene needs](how_to::effects), and see the cost of each.
-//! * [Use modes from another finite-element program](how_to::own_modes).
-//! * [Run a sweep on many machines](how_to::many_machines), with a Slurm job array.
+//! * [Use modes from another finite-element program](how_to::own_modes): Nastran, Abaqus, Ansys, CalculiX, UFF.
+//! * [Run a sweep on many machines](how_to::many_machines), as a Slurm job array or with Dask.
 //! * [Control a live run in a classroom](how_to::classroom).
 //!
 //! Use the results:

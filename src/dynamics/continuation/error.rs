@@ -73,16 +73,3 @@ pub enum ContinuationError {
         why: &'static str,
     },
 }
-
-impl ContinuationError {
-    /// The message with its causes.
-    pub(super) fn with_sources(&self) -> String {
-        let mut message = self.to_string();
-        let mut source = std::error::Error::source(self);
-        while let Some(cause) = source {
-            message = format!("{message}: {cause}");
-            source = cause.source();
-        }
-        message
-    }
-}

@@ -13,6 +13,7 @@ use super::{
     Bifurcation, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions, Family,
     OrbitBranch, PeriodicOrbit,
 };
+use crate::chain_of_causes;
 
 /// Receives the parts of a branch as they are computed; returns `false` to stop.
 pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
@@ -179,7 +180,7 @@ impl<'a, 'f> Course<'a, 'f> {
                     if self.control.shorten() {
                         continue;
                     }
-                    break self.end_of_failure(&error.with_sources());
+                    break self.end_of_failure(&chain_of_causes(&error));
                 }
             };
             if let Some(objection) = self.objection(&prediction, &next) {

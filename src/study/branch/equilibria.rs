@@ -7,9 +7,9 @@ use super::at::At;
 use super::hopf::{Bracket, SteadyBifurcation, locate};
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, Tracks};
+use crate::chain_of_causes;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
-use crate::study::sweep::chain_of_causes;
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
 const MIN_CORRELATION: f64 = 0.8;

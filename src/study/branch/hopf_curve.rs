@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::BranchError;
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::most_alike;
+use crate::chain_of_causes;
 use crate::dynamics::equilibrium::{Eigenmode, eigenvalue_derivative};
-use crate::study::sweep::chain_of_causes;
 
 /// First, smallest and largest step along the curve, as a fraction of the intervals.
 const STEPS: [f64; 3] = [0.01, 1e-5, 0.03];

@@ -6,6 +6,7 @@ use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
 use super::scene_family::SceneFamily;
 use crate::analysis::Regime;
+use crate::chain_of_causes;
 use crate::dynamics::continuation::{
     BifurcationKind, BranchEnd, BranchStart, BranchUpdate, ContinuationOptions, Criticality,
     Family, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
@@ -13,7 +14,7 @@ use crate::dynamics::continuation::{
 };
 use crate::scene::SystemSpec;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
-use crate::study::sweep::{SweepPoint, chain_of_causes};
+use crate::study::sweep::SweepPoint;
 
 /// Amplitude of the first orbit at a Hopf point relative to that at which the sliding speed reverses, or 1 um for a
 /// system without sliding.

@@ -23,7 +23,7 @@ use rand::RngExt;
 use super::paper::{Evidence, Finding, Score, Verdict, compare, fitness};
 use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
 use super::response::{InitialState, ResponsePlan, SettledResponse, response};
-use super::sweep::chain_of_causes;
+use crate::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::scene::{Parameter, Scene};
 use cma::Cma;

@@ -4,6 +4,7 @@ use super::baseline::{Baseline, timed};
 use super::samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
 use super::{CostError, CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
 use crate::analysis::{DelayVectors, RateBase, deviation, quantify};
+use crate::chain_of_causes;
 use crate::dynamics::{DynamicsError, Exponent};
 use crate::pipeline::prepare_reusing_body;
 use crate::study::OnProgress;
@@ -11,7 +12,6 @@ use crate::study::pool::PollTimer;
 use crate::study::response::{
     InitialState, ResponseError, ResponsePlan, SettledResponse, response,
 };
-use crate::study::sweep::chain_of_causes;
 
 /// Tolerances of the invariants, `10^-k`; tolerances of the reference and of a second run that gives its
 /// error.

@@ -2,6 +2,7 @@
 
 use super::baseline::{Baseline, timed};
 use super::{CostError, CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
+use crate::chain_of_causes;
 use crate::dynamics::MethodName;
 use crate::dynamics::SolverStats;
 use crate::joint::{BallJoint, Quadrature};
@@ -151,7 +152,7 @@ impl Baseline<'_> {
             };
             let (ball, stats) = (&mut self.ball, &mut stats);
             integrate(scene, &self.state, self.horizon, ball, stats, on)
-                .map_err(|error| chain(&*error))
+                .map_err(|error| chain_of_causes(&*error))
         });
         if stopped {
             return None;
@@ -173,11 +174,6 @@ impl Baseline<'_> {
             },
         })
     }
-}
-
-/// An error and its sources on one line.
-fn chain(error: &dyn std::error::Error) -> String {
-    crate::study::sweep::chain_of_causes(error)
 }
 
 /// Methods and their tolerances or steps.

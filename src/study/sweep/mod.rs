@@ -21,6 +21,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
 use super::response::{InitialState, ResponseError, SettledResponse, response};
+use crate::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::scene::SceneError;
 #[cfg(feature = "table")]
@@ -200,11 +201,4 @@ enum PointError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     SettledResponse(#[from] ResponseError),
-}
-
-/// An error and its sources on one line.
-pub(super) fn chain_of_causes(error: &dyn std::error::Error) -> String {
-    let causes = std::iter::successors(Some(error), |error| error.source());
-    let causes: Vec<String> = causes.map(ToString::to_string).collect();
-    causes.join(": ")
 }

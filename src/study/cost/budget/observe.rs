@@ -2,13 +2,13 @@
 
 use super::quantity::Quantity;
 use crate::analysis::Regime;
+use crate::chain_of_causes;
 use crate::joint::BallJoint;
 use crate::pipeline::prepare_reusing_body;
 use crate::scene::Scene;
 use crate::study::cost::baseline::CostError;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
 use crate::study::stability;
-use crate::study::sweep::chain_of_causes;
 
 /// Steps and range of the search for the border, deg; accuracy of its bisection, deg.
 const BORDER_STEP: f64 = 0.25;

@@ -1,0 +1,197 @@
+"""Readers of modes in text files."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from .._errors import InputError
+from ._modes import Frame, Modes
+
+_Path = str | PathLike[str]
+
+
+def from_csv(nodes: _Path, shapes: _Path, **frame: Any) -> Modes:
+    """Read modes from a pair of tables, which any program can write.
+
+    Parameters
+    ----------
+    nodes : str or os.PathLike
+        Table with the columns ``node, x, y, z``.
+    shapes : str or os.PathLike
+        Table with the columns ``frequency_hz, node, x, y, z``: mass-normalised shapes, a row for each mode and node;
+        the rows of a mode follow each other.
+    **frame
+        Units and axes, as for :class:`Frame`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        If a column, a node or a row is missing.
+    """
+    places = {int(row[0]): row[1:] for row in _numbers(nodes, ("node", "x", "y", "z"))}
+    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    for frequency, node, *vector in _numbers(shapes, ("frequency_hz", "node", "x", "y", "z")):
+        # Modes of equal frequency follow each other: the second begins with the first node again.
+        if not modes or modes[-1][0] != frequency or modes[-1][1][0] == node:
+            modes.append((frequency, [], []))
+        modes[-1][1].append(int(node))
+        modes[-1][2].append(vector)
+    return Modes._of(shapes, places, modes, Frame(**frame))
+
+
+def _rows(path: _Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+    """Number and columns of each row of a table, whose header may have other columns and spaces."""
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        reader = csv.reader(file, skipinitialspace=True)
+        names = [name.strip() for name in next(reader, [])]
+        missing = [name for name in columns if name not in names]
+        if missing:
+            raise InputError(f"`{path}` has no column `{missing[0]}`; it needs {', '.join(columns)}")
+        places = [names.index(name) for name in columns]
+        for row in reader:
+            if row:
+                yield reader.line_num, [row[place] if place < len(row) else "" for place in places]
+
+
+def _numbers(path: _Path, columns: tuple[str, ...]) -> Iterator[list[float]]:
+    for line, row in _rows(path, columns):
+        try:
+            yield [float(word) for word in row]
+        except ValueError as error:
+            raise InputError(f"`{path}`:{line}: {error}; give numbers") from None
+
+
+_FREQUENCY = re.compile(r"Freq\s*=\s*([-+.\dEe]+)")
+
+
+def from_abaqus(path: _Path, **frame: Any) -> Modes:
+    """Read modes from the CSV report of an Abaqus output database.
+
+    In Abaqus/Viewer: Report > Field output with the variable U (at unique nodal positions) of all frames of the
+    frequency step, format CSV; or ``session.writeFieldReport`` with ``COMMA_SEPARATED_VALUES``. The step needs
+    ``*FREQUENCY, NORMALIZATION=MASS``.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The report, with the columns ``Frame, Node Label, X, Y, Z, U-U1, U-U2, U-U3``.
+    **frame
+        Units and axes, as for :class:`Frame`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        If the report lacks a column, or a frame has no frequency.
+    """
+    columns = ("Frame", "Node Label", "X", "Y", "Z", "U-U1", "U-U2", "U-U3")
+    places: dict[int, list[float]] = {}
+    modes: dict[str, tuple[float, list[int], list[list[float]]]] = {}
+    for line, (name, *words) in _rows(path, columns):
+        found = _FREQUENCY.search(name)
+        if found is None:
+            # The frame of the undeformed body comes first.
+            if "Mode" in name:
+                raise InputError(f"`{path}`:{line}: the frame `{name}` has no `Freq =`; report a frequency step")
+            continue
+        try:
+            frequency, (node, *numbers) = float(found[1]), [float(word) for word in words]
+        except ValueError as error:
+            raise InputError(f"`{path}`:{line}: {error}; give numbers") from None
+        places[int(node)] = numbers[:3]
+        mode = modes.setdefault(name, (frequency, [], []))
+        mode[1].append(int(node))
+        mode[2].append(numbers[3:])
+    return Modes._of(path, places, list(modes.values()), Frame(**frame))
+
+
+def from_calculix(path: _Path, **frame: Any) -> Modes:
+    """Read modes from a result file of CalculiX (.frd) of a ``*FREQUENCY`` step with ``*NODE FILE`` and ``U``.
+
+    CalculiX normalises the shapes to unit modal mass.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file, in text form.
+    **frame
+        Units and axes, as for :class:`Frame`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        If the file lacks nodes or modes, or is binary.
+    """
+    places: dict[int, list[float]] = {}
+    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    block, is_mode, frequency = "", False, 0.0
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            key = line[: 6 if line.startswith("  ") else 3].strip()
+            if key in ("2C", "100C"):
+                if line[73:75].strip() not in ("0", "1"):
+                    raise InputError(f"`{path}`:{number}: the file is binary; write it in text form (*NODE FILE)")
+                block = key
+                width = 5 if line[73:75].strip() == "0" else 10
+                # The kind of analysis is 2 for modes.
+                frequency, is_mode = (float(line[12:24]), line[57:58] == "2") if key != "2C" else (0.0, False)
+            elif key == "-4" and is_mode and line[5:13].strip() == "DISP":
+                modes.append((frequency, [], []))
+                block = "DISP"
+            elif key == "-3":
+                block = ""
+            elif key == "-1" and block in ("2C", "DISP"):
+                try:
+                    node = int(line[3 : 3 + width])
+                    vector = [float(line[3 + width + 12 * k :][:12]) for k in range(3)]
+                except ValueError:
+                    raise InputError(f"`{path}`:{number}: give a node and three numbers of 12 columns") from None
+                if block == "2C":
+                    places[node] = vector
+                else:
+                    modes[-1][1].append(node)
+                    modes[-1][2].append(vector)
+    return Modes._of(path, places, modes, Frame(**frame))
+
+
+def punch_modes(path: _Path) -> list[tuple[float, list[int], list[list[float]]]]:
+    """Modes of a punch file of Nastran."""
+    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    reads = False
+    with open(path, encoding="utf-8", errors="replace") as file:
+        for number, line in enumerate(file, 1):
+            # Columns 73 to 80 number the lines.
+            line = line.rstrip("\n")[:72]
+            if line.startswith("$EIGENVECTOR"):
+                reads = True
+            elif line.startswith("$EIGENVALUE =") and reads:
+                squared = float(line.split("=")[1].split()[0])
+                modes.append((float(np.sqrt(max(squared, 0.0))) / (2 * np.pi), [], []))
+            elif line.startswith("$TITLE"):
+                # The head of the next result.
+                reads = False
+            elif reads and modes and not line.startswith(("$", "-CONT-")):
+                try:
+                    node, vector = int(line[:10]), [float(line[18 + 18 * k :][:18]) for k in range(3)]
+                except ValueError:
+                    raise InputError(f"`{path}`:{number}: give a node and three numbers of 18 columns") from None
+                modes[-1][1].append(node)
+                modes[-1][2].append(vector)
+    return modes
