@@ -178,6 +178,12 @@ impl Branch {
         intervals
     }
 
+    /// Whether the equilibria on one side of a value of the parameter, or next to it, have no unstable mode.
+    pub fn slides_stably_beside(&self, value: f64) -> bool {
+        let mut intervals = self.unstable_intervals().into_iter();
+        intervals.any(|([from, to], count)| count == 0 && (from..=to).contains(&value))
+    }
+
     /// The bifurcations of the equilibria.
     pub fn steady_bifurcations(&self) -> impl Iterator<Item = &SteadyBifurcation> {
         self.bifurcations.iter().filter_map(|found| match found {
