@@ -20,7 +20,8 @@ use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
 use crate::study::branch::{
     Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, OrbitStarts,
-    TiltDiagram, add_orbits, equilibria, portraits, settled_responses, stability_map, write_branch,
+    TiltDiagram, add_orbits, add_tori, equilibria, portraits, settled_responses, stability_map,
+    write_branch,
 };
 use crate::study::sweep::{SweepPlan, SweepPoint, TableError, read_table};
 use crate::study::threads;
@@ -167,6 +168,9 @@ fn compute(
         interrupt::should_continue(stop)
     };
     add_orbits(plan, starts, &mut result, &mut watch).map_err(failed)?;
+    if let Some(count) = args.tori {
+        add_tori(plan, count, &mut result, &mut watch);
+    }
     Ok(result)
 }
 
@@ -218,6 +222,7 @@ fn map(
         ("--diagram", args.diagram.is_some()),
         ("--sweep", args.sweep.is_some()),
         ("--start", args.start.is_some()),
+        ("--tori", args.tori.is_some()),
     ];
     if let Some((option, _)) = of_one.into_iter().find(|(_, given)| *given) {
         return Err(CliError::OneParameter { option });

@@ -8,7 +8,7 @@ use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
 use crate::escape;
 use crate::number::{fixed, short};
 use crate::study::branch::{
-    Branch, OrbitBifurcation, OrbitPoint, StabilityMap, SteadyBifurcation, TorusCurvePoint,
+    Branch, OrbitBifurcation, OrbitPoint, StabilityMap, SteadyBifurcation, Torus, TorusCurvePoint,
 };
 use crate::table::Table;
 
@@ -44,6 +44,9 @@ pub(super) fn branch(scene: &str, branch: &Branch) -> String {
     let found: Vec<_> = branch.orbit_bifurcations().collect();
     if !found.is_empty() {
         let _ = writeln!(text, "{}", bifurcation_table(branch, &found).text());
+    }
+    for torus in &branch.tori {
+        text += &self::torus(branch, torus);
     }
     for reason in &branch.ended {
         let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
@@ -171,6 +174,55 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
         ]);
     }
     table
+}
+
+/// A torus from its birth on, one row per value, and its tongues.
+fn torus(branch: &Branch, torus: &Torus) -> String {
+    let mut table = Table::default()
+        .right(branch.name())
+        .left("motion")
+        .right("first tone, Hz")
+        .right("second tone, Hz")
+        .right("side line")
+        .right("rotation number")
+        .right("+-");
+    for point in &torus.points {
+        let [p, q] = point.locking.unwrap_or_default();
+        table.row([
+            format!("{:.6}", point.at.value),
+            match point.locking {
+                Some(_) => format!("{} {p}:{q}", point.kind),
+                None => point.kind.to_string(),
+            },
+            format!("{:.4}", point.first_hz),
+            fixed(point.second_hz, 4),
+            format!("{:.2e}", point.side_line),
+            point
+                .rotation_number
+                .map_or_else(String::new, |rotation| format!("{rotation:.8}")),
+            point
+                .rotation_number_error
+                .map_or_else(String::new, |error| format!("{error:.0e}")),
+        ]);
+    }
+    let mut text = format!(
+        "\n  torus of branch {}, born at {:.7}\n{}",
+        torus.branch,
+        torus.born,
+        table.text()
+    );
+    for tongue in &torus.tongues {
+        let [p, q] = tongue.locking;
+        let [low, high] = tongue
+            .borders
+            .map(|border| border.map_or_else(|| "?".to_owned(), |border| format!("{border:.7}")));
+        let _ = writeln!(text, "  phase-locked {p}:{q} from {low} to {high}");
+    }
+    if let Some(reason) = &torus.ended {
+        let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
+    }
+    text.push('\n');
+    text
 }
 
 /// The range of the normal form of a Hopf point with kinks, as a sentence.

@@ -186,7 +186,12 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
     layers.extend(curves(map));
     layers.extend(labels(map));
     let panel = |title: &str, layers| Panel::new(title, axes[0].clone(), axes[1].clone(), layers);
-    let title = format!("number of unstable modes (at most {most}); curves: Hopf points");
+    let curves_are = if map.curves.is_empty() {
+        ""
+    } else {
+        "; curves: Hopf points"
+    };
+    let title = format!("number of unstable modes (at most {most}){curves_are}");
     let mut panels = vec![panel(&title, layers)];
     let growths = map
         .grid

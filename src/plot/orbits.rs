@@ -8,7 +8,7 @@ use super::figure::{Figure, Layer, Marker, Panel};
 use super::unit::Unit;
 use crate::analysis::Regime;
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint};
+use crate::study::branch::{Branch, OrbitBifurcation, OrbitPoint, TorusKind};
 use crate::study::sweep::SweepPoint;
 
 /// Height of a row of panels, mm.
@@ -64,13 +64,67 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
     layers.push(rings(branch, &frequency));
     let lower = Panel::new(
         "frequency of the periodic orbits",
-        x,
+        x.clone(),
         Axis::with_margin("frequency, kHz", frequencies),
         layers,
     );
     let title = format!("{scene}: branches of periodic orbits");
-    let rows = vec![vec![upper], vec![lower]];
-    Figure::new("branch", title, 2.0 * ROW_MM, rows)
+    let mut rows = vec![vec![upper], vec![lower]];
+    rows.extend(rotation_panel(branch, x).map(|panel| vec![panel]));
+    let height = rows.len() as f64 * ROW_MM;
+    Figure::new("branch", title, height, rows)
+}
+
+/// The rotation numbers of the tori: dots in the colour of the motion, bars where they are phase-locked. `None` without a
+/// torus that was followed.
+fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
+    let points = || branch.tori.iter().flat_map(|torus| &torus.points);
+    let rotations = points().filter_map(|point| point.rotation_number);
+    let y = Axis::with_margin("rotation number", rotations);
+    points().next()?;
+    let births = branch.tori.iter().filter_map(|torus| {
+        let mut found = branch.orbit_bifurcations();
+        let born =
+            found.find(|found| found.branch == torus.branch && found.at.value == torus.born)?;
+        Some([torus.born, born.bifurcation.rotation_number?])
+    });
+    let mut layers = vec![
+        Layer::points(births.collect(), 2.4, Color::Accent)
+            .with_marker(Marker::Ring)
+            .with_label("birth")
+            .with_id("births"),
+    ];
+    let kinds = [
+        (TorusKind::Torus, Color::Regime(Regime::QuasiPeriodic)),
+        (TorusKind::Doubled, Color::Series(4)),
+        (TorusKind::Locked, Color::Regime(Regime::Periodic)),
+        (TorusKind::Irregular, Color::Regime(Regime::Chaotic)),
+    ];
+    for (kind, color) in kinds {
+        let own = points().filter(|point| point.kind == kind);
+        let places = own.filter_map(|point| Some([point.at.value, point.rotation_number?]));
+        let layer = Layer::points(places.collect(), 1.5, color)
+            .with_label(kind.to_string())
+            .with_id(kind.to_string());
+        layers.extend(Some(layer).filter(Layer::has_points));
+    }
+    let tongues = branch.tori.iter().flat_map(|torus| &torus.tongues);
+    let bars = tongues.filter_map(|tongue| {
+        let [p, q] = tongue.locking.map(f64::from);
+        let [low, high] = tongue.borders;
+        Some(vec![[low?, p / q], [high?, p / q]])
+    });
+    layers.push(
+        Layer::lines(bars.collect(), Color::Regime(Regime::Periodic))
+            .with_line_width(1.6)
+            .with_id("tongues"),
+    );
+    Some(Panel::new(
+        "rotation number of the tori; bars: phase-locked",
+        x,
+        y,
+        layers,
+    ))
 }
 
 /// The figure `multipliers`: the Floquet multipliers of all orbits in the complex plane, and the largest magnitudes over

@@ -191,6 +191,9 @@ pub fn picture_title(picture: &PredictedCurves) -> &'static str {
         CurveQuantity::GrowthByTilt => {
             "Computed growth rate of the fastest mode over the tilt; dots: zero"
         }
+        CurveQuantity::SecondToneByTilt => {
+            "Computed growth rate of the second tone over the tilt; dot: Neimark-Sacker point"
+        }
         CurveQuantity::Flutter => {
             "Computed frequencies and growth rate of two coupled modes; dots: this run"
         }
@@ -211,7 +214,9 @@ fn picture_panel(picture: &PredictedCurves) -> Panel {
             ["sliding speed, mm/s", "coefficient of friction"]
         }
         CurveQuantity::SlopeByFrequency => ["frequency, Hz", "slope, s/m"],
-        CurveQuantity::GrowthByTilt => ["tilt, deg", "growth rate, 1/s"],
+        CurveQuantity::GrowthByTilt | CurveQuantity::SecondToneByTilt => {
+            ["tilt, deg", "growth rate, 1/s"]
+        }
         CurveQuantity::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
     };
     let names: &[&str] = match (picture.subject, picture.curves.len()) {
@@ -220,6 +225,7 @@ fn picture_panel(picture: &PredictedCurves) -> Panel {
         (CurveQuantity::MeasuredFriction, _) => &["curve through the points"],
         (CurveQuantity::SlopeByFrequency, _) => &["with the state", "in steady sliding"],
         (CurveQuantity::GrowthByTilt, _) => &["rising tilt", "falling tilt"],
+        (CurveQuantity::SecondToneByTilt, _) => &["by Floquet multipliers"],
         (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
     };
     let curves = (0..).zip(&picture.curves).zip(names);
@@ -297,6 +303,7 @@ mod tests {
             }
             Mechanism::Hysteresis => &[paths::HYSTERESIS_UP, paths::HYSTERESIS_NOW],
             Mechanism::Torus => &[paths::SPECTRUM_PEAKS, paths::SECTION_POINTS],
+            Mechanism::TorusBirth => &[paths::SPECTRUM_PEAKS, paths::LESSON_COMPUTED_CURVES],
             Mechanism::Chaos => &[paths::DIVERGENCE_DISTANCE, paths::REFERENCE_TRAIL],
         }
     }

@@ -33,6 +33,8 @@ pub enum Mechanism {
     Hysteresis,
     /// Two incommensurate frequencies and their combination frequencies.
     Torus,
+    /// A periodic motion becomes a torus when a pair of its Floquet multipliers leaves the unit circle.
+    TorusBirth,
     /// A perturbed trajectory diverges exponentially from the original.
     Chaos,
     /// Elastic bristles bend before the contact slides, and reduce the slope of friction for fast oscillations.

@@ -25,7 +25,7 @@ use crate::dynamics::{Motion, Sign};
 use crate::number::{quantity, with_error};
 use crate::pipeline::message::{
     Exponents, FrictionMemory, FrictionReading, Header, Lesson, Measurements, MechanismPrediction,
-    MotionSegment, Observation, Regime, Subject,
+    MotionSegment, Observation, Regime, Subject, TorusBirth,
 };
 use crate::scene::Mechanism;
 use template::{fill, lesson_name};
@@ -178,6 +178,7 @@ fn lesson_values(lesson: &Lesson) -> Value {
         measured => Serde(measured),
         readings => readings.map(reading).collect::<Vec<_>>(),
         fastest => computed.fastest(),
+        birth => computed.torus.as_ref().and_then(TorusBirth::birth).map(Serde),
         memory_fastest => memory.and_then(FrictionMemory::fastest),
         memory_unstable => memory.map(FrictionMemory::unstable_count),
         unstable => Serde(computed.unstable()),

@@ -44,6 +44,7 @@ const TEMPLATES: &[(&str, &str)] = templates![
     "lesson/which-mode-wins",
     "lesson/hysteresis",
     "lesson/torus",
+    "lesson/torus-birth",
     "lesson/chaos",
     "lesson/prediction",
     "lesson/bristles",
@@ -82,8 +83,9 @@ fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("per_second", |x: Value| {
         words(&x, |x| format!("{} per s", plain(x)))
     });
-    environment.add_filter("degrees", |x: Value| {
-        words(&x, |x| format!("{:.1}°", x.to_degrees()))
+    environment.add_filter("degrees", |x: Value, digits: Option<usize>| {
+        let digits = digits.unwrap_or(1);
+        words(&x, |x| format!("{:.digits$}°", x.to_degrees()))
     });
     environment.add_filter("tenths", tenths);
     environment.add_filter("decimals", |x: Value, digits: usize| {

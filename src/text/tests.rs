@@ -7,9 +7,9 @@ use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
 use crate::pipeline::message::{
     AnalysisKind, Appearance, Coupling, DivergenceFit, FrictionMemory, Growth, Kick, Measurements,
-    MechanismPrediction, NodeShares, OperatingPoint, SmallFrequency, SpectralLine, SqueakPass,
-    StatusShares, TableReading, TiltDirection, TiltLoop, TiltedTone, ToneChange,
-    TrajectoryDivergence, UnstablePass, Vibration,
+    MechanismPrediction, NodeShares, OperatingPoint, SecondToneGrowth, SecondToneLevel,
+    SmallFrequency, SpectralLine, SqueakPass, StatusShares, TableReading, TiltDirection, TiltLoop,
+    TiltedTone, ToneChange, ToneGrowth, TorusBirth, TrajectoryDivergence, UnstablePass, Vibration,
 };
 use crate::pipeline::synthetic_header as header;
 use crate::scene::Start;
@@ -237,7 +237,29 @@ fn computed(mechanism: Mechanism) -> MechanismPrediction {
             unstable: Some([-0.12, 0.12]),
             largest_growth_per_s: 700.0,
         }]),
+        torus: Some(TorusBirth {
+            tilt: 0.04,
+            course: [0.0, 0.1]
+                .map(|tilt| SecondToneGrowth {
+                    tilt,
+                    frequency_hz: 4110.0,
+                    second_hz: 240.0,
+                    growth_per_s: 2e3 * (tilt - 0.04),
+                })
+                .into(),
+        }),
         picture: None,
+    }
+}
+
+fn tone_growth(rate: f64) -> ToneGrowth {
+    ToneGrowth {
+        tilts: [0.01, 0.02],
+        growth: Growth {
+            rate,
+            half_width: 0.2,
+        },
+        computed_per_s: 1.002 * rate,
     }
 }
 
@@ -312,6 +334,11 @@ fn measured() -> Measurements {
             squeak: Some([-0.11, 0.13]),
             has_ended: true,
         }],
+        second_tone: Some(SecondToneLevel {
+            ratio: 0.02,
+            decay: Some(tone_growth(-50.0)),
+            growth: Some(tone_growth(50.0)),
+        }),
         separation: Some([separation; 2]),
         exponents: Some(Arc::new(exponents(&[0.1, 0.1, -4.0], Motion::Free))),
     }

@@ -2,6 +2,7 @@
 
 mod friction;
 mod run;
+mod second_tone;
 mod turning;
 
 use squeakscope::pipeline::message::{NodeState, Record, TiltDirection, TrajectoryDivergence};
@@ -93,6 +94,7 @@ fn numbers_are_independent_of_the_playback_speed() {
         ("tilt-ramp", 30.0),
         ("bristles", 30.0),
         ("articulation", 60.0),
+        ("torus-birth", 130.0),
     ] {
         let scene = Scene::load(name).expect("preset");
         let scene = scene.with_duration(duration_ms).expect("valid");

@@ -13,4 +13,4 @@ pub use lines::{FREQUENCY_UNCERTAINTY, follow_lines, identify_lines};
 pub use names::{Bases, Combination};
 pub use spectrum::{Line, LineCriterion, Spectrum, SpectrumAnalyser};
 pub use stft::{Column, Stft};
-pub use window::Window;
+pub use window::{Window, line_amplitude};

@@ -70,6 +70,20 @@ impl Window {
     }
 }
 
+/// Amplitude of a line at an angular frequency (rad per sample) in a signal, with a window of the same length. Lines within
+/// the main lobe of the window are not separated.
+pub fn line_amplitude(signal: &[f64], window: &[f64], omega: f64) -> f64 {
+    let (sine, cosine) = omega.sin_cos();
+    let mut sum = [0.0; 2];
+    let [mut re, mut im] = [1.0, 0.0];
+    for (x, w) in signal.iter().zip(window) {
+        sum[0] += x * w * re;
+        sum[1] += x * w * im;
+        [re, im] = [re * cosine - im * sine, re * sine + im * cosine];
+    }
+    2.0 * sum[0].hypot(sum[1]) / window.iter().sum::<f64>()
+}
+
 /// `sin(pi x) / (pi x)`.
 fn sinc(x: f64) -> f64 {
     if x == 0.0 {
@@ -117,6 +131,20 @@ mod tests {
                 assert!((direct - window.response(offset)).abs() < 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn the_amplitude_of_a_line_is_that_of_its_sine() {
+        let n = 5000;
+        let window = Window::BlackmanHarris.samples(n);
+        let tone = |i: usize, bins: f64| (2.0 * PI * bins * i as f64 / n as f64 + 0.3).sin();
+        let signal: Vec<f64> = (0..n)
+            .map(|i| 2.0 * tone(i, 100.2) + 1e-3 * tone(i, 106.0))
+            .collect();
+        let at = |bins: f64| line_amplitude(&signal, &window, 2.0 * PI * bins / n as f64);
+        assert!((at(100.2) - 2.0).abs() < 1e-4);
+        assert!((at(106.0) / 1e-3 - 1.0).abs() < 0.05);
+        assert!(at(112.0) < 1e-4);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::follow::Course;
 use super::point::Point;
 use super::shape::GuardDistances;
 use super::shot::Shot;
-use super::{Bifurcation, BifurcationKind, BranchEnd};
+use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
 const GRAZING: f64 = 1e-2;
@@ -17,6 +17,10 @@ const NEAR_GRAZING: f64 = 1e-4;
 
 /// Amplitude relative to the largest one of a branch below which it is extrapolated to zero.
 const SMALL_AMPLITUDE: f64 = 0.02;
+
+/// Distance of an orbit from itself half a period later, relative to its size, at which it has half the period: at the
+/// point where this happens it grows with the square root of the distance from there.
+const HALVED: f64 = 1e-2;
 
 /// Points of a branch before it may close.
 const MIN_POINTS: usize = 5;
@@ -171,6 +175,24 @@ impl Course<'_, '_> {
             .guess(share)
             .parameter,
         )
+    }
+
+    /// Whether the orbit at which the branch turns repeats itself after half its period: beyond, the branch consists of the
+    /// same orbits, half a period later. This holds whatever the phases of the segments are.
+    pub(super) fn joins_half(&mut self, turn: &Bifurcation) -> Result<bool, ContinuationError> {
+        let is_half = |distance: f64| distance < HALVED;
+        let [turn, first] = [Shot::of(&turn.orbit), self.first.shot.clone()];
+        Ok(is_half(self.half_distance(&turn)?) && !is_half(self.half_distance(&first)?))
+    }
+
+    /// Distance of an orbit from itself half a period later, relative to its size; infinite if the drive does not repeat
+    /// itself then.
+    fn half_distance(&mut self, shot: &Shot) -> Result<f64, ContinuationError> {
+        if shot.drive_periods.is_some_and(|count| count % 2 == 1) {
+            return Ok(f64::INFINITY);
+        }
+        let [start, half] = self.flow.halves(shot)?;
+        Ok(self.now.scale.norm_state(&(half - start)))
     }
 }
 

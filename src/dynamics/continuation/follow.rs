@@ -10,8 +10,8 @@ use super::shot::{Direction, Scale, Shot};
 use super::start::BranchStart;
 use super::step::StepControl;
 use super::{
-    Bifurcation, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions, Family,
-    OrbitBranch, PeriodicOrbit,
+    Bifurcation, BifurcationKind, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions,
+    Family, OrbitBranch, PeriodicOrbit,
 };
 use crate::chain_of_causes;
 
@@ -199,8 +199,8 @@ impl<'a, 'f> Course<'a, 'f> {
                     Objection::Unexplained => {}
                 }
             }
-            if !self.accept(&prediction, next, watch)? {
-                break BranchEnd::Stopped;
+            if let Some(end) = self.accept(&prediction, next, watch)? {
+                break end;
             }
             if let Some(end) = self.end() {
                 break end;
@@ -309,13 +309,14 @@ impl<'a, 'f> Course<'a, 'f> {
         is_unexplained.then_some(Objection::Unexplained)
     }
 
-    /// Takes the next point: locates bifurcations before it and prepares the next step. Returns whether to continue.
+    /// Takes the next point: locates bifurcations before it and prepares the next step. Returns why the branch ends here,
+    /// if it does.
     fn accept(
         &mut self,
         prediction: &Prediction,
         next: Point,
         watch: OnBranchUpdate<'_>,
-    ) -> Result<bool, ContinuationError> {
+    ) -> Result<Option<BranchEnd>, ContinuationError> {
         let tests = changed(&self.now, &next);
         let piece = Piece {
             from: &self.now,
@@ -329,6 +330,13 @@ impl<'a, 'f> Course<'a, 'f> {
                 Ok(bifurcation) => located.extend(bifurcation),
                 Err(_) => is_explained = false,
             }
+        }
+        let turns = |found: &&Bifurcation| found.kind == BifurcationKind::Fold;
+        if let Some(turn) = located.iter().find(turns)
+            && self.joins_half(turn)?
+        {
+            let parameter = turn.parameter;
+            return Ok(Some(BranchEnd::PeriodHalved { parameter }));
         }
         if !is_explained {
             self.found.unresolved.push(parameters);
@@ -350,7 +358,7 @@ impl<'a, 'f> Course<'a, 'f> {
             let continues = watch(BranchUpdate::Bifurcation(&bifurcation));
             self.found.bifurcations.push(bifurcation);
             if !continues {
-                return Ok(false);
+                return Ok(Some(BranchEnd::Stopped));
             }
         }
         self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
@@ -363,6 +371,6 @@ impl<'a, 'f> Course<'a, 'f> {
             (!self.now.has_corner_before(&next)).then(|| bend.scaled(1.0 / prediction.step));
         self.control.adapt(&self.now, &next, prediction.step);
         self.before = Some(std::mem::replace(&mut self.now, next));
-        Ok(continues)
+        Ok((!continues).then_some(BranchEnd::Stopped))
     }
 }

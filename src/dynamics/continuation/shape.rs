@@ -128,6 +128,13 @@ impl Flow<'_> {
         })
     }
 
+    /// The states of an orbit at phase zero and half a period later.
+    pub fn halves(&mut self, shot: &Shot) -> Result<[DVector<f64>; 2], ContinuationError> {
+        let sys = self.system(shot.parameter)?;
+        let states = self.samples(sys.as_ref(), shot, 2, false)?.states;
+        Ok([0, 1].map(|k| DVector::from_column_slice(&states[k].state)))
+    }
+
     /// Measures an orbit. The guards of a continuous system are evaluated under the status `reference`, or that of phase
     /// zero if it is empty, which is then written to it.
     pub fn shape(

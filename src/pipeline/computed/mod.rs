@@ -3,6 +3,7 @@
 mod curves;
 mod friction;
 mod modes;
+mod torus;
 mod turning;
 
 use std::f64::consts::TAU;
@@ -52,6 +53,7 @@ pub(super) fn for_joint(
         (Mechanism::Articulation, _) => {
             turning::passes(&mut computed, tilted, ball, scene.duration)?;
         }
+        (Mechanism::TorusBirth, _) => torus::birth(&mut computed, scene, tilted, ball)?,
         _ => {}
     }
     Ok(Some(Arc::new(computed)))
@@ -71,6 +73,7 @@ fn without_modes(mechanism: Mechanism, scene: &Scene) -> MechanismPrediction {
         memory: None,
         table: None,
         passes: None,
+        torus: None,
         picture: None,
     }
 }

@@ -34,6 +34,8 @@ pub struct MechanismPrediction {
     pub table: Option<TableReading>,
     /// Passes of a joint that turns to and fro, from one reversal to the next, in order of time.
     pub passes: Option<Vec<UnstablePass>>,
+    /// A torus that is born while the tilt changes; `None` if no branch of periodic motions leads to one.
+    pub torus: Option<TorusBirth>,
     /// Curves to draw.
     #[serde(skip)]
     pub picture: Option<PredictedCurves>,
@@ -110,6 +112,53 @@ pub struct UnstablePass {
     pub largest_growth_per_s: f64,
 }
 
+/// Birth of a torus at a Neimark-Sacker point of a periodic motion over the tilt, by Floquet multipliers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TorusBirth {
+    /// Tilt of the Neimark-Sacker point, rad.
+    pub tilt: f64,
+    /// The periodic motion along its branch, in ascending order of the tilt.
+    pub course: Vec<SecondToneGrowth>,
+}
+
+/// A periodic motion, and the second tone that belongs to a pair of its Floquet multipliers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SecondToneGrowth {
+    /// Tilt, rad.
+    pub tilt: f64,
+    /// Frequency of the periodic motion, Hz.
+    pub frequency_hz: f64,
+    /// Distance of the side lines of the second tone from this frequency, Hz: the rotation number over the period.
+    pub second_hz: f64,
+    /// Growth rate of the second tone while it is small, `ln|multiplier|` over the period, 1/s.
+    pub growth_per_s: f64,
+}
+
+impl TorusBirth {
+    /// The second tone at a tilt (rad), linearly between the orbits; `None` beyond them.
+    pub fn at(&self, tilt: f64) -> Option<SecondToneGrowth> {
+        let after = self.course.partition_point(|point| point.tilt < tilt);
+        let b = self.course.get(after)?;
+        if b.tilt == tilt {
+            return Some(*b);
+        }
+        let a = self.course.get(after.checked_sub(1)?)?;
+        let share = (tilt - a.tilt) / (b.tilt - a.tilt);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        Some(SecondToneGrowth {
+            tilt,
+            frequency_hz: between(a.frequency_hz, b.frequency_hz),
+            second_hz: between(a.second_hz, b.second_hz),
+            growth_per_s: between(a.growth_per_s, b.growth_per_s),
+        })
+    }
+
+    /// The second tone at the Neimark-Sacker point.
+    pub fn birth(&self) -> Option<SecondToneGrowth> {
+        self.at(self.tilt)
+    }
+}
+
 /// Coefficient of friction of two coupled modes, and the critical value for flutter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Coupling {
@@ -145,6 +194,8 @@ pub enum CurveQuantity {
     /// Largest growth rate of a mode, 1/s, versus the tilt, deg: in the first pass with rising and with falling
     /// tilt of a joint that turns.
     GrowthByTilt,
+    /// Growth rate of the second tone of a torus, 1/s, versus the tilt, deg; zero at the Neimark-Sacker point.
+    SecondToneByTilt,
     /// Versus the coefficient of friction: the lower and the higher frequency of two coupled modes, Hz, and
     /// the growth rate, 1/s.
     Flutter,

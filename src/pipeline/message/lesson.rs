@@ -61,6 +61,8 @@ pub struct Measurements {
     pub tilts: Option<TiltLoop>,
     /// The squeak in each pass of a joint that turns to and fro, if articulation is the mechanism.
     pub passes: Vec<SqueakPass>,
+    /// The second tone of a torus, if its birth is the mechanism.
+    pub second_tone: Option<SecondToneLevel>,
     /// Distance of the perturbed trajectory: first and last value.
     pub separation: Option<[TrajectoryDivergence; 2]>,
     /// Last Lyapunov exponents.
@@ -95,6 +97,28 @@ pub struct SqueakPass {
     pub squeak: Option<[f64; 2]>,
     /// Whether the level has been lower since then, for 5 ms.
     pub has_ended: bool,
+}
+
+/// Level of the second tone of a torus that is born.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SecondToneLevel {
+    /// Amplitude of its two side lines relative to that of the first tone, root of the sum of squares, in the last window.
+    pub ratio: f64,
+    /// The last measured decay, at tilts at which the multipliers are inside the unit circle.
+    pub decay: Option<ToneGrowth>,
+    /// The last measured growth, at tilts at which they are outside.
+    pub growth: Option<ToneGrowth>,
+}
+
+/// Growth of a small second tone over an interval of the tilt.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ToneGrowth {
+    /// Tilts at the first and at the last window, rad.
+    pub tilts: [f64; 2],
+    /// Mean growth rate.
+    pub growth: Growth,
+    /// Computed mean growth rate by the Floquet multipliers at these tilts, 1/s.
+    pub computed_per_s: f64,
 }
 
 /// Shares of contact nodes that stick or have separated.

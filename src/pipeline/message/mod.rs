@@ -13,7 +13,7 @@ pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
     Coupling, CurveQuantity, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
-    TableReading, UnstablePass,
+    SecondToneGrowth, TableReading, TorusBirth, UnstablePass,
 };
 pub use direction::TiltDirection;
 pub use frame::{
@@ -25,8 +25,8 @@ pub use header::{
     StatusInfo, StatusKind, Subject,
 };
 pub use lesson::{
-    Growth, Lesson, LevelSample, Measurements, NodeShares, SmallFrequency, SqueakPass,
-    StatusShares, TiltLoop, TiltedTone, ToneChange,
+    Growth, Lesson, LevelSample, Measurements, NodeShares, SecondToneLevel, SmallFrequency,
+    SqueakPass, StatusShares, TiltLoop, TiltedTone, ToneChange, ToneGrowth,
 };
 pub use observation::{
     Appearance, DivergenceFit, Observation, OperatingPoint, TrajectoryDivergence, Vibration,

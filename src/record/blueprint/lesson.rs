@@ -37,6 +37,7 @@ impl Layout {
             Mechanism::WhichModeWins | Mechanism::Prediction => self.modes_views(header, spec),
             Mechanism::Hysteresis => self.loop_views(header),
             Mechanism::Torus => self.torus_views(header),
+            Mechanism::TorusBirth => self.birth_views(header, computed),
             Mechanism::Chaos => self.divergence_views(header),
         };
         let screen = Parts::new().add(WORDS, words).add(1.0 - WORDS, proof);
@@ -181,12 +182,28 @@ impl Layout {
         let spectrum = self.spectrum(header);
         let portrait = self.portrait();
         let embedding = self.embedding(header, 3.6);
-        let section = header
-            .has(AnalysisKind::Section)
-            .then(|| self.picture("Poincaré section", paths::SECTION, Section::bounds()));
+        let section = self.section(header);
         let top = Parts::new().add(1.5, spectrum).add(1.0, portrait).row();
         let below = Parts::new().add(1.0, embedding).add(1.0, section).row();
         Parts::new().add(1.0, top).add(1.0, below).column()
+    }
+
+    /// The computed growth of the second tone, the spectrum with its side lines, and the Poincaré section that opens.
+    fn birth_views(
+        &mut self,
+        header: &Header,
+        computed: &MechanismPrediction,
+    ) -> Option<ContainerLike> {
+        let growth = self.computed_picture(computed);
+        let spectrum = self.spectrum(header);
+        let section = self.section(header);
+        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let top = Parts::new().add(1.0, growth).add(1.0, section).row();
+        Parts::new()
+            .add(1.0, top)
+            .add(0.8, spectrum)
+            .add(0.35, tilt)
+            .column()
     }
 
     /// Both trajectories and their distance.
@@ -211,6 +228,13 @@ impl Layout {
         }
         let left = Parts::new().add(1.0, distance).add(0.7, traces).column();
         Parts::new().add(1.2, left).add(1.0, portraits).row()
+    }
+
+    /// The Poincaré section, if it is computed.
+    fn section(&mut self, header: &Header) -> Option<ContainerLike> {
+        header
+            .has(AnalysisKind::Section)
+            .then(|| self.picture("Poincaré section", paths::SECTION, Section::bounds()))
     }
 
     fn portrait(&mut self) -> ContainerLike {

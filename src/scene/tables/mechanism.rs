@@ -45,6 +45,7 @@ fn missing_requirement(scene: &Scene, mechanism: Mechanism) -> Option<Requiremen
         M::WhichModeWins | M::Prediction => vec![(joint(subject).is_none(), JOINT)],
         M::Hysteresis => vec![(!has_tilt_maximum(scene), TILT_MAXIMUM)],
         M::Torus => Vec::new(),
+        M::TorusBirth => vec![(!only_tilt_varies(subject), TILT_ALONE)],
         M::Bristles => vec![(!has_bristles(subject), BRISTLES)],
         M::ContactAge => vec![(!has_contact_age(subject), CONTACT_AGE)],
         M::MeasuredFriction => vec![(!has_measured_friction(subject), MEASURED_FRICTION)],
@@ -90,6 +91,10 @@ const JOINT: Requirement = (
 const TILT_MAXIMUM: Requirement = (
     "requires a tilt that increases and decreases again within the run",
     "add [[load.tilt]] knots for such a ramp",
+);
+const TILT_ALONE: Requirement = (
+    "requires a load whose tilt changes, and nothing else",
+    "add [[load.tilt]] knots, and hold load and rotation constant",
 );
 const BRISTLES: Requirement = (
     "requires friction with elastic bristles",
@@ -177,6 +182,13 @@ fn has_measured_friction(subject: &SystemSpec) -> bool {
 
 fn turns(subject: &SystemSpec) -> bool {
     joint(subject).is_some_and(LoadedJoint::patch_moves)
+}
+
+fn only_tilt_varies(subject: &SystemSpec) -> bool {
+    joint(subject).is_some_and(|joint| {
+        let constant = joint.load.is_none() && joint.rotation.is_none();
+        constant && joint.tilt.varies()
+    })
 }
 
 /// Whether the maximum tilt exceeds both the first and the last tilt.

@@ -4,8 +4,6 @@
 //! The diagrams of the scenes that ship are stored in `assets/diagrams`, one JSON file each. `assets/diagrams/make`
 //! computes them with `squeakscope branch SCENE --tilt 0:10 --diagram FILE`.
 
-use std::collections::HashSet;
-
 use serde::{Deserialize, Serialize};
 
 use super::BranchError;
@@ -79,6 +77,8 @@ pub struct DiagramBifurcation {
     pub frequency_hz: f64,
     /// Second base frequency of the torus at a Neimark-Sacker point, Hz.
     pub second_hz: Option<f64>,
+    /// Whether the motion attracts on one side. Otherwise a settled motion does not change at this tilt.
+    pub attracts: bool,
     /// What happens when the tilt passes it, as one sentence of text.
     pub text: String,
 }
@@ -120,11 +120,9 @@ impl TiltDiagram {
     /// The diagram of a branch over the tilt and of the points of a sweep over the tilt.
     pub fn new(branch: &Branch, settled: &[SweepPoint]) -> Self {
         let branches = (0..branch.orbit_branches()).map(|k| columns(&branch.course(k)));
-        let mut bifurcations: Vec<_> = branch.bifurcations.iter().map(bifurcation).collect();
+        let found = branch.bifurcations.iter();
+        let mut bifurcations: Vec<_> = found.map(|found| bifurcation(branch, found)).collect();
         bifurcations.sort_by(|a, b| a.tilt_deg.total_cmp(&b.tilt_deg));
-        // Branches that started from several settled motions can pass the same point.
-        let mut texts = HashSet::new();
-        bifurcations.retain(|found| texts.insert(found.text.clone()));
         let responses = Start::ALL.map(|start| responses(start, settled));
         let modes = branch.unstable_intervals().into_iter();
         Self {
@@ -144,14 +142,16 @@ impl TiltDiagram {
         }
     }
 
-    /// The bifurcations that a change of the tilt (degrees) passes or reaches, in the order in which it does.
+    /// The bifurcations of settled motions that a change of the tilt (degrees) passes or reaches, in the order in which it
+    /// does.
     pub fn passed(&self, from: f64, to: f64) -> Vec<&DiagramBifurcation> {
         let lies_between = |found: &&DiagramBifurcation| {
             let at = found.tilt_deg;
-            match from <= to {
-                true => from < at && at <= to,
-                false => to <= at && at < from,
-            }
+            found.attracts
+                && match from <= to {
+                    true => from < at && at <= to,
+                    false => to <= at && at < from,
+                }
         };
         let mut passed: Vec<_> = self.bifurcations.iter().filter(lies_between).collect();
         if to < from {
@@ -263,18 +263,20 @@ fn columns(course: &[(&PeriodicOrbit, bool)]) -> DiagramBranch {
     }
 }
 
-fn bifurcation(found: &BranchBifurcation) -> DiagramBifurcation {
-    let (kind, frequency_hz, second_hz, text) = match found {
+fn bifurcation(branch: &Branch, found: &BranchBifurcation) -> DiagramBifurcation {
+    let (kind, frequency_hz, second_hz, attracts, text) = match found {
         BranchBifurcation::Orbit(orbit) => (
             DiagramBifurcationKind::Orbit(orbit.bifurcation.kind),
             orbit.bifurcation.frequency_hz,
             orbit.bifurcation.torus_frequency_hz,
+            orbit.bifurcation.has_stable_side(),
             orbit_sentence(&orbit.bifurcation),
         ),
         BranchBifurcation::Steady(steady) => (
             DiagramBifurcationKind::Steady(steady.kind),
             steady.frequency_hz,
             None,
+            branch.slides_stably_beside(steady.at.value),
             steady_sentence(steady),
         ),
     };
@@ -283,6 +285,7 @@ fn bifurcation(found: &BranchBifurcation) -> DiagramBifurcation {
         tilt_deg: rounded(found.value(), DIGITS[1]),
         frequency_hz: rounded(frequency_hz, DIGITS[1]),
         second_hz: second_hz.map(|hz| rounded(hz, DIGITS[0])),
+        attracts,
         text,
     }
 }
@@ -439,10 +442,19 @@ mod tests {
             tilt_deg,
             frequency_hz: 1e3,
             second_hz: None,
+            attracts: true,
             text: String::new(),
         };
         let diagram = TiltDiagram {
-            bifurcations: vec![at(1.0), at(2.0), at(3.0)],
+            bifurcations: vec![
+                at(1.0),
+                DiagramBifurcation {
+                    attracts: false,
+                    ..at(1.5)
+                },
+                at(2.0),
+                at(3.0),
+            ],
             ..TiltDiagram::default()
         };
         let passed = |from, to| -> Vec<f64> {

@@ -19,6 +19,8 @@ mod steady;
 mod table;
 #[cfg(test)]
 mod tests;
+mod tori;
+mod torus;
 mod torus_curve;
 mod tracking;
 
@@ -47,6 +49,8 @@ pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 pub use steady::{SteadyFamily, SteadyState};
 #[cfg(feature = "table")]
 pub use table::write_branch;
+pub use tori::add_tori;
+pub use torus::{Tongue, Torus, TorusKind, TorusPoint};
 pub use torus_curve::{TorusCurve, TorusCurvePoint};
 
 /// Error of a study of branches.

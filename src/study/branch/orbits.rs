@@ -139,7 +139,6 @@ impl Study<'_> {
                 continue;
             }
             match self.orbit(*value, found) {
-                Ok(orbit) if has_orbit(result, &orbit) => {}
                 Ok(orbit) => self.follow(&orbit.into(), result),
                 Err(reason) => result.ended.push(reason),
             }
@@ -329,8 +328,11 @@ impl Study<'_> {
         }
     }
 
-    /// Follows a branch and adds it to the result, with the reasons of its ends.
+    /// Follows a branch and adds it to the result, with the reasons of its ends, unless its start lies on another branch.
     fn follow(&mut self, start: &BranchStart, result: &mut Branch) {
+        if has_orbit(result, &start.orbit) {
+            return;
+        }
         let branch = result.orbit_branches();
         let watch = &mut *self.watch;
         let (mut orbits, mut stopped) = (0, false);

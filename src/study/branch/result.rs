@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::at::At;
 use super::equilibria::{BranchPlan, EquilibriumBranch, EquilibriumPoint};
 use super::hopf::SteadyBifurcation;
+use super::torus::Torus;
 use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
@@ -22,6 +23,9 @@ pub struct Branch {
     pub points: Vec<OrbitPoint>,
     /// The bifurcations of the equilibria, then those of the periodic orbits along each branch.
     pub bifurcations: Vec<BranchBifurcation>,
+    /// The tori that are born at Neimark-Sacker points, if they were followed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tori: Vec<Torus>,
     /// Why branches end inside the interval, one sentence each.
     pub ended: Vec<String>,
 }
@@ -103,6 +107,7 @@ impl Branch {
             equilibria: steady.points,
             points: Vec::new(),
             bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),
+            tori: Vec::new(),
             ended: steady.ended.into_iter().collect(),
         }
     }
@@ -176,6 +181,12 @@ impl Branch {
             }
         }
         intervals
+    }
+
+    /// Whether the equilibria on one side of a value of the parameter, or next to it, have no unstable mode.
+    pub fn slides_stably_beside(&self, value: f64) -> bool {
+        let mut intervals = self.unstable_intervals().into_iter();
+        intervals.any(|([from, to], count)| count == 0 && (from..=to).contains(&value))
     }
 
     /// The bifurcations of the equilibria.

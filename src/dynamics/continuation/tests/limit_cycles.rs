@@ -206,6 +206,33 @@ fn a_fold_of_cycles_is_passed_and_located() {
     }
 }
 
+/// A doubled orbit that is found from a settled motion ends where it is born: beyond, the branch would repeat itself.
+#[test]
+fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
+    let family = Smooth {
+        build: |c| {
+            Box::new(crate::systems::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System + Send>
+        },
+        drive: None,
+        symmetry: None,
+    };
+    let options = precise([2.2, 3.6], 0.2);
+    let single = settle(&family, 2.5, &[2.0, 2.0, 0.1], 300.0, &options);
+    let single = follow(&family, single, &options);
+    let [birth] = of_kind(&single, BifurcationKind::PeriodDoubling)[..] else {
+        panic!("{:?}", single.bifurcations);
+    };
+    let double = settle(&family, 3.4, &[2.0, 2.0, 0.1], 300.0, &options);
+    let double = follow(&family, double, &options);
+    let Some(BranchEnd::PeriodHalved { parameter }) = double.ends[0] else {
+        panic!("{:?}", double.ends);
+    };
+    assert!((parameter - birth.parameter).abs() < 1e-6, "{parameter}");
+    assert!(of_kind(&double, BifurcationKind::Fold).is_empty());
+    assert!(double.points.is_sorted_by(|a, b| a.parameter < b.parameter));
+    assert!(double.unresolved.is_empty(), "{:?}", double.unresolved);
+}
+
 /// The first period doubling of Rossler's system with a = b = 0.2 and the branch that is born there.
 #[test]
 fn period_doubling_of_roessler_is_located_and_switched_to() {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::level::Level;
+use super::second_tone::SecondTone;
 use super::tilt_history::TiltHistory;
 use super::turning::Turning;
 use crate::analysis::Regime;
@@ -24,6 +25,7 @@ pub struct LessonMeasurements {
     leaders: DominantModes,
     tilts: Option<TiltHistory>,
     turning: Option<Turning>,
+    second_tone: Option<SecondTone>,
     dt: f64,
     /// Level below which the vibration is at rest, m/s.
     rest: f64,
@@ -78,6 +80,10 @@ impl LessonMeasurements {
             .then(|| TiltHistory::new(window)),
             turning: (computed.mechanism == Mechanism::Articulation)
                 .then(|| Turning::new(SMALL * computed.sliding_speed)),
+            second_tone: computed
+                .torus
+                .clone()
+                .map(|birth| SecondTone::new(birth, 1.0 / header.sample_rate)),
             dt: 1.0 / header.sample_rate,
             rest: header.rest_speed,
             fastest: 0.0,
@@ -134,6 +140,12 @@ impl LessonMeasurements {
         if let Some(turning) = &mut self.turning {
             turning.set_tilt(frame.tilt);
         }
+        if let Some(tone) = &mut self.second_tone {
+            tone.set_tilt(frame.tilt);
+            if !frame.kicks.is_empty() {
+                tone.restart();
+            }
+        }
     }
 
     /// Processes a sample. Returns whether it completes a segment of the level.
@@ -154,6 +166,9 @@ impl LessonMeasurements {
         }
         let speed = frame.velocity[k].abs();
         self.fastest = self.fastest.max(speed);
+        if let Some(tone) = &mut self.second_tone {
+            tone.push(frame.velocity[k]);
+        }
         let completed = self.level.push(time, frame.velocity[k]);
         if let Some(turning) = self.turning.as_mut().filter(|_| completed) {
             turning.push(time, self.level.last);
@@ -185,6 +200,7 @@ impl LessonMeasurements {
                 .as_ref()
                 .map(Turning::passes)
                 .unwrap_or_default(),
+            second_tone: self.second_tone.as_ref().and_then(SecondTone::found),
             ..self.so_far.clone()
         }
     }

@@ -6,6 +6,7 @@
 
 mod level;
 mod measured;
+mod second_tone;
 mod tilt_history;
 mod turning;
 

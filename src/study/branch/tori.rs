@@ -1,0 +1,393 @@
+//! Tori beyond a Neimark-Sacker point: base frequencies, rotation number, phase locking and doubling, from settled runs.
+//!
+//! A supercritical Neimark-Sacker point bears an attracting torus. The parameter steps away from the point, and at each
+//! value the motion settles from the state of the value before. Its two base frequencies are those of spectral lines over
+//! 128 beats, and their error is the difference between the halves of this time. Where the rotation number is a ratio
+//! of small integers within its error, Newton's method decides whether the motion is a stable periodic orbit of that
+//! ratio: the torus is then phase-locked. The branch of this orbit ends in folds, the borders of the tongue.
+
+use super::at::At;
+use super::equilibria::BranchPlan;
+use super::orbits::OrbitProgress;
+use super::result::Branch;
+use super::scene_family::SceneFamily;
+use super::torus::{Tongue, Torus, TorusKind, TorusPoint};
+use crate::analysis::{
+    Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
+};
+use crate::dynamics::continuation::{
+    BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, OrbitBranch,
+    PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
+};
+use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, System};
+use crate::study::sweep::chain_of_causes;
+
+/// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
+const BEATS: [f64; 2] = [128.0, 32.0];
+/// Relative change of this amplitude below which the motion has settled, and maximum number of looks.
+const SETTLED: f64 = 2e-3;
+const MAX_LOOKS: usize = 60;
+/// Samples per period of the first tone.
+const SAMPLES: f64 = 64.0;
+/// Largest change of both frequencies from one value to the next, relative to the second one: the lines of a doubled torus
+/// are farther away.
+const STEP: f64 = 0.2;
+/// Amplitude of the second tone relative to the strongest line below which there is no torus.
+const LEAST: f64 = 1e-4;
+/// Relative error of the second frequency above which the motion is not regular.
+const REGULAR: f64 = 1e-3;
+/// Largest number of periods of a locked motion.
+const MAX_PERIODS: u32 = 64;
+/// Distance from its start below which a locked motion has returned, relative to its size.
+const RETURN: f64 = 1e-3;
+/// Natural logarithm of the magnitude below which the multipliers of a locked motion lie: it attracts.
+const ATTRACTS: f64 = -1e-5;
+/// Share of the amplitudes of the orbit at a Neimark-Sacker point by which the first motion is displaced from it.
+const DISPLACED: f64 = 0.03;
+/// Relative tolerance of the simulations.
+const TOLERANCE: f64 = 1e-8;
+/// Smallest error of a rotation number, from the interpolation of lines.
+const LEAST_ERROR: f64 = 1e-8;
+
+/// Adds the tori of the supercritical Neimark-Sacker points of attracting orbits to a result, each at `count` values of the
+/// parameter between the point and the end of the interval. `watch` returns whether to continue.
+pub fn add_tori(
+    plan: &BranchPlan,
+    count: u32,
+    result: &mut Branch,
+    watch: &mut dyn FnMut(OrbitProgress) -> bool,
+) {
+    let family = SceneFamily::new(plan);
+    let max_step = plan.scene.integrator.max_step;
+    let options = ContinuationOptions::new(plan.interval, max_step);
+    let method = Method::Lawson853 {
+        accuracy: Accuracy::relative(TOLERANCE),
+        max_step,
+    };
+    let mut tori = Vec::new();
+    for found in result.orbit_bifurcations() {
+        let point = &found.bifurcation;
+        let is_supercritical = point
+            .birth
+            .is_some_and(|birth| birth.criticality == Criticality::Supercritical);
+        let attracts = is_supercritical && point.has_stable_side();
+        let (Some(rate), Some(second_hz)) = (point.crossing_rate, point.torus_frequency_hz) else {
+            continue;
+        };
+        if point.kind != BifurcationKind::NeimarkSacker || !attracts {
+            continue;
+        }
+        let end = plan.interval[usize::from(rate > 0.0)];
+        let width = end - point.parameter;
+        let values: Vec<f64> = (1..=count)
+            .map(|k| point.parameter + width * f64::from(k) / f64::from(count))
+            .collect();
+        let moved = point
+            .orbit
+            .state
+            .iter()
+            .zip(&point.orbit.component_amplitudes);
+        let start = TorusStart {
+            state: moved.map(|(z, size)| z + DISPLACED * size).collect(),
+            frequencies_hz: [point.frequency_hz, second_hz],
+        };
+        let mut torus = Torus {
+            branch: found.branch,
+            born: point.parameter,
+            points: Vec::new(),
+            tongues: Vec::new(),
+            ended: None,
+        };
+        let study = TorusStudy {
+            family: &family,
+            name: plan.parameter.name(),
+            options: &options,
+            method,
+        };
+        study.follow(start, &values, &mut torus, &mut |value| {
+            watch(OrbitProgress::Settling(value))
+        });
+        tori.push(torus);
+    }
+    result.tori.extend(tori);
+}
+
+/// The motion at the start of a torus.
+struct TorusStart {
+    /// A state near the torus.
+    state: Vec<f64>,
+    /// Both base frequencies, Hz.
+    frequencies_hz: [f64; 2],
+}
+
+/// The family on which tori are followed.
+struct TorusStudy<'a> {
+    family: &'a dyn Family,
+    /// Name of the parameter.
+    name: &'a str,
+    /// Options of the locked orbits.
+    options: &'a ContinuationOptions,
+    /// Method of the simulations.
+    method: Method,
+}
+
+impl TorusStudy<'_> {
+    /// Follows a torus over some values of the parameter. `watch` receives each value, and returns whether to continue.
+    fn follow(
+        &self,
+        mut start: TorusStart,
+        values: &[f64],
+        torus: &mut Torus,
+        watch: &mut dyn FnMut(f64) -> bool,
+    ) {
+        for &value in values {
+            if !watch(value) {
+                torus.ended = Some("interrupted".to_owned());
+                return;
+            }
+            let found = match self.settled(value, &mut start) {
+                Ok(found) => found,
+                Err(error) => {
+                    let (name, why) = (self.name, chain_of_causes(&error));
+                    torus.ended = Some(format!("at {name} = {value}: {why}"));
+                    return;
+                }
+            };
+            let at = At {
+                name: self.name.to_owned(),
+                value,
+            };
+            let mut point = found.point(at);
+            if point.kind == TorusKind::Torus
+                && let Some((ratio, orbit)) = self.locking(&point, &start.state)
+            {
+                point.kind = TorusKind::Locked;
+                point.rotation_number = Some(f64::from(ratio[0]) / f64::from(ratio[1]));
+                point.rotation_number_error = Some(0.0);
+                point.locking = Some(ratio);
+                self.add_tongue(ratio, orbit, &mut torus.tongues);
+            }
+            let is_lost = matches!(point.kind, TorusKind::Vanished | TorusKind::Irregular);
+            torus.points.push(point);
+            if is_lost {
+                return;
+            }
+        }
+    }
+}
+
+/// Both tones of a settled motion.
+struct Tones {
+    first_hz: f64,
+    /// Second frequency and amplitude of its strongest line relative to the strongest line.
+    second: Option<[f64; 2]>,
+    doubled: bool,
+    /// Frequencies of both tones in both halves of the time.
+    halves: [Option<[f64; 2]>; 2],
+}
+
+impl Tones {
+    fn point(&self, at: At) -> TorusPoint {
+        let rotation = |[first, second]: [f64; 2]| second / first;
+        let [second_hz, side_line] = self.second.map_or([None, None], |it| it.map(Some));
+        let both = self.halves[0].zip(self.halves[1]);
+        let error = both.map(|(a, b)| (0.5 * (rotation(a) - rotation(b)).abs()).max(LEAST_ERROR));
+        let rotation_number = second_hz.map(|second| second / self.first_hz);
+        let is_regular = rotation_number
+            .zip(error)
+            .is_some_and(|(rotation, error)| error < REGULAR * rotation);
+        let kind = match (second_hz, is_regular) {
+            (None, _) => TorusKind::Vanished,
+            (Some(_), false) => TorusKind::Irregular,
+            (Some(_), true) if self.doubled => TorusKind::Doubled,
+            (Some(_), true) => TorusKind::Torus,
+        };
+        TorusPoint {
+            kind,
+            first_hz: self.first_hz,
+            second_hz,
+            side_line: side_line.unwrap_or(0.0),
+            rotation_number,
+            rotation_number_error: error,
+            locking: None,
+            at,
+        }
+    }
+}
+
+impl TorusStudy<'_> {
+    /// Lets the motion settle at a value of the parameter and measures its tones. `start` becomes its end.
+    fn settled(&self, value: f64, start: &mut TorusStart) -> Result<Tones, ContinuationError> {
+        let sys = self.family.system(value);
+        let sys = sys.map_err(|source| ContinuationError::Family {
+            parameter: value,
+            source,
+        })?;
+        let drive_hz = self.family.drive_period(value).map(f64::recip);
+        let [first_hz, second_hz] = start.frequencies_hz;
+        let first_hz = drive_hz.unwrap_or(first_hz);
+        let rate = SAMPLES * first_hz;
+        let count = |beats: f64| (beats * rate / second_hz).ceil() as usize;
+        let guess = Guess {
+            tones: [first_hz, second_hz],
+            is_driven: drive_hz.is_some(),
+        };
+        let mut simulate = |count: usize| {
+            let signal = self.simulate(sys.as_ref(), value, &mut start.state, (count, rate));
+            signal.map_err(|source| ContinuationError::Integration {
+                parameter: value,
+                source,
+            })
+        };
+        let mut before = 0.0;
+        for _ in 0..MAX_LOOKS {
+            let signal = simulate(count(BEATS[1]))?;
+            let second = guess.tones_in(&signal, rate).and_then(|tones| tones.second);
+            let now = second.map_or(0.0, |[_, amplitude]| amplitude);
+            if (now - before).abs() <= SETTLED * now.max(LEAST) {
+                break;
+            }
+            before = now;
+        }
+        let signal = simulate(count(BEATS[0]))?;
+        let mut tones = guess.tones_in(&signal, rate).unwrap_or(Tones {
+            first_hz,
+            second: None,
+            doubled: false,
+            halves: [None; 2],
+        });
+        let (early, late) = signal.split_at(signal.len() / 2);
+        tones.halves = [early, late].map(|half| {
+            let tones = guess.tones_in(half, rate)?;
+            Some([tones.first_hz, tones.second?[0]])
+        });
+        if let Some([second, _]) = tones.second {
+            start.frequencies_hz = [tones.first_hz, second];
+        }
+        Ok(tones)
+    }
+
+    /// Simulates `count` samples of the observable at a rate (Hz). The state becomes that at the end, at a multiple of the
+    /// period of a drive.
+    fn simulate(
+        &self,
+        sys: &dyn System,
+        value: f64,
+        state: &mut Vec<f64>,
+        (count, rate): (usize, f64),
+    ) -> Result<Vec<f64>, DynamicsError> {
+        let mut integrator = Integrator::new(self.method, sys)?;
+        if sys.switching().is_some_and(|s| !s.is_continuous()) {
+            integrator = integrator.with_events(sys)?;
+        }
+        let n = sys.tangent_dim();
+        let mut z = state.clone();
+        z.resize(sys.dim(), 0.0);
+        integrator.start(sys, 0.0, &z)?;
+        let mut signal = Vec::with_capacity(count);
+        for k in 1..=count {
+            integrator.sample(sys, k as f64 / rate, &mut z)?;
+            signal.push(self.family.observable(value, &z[..n]));
+        }
+        let end = count as f64 / rate;
+        let drive = self.family.drive_period(value);
+        let end = drive.map_or(end, |drive| (end / drive).ceil() * drive);
+        integrator.integrate_to(sys, end)?;
+        *state = integrator.state()[..n].to_vec();
+        Ok(signal)
+    }
+
+    /// The ratio of integers at which a torus is locked, with its attracting periodic orbit; `None` if it is not.
+    fn locking(&self, point: &TorusPoint, state: &[f64]) -> Option<([u32; 2], PeriodicOrbit)> {
+        let (rotation, error) = point.rotation_number.zip(point.rotation_number_error)?;
+        let ratio = (1..=MAX_PERIODS).find_map(|q| {
+            let p = (rotation * f64::from(q)).round();
+            let off = (rotation - p / f64::from(q)).abs();
+            (p > 0.0 && off <= 3.0 * error).then_some([p as u32, q])
+        })?;
+        let period = f64::from(ratio[1]) / point.first_hz;
+        let search = ReturnSearch {
+            settle_s: 0.0,
+            max_period_s: period * 1.01,
+            tolerance: RETURN,
+        };
+        let orbit =
+            settled_orbit(self.family, point.at.value, state, &search, self.options).ok()?;
+        let is_whole = (orbit.period_s / period - 1.0).abs() < 1e-3;
+        let attracts = orbit
+            .nontrivial_multipliers()
+            .all(|multiplier| multiplier.ln_magnitude < ATTRACTS);
+        (attracts && is_whole).then_some((ratio, orbit))
+    }
+
+    /// Adds the tongue of a locked orbit, unless it is known.
+    fn add_tongue(&self, locking: [u32; 2], orbit: PeriodicOrbit, tongues: &mut Vec<Tongue>) {
+        let here = orbit.parameter;
+        let contains = |tongue: &Tongue| {
+            let [low, high] = tongue.borders;
+            tongue.locking == locking
+                && low.is_none_or(|low| low <= here)
+                && high.is_none_or(|high| here <= high)
+        };
+        if tongues.iter().any(contains) {
+            return;
+        }
+        let branch = continue_orbits(self.family, &orbit.into(), self.options, &mut |_| true);
+        let borders = branch.map_or([None; 2], |branch: OrbitBranch| {
+            let folds = branch.bifurcations.iter();
+            let folds = folds.filter(|found| found.kind == BifurcationKind::Fold);
+            let at: Vec<f64> = folds.map(|fold| fold.parameter).collect();
+            let below = at.iter().copied().filter(|at| *at < here);
+            let above = at.iter().copied().filter(|at| *at > here);
+            [below.reduce(f64::max), above.reduce(f64::min)]
+        });
+        tongues.push(Tongue { locking, borders });
+    }
+}
+
+/// The expected tones.
+struct Guess {
+    tones: [f64; 2],
+    is_driven: bool,
+}
+
+impl Guess {
+    /// The tones in a signal; `None` without lines.
+    fn tones_in(&self, signal: &[f64], rate: f64) -> Option<Tones> {
+        let mut analyser = SpectrumAnalyser::new(Window::BlackmanHarris, rate);
+        let spectrum = analyser.analyse(signal).ok()?;
+        let lines = spectrum.lines(&LineCriterion {
+            ratio_to_strongest: LEAST,
+            max_lines: 24,
+            ..LineCriterion::default()
+        });
+        let strongest = lines.first()?.amplitude;
+        let [first, second] = self.tones;
+        let is_first = |line: &&Line| (line.frequency - first).abs() < STEP * second;
+        let first_hz = match self.is_driven {
+            true => first,
+            false => lines.iter().find(is_first)?.frequency,
+        };
+        // The side lines of all harmonics of the first tone, and of the mean.
+        let side = lines.iter().find_map(|line| {
+            let off = line.frequency - first_hz * (line.frequency / first_hz).round();
+            let is_second = (off.abs() / second - 1.0).abs() < STEP;
+            is_second.then_some([off.abs(), line.amplitude / strongest])
+        });
+        let doubled = side.is_some_and(|[f2, _]| {
+            let bases = Bases::Two { f1: first_hz, f2 };
+            let uncertainty = FREQUENCY_UNCERTAINTY * spectrum.bin;
+            follow_lines(&lines, uncertainty, bases).doubling > 0
+        });
+        Some(Tones {
+            first_hz,
+            second: side,
+            doubled,
+            halves: [None; 2],
+        })
+    }
+}
+
+#[cfg(test)]
+#[path = "tori_tests.rs"]
+mod tests;
