@@ -91,7 +91,7 @@ export class Tour {
     $("tour-back").disabled = step === 0;
     $("tour-next").disabled = step === steps.length - 1;
     const next = steps[step + 1];
-    const words = [steps[step].notes.trim(), next ? T.tourNext(next.say) : T.tourLast];
+    const words = [...steps[step].notes.trim().split(/\n\s*\n/), next ? T.tourNext(next.say) : T.tourLast];
     $("tour-notes").replaceChildren(...words.filter(Boolean).map((text) => make("p", { textContent: text })));
     this.update(this.#run.panel);
   }
