@@ -288,9 +288,9 @@ impl DisplayRates {
     /// Pictures of body and contact patch per second of wall time in a viewer.
     const PICTURES: f64 = 20.0;
     /// Snapshots of the contact nodes at the beginning of a frame: rate, Hz, and span, s. They resolve the phase of a squeak
-    /// and cover a period from 1 kHz.
-    const STROBE_RATE: f64 = 50e3;
-    const STROBE_SPAN: f64 = 1e-3;
+    /// and cover a period from 2 kHz.
+    const STROBE_RATE: f64 = 100e3;
+    const STROBE_SPAN: f64 = 0.5e-3;
     /// Approximate number of rows of time series per second of wall time that a viewer can display.
     const ROWS: f64 = 20e3;
     /// Maximum number of windows per second of wall time that a displayed analysis evaluates: slightly more

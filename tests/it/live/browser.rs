@@ -286,7 +286,7 @@ impl Browser {
         let clip = json!({ "x": 0, "y": 0, "width": width, "height": height, "scale": scale });
         self.picture(
             tab,
-            &json!({ "format": "webp", "quality": 45, "clip": clip }),
+            &json!({ "format": "webp", "quality": 30, "clip": clip }),
         )
     }
 

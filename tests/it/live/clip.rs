@@ -9,9 +9,9 @@ use super::page::opened;
 const PAGE: [u32; 2] = [1280, 720];
 const CLIP: [u32; 2] = [960, 540];
 /// Pictures of the clip.
-const PICTURES: usize = 60;
+const PICTURES: usize = 40;
 /// Rise of the tilt between two pictures, degrees.
-const RISE: f64 = 0.05;
+const RISE: f64 = 0.07;
 /// Largest size of the file, bytes.
 const LARGEST: usize = 2 << 20;
 
