@@ -3,12 +3,13 @@
 mod commands;
 #[cfg(test)]
 mod tests;
+mod tilt_range;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use self::commands::tilt_range_deg;
+use self::tilt_range::tilt_range_deg;
 use super::audio::AudioStream;
 use super::diagram::{BifurcationEvents, DiagramStore};
 use super::hub::Hub;
