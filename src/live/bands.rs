@@ -8,7 +8,7 @@ use crate::escape;
 use crate::joint::BallJoint;
 use crate::scene::Scene;
 use crate::study::stability;
-use crate::study::sweep::{SweepPlan, TableError, read_table};
+use crate::study::sweep::{Start, SweepPlan, TableError, read_table};
 
 /// Swept parameter.
 const TILT: &str = "load.tilt_deg";
@@ -20,14 +20,24 @@ const TILTS: usize = 101;
 pub struct RegimeBands {
     /// Description of the origin.
     pub source: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// The rows of the strip.
+    pub rows: Vec<RegimeRow>,
+}
+
+/// A row of the strip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RegimeRow {
+    /// Start of the responses of a sweep; `None` for linear stability.
+    pub start: Option<Start>,
     /// Tilt (degrees) at which each type of motion was found, in ascending order; each applies half-way to
     /// the adjacent tilts.
     pub at: Vec<(f64, String)>,
 }
 
 impl RegimeBands {
-    /// Reads the result table of a sweep over the tilt and takes the results of its first start. `None` if
-    /// another parameter was swept.
+    /// Reads the result table of a sweep over the tilt: one row for each start. `None` if another parameter was swept.
     ///
     /// # Errors
     /// If the table cannot be read.
@@ -36,28 +46,35 @@ impl RegimeBands {
         let Ok(plan) = SweepPlan::from_identity(&swept.identity) else {
             return Ok(None);
         };
-        let ([axis], [first, ..]) = (plan.axes.as_slice(), plan.starts.as_slice()) else {
+        let [axis] = plan.axes.as_slice() else {
             return Ok(None);
         };
         if axis.parameter().path() != TILT {
             return Ok(None);
         }
-        let mut at: Vec<(f64, String)> = swept
-            .points
-            .iter()
-            .filter(|point| point.place.start == *first)
-            .filter_map(|point| {
-                let found = point.outcome.as_ref().ok()?;
-                Some((*point.place.values.first()?, found.regime.to_string()))
-            })
-            .collect();
-        at.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let row = |start: &Start| {
+            let points = swept.points.iter();
+            let points = points.filter(|point| point.place.start == *start);
+            let mut at: Vec<(f64, String)> = points
+                .filter_map(|point| {
+                    let found = point.outcome.as_ref().ok()?;
+                    Some((*point.place.values.first()?, found.regime.to_string()))
+                })
+                .collect();
+            at.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let start = Some(*start);
+            RegimeRow { start, at }
+        };
         let source = format!(
-            "sweep of {} in {}, started {first}",
+            "sweep of {} in {}",
             escape::code(&plan.scene.name),
             escape::line(&table.to_string_lossy())
         );
-        Ok(Some(Self { source, at }))
+        Ok(Some(Self {
+            source,
+            rows: plan.starts.iter().map(row).collect(),
+            scene: plan.scene.name,
+        }))
     }
 
     /// Linear stability of steady sliding for tilts in a range (degrees); used without a sweep.
@@ -76,17 +93,19 @@ impl RegimeBands {
             };
             Some((deg, words))
         };
-        let at = match &ball {
-            Some(ball) => tilts.filter_map(|deg| kind(ball, deg)).collect(),
-            None => Vec::new(),
+        let Some(ball) = &ball else {
+            return Self::default();
         };
-        let source = match at.is_empty() {
-            true => String::new(),
-            false => "linear stability of steady sliding; the settled motion may differ. Run \
+        Self {
+            source: "linear stability of steady sliding; the settled motion may differ. Run \
              `squeakscope sweep` for results of the simulation"
                 .to_owned(),
-        };
-        Self { source, at }
+            scene: scene.name.clone(),
+            rows: vec![RegimeRow {
+                start: None,
+                at: tilts.filter_map(|deg| kind(ball, deg)).collect(),
+            }],
+        }
     }
 }
 
@@ -98,18 +117,19 @@ mod tests {
     fn unstable_modes_are_counted() {
         let scene = Scene::load("torus-3deg").unwrap();
         let bands = RegimeBands::from_stability(&scene, [0.0, 10.0]);
-        assert_eq!(bands.at.len(), TILTS);
-        assert_eq!((bands.at[0].0, bands.at[TILTS - 1].0), (0.0, 10.0));
+        let at = &bands.rows[0].at;
+        assert_eq!(at.len(), TILTS);
+        assert_eq!((at[0].0, at[TILTS - 1].0), (0.0, 10.0));
         // Four bending modes without tilt; steady sliding is always unstable.
-        assert_eq!(bands.at[0].1, "4 unstable modes");
+        assert_eq!(at[0].1, "4 unstable modes");
         assert!(
-            bands.at.iter().all(|(_, kind)| kind.contains("unstable")),
+            at.iter().all(|(_, kind)| kind.contains("unstable")),
             "{bands:?}"
         );
         let still = Scene::load("printed-friction").unwrap();
         let bands = RegimeBands::from_stability(&still, [0.0, 4.0]);
         assert!(
-            bands.at.iter().all(|(_, kind)| kind == "stable"),
+            bands.rows[0].at.iter().all(|(_, kind)| kind == "stable"),
             "{bands:?}"
         );
     }

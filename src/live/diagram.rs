@@ -19,6 +19,8 @@ pub(super) struct DiagramStore {
 #[derive(Default)]
 struct Present {
     scene: Option<Scene>,
+    /// Number of diagrams so far.
+    count: u64,
     shown: Option<Shown>,
     computation: Option<Computation>,
 }
@@ -55,7 +57,7 @@ impl DiagramStore {
             before.stop.store(true, Ordering::Relaxed);
         }
         present.scene = Some(scene.clone());
-        present.shown = shipped_diagram(scene).and_then(Shown::of_text);
+        present.set(shipped_diagram(scene).and_then(Shown::of_text));
         // A rotation that moves the patch changes the tilt itself.
         let is_fixed = scene.joint().is_ok_and(|joint| !joint.patch_moves());
         let interval = interval.filter(|[low, high]| low < high && is_fixed);
@@ -87,7 +89,7 @@ impl DiagramStore {
             Ok(Some(diagram)) => {
                 let mut present = self.present();
                 if present.scene.as_ref() == Some(scene) {
-                    present.shown = Shown::of(diagram);
+                    present.set(Shown::of(diagram));
                     store.log(time, "the branch diagram is complete");
                 }
             }
@@ -112,11 +114,10 @@ impl DiagramStore {
         present.shown.as_ref().map(|shown| Arc::clone(&shown.text))
     }
 
-    /// Whether the diagram of the present scene is being computed.
-    pub fn is_computing(&self) -> bool {
+    /// The number of the diagram, from 1, if it is complete.
+    pub fn number(&self) -> Option<u64> {
         let present = self.present();
-        let running = present.computation.as_ref();
-        present.shown.is_none() && running.is_some_and(|running| !running.thread.is_finished())
+        present.shown.is_some().then_some(present.count)
     }
 
     fn diagram(&self) -> Option<Arc<TiltDiagram>> {
@@ -127,6 +128,13 @@ impl DiagramStore {
 
     fn present(&self) -> MutexGuard<'_, Present> {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Present {
+    fn set(&mut self, shown: Option<Shown>) {
+        self.count += u64::from(shown.is_some());
+        self.shown = shown;
     }
 }
 
@@ -279,13 +287,14 @@ mod tests {
         let squeaking = own("torus-3deg");
         let silent = own("printed-friction");
         let diagrams = shown(&squeaking, [0.0, 8.0]);
-        assert_eq!(diagrams.text(), None);
+        assert_eq!((diagrams.text(), diagrams.number()), (None, None));
         let began = Instant::now();
         diagrams.show(&silent, Some([0.0, 1.0]), &Arc::default());
         while diagrams.text().is_none() {
             assert!(began.elapsed() < Duration::from_secs(60), "no diagram");
             std::thread::sleep(Duration::from_millis(5));
         }
+        assert_eq!(diagrams.number(), Some(1));
         let diagram = diagrams.diagram().unwrap();
         let modes = &diagram.unstable_modes[..];
         assert_eq!((modes.len(), modes[0].count), (1, 0), "{modes:?}");

@@ -31,7 +31,7 @@ mod tour;
 mod views;
 
 pub use audio::AudioStream;
-pub use bands::RegimeBands;
+pub use bands::{RegimeBands, RegimeRow};
 pub use command::{Command, HARD_KICK, KICK_RANGE, Rejected, SPEED_RANGE};
 pub use hub::{Bytes, Hub, Name, Subscription, Update};
 pub use panel::{Event, Panel};

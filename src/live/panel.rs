@@ -66,6 +66,8 @@ pub struct Panel {
     pub recordings: Vec<String>,
     /// Number of viewers that are watching: those connected to the page.
     pub watching: usize,
+    /// Number of the complete branch diagram within the session, from 1; `None` without a diagram of the present scene.
+    pub diagram: Option<u64>,
 }
 
 /// Samples of the last 5 ms of simulated time, from which the numbers of the panel are computed: they do not

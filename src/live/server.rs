@@ -8,7 +8,7 @@
 //! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
 //! | `/stream` | web socket: the recording in complete messages, binary |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
-//! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 202 while it is computed, 204 without one |
+//! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 204 without one; the panel says when it is complete |
 //! | `/tour.json` | the guided tour |
 //! | `/recordings/NAME` | a complete recording of this session |
 //! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
@@ -102,8 +102,8 @@ fn reachable(address: SocketAddr) -> SocketAddr {
 /// Content of a page besides the run.
 #[derive(Clone, Default)]
 pub struct PageContent {
-    /// Type of motion versus tilt, for the strip below the tilt slider; without it the strip shows linear stability,
-    /// which is computed for each scene.
+    /// Type of motion versus tilt of a scene, for the strip below the tilt slider. Other scenes show their branch diagrams,
+    /// or linear stability.
     pub swept: Option<RegimeBands>,
     /// The tour.
     pub tour: Option<Tour>,
@@ -221,9 +221,11 @@ fn update_bands(
         let panel = session.panel();
         if panel.run > drawn {
             drawn = panel.run;
-            let bands = panel.tilt_range_deg.map(|reach| match &swept {
+            let scene = session.scene();
+            let own = swept.as_ref().filter(|swept| swept.scene == scene.name);
+            let bands = panel.tilt_range_deg.map(|reach| match own {
                 Some(swept) => swept.clone(),
-                None => RegimeBands::from_stability(&session.scene(), reach),
+                None => RegimeBands::from_stability(&scene, reach),
             });
             sender.send_replace(bands.unwrap_or_default());
         }
@@ -302,7 +304,6 @@ async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
     let kind = (header::CONTENT_TYPE, "application/json");
     match shared.session.diagram() {
         Some(text) => ([kind], text.to_string()).into_response(),
-        None if shared.session.is_computing_diagram() => StatusCode::ACCEPTED.into_response(),
         None => StatusCode::NO_CONTENT.into_response(),
     }
 }

@@ -155,6 +155,9 @@ mod tests {
                 .iter()
                 .all(|m| m.get("start").is_none() && m["run"] == 1)
         );
+        // The nodes change with each picture, 60 times per second.
+        let moved = later.iter().filter(|m| count(m, "states").is_some());
+        assert_eq!(moved.count(), later.len());
         let samples: u64 = messages.iter().filter_map(|m| count(m, "velocity")).sum();
         let last = messages.last().unwrap();
         assert_eq!(last["sample_count"], samples);

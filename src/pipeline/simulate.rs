@@ -459,13 +459,15 @@ impl Source for Simulation {
         let record = &self.scene.record;
         let count_every = stride(rate, record.patch_rate);
         let energy_every = stride(rate, record.energy_rate);
-        let picture_every = match self.shown {
-            // Data that the scene does not record stay off.
-            Some(shown) if record.patch_rate > 0.0 => stride(rate, shown.pictures),
-            _ => count_every,
-        };
         let is_due =
             |every: Option<u64>, index: u64| every.is_some_and(|every| index.is_multiple_of(every));
+        let first = self.next_sample;
+        // Data that the scene does not record stay off.
+        let is_live = self.shown.is_some() && record.patch_rate > 0.0;
+        let is_picture = |index: u64| match is_live {
+            true => DisplayRates::is_snapshot(index - first, count, rate),
+            false => is_due(count_every, index),
+        };
         for index in self.next_sample..self.next_sample + count {
             let time = index as f64 / rate;
             match self.integrator.sample(&self.joint, time, &mut self.z) {
@@ -477,7 +479,7 @@ impl Source for Simulation {
                 self.unlocated_since = (!located).then_some(time);
             }
             self.take_sample(&mut frame);
-            let due = [count_every, picture_every].map(|every| is_due(every, index));
+            let due = [is_due(count_every, index), is_picture(index)];
             self.follow_contacts(time, due, &mut frame);
             if let Some(full) = &mut self.full {
                 full.follow(&self.joint, self.clock.now.tilt, index, &self.z);

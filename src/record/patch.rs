@@ -12,6 +12,7 @@ use super::{
     camera::Camera,
     error::RecordError,
     paths,
+    redraw::RedrawTimer,
     samples::{Rows, name_series},
     stream::{self, RecordingStream},
     style::{self, short},
@@ -49,6 +50,7 @@ pub struct Patch {
     colors: Vec<rerun::Color>,
     radii: Vec<Radius>,
     friction: Vec<[f32; 3]>,
+    redraw: RedrawTimer,
     counts: Rows,
     force: Rows,
 }
@@ -82,6 +84,7 @@ impl Patch {
             colors: Vec::new(),
             radii: Vec::new(),
             friction: Vec::new(),
+            redraw: RedrawTimer::default(),
             counts: Rows::new(paths::NODE_COUNTS, 3),
             force: Rows::new(paths::CONTACT_FORCE, 2),
         })
@@ -98,8 +101,11 @@ impl Patch {
                 self.draw_legend(rec)?;
             }
         }
+        self.redraw.set_rate(frame);
         for snapshot in &frame.patch {
-            self.push_snapshot(snapshot);
+            if self.redraw.is_due(snapshot.time) {
+                self.push_snapshot(snapshot);
+            }
         }
         if self.colors.len() >= BATCH_NODES {
             self.send(rec)?;

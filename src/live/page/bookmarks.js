@@ -8,17 +8,19 @@ const SHIPPED = [
   { name: T.bookmarkNames[1], scene: "torus-3deg", tilt: 3, speed: 20, views: ["portrait", "section", "spectrum", "recurrence"] },
   { name: T.bookmarkNames[2], scene: "torus-3deg", tilt: 5.5, speed: 20, views: ["portrait", "section", "spectrum", "recurrence"] },
   { name: T.bookmarkNames[3], scene: "lift-off", tilt: null, speed: 1, views: ["patch", "body"] },
+  { name: T.bookmarkNames[4], scene: "stick-slip", tilt: null, speed: 1, views: ["patch", "scope", "portrait"] },
+  { name: T.bookmarkNames[5], scene: "hysteresis", tilt: null, speed: 50, views: ["spectrogram", "spectrum", "branches"] },
 ];
 
 export class Bookmarks {
   #run;
   #stage;
-  #pending = null;
 
   constructor(run, stage) {
     this.#run = run;
     this.#stage = stage;
-    $("bookmark-add").onclick = () => this.#add();
+    $("bookmark-add").onclick = () => this.#ask();
+    $("bookmark-new").onclose = () => this.#add($("bookmark-new").returnValue === "keep" && $("bookmark-name").value.trim());
     this.#draw();
   }
 
@@ -31,10 +33,18 @@ export class Bookmarks {
     this.#draw();
   }
 
-  #add() {
-    const { scene, tilt_deg: tilt, speed } = this.#run.panel ?? {};
+  // Asks for the name of a bookmark.
+  #ask() {
+    const { scene, tilt_deg: tilt } = this.#run.panel ?? {};
     if (!scene) return;
-    const name = prompt(T.bookmarkName, tilt === null ? scene : `${scene}, ${T.degrees(tilt)}`);
+    $("bookmark-name").value = tilt === null ? scene : `${scene}, ${T.degrees(tilt)}`;
+    $("bookmark-new").returnValue = "";
+    $("bookmark-new").showModal();
+    $("bookmark-name").select();
+  }
+
+  #add(name) {
+    const { scene, tilt_deg: tilt, speed } = this.#run.panel;
     if (name) this.#keep([...this.#own, { name, scene, tilt, speed: 1e3 * speed, views: this.#stage.shown }]);
   }
 
@@ -52,19 +62,8 @@ export class Bookmarks {
   open({ scene, tilt, speed, views }) {
     this.#stage.show(views);
     this.#run.ask({ do: "speed", ms_per_s: speed });
-    const command = tilt === null ? null : { do: "tilt", deg: tilt };
-    if (scene === this.#run.panel?.scene) {
-      if (command) this.#run.ask(command);
-      return;
-    }
-    this.#pending = { command, after: this.#run.panel?.run ?? 0 };
-    this.#run.ask({ do: "scene", name: scene });
-  }
-
-  // Sends the tilt once the scene has started.
-  update(panel) {
-    if (!this.#pending || panel.run <= this.#pending.after || panel.time_s === 0) return;
-    if (this.#pending.command) this.#run.ask(this.#pending.command);
-    this.#pending = null;
+    const commands = tilt === null ? [] : [{ do: "tilt", deg: tilt }];
+    if (scene === this.#run.scene) this.#run.follow(commands);
+    else this.#run.start(scene, commands);
   }
 }

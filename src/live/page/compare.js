@@ -9,17 +9,24 @@ import { T } from "/texts.js";
 // Kick of the perturbed copy, mm/s: much smaller than a squeak, and larger than the errors of the steps.
 const PERTURBATION = 1e-4;
 
+// Views of each run if all chosen ones would be too small.
+const COMPARED = ["portrait", "scope", "spectrum", "section"];
+
 const summary = (panel) => (panel.tilt_deg === null ? motion(panel) : `${T.degrees(panel.tilt_deg)}: ${motion(panel)}`);
 
 export class Comparison {
   second = null;
   #run;
   #stage;
+  #diagram;
   #other = null;
+  // Views before the comparison.
+  #chosen = null;
 
-  constructor(run, stage) {
+  constructor(run, stage, diagram) {
     this.#run = run;
     this.#stage = stage;
+    this.#diagram = diagram;
     $("compare-same").onclick = () => this.#perturb();
     $("compare-over").onchange = () => this.#arrange();
     stage.onPlaced = () => this.#other?.show(stage.visible);
@@ -50,8 +57,11 @@ export class Comparison {
       const { second } = this;
       setTimeout(() => second.close(), 200);
       this.second = this.#other = null;
+      this.#diagram.mark(null, 1);
       $("views-b").replaceChildren();
       this.#arrange();
+      if (this.#chosen) this.#stage.show(this.#chosen);
+      this.#chosen = null;
       return;
     }
     let begun = false;
@@ -60,9 +70,10 @@ export class Comparison {
       panel: (panel) => {
         if (!begun) {
           begun = true;
-          this.#together();
+          this.#together([], []);
         }
         setText($("now-b"), summary(panel));
+        this.#diagram.mark(panel.tilt_deg, 1);
         this.onPanel?.(panel);
       },
       refused: (words) => this.onRefused?.(words),
@@ -70,7 +81,10 @@ export class Comparison {
     });
     this.#other = new Stage(this.second, $("views-b"));
     this.#other.setNarrow(true);
-    this.#other.show(this.#stage.visible);
+    if (this.#stage.visible.length > COMPARED.length) {
+      this.#chosen = this.#stage.shown;
+      this.#stage.show(COMPARED);
+    } else this.#other.show(this.#stage.visible);
     this.#arrange();
   }
 
@@ -78,32 +92,25 @@ export class Comparison {
   #arrange() {
     const over = this.open && $("compare-over").checked;
     $("stage-b").hidden = !this.open || over;
+    $(over ? "name-a" : "name-b").append($("label-b"));
     this.#stage.setNarrow(this.open && !over);
     this.#stage.overlay(over ? this.second : null);
   }
 
-  // Starts both runs at the same scene, speed and time.
-  #together() {
+  // Starts both runs at the present scene and speed, each with its commands.
+  #together(first, second) {
     const { scene, speed } = this.#run.panel;
-    this.second.ask({ do: "resume" });
-    this.#run.ask({ do: "resume" });
-    for (const run of [this.#run, this.second]) {
+    for (const [run, commands] of [[this.#run, first], [this.second, second]]) {
       run.ask({ do: "speed", ms_per_s: 1e3 * speed });
-      run.ask({ do: "scene", name: scene });
+      run.start(scene, commands);
     }
   }
 
   // Two equal runs, of which B gets a tiny kick: chaos parts them, a tone and a torus do not.
   #perturb() {
-    const before = this.second.panel.run;
-    const { tilt_deg: tilt } = this.#run.panel;
-    this.#together();
-    const wait = setInterval(() => {
-      if (this.second && !(this.second.panel.run > before && this.second.panel.time_s > 0)) return;
-      clearInterval(wait);
-      if (tilt !== null) for (const run of [this.#run, this.second]) run?.ask({ do: "tilt", deg: tilt });
-      this.second?.ask({ do: "kick", mm_per_s: PERTURBATION });
-    }, 50);
+    const deg = this.#run.panel.tilt_deg;
+    const tilt = deg === null ? [] : [{ do: "tilt", deg }];
+    this.#together(tilt, [...tilt, { do: "kick", mm_per_s: PERTURBATION }]);
   }
 
   update(panel) {

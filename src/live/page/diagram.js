@@ -4,33 +4,41 @@
 import { colour } from "/colours.js";
 import { $, make } from "/dom.js";
 import { showSource } from "/panel.js";
-import { Plot, note, short, unit } from "/plot.js";
+import { Plot, note, readStyle, short, unit } from "/plot.js";
 import { T } from "/texts.js";
 
-// Interval between questions for a diagram that is being computed, ms.
-const POLL_MS = 3000;
+// Width of a letter in a band, relative to the size of the type.
+const LETTER = 0.48;
 
 export class Diagram {
   #range = null;
-  #scene = "";
-  #bands = { source: "", at: [] };
+  #number = null;
+  #bands = { source: "", rows: [] };
   #full = null;
-  #marker = make("div", { className: "marker" });
+  // One for each run that is shown, and their tilts, degrees.
+  #markers = ["marker", "marker second"].map((className) => make("div", { className, hidden: true }));
+  #tilts = [null, null];
   version = 0;
 
-  // Fetches the diagram of the present scene, if it has one, as soon as it is computed.
-  async load(scene) {
-    this.#scene = scene;
+  constructor() {
+    new ResizeObserver(() => this.draw()).observe($("tilting"));
+  }
+
+  // Fetches the complete diagram of the present scene by its number; `null` if there is none, or none yet.
+  async load(number) {
+    this.#number = number;
     this.#full = null;
     this.draw();
-    let answer;
-    while ((answer = await fetch("/diagram.json").catch(() => null))?.status === 202 && scene === this.#scene)
-      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
-    if (answer?.status !== 200) return;
-    const full = await answer.json();
-    if (scene !== this.#scene) return;
+    if (number === null) return;
+    const full = await fetch("/diagram.json").then((answer) => answer.json()).catch(() => null);
+    if (number !== this.#number) return;
     this.#full = full;
     this.draw();
+  }
+
+  // The tilt of the run, degrees.
+  get tilt() {
+    return this.#tilts[0];
   }
 
   get full() {
@@ -47,11 +55,12 @@ export class Diagram {
     this.draw();
   }
 
-  // Moves the marker to a tilt, degrees.
-  mark(deg) {
-    if (!this.#range || deg === null) return;
-    this.tilt = deg;
-    this.#marker.style.left = `${Math.min(100, Math.max(0, this.#percent(deg)))}%`;
+  // Moves the marker of a run to a tilt, degrees; `null` hides it.
+  mark(deg, run = 0) {
+    this.#tilts[run] = deg;
+    const marker = this.#markers[run];
+    marker.hidden = deg === null || !this.#range;
+    if (!marker.hidden) marker.style.left = `${Math.min(100, Math.max(0, this.#percent(deg)))}%`;
   }
 
   #percent(deg) {
@@ -62,38 +71,47 @@ export class Diagram {
   draw() {
     this.version++;
     if (!this.#range) return $("bands").replaceChildren();
-    const rows = this.#full?.responses?.length
-      ? this.#full.responses.map(({ start, tilt_deg, regime }) => ({ name: T.started(start), at: tilt_deg.map((deg, k) => [deg, regime[k]]) }))
-      : [{ name: "", at: this.#bands.at }];
-    const kinds = new Set();
+    const { source, rows } = this.#shown();
+    const kinds = new Map();
     const drawn = rows.map((row) => this.#row(row, kinds));
     const marks = (this.#full?.bifurcations ?? []).map(({ tilt_deg, text }) =>
       make("div", { className: "event", title: T.bifurcationAt(text, tilt_deg), style: `left:${this.#percent(tilt_deg)}%` }),
     );
-    $("bands").replaceChildren(...this.#counts(), ...drawn, ...marks, this.#marker);
+    $("bands").replaceChildren(...marks, ...this.#counts(), ...drawn, ...this.#markers);
+    // Kinds whose bands are too narrow for their names.
+    const unnamed = [...kinds].filter(([, named]) => !named);
     $("legend").replaceChildren(
-      ...[...kinds].map((kind) => make("span", {}, make("i", { style: `background:${colour(kind)}` }), kind)),
+      ...unnamed.map(([kind]) => make("span", {}, make("i", { style: `background:${colour(kind)}` }), kind)),
     );
-    showSource(this.#full ? "" : this.#bands.source);
-    this.mark(this.tilt ?? null);
+    showSource(source);
+    this.#tilts.forEach((deg, run) => this.mark(deg, run));
+  }
+
+  // The rows: those of the user's sweep, else of the diagram, else of linear stability.
+  #shown() {
+    const responses = this.#full?.responses ?? [];
+    if (!responses.length || this.#bands.rows.some(({ start }) => start)) return this.#bands;
+    return { source: "", rows: responses.map(({ start, tilt_deg, regime }) => ({ start, at: tilt_deg.map((deg, k) => [deg, regime[k]]) })) };
   }
 
   // Adjacent tilts with the same type of motion form one band.
-  #row({ name, at }, kinds) {
+  #row({ start, at }, kinds) {
     const ranges = [];
     for (const [k, [deg, kind]] of at.entries()) {
       const low = k === 0 ? deg : 0.5 * (at[k - 1][0] + deg);
       const high = k === at.length - 1 ? deg : 0.5 * (deg + at[k + 1][0]);
       const last = ranges.at(-1);
-      kinds.add(kind);
       if (last?.kind === kind) last.high = high;
       else ranges.push({ kind, low, high });
     }
     const bands = ranges.map(({ kind, low, high }) => {
       const [left, right] = [low, high].map((deg) => Math.min(100, Math.max(0, this.#percent(deg))));
-      return make("div", { className: "band", title: kind, style: `left:${left}%;width:${right - left}%;background:${colour(kind)}` });
+      const named = (0.01 * (right - left) * $("bands").clientWidth) / readStyle().em > LETTER * kind.length;
+      kinds.set(kind, named || kinds.get(kind));
+      const style = `left:${left}%;width:${right - left}%;background:${colour(kind)}`;
+      return make("div", { className: "band", title: kind, style, textContent: named ? kind : "" });
     });
-    const label = name ? [make("span", { className: "row-name", textContent: name })] : [];
+    const label = start ? [make("span", { className: "row-name", textContent: T.started[start] })] : [];
     return make("div", { className: "bands-row" }, ...bands, ...label);
   }
 

@@ -3,6 +3,7 @@
 export function markdown(where, text) {
   const blocks = [];
   let list = null;
+  let paragraph = null;
   for (const line of text.split("\n")) {
     const heading = line.match(/^(#+) (.*)/);
     const item = line.match(/^[*-] (.*)/);
@@ -21,16 +22,14 @@ export function markdown(where, text) {
       if (!list) blocks.push((list = document.createElement("ul")));
       list.append(inline(document.createElement("li"), item[1]));
     } else if (line.trim()) {
-      const last = blocks.at(-1);
-      if (last?.tagName === "P" && last.dataset.open) inline(last, ` ${line}`);
-      else {
-        const paragraph = inline(document.createElement("p"), line);
-        paragraph.dataset.open = "1";
-        blocks.push(paragraph);
-      }
-    } else if (blocks.at(-1)?.dataset) {
-      delete blocks.at(-1).dataset.open;
+      // A marked part may continue on the next line.
+      if (paragraph === null) blocks.push(document.createElement("p"));
+      paragraph = paragraph === null ? line : `${paragraph} ${line}`;
+      blocks.at(-1).replaceChildren();
+      inline(blocks.at(-1), paragraph);
+      continue;
     }
+    paragraph = null;
   }
   where.replaceChildren(...blocks);
 }

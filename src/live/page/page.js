@@ -43,14 +43,13 @@ const run = new Run("", {
   panel(status, before) {
     state.panel = status;
     if (status.run !== before?.run) diagram.setRange(status.tilt_range_deg);
-    if (status.scene && status.scene !== before?.scene) diagram.load(status.scene);
+    if (status.diagram !== before?.diagram) diagram.load(status.diagram);
     showPanel(status, before);
     showSteered();
     if (!state.draggingSpeed && status.speed) $("speed").value = Math.log10(1e3 * status.speed);
     stage.describe(status.now);
     sound.setLines(status.lines);
     tour.update(status);
-    bookmarks.update(status);
     comparison.update(status);
   },
   refused,
@@ -58,9 +57,9 @@ const run = new Run("", {
   data: () => stage.request(),
 });
 const stage = new Stage(run, $("views"), [new Branches(diagram)], $("choices"));
-const bookmarks = new Bookmarks(run, stage);
+new Bookmarks(run, stage);
 const tour = new Tour(run, (views) => stage.show(views));
-const comparison = new Comparison(run, stage);
+const comparison = new Comparison(run, stage, diagram);
 comparison.onRefused = refused;
 comparison.onPanel = showSteered;
 const ask = (command) => comparison.ask(command);

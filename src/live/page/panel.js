@@ -89,7 +89,9 @@ function showEvents(events) {
   const newest = events.at(-1);
   setText($("latest"), newest ? shown(newest.text) : "");
   const start = events.findLastIndex(({ text }) => text.endsWith(" starts"));
-  const items = events.slice(Math.max(0, start)).toReversed().slice(0, 6);
+  // A run that gets its commands at its start is paused for a moment.
+  const shownOnes = events.slice(Math.max(0, start)).filter(({ time_s, text }) => time_s > 0 || !/^(paused|resumed)$/.test(text));
+  const items = shownOnes.toReversed().slice(0, 6);
   $("events").replaceChildren(
     ...items.map(({ time_s, text }) =>
       make("li", {}, `${(1e3 * time_s).toFixed(1)} ms`, make("b", { textContent: shown(text) })),

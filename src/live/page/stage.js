@@ -138,6 +138,8 @@ export class Stage {
     const wide = count <= 2 ? count : count === 4 ? 2 : count > 6 ? Math.ceil(count / 2) : 3;
     const columns = this.narrow ? (count <= 3 ? 1 : 2) : wide;
     this.place.style.setProperty("--columns", columns);
+    // The last view fills the last row.
+    this.place.style.setProperty("--last", columns - ((count - 1) % columns));
     this.place.classList.toggle("one", count === 1);
     this.refresh();
     this.onPlaced?.();

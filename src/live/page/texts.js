@@ -67,9 +67,10 @@ export const T = {
   events: "Events",
   bookmarks: "Bookmarks",
   bookmarkAdd: "Add bookmark",
+  bookmarkKeep: "Keep",
   bookmarkAddTitle: "Keep scene, tilt, speed and views under a name",
   bookmarkName: "Name of the bookmark",
-  bookmarkNames: ["Tone, 0°", "Torus, 3°", "Chaos, 5.5°", "Lift-off, slow"],
+  bookmarkNames: ["Tone, 0°", "Torus, 3°", "Chaos, 5.5°", "Lift-off, slow", "Stick and slip, slow", "Hysteresis"],
   bookmarkRemove: (name) => `Remove the bookmark ${name}`,
   close: "Close",
 
@@ -149,7 +150,7 @@ export const T = {
     branches: "Diagram",
   },
   viewHints: {
-    patch: "The contact patch seen from outside: sticking, sliding and separated nodes, with the friction on the ball",
+    patch: "The contact patch seen from outside, in slow motion: sticking, sliding and separated nodes, with the friction on the ball",
     portrait: "Velocity over displacement: a loop is a tone, a band a torus, a tangle chaos",
     scope: "Velocity over time, started where it rises through zero",
     spectrum: "Amplitude of each frequency, with its named lines",
@@ -189,7 +190,7 @@ export const T = {
   // Diagram.
   unstableModes: (count) => (count === 1 ? "1 unstable mode" : `${count} unstable modes`),
   unstable: "unstable modes",
-  started: (start) => start,
+  started: { fresh: "from a kick", upward: "rising tilt", downward: "falling tilt" },
   tiltDeg: "tilt, °",
   amplitudeIn: (symbol) => `amplitude, ${symbol}`,
   noDiagram: "no diagram for this scene",

@@ -28,8 +28,6 @@ export class Tour {
   #run;
   #show;
   #channel = new BroadcastChannel("squeakscope tour");
-  // Commands for the run that the step starts, its scene, and the number of the run before.
-  #pending = null;
   // Whether the tour starts as soon as the run is known.
   #starts = false;
 
@@ -93,12 +91,12 @@ export class Tour {
     $("tour-back").disabled = step === 0;
     $("tour-next").disabled = step === steps.length - 1;
     const next = steps[step + 1];
-    const words = [steps[step].notes.trim(), next ? T.tourNext(next.say) : T.tourLast];
+    const words = [...steps[step].notes.trim().split(/\n\s*\n/), next ? T.tourNext(next.say) : T.tourLast];
     $("tour-notes").replaceChildren(...words.filter(Boolean).map((text) => make("p", { textContent: text })));
     this.update(this.#run.panel);
   }
 
-  // Sends the commands of a step. Those for another run wait until it has started.
+  // Sends the commands of a step.
   #apply(step) {
     const run = this.#run;
     if (step.views.length) this.#show(step.views);
@@ -106,12 +104,9 @@ export class Tour {
     if (step.tilt_deg !== null) commands.push({ do: "tilt", deg: step.tilt_deg });
     if (step.kick_mm_per_s !== null) commands.push({ do: "kick", mm_per_s: step.kick_mm_per_s });
     if (step.speed_ms_per_s !== null) run.ask({ do: "speed", ms_per_s: step.speed_ms_per_s });
-    if (run.panel?.paused) run.ask({ do: "resume" });
-    const other = step.scene !== null && step.scene !== run.panel?.scene;
-    if (other) run.ask({ do: "scene", name: step.scene });
-    else if (step.restart) run.ask({ do: "reset" });
-    this.#pending = other || step.restart ? { commands, scene: step.scene ?? run.panel.scene, after: run.panel.run } : null;
-    if (!this.#pending) for (const command of commands) run.ask(command);
+    const scene = step.scene ?? run.scene;
+    if (scene !== run.scene || step.restart) run.start(scene, commands);
+    else run.follow(run.panel?.paused ? [...commands, { do: "resume" }] : commands);
   }
 
   // Shows the numbers that the present run measures.
@@ -121,11 +116,6 @@ export class Tour {
       this.go(0);
     }
     if (!panel || this.step === null) return;
-    const { scene, after } = this.#pending ?? {};
-    if (this.#pending && panel.run > after && panel.scene === scene && panel.time_s > 0) {
-      for (const command of this.#pending.commands) this.#run.ask(command);
-      this.#pending = null;
-    }
     const { watch } = this.#tour.steps[this.step];
     const rows = watch.map((name) => [T.quantities[name], QUANTITIES[name](panel, this.#run.data) ?? "–"]);
     rows.push([T.speed, speedText(1e3 * panel.speed)]);

@@ -98,7 +98,7 @@ struct Recurrence {
     bits: Vec<u8>,
 }
 
-/// A stroboscope for the body: it flashes once per frame, in step with the strongest line, so that a vibration
+/// A stroboscope for body and contact patch: it flashes once per frame, in step with the strongest line, so that a vibration
 /// too fast for the eye is seen in slow motion.
 #[derive(Debug, Default)]
 struct Strobe {
@@ -241,7 +241,11 @@ impl State {
         if !Arc::ptr_eq(known, &frame.geometry) && **known != *frame.geometry {
             self.geometry.set(Arc::clone(&frame.geometry));
         }
-        if let Some(snapshot) = frame.patch.last() {
+        // The nodes at the same flash as the body.
+        let flash = frame.time(row);
+        let off = |snapshot: &&PatchSnapshot| (snapshot.time - flash).abs();
+        let snapshots = frame.patch.iter();
+        if let Some(snapshot) = snapshots.min_by(|a, b| off(a).total_cmp(&off(b))) {
             self.snapshot.set(snapshot.clone());
         }
     }

@@ -233,8 +233,8 @@ pub struct Frame {
     pub rotation_factor: f64,
     /// Contact nodes of this frame.
     pub geometry: Arc<PatchGeometry>,
-    /// Snapshots of the contact nodes for display, in time order: at the scene's patch rate, or at the rate of
-    /// pictures of a live run.
+    /// Snapshots of the contact nodes for display, in time order: at the scene's patch rate; in a live run at the last
+    /// sample, and densely at the beginning, where a stroboscope chooses among them.
     pub patch: Vec<PatchSnapshot>,
     /// Counts of contact nodes, in time order, at the scene's patch rate.
     pub contacts: Vec<ContactSample>,
@@ -274,7 +274,7 @@ pub struct Frame {
 pub struct DisplayRates {
     /// Playback speed, simulated seconds per second of wall time.
     pub speed: f64,
-    /// Snapshots of body and patch per simulated second.
+    /// Pictures of body and patch per simulated second in a viewer.
     pub pictures: f64,
     /// Number of samples per displayed sample of the time series, at least 1.
     pub every: usize,
@@ -285,8 +285,12 @@ pub struct DisplayRates {
 impl DisplayRates {
     /// Frames per second of wall time. A command takes effect at the start of the next frame.
     const FRAMES: f64 = 60.0;
-    /// Snapshots of body and contact patch per second of wall time.
-    const SNAPSHOTS: f64 = 20.0;
+    /// Pictures of body and contact patch per second of wall time in a viewer.
+    const PICTURES: f64 = 20.0;
+    /// Snapshots of the contact nodes at the beginning of a frame: rate, Hz, and span, s. They resolve the phase of a squeak
+    /// and cover a period from 2 kHz.
+    const STROBE_RATE: f64 = 100e3;
+    const STROBE_SPAN: f64 = 0.5e-3;
     /// Approximate number of rows of time series per second of wall time that a viewer can display.
     const ROWS: f64 = 20e3;
     /// Maximum number of windows per second of wall time that a displayed analysis evaluates: slightly more
@@ -303,11 +307,18 @@ impl DisplayRates {
         let samples = (speed * rate / Self::FRAMES).round();
         let shown = Self {
             speed,
-            pictures: (Self::SNAPSHOTS / speed).min(rate),
+            pictures: (Self::PICTURES / speed).min(rate),
             every: (speed * rate / Self::ROWS).round().max(1.0) as usize,
             apart: (speed * rate / Self::WINDOWS).round() as u64,
         };
         (samples.clamp(1.0, Self::MAX_FRAME_SAMPLES) as usize, shown)
+    }
+
+    /// Whether a live run takes a snapshot of the contact nodes at a sample of a frame of `samples` samples at `rate` (Hz).
+    pub fn is_snapshot(index: u64, samples: u64, rate: f64) -> bool {
+        let every = (rate / Self::STROBE_RATE).max(1.0) as u64;
+        let is_dense = index.is_multiple_of(every) && index as f64 <= Self::STROBE_SPAN * rate;
+        is_dense || index + 1 == samples
     }
 
     /// Displayed energy samples per simulated second.

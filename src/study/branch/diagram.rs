@@ -338,6 +338,9 @@ const SHIPPED: &[(&str, &str)] = shipped![
     "which-mode-wins",
     "hysteresis",
     "measured-friction",
+    "mode-shift-3.5deg",
+    "exchanged-friction",
+    "paper",
 ];
 
 /// The stored diagram (JSON) of a scene that ships, with any tilt; `None` if the scene has none, or its joint was

@@ -272,11 +272,26 @@ impl Browser {
 
     /// Screenshot of the page as PNG.
     pub fn screenshot(&mut self, tab: &Tab) -> Vec<u8> {
-        let taken = self.call(
-            Some(tab),
-            "Page.captureScreenshot",
-            &json!({ "format": "png" }),
-        );
+        self.picture(tab, &json!({ "format": "png" }))
+    }
+
+    /// Screenshot of the page as lossy WebP, reduced in size.
+    pub fn webp(
+        &mut self,
+        tab: &Tab,
+        [width, height]: [u32; 2],
+        [reduced, _]: [u32; 2],
+    ) -> Vec<u8> {
+        let scale = f64::from(reduced) / f64::from(width);
+        let clip = json!({ "x": 0, "y": 0, "width": width, "height": height, "scale": scale });
+        self.picture(
+            tab,
+            &json!({ "format": "webp", "quality": 30, "clip": clip }),
+        )
+    }
+
+    fn picture(&mut self, tab: &Tab, params: &Value) -> Vec<u8> {
+        let taken = self.call(Some(tab), "Page.captureScreenshot", params);
         let text = taken["data"].as_str().expect("a picture");
         base64::engine::general_purpose::STANDARD
             .decode(text)

@@ -51,6 +51,48 @@ fn the_tour_runs_from_end_to_end() {
     assert_eq!(browser.errors, [""; 0]);
 }
 
+/// Steps and bookmarks that follow one another faster than their runs start.
+#[test]
+fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
+    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let Some((mut browser, tab)) = opened(&live) else {
+        return;
+    };
+    browser.until(&tab, "!document.getElementById('tour-start').hidden");
+    for step in 0..5 {
+        browser.run(&tab, &format!("squeakscope.tour.go({step})"));
+    }
+    browser.until(
+        &tab,
+        &format!("{PANEL}.scene === 'torus-3deg' && {PANEL}.tilt_deg === 4 && {PANEL}.time_s > 0"),
+    );
+    browser.run(&tab, "squeakscope.tour.end()");
+    // A bookmark of the strip, and one of the user's own, which survives a reload of the page.
+    browser.run(
+        &tab,
+        "document.querySelectorAll('#bookmark-list button')[2].click()",
+    );
+    browser.until(&tab, &format!("{PANEL}.tilt_deg === 5.5"));
+    browser.click(&tab, "bookmark-add");
+    browser.run(
+        &tab,
+        "document.getElementById('bookmark-name').value = 'My own'",
+    );
+    browser.press(&tab, "Enter");
+    let own = "[...document.querySelectorAll('#bookmark-list button')].find((b) => b.textContent === 'My own')";
+    browser.until(&tab, &format!("Boolean({own})"));
+    browser.run(&tab, "location.reload()");
+    browser.until(
+        &tab,
+        &format!("window.squeakscope?.state.panel?.time_s > 0 && Boolean({own})"),
+    );
+    browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 2 })");
+    browser.until(&tab, &format!("{PANEL}.tilt_deg === 2"));
+    browser.run(&tab, &format!("{own}.click()"));
+    browser.until(&tab, &format!("{PANEL}.tilt_deg === 5.5"));
+    assert_eq!(browser.errors, [""; 0]);
+}
+
 #[test]
 fn a_presenter_window_steers_the_tour() {
     let live = Live::start("torus-3deg", &["--no-lyapunov"]);

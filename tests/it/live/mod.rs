@@ -1,7 +1,9 @@
 //! Interactive runs, controlled through the sockets of their page and through the page in a real browser.
 
 mod browser;
+mod clip;
 mod files;
+mod firefox;
 mod floods;
 mod keyboard;
 mod leaks;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use tungstenite::Message;
 
 use super::page::opened;
-use super::{DEADLINE, Live, Socket};
+use super::{Live, Socket};
 
 /// The header of the next message of `/views`.
 fn header(socket: &mut Socket) -> (Value, usize) {
@@ -143,6 +143,47 @@ fn every_view_draws_the_run() {
     assert_eq!(browser.errors, [""; 0]);
 }
 
+/// A sweep of the scene replaces the rows of the strip, one for each start; another scene keeps those of its diagram.
+#[test]
+fn an_own_sweep_is_shown_below_the_slider() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("own.arrow");
+    let table = table.to_str().unwrap();
+    let swept = std::process::Command::new(env!("CARGO_BIN_EXE_squeakscope"))
+        .args(["sweep", "printed-friction", "--tilt", "0:4:2"])
+        .args(["--start", "both", "--out", table])
+        .output()
+        .unwrap();
+    assert!(swept.status.success(), "{swept:?}");
+    let live = Live::start("printed-friction", &["--sweep", table]);
+    let Some((mut browser, tab)) = opened(&live) else {
+        return;
+    };
+    let rows = |names: &str| {
+        format!(
+            "[...document.querySelectorAll('.bands-row .row-name')].map((row) => row.textContent).join() === '{names}'"
+        )
+    };
+    browser.until(&tab, &rows("rising tilt,falling tilt"));
+    let bands = "[...document.querySelectorAll('.band')].map((band) => band.textContent)";
+    assert_eq!(browser.run(&tab, bands), json!(["silent", "silent"]));
+    let source = "document.getElementById('bands-source').textContent";
+    let source = browser.run(&tab, source);
+    assert!(
+        source
+            .as_str()
+            .unwrap()
+            .starts_with("sweep of printed-friction"),
+        "{source}"
+    );
+    browser.run(
+        &tab,
+        "squeakscope.ask({ do: 'scene', name: 'torus-birth' })",
+    );
+    browser.until(&tab, &rows("from a kick,rising tilt,falling tilt"));
+    assert_eq!(browser.errors, [""; 0]);
+}
+
 /// Time from the slider to a picture of the run at the new tilt, in the browser.
 #[test]
 fn the_slider_changes_the_picture() {
@@ -187,19 +228,22 @@ fn frame_rate() {
     let (mut browser, tab) = opened(&live).expect("Chromium");
     browser.resize(&tab, [1920, 1080]);
     browser.until(&tab, "squeakscope.stage.drawn > 60");
-    let count = |browser: &mut super::browser::Browser| {
-        browser
-            .run(&tab, "squeakscope.stage.drawn")
-            .as_f64()
-            .unwrap()
-    };
-    let (began, before) = (Instant::now(), count(&mut browser));
-    while began.elapsed() < Duration::from_secs(5) && began.elapsed() < DEADLINE {
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    let rate = (count(&mut browser) - before) / began.elapsed().as_secs_f64();
-    let one = browser.run(&tab, "squeakscope.stage.drawnTime");
-    println!("{rate:.0} pictures per second, the last one in {one} ms");
+    // Pictures, messages and refreshes of the screen in five seconds of the page's clock.
+    let rates = browser.run(
+        &tab,
+        "new Promise((done) => { const { stage, run } = squeakscope; const [drawn, received, began] = [stage.drawn, \
+         run.data.received, performance.now()]; let refreshes = 0, drawing = 0; \
+         requestAnimationFrame(function count(now) { refreshes++; drawing += stage.drawnTime; \
+         if (now < began + 5000) return requestAnimationFrame(count); const s = 1e-3 * (performance.now() - began); \
+         done([(stage.drawn - drawn) / s, (run.data.received - received) / s, refreshes / s, drawing / refreshes]); }); })",
+    );
+    let rates: [f64; 4] = serde_json::from_value(rates).unwrap();
+    let [pictures, messages, refreshes, one] = rates;
+    println!(
+        "per second: {pictures:.1} pictures, {messages:.1} messages, {refreshes:.1} refreshes of the screen; \
+         {one:.1} ms per picture"
+    );
+    assert!(pictures > 20.0, "{pictures}");
 }
 
 /// With reduced motion, the pictures change at most twice a second.

@@ -16,7 +16,7 @@ export class Patch {
     if (!start.patch_radius_m) return note(c, width, height, style, data.received ? T.noPatch : T.notYet);
     if (!states || !nodes || nodes.length !== 2 * states.length) return note(c, width, height, style, T.notYet);
     const em = style.em;
-    const tall = height - 2.2 * em;
+    const tall = this.#legend(c, width, height, style, states) - 0.4 * em;
     const scale = Math.min(width - em, tall - 0.6 * em) / (2.12 * start.patch_radius_m);
     const [cx, cy] = [width / 2, 0.2 * em + tall / 2];
     const X = (k) => cx + scale * nodes[2 * k];
@@ -27,12 +27,10 @@ export class Patch {
     c.arc(cx, cy, scale * start.patch_radius_m * 1.06, 0, 7);
     c.stroke();
     const pressure = start.load_n / (Math.PI * start.patch_radius_m ** 2);
-    const counts = [0, 0, 0];
     for (let k = 0; k < states.length; k++) {
-      counts[states[k]]++;
       const cell = scale * Math.sqrt(areas[k] / Math.PI);
       const share = Math.sqrt(Math.max(0, normalForce[k]) / (2 * pressure * areas[k]));
-      node(c, style, states[k], X(k), Y(k), cell * Math.min(1, 0.3 + 0.62 * share));
+      node(c, style, states[k], X(k), Y(k), cell * Math.min(0.85, 0.25 + 0.52 * share));
     }
     const arrow = (ARROW * start.patch_radius_m * states.length * scale) / start.load_n;
     c.strokeStyle = style.friction;
@@ -43,23 +41,26 @@ export class Patch {
       if (dx * dx + dy * dy > 4) line(c, X(k), Y(k), dx, dy);
     }
     c.stroke();
-    this.#legend(c, width, height, style, counts);
   }
 
-  #legend(c, width, height, style, counts) {
-    let em = style.em;
-    const names = [T.stick, T.slip, T.separated].map((name, k) => `${name} ${counts[k]}`);
-    const entries = [...names.map((name, k) => [k, name]), [3, T.frictionArrow]];
-    c.font = `${0.85 * em}px ${style.family}`;
-    const wanted = entries.reduce((sum, [, name]) => sum + c.measureText(name).width + 2.2 * em, 0);
-    em *= Math.min(1, (width - em) / wanted);
+  // The symbols with the number of nodes of each state, in a row or two at the bottom; returns the upper end.
+  #legend(c, width, height, style, states) {
+    const em = style.em;
+    const count = (kind) => states.reduce((sum, state) => sum + (state === kind), 0);
+    const names = [T.stick, T.slip, T.separated].map((name, kind) => `${name} ${count(kind)}`);
     c.font = `${0.85 * em}px ${style.family}`;
     c.textAlign = "left";
     c.textBaseline = "middle";
-    const widths = entries.map(([, name]) => c.measureText(name).width + 2.2 * em);
-    let x = Math.max(0.3 * em, (width - widths.reduce((a, b) => a + b, 0)) / 2);
-    const y = height - 1.1 * em;
-    entries.forEach(([kind, name], k) => {
+    const entries = [...names, T.frictionArrow].map((name, kind) => ({ kind, name, wide: c.measureText(name).width + 1.95 * em }));
+    const total = entries.reduce((sum, { wide }) => sum + wide, 0);
+    const perRow = total > width ? 2 : entries.length;
+    const column = Math.max(...entries.map(({ wide }) => wide));
+    const left = Math.max(0.3 * em, (width - Math.min(total, perRow * column)) / 2);
+    const top = height - (perRow === 2 ? 3.2 : 1.8) * em;
+    let x = left;
+    entries.forEach(({ kind, name, wide }, k) => {
+      const y = top + (0.7 + 1.4 * Math.floor(k / perRow)) * em;
+      if (perRow === 2) x = left + (k % perRow) * column;
       if (kind < 3) node(c, style, kind, x + 0.6 * em, y, 0.42 * em);
       else {
         c.strokeStyle = style.friction;
@@ -69,8 +70,9 @@ export class Patch {
       }
       c.fillStyle = style.text;
       c.fillText(name, x + 1.35 * em, y);
-      x += widths[k];
+      x += wide;
     });
+    return top;
   }
 }
 

@@ -55,7 +55,7 @@ export class Portrait {
     }
     c.globalAlpha = 1;
     if (length === 0) return;
-    c.fillStyle = style.mark;
+    c.fillStyle = colour === style.second ? colour : style.mark;
     c.beginPath();
     c.arc(plot.X(u.at(0) * units[0].per), plot.Y(v.at(0) * units[1].per), 0.35 * style.em, 0, 7);
     c.fill();

@@ -22,7 +22,7 @@ export class Recurrence {
     plot.axes();
     if (!plotted) return note(c, width, height, style, T.notYet);
     // In a small picture several pixels are one: recurrent if any of them is.
-    const merged = Math.max(1, Math.round(plotted.size / (side * (window.devicePixelRatio || 1))));
+    const merged = Math.max(1, Math.ceil(plotted.size / (side * (window.devicePixelRatio || 1)) - 0.1));
     const key = `${data.run} ${data.versions.recurrence} ${style.light} ${merged}`;
     if (this.#drawn !== key) {
       this.#drawn = key;

@@ -7,6 +7,8 @@ import { T } from "/texts.js";
 // Width of the axes over the range of the points, and the smallest over the size of the motion.
 const MARGIN = 1.25;
 const SMALLEST = 0.3;
+// The newest points determine the range, so that a transient does not.
+const NEWEST = 250;
 
 export class Section {
   id = "section";
@@ -18,7 +20,8 @@ export class Section {
     if (this.#run !== data.run) [this.#run, this.#ranges] = [data.run, [null, null]];
     if (!data.points.length) return note(c, width, height, style, T.notYet);
     const names = data.start.section ?? ["", ""];
-    const ranges = [0, 1].map((k) => this.#range([...data.points, ...(other?.points ?? [])], k));
+    const newest = [data, other].flatMap((run) => run?.points.slice(-NEWEST) ?? []);
+    const ranges = [0, 1].map((k) => this.#range(newest, k));
     const isLength = names.every((name) => name.startsWith("y"));
     const size = Math.max(...ranges.flat().map(Math.abs));
     const { per, symbol } = isLength ? unit(size, "m") : unit(size, "");

@@ -19,10 +19,12 @@ export class Spectrum {
     const highest = (data.start.highest_frequency_hz ?? 2e4) / 1e3;
     const x = { range: [0, highest], label: T.frequencyKhz };
     const decades = Array.from({ length: DECADES[1] - DECADES[0] + 1 }, (_, k) => DECADES[0] + k);
-    const y = { range: DECADES, label: T.amplitude, ticks: decades, format: power };
+    const y = { range: DECADES, label: T.amplitude, format: power };
     const row = 1.15 * style.em;
     const rows = height < LOW * style.em ? ROWS - 1 : ROWS;
     const plot = new Plot(c, width, height, style, x, y, (rows - 1) * row + 0.4 * style.em);
+    const every = Math.ceil((style.em * decades.length) / (plot.bottom - plot.top));
+    y.ticks = decades.filter((d) => (d - DECADES[1]) % every === 0);
     plot.axes();
     if (!data.spectrum) return note(c, width, height, style, T.notYet);
     const level = (a) => plot.Y(Math.max(DECADES[0], Math.log10(1e3 * a)));
