@@ -15,12 +15,12 @@ use super::torus::{Tongue, Torus, TorusKind, TorusPoint};
 use crate::analysis::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
 };
+use crate::chain_of_causes;
 use crate::dynamics::continuation::{
     BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, OrbitBranch,
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
 use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, System};
-use crate::study::sweep::chain_of_causes;
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
 const BEATS: [f64; 2] = [128.0, 32.0];
