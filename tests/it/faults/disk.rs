@@ -11,7 +11,7 @@ use super::{
 fn a_full_disk_ends_the_run_and_keeps_the_partial_recording() {
     let (folder, recording) = desk();
     std::fs::write(&recording, "an older one").expect("written");
-    let program = run(folder.path(), ENDLESS, &["--save", "run.rrd"]);
+    let program = run(folder.path(), ENDLESS, &["--force", "--save", "run.rrd"]);
     let ended = on_a_small_disk(3_000_000, &program).end();
     ended.said(
         1,
