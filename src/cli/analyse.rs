@@ -87,7 +87,6 @@ pub(super) fn execute(
     if save.is_some() {
         resources::check_memory()?;
     }
-    resources::start_thread_pool()?;
     let analysed = analyse(args, file, stop)?;
     let report = &analysed.report;
     let mut files = Vec::new();
@@ -146,6 +145,8 @@ pub(super) fn analyse(
             max_samples: Some(args.max_samples),
         },
     )?;
+    // After the samples are in memory.
+    resources::start_thread_pool()?;
     let source = args.calibration.as_ref();
     let levels = source.map(|source| CalibratedLevels::of(&signal, source, args.column.as_deref()));
     let levels = levels.transpose()?;
