@@ -65,11 +65,14 @@ def test_an_exception_of_the_progress_ends_the_run() -> None:
 
 
 def test_ctrl_c_ends_a_run() -> None:
+    # A shell starts background processes with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         s.run("torus-3deg", duration=50.0, samples=False)
     timer.join()
+    signal.signal(signal.SIGINT, before)
 
 
 def test_a_simulation_is_stepped_and_changed() -> None:
