@@ -47,7 +47,7 @@ pub struct SessionOptions {
     pub command: String,
     /// Initial playback speed, simulated seconds per second of wall time.
     pub speed: f64,
-    /// Whether to compute the Lyapunov exponents and the perturbed trajectory, see [`Command::Lyapunov`].
+    /// Whether to compute the Lyapunov exponents and the perturbed trajectory, see [`Command::Lyapunov`](super::Command::Lyapunov).
     pub lyapunov: bool,
     /// Display.
     pub watcher: ViewTarget,

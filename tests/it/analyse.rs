@@ -30,7 +30,8 @@ impl TestDir {
 
     /// JSON result of a successful analysis.
     fn analyse(&self, args: &str) -> Value {
-        self.run(&format!("{args} --force --json out.json")).success();
+        self.run(&format!("{args} --force --json out.json"))
+            .success();
         let text = fs::read(self.path("out.json")).expect("written");
         serde_json::from_slice(&text).expect("JSON")
     }
