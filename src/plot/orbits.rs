@@ -79,8 +79,6 @@ pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Fi
 /// torus that was followed.
 fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
     let points = || branch.tori.iter().flat_map(|torus| &torus.points);
-    let rotations = points().filter_map(|point| point.rotation_number);
-    let y = Axis::with_margin("rotation number", rotations);
     points().next()?;
     let births = branch.tori.iter().filter_map(|torus| {
         let mut found = branch.orbit_bifurcations();
@@ -88,8 +86,12 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
             found.find(|found| found.branch == torus.branch && found.at.value == torus.born)?;
         Some([torus.born, born.bifurcation.rotation_number?])
     });
+    let births: Vec<[f64; 2]> = births.collect();
+    let rotations = points().filter_map(|point| point.rotation_number);
+    let shown = rotations.chain(births.iter().map(|[_, rotation]| *rotation));
+    let y = Axis::with_margin("rotation number", shown);
     let mut layers = vec![
-        Layer::points(births.collect(), 2.4, Color::Accent)
+        Layer::points(births, 2.4, Color::Accent)
             .with_marker(Marker::Ring)
             .with_label("birth")
             .with_id("births"),
@@ -103,7 +105,7 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
     for (kind, color) in kinds {
         let own = points().filter(|point| point.kind == kind);
         let places = own.filter_map(|point| Some([point.at.value, point.rotation_number?]));
-        let layer = Layer::points(places.collect(), 1.5, color)
+        let layer = Layer::points(places.collect(), 2.4, color)
             .with_label(kind.to_string())
             .with_id(kind.to_string());
         layers.extend(Some(layer).filter(Layer::has_points));
