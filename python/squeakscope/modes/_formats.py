@@ -14,6 +14,8 @@ from .._errors import InputError
 from ._modes import Frame, Modes
 
 _Path = str | PathLike[str]
+#: Frequency (Hz), nodes and shape of each mode.
+Shapes = list[tuple[float, list[int], list[list[float]]]]
 
 
 def from_csv(nodes: _Path, shapes: _Path, **frame: Any) -> Modes:
@@ -39,7 +41,7 @@ def from_csv(nodes: _Path, shapes: _Path, **frame: Any) -> Modes:
         If a column, a node or a row is missing.
     """
     places = {int(row[0]): row[1:] for row in _numbers(nodes, ("node", "x", "y", "z"))}
-    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    modes: Shapes = []
     for frequency, node, *vector in _numbers(shapes, ("frequency_hz", "node", "x", "y", "z")):
         # Modes of equal frequency follow each other: the second begins with the first node again.
         if not modes or modes[-1][0] != frequency or modes[-1][1][0] == node:
@@ -140,7 +142,7 @@ def from_calculix(path: _Path, **frame: Any) -> Modes:
         If the file lacks nodes or modes, or is binary.
     """
     places: dict[int, list[float]] = {}
-    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    modes: Shapes = []
     block, is_mode, frequency = "", False, 0.0
     with open(path, encoding="utf-8", errors="replace") as file:
         for number, line in enumerate(file, 1):
@@ -171,9 +173,14 @@ def from_calculix(path: _Path, **frame: Any) -> Modes:
     return Modes._of(path, places, modes, Frame(**frame))
 
 
-def punch_modes(path: _Path) -> list[tuple[float, list[int], list[list[float]]]]:
+def frequency_hz(eigenvalue: float) -> float:
+    """Frequency of an eigenvalue (rad²/s²); rigid-body modes, whose eigenvalues are rounding errors, have 0."""
+    return float(np.sqrt(max(eigenvalue, 0.0)) / (2 * np.pi))
+
+
+def punch_modes(path: _Path) -> Shapes:
     """Modes of a punch file of Nastran."""
-    modes: list[tuple[float, list[int], list[list[float]]]] = []
+    modes: Shapes = []
     reads = False
     with open(path, encoding="utf-8", errors="replace") as file:
         for number, line in enumerate(file, 1):
@@ -182,8 +189,7 @@ def punch_modes(path: _Path) -> list[tuple[float, list[int], list[list[float]]]]
             if line.startswith("$EIGENVECTOR"):
                 reads = True
             elif line.startswith("$EIGENVALUE =") and reads:
-                squared = float(line.split("=")[1].split()[0])
-                modes.append((float(np.sqrt(max(squared, 0.0))) / (2 * np.pi), [], []))
+                modes.append((frequency_hz(float(line.split("=")[1].split()[0])), [], []))
             elif line.startswith("$TITLE"):
                 # The head of the next result.
                 reads = False

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError
-from ._formats import punch_modes
+from ._formats import frequency_hz, punch_modes
 from ._modes import Floats, Frame, Modes
 
 _Path = str | PathLike[str]
@@ -130,8 +130,7 @@ def _eigenvectors(path: _Path, model: Any) -> list[tuple[float, list[int], Float
         mass = masses.get(int(number), 1.0)
         if not mass > 0:
             raise InputError(f"mode {number} of `{path}` has no generalised mass; normalise the shapes to MASS")
-        frequency = float(np.sqrt(max(float(squared), 0.0)) / (2 * np.pi))
-        modes.append((frequency, nodes, vectors.data[k, grids, :3].astype(float) / np.sqrt(mass)))
+        modes.append((frequency_hz(float(squared)), nodes, vectors.data[k, grids, :3].astype(float) / np.sqrt(mass)))
     return modes
 
 
