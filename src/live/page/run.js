@@ -13,6 +13,8 @@ export function socketAddress(path) {
 export class Run {
   // The scene that is about to start, its commands, and the number of the run before.
   #next = null;
+  // Messages of the views that have not been taken.
+  #waiting = [];
 
   constructor(prefix, handlers) {
     this.prefix = prefix;
@@ -54,12 +56,25 @@ export class Run {
     if (this.control?.readyState === WebSocket.OPEN) this.control.send(JSON.stringify(command));
   }
 
-  // Reports that the picture shows everything received: the server then sends the next message.
+  // Takes the data of the next picture. Browsers deliver messages in bursts: one may wait for the picture after
+  // it, so that every refresh of the screen has a new one.
+  advance() {
+    do {
+      const next = this.#waiting.shift();
+      if (!next) return;
+      this.data.take(next);
+      this.taken++;
+    } while (this.#waiting.length > 1);
+  }
+
+  // Reports that the picture shows all data taken: the server then sends further messages. Returns whether data
+  // are waiting.
   drawn() {
-    if (this.views?.readyState === WebSocket.OPEN && this.acknowledged !== this.messages) {
-      this.acknowledged = this.messages;
-      this.views.send(`{"drawn":${this.messages}}`);
+    if (this.views?.readyState === WebSocket.OPEN && this.acknowledged !== this.taken) {
+      this.acknowledged = this.taken;
+      this.views.send(`{"drawn":${this.taken}}`);
     }
+    return this.#waiting.length > 0;
   }
 
   #control() {
@@ -89,11 +104,11 @@ export class Run {
     const socket = new WebSocket(socketAddress(`${this.prefix}/views`));
     socket.binaryType = "arraybuffer";
     this.views = socket;
-    this.messages = 0;
+    this.#waiting = [];
+    this.taken = 0;
     this.acknowledged = 0;
     socket.onmessage = (event) => {
-      this.messages++;
-      this.data.take(event.data);
+      this.#waiting.push(event.data);
       this.handlers.data();
     };
     socket.onclose = () => this.views && setTimeout(() => this.views && this.#views(), RETRY);

@@ -172,6 +172,7 @@ export class Stage {
     this.#requested = false;
     this.#last = performance.now();
     this.#style ??= readStyle();
+    this.run.advance();
     const data = this.run.data;
     for (const view of this.views) {
       if (!view.figure.isConnected) continue;
@@ -184,7 +185,7 @@ export class Stage {
     this.drawn++;
     this.drawnTime = performance.now() - this.#last;
     this.onDrawn?.(data);
-    this.run.drawn();
+    if (this.run.drawn()) this.request();
   }
 
   #drawView(view, data) {

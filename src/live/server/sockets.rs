@@ -28,7 +28,7 @@ const MESSAGE: usize = 1 << 20;
 /// Bytes per second for the page's own views, and burst.
 const VIEWS_RATE: [f64; 2] = [2e6, 1e6];
 /// Maximum number of messages for the page's own views that are sent but not drawn.
-const VIEWS_AHEAD: u64 = 2;
+const VIEWS_AHEAD: u64 = 3;
 /// Close code for a client that lags too far behind.
 const TOO_SLOW: u16 = 4000;
 
