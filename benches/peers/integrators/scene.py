@@ -41,7 +41,7 @@ class Exported:
         self.scene.write_text(scene_text(squeakscope, name, nodes))
         quiet = {"check": True, "capture_output": True}
         model = folder / "model.npz"
-        subprocess.run([squeakscope, "model", self.scene, "--out", model], **quiet)
+        subprocess.run([squeakscope, "model", self.scene, "--out", model, "--force"], **quiet)
         self.model = dict(np.load(model))
         run, end = folder / "run.npz", 1e3 * SQUEAK[-1] + 1
         subprocess.run([squeakscope, "run", self.scene, "--duration", f"{end}", "--npz", run],

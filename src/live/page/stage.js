@@ -34,12 +34,22 @@ export class Stage {
     this.drawn = 0;
     this.drawnTime = 0;
     this.#calm = matchMedia("(prefers-reduced-motion: reduce)");
-    for (const view of this.views) this.#frame(view, choices);
+    for (const view of this.views) {
+      this.#frame(view, choices);
+      this.#onScreen.observe(view.figure);
+    }
     this.show(chosenViews());
     new ResizeObserver(() => this.refresh()).observe(place);
     document.addEventListener("visibilitychange", () => this.request());
   }
 
+  // On a telephone most views are scrolled away, and drawing them would slow down the others.
+  #onScreen = new IntersectionObserver((changes) => {
+    for (const { target, isIntersecting } of changes) {
+      this.views.find((view) => view.figure === target).isAway = !isIntersecting;
+    }
+    this.request();
+  });
   #calm;
   #style = null;
   #requested = false;
@@ -53,11 +63,12 @@ export class Stage {
     view.visible = false;
     const tool = (text, label, act) => make("button", { textContent: text, "aria-label": label, title: label, onclick: act });
     view.enlarge = tool(T.enlarge, T.enlargeOf(name), () => this.enlarge(view.id));
+    view.clip = tool(T.clip, T.clipOf(name), (event) => saveClip(view.canvas, name, event.target));
     const tools = make("span", { className: "tools" });
     if (view.id === "scope") tools.append(...this.#scopeTools(view));
     const more = make("div", { className: "quiet-tools" },
       tool(T.picture, T.pictureOf(name), () => savePicture(view.canvas, name, this.run)),
-      tool(T.clip, T.clipOf(name), (event) => saveClip(view.canvas, name, event.target)),
+      view.clip,
       view.enlarge,
     );
     const caption = make("figcaption", {}, make("span", { textContent: name, title: T.viewHints[view.id] }), tools);
@@ -176,6 +187,8 @@ export class Stage {
     const data = this.run.data;
     for (const view of this.views) {
       if (!view.figure.isConnected) continue;
+      const isClipped = view.clip.disabled;
+      if (view.isAway && !isClipped && !this.#all) continue;
       const version = `${data.run} ${data.versions[view.needs] ?? view.version?.()}`;
       if (!this.#all && version === view.drawnVersion) continue;
       view.drawnVersion = version;

@@ -98,7 +98,7 @@ impl Browser {
         }
     }
 
-    fn call(&mut self, tab: Option<&Tab>, method: &str, params: &Value) -> Value {
+    pub fn call(&mut self, tab: Option<&Tab>, method: &str, params: &Value) -> Value {
         self.calls += 1;
         let mut call = json!({ "id": self.calls, "method": method, "params": params });
         if let Some(Tab(session)) = tab {
