@@ -75,6 +75,7 @@ fn response(
         max_transient,
         measurement_time: measure,
         exponents,
+        orbits: true,
         portrait: false,
         max_rhs_evals: None,
     })
@@ -95,7 +96,7 @@ fn response(
 /// min_transient, max_transient : float
 ///     Shortest and longest time for the motion to settle, s.
 /// measure : float
-///     Time of the measurement, s.
+///     Time of the measurement, s; a quarter of it for a motion that follows a stable periodic orbit.
 /// exponents : int
 ///     Number of largest Lyapunov exponents; 0 for none.
 /// shard : tuple of int

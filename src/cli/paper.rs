@@ -281,6 +281,7 @@ mod tests {
                 max_transient: 0.02,
                 measurement_time: 0.01,
                 exponents: 1,
+                orbits: false,
                 portrait: false,
                 max_rhs_evals: None,
             },

@@ -281,8 +281,9 @@ pub struct ResponseArgs {
     /// Wait at most this time for the modal energies to become stationary.
     #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = positive)]
     pub max_transient: f64,
-    /// Measure the settled motion for this time. An exponent counts as zero only after 1,000 periods of the
-    /// slowest mode.
+    /// Measure the settled motion for this time, and one that follows a stable periodic orbit for a quarter
+    /// of it, with the exponents of the orbit. Otherwise an exponent counts as zero only after 1,000 periods
+    /// of the slowest mode.
     #[arg(long, value_name = "MS", default_value_t = 600.0, value_parser = measure)]
     pub measure: f64,
     /// Number of largest Lyapunov exponents; 0 for none.

@@ -444,6 +444,7 @@ pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan
         max_transient: 1e-3 * args.max_transient,
         measurement_time: 1e-3 * args.measure,
         exponents: args.exponents,
+        orbits: true,
         portrait,
         max_rhs_evals: None,
     }

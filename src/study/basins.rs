@@ -179,6 +179,7 @@ mod tests {
                 max_transient: 0.4,
                 measurement_time: 0.06,
                 exponents: 0,
+                orbits: true,
                 portrait: false,
                 max_rhs_evals: None,
             },

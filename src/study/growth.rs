@@ -305,6 +305,7 @@ impl Timer {
     ) -> Result<Option<Prepared>, CostError> {
         let look = ResponsePlan {
             exponents: 0,
+            orbits: false,
             portrait: false,
             max_transient: 0.1,
             measurement_time: 0.01,
@@ -455,6 +456,7 @@ impl Timer {
             max_transient: 0.02,
             measurement_time: 0.02,
             exponents: 1,
+            orbits: false,
             portrait: false,
             max_rhs_evals: None,
         };

@@ -226,6 +226,7 @@ fn sweep_plan(plan: &BranchPlan) -> SweepPlan {
         response: ResponsePlan {
             measurement_time: 0.2,
             exponents: 0,
+            orbits: false,
             portrait: false,
             ..ResponsePlan::default()
         },

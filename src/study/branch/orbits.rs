@@ -166,6 +166,7 @@ impl Study<'_> {
             max_transient: 1.0,
             measurement_time: 0.05,
             exponents: 0,
+            orbits: false,
             portrait: false,
             max_rhs_evals: None,
         };

@@ -49,6 +49,7 @@ pub const RESPONSE: ResponsePlan = ResponsePlan {
     measurement_time: 0.06,
     // Exponents would need ten times the simulated time.
     exponents: 0,
+    orbits: false,
     portrait: false,
     // About fifteen times the work of a typical squeak; sticking or very stiff contacts exceed it.
     max_rhs_evals: Some(4_000_000),

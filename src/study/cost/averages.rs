@@ -94,6 +94,7 @@ pub(super) fn invariant_sets(
         max_transient: 0.0,
         measurement_time: INVARIANT_TIME,
         exponents: 1,
+        orbits: false,
         portrait: false,
         max_rhs_evals: None,
     };

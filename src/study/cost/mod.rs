@@ -83,6 +83,7 @@ pub fn cost(
     let mut ball = None;
     let look = ResponsePlan {
         exponents: 1,
+        orbits: false,
         portrait: false,
         max_transient: 0.4,
         measurement_time: 0.1,

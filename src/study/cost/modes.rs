@@ -198,6 +198,7 @@ fn settled(
 ) -> Result<Option<(SettledResponse, f64)>, ResponseError> {
     let look = ResponsePlan {
         exponents: 0,
+        orbits: false,
         portrait: false,
         max_transient: 0.4,
         measurement_time: 0.01,
@@ -226,6 +227,7 @@ fn measured(
         max_transient: 0.0,
         measurement_time: INVARIANT_TIME,
         exponents: 0,
+        orbits: false,
         portrait: false,
         max_rhs_evals: None,
     };

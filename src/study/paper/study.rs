@@ -29,6 +29,7 @@ pub fn paper_plan(scene: Scene, start: Start) -> SweepPlan {
         response: ResponsePlan {
             max_transient: 0.6,
             measurement_time: 0.7,
+            orbits: false,
             ..ResponsePlan::default()
         },
     }

@@ -2,10 +2,12 @@
 //!
 //! A simulation starts from the scene's kick, or from the final state of another one, and runs until its
 //! transient has ended. Then one window of the settled motion is sampled. All measures are computed from
-//! this window; the Lyapunov exponents come from tangent vectors integrated with it.
+//! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
+//! the stable periodic orbit that the motion follows.
 
 mod columns;
 mod measure;
+mod orbit;
 mod recurrence;
 mod settled;
 mod transient;
@@ -15,7 +17,8 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{AnalysisError, Bases};
+use crate::analysis::{AnalysisError, Bases, Regime};
+use crate::dynamics::continuation::PeriodicOrbit;
 use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System};
 use crate::joint::BallJoint;
 use crate::pipeline::{ChangeDetector, PipelineError, Prepared, prepare_reusing_body};
@@ -57,6 +60,10 @@ pub struct ResponsePlan {
     pub measurement_time: f64,
     /// Number of leading Lyapunov exponents to compute; 0 for none. Limited to the dimension of the system.
     pub exponents: usize,
+    /// Whether the exponents of a settled motion that follows a stable periodic orbit are those of the orbit. They are then
+    /// computed with the tolerance of the continuation and not that of the scene, and a quarter of the measurement time is
+    /// enough, if it has 250 periods.
+    pub orbits: bool,
     /// Whether to keep samples and spectrum for phase portraits and recurrence plots.
     pub portrait: bool,
     /// Maximum number of right-hand-side evaluations; the response fails beyond it. `None` for no limit.
@@ -72,6 +79,7 @@ impl Default for ResponsePlan {
             // 1000 periods of the slowest mode: an exponent counts as zero only after that many.
             measurement_time: 0.6,
             exponents: 3,
+            orbits: true,
             portrait: true,
             max_rhs_evals: None,
         }
@@ -108,6 +116,10 @@ const ALIGN: f64 = 40.0;
 /// `analysis.regime.silence_um`.
 const SILENCE: f64 = 3e-10;
 
+/// Time for which a periodic motion is measured: share of the measurement time, and minimum number of periods.
+const PERIODIC_SHARE: f64 = 0.25;
+const PERIODIC_PERIODS: f64 = 250.0;
+
 /// Computes the settled response of a scene at the tilt of the scene's start.
 ///
 /// `ball` caches the joint between calls, so the body's modes are computed once.
@@ -139,23 +151,29 @@ pub fn response(
         let common = z.len().min(prepared.state.len());
         prepared.state[..common].copy_from_slice(&z[..common]);
     }
+    let silence = match linear {
+        Some(_) => SILENCE,
+        None => 0.0,
+    };
     let mut run = Run::new(prepared, scene, plan, watch)?;
     let Some(settled) = run.settle()? else {
         return Ok(None);
     };
     let transient = run.time();
-    let width = plan.exponents.min(run.system.tangent_dim());
-    if width > 0 && !run.start_tangents(width, scene.start.seed)? {
+    let orbit = match settled && plan.orbits && plan.exponents > 0 {
+        true => {
+            let motion = [&run.z[..], &run.probe[..]];
+            orbit::stable_orbit(scene, ball.clone(), motion, run.period(), silence)
+        }
+        false => None,
+    };
+    let Some(measured) = run.measure_motion(transient, orbit.as_ref(), scene.start.seed)? else {
         return Ok(None);
+    };
+    let mut by_samples = measured.samples.response(scene, silence, bases)?;
+    if measured.follows_orbit {
+        (by_samples.regime, by_samples.confidence) = (Regime::Periodic, 1.0);
     }
-    let Some(measured) = run.measure(transient)? else {
-        return Ok(None);
-    };
-    let silence = match linear {
-        Some(_) => SILENCE,
-        None => 0.0,
-    };
-    let by_samples = measured.samples.response(scene, silence, bases)?;
     Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
@@ -220,7 +238,9 @@ struct Measured {
     transient: f64,
     /// Whether the motion changed within the window.
     changed: bool,
-    /// Exponents of the last motion within the window, if they are computed.
+    /// Whether the motion follows a known periodic orbit.
+    follows_orbit: bool,
+    /// Exponents of the last motion within the window, or of the orbit, if they are computed.
     exponents: Option<LyapunovSpectrum>,
 }
 
@@ -345,16 +365,48 @@ impl<'a> Run<'a> {
         Ok(true)
     }
 
-    /// Samples the settled motion after a transient (s). Returns `None` if stopped by the caller.
-    fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
-        loop {
-            self.expected = self.time() + self.plan.measurement_time;
-            let Some(measured) = self.sample_window(transient)? else {
+    /// Measures the motion after a transient (s), which follows the given orbit, if any. `seed` is that of the tangent
+    /// vectors of other motions. Returns `None` if stopped by the caller.
+    fn measure_motion(
+        &mut self,
+        mut transient: f64,
+        orbit: Option<&PeriodicOrbit>,
+        seed: u64,
+    ) -> Result<Option<Measured>, ResponseError> {
+        let plan = self.plan;
+        let width = plan.exponents.min(self.system.tangent_dim());
+        if let Some(orbit) = orbit {
+            let window = PERIODIC_SHARE * plan.measurement_time;
+            let window = window.max(PERIODIC_PERIODS * orbit.period_s);
+            let window = window.min(plan.measurement_time);
+            self.expected = self.time() + window;
+            let Some(measured) = self.sample_window(transient, window)? else {
                 return Ok(None);
             };
-            if !measured.changed
-                || self.time() >= self.plan.max_transient + self.plan.measurement_time
-            {
+            if !measured.changed {
+                return Ok(Some(Measured {
+                    follows_orbit: true,
+                    exponents: Some(orbit::exponents(orbit, width)),
+                    ..measured
+                }));
+            }
+            transient = self.time();
+        }
+        if width > 0 && !self.start_tangents(width, seed)? {
+            return Ok(None);
+        }
+        self.measure(transient)
+    }
+
+    /// Samples the settled motion after a transient (s). Returns `None` if stopped by the caller.
+    fn measure(&mut self, mut transient: f64) -> Result<Option<Measured>, ResponseError> {
+        let window = self.plan.measurement_time;
+        loop {
+            self.expected = self.time() + window;
+            let Some(measured) = self.sample_window(transient, window)? else {
+                return Ok(None);
+            };
+            if !measured.changed || self.time() >= self.plan.max_transient + window {
                 return Ok(Some(measured));
             }
             // The motion looked settled but changed: measure the new one.
@@ -363,9 +415,13 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Samples one window after a transient (s); `None` if stopped by the caller.
-    fn sample_window(&mut self, transient: f64) -> Result<Option<Measured>, ResponseError> {
-        let count = (self.plan.measurement_time * self.rate).round().max(1.0) as usize;
+    /// Samples one window (s) after a transient (s); `None` if stopped by the caller.
+    fn sample_window(
+        &mut self,
+        transient: f64,
+        window: f64,
+    ) -> Result<Option<Measured>, ResponseError> {
+        let count = (window * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
         let omega = self.system.omega().to_vec();
         let mut detector = TransientDetector::new(omega.len(), self.block());
@@ -397,6 +453,7 @@ impl<'a> Run<'a> {
             samples,
             transient,
             changed,
+            follows_orbit: false,
             exponents: exponents.filter(|spectrum| spectrum.time > 0.0),
         }))
     }

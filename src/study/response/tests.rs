@@ -16,6 +16,7 @@ const SHORT: ResponsePlan = ResponsePlan {
     max_transient: 0.6,
     measurement_time: 0.06,
     exponents: 2,
+    orbits: false,
     portrait: true,
     max_rhs_evals: None,
 };
@@ -65,6 +66,54 @@ fn a_pure_tone_is_classified_as_periodic() {
 }
 
 #[test]
+fn a_periodic_motion_has_the_exponents_of_its_orbit() {
+    let scene = Scene::load("periodic-2deg").unwrap();
+    let averaged = ResponsePlan {
+        measurement_time: 0.4,
+        exponents: 3,
+        ..SHORT
+    };
+    let of_orbit = ResponsePlan {
+        orbits: true,
+        ..averaged
+    };
+    let [averaged, of_orbit] =
+        [averaged, of_orbit].map(|plan| take(&scene, InitialState::Fresh, &plan));
+    let [long, exact] = [&averaged, &of_orbit].map(|found| found.exponents.as_ref().unwrap());
+    assert_eq!((long.time, exact.dimension), (0.4, 22));
+    assert!((exact.time * 4110.8 - 1.0).abs() < 1e-3, "{exact:?}");
+    for (long, exact) in long.exponents.iter().zip(&exact.exponents) {
+        let error = (long.value - exact.value).abs();
+        assert!(error < 1.5 * long.half_width, "{long:?} {exact:?}");
+        assert!(exact.half_width < 1e-2, "{exact:?}");
+    }
+    assert_eq!(
+        exact.attractor(),
+        crate::dynamics::Attractor::Cycle,
+        "{exact:?}"
+    );
+    assert_eq!(
+        (of_orbit.regime, of_orbit.confidence),
+        (Regime::Periodic, 1.0)
+    );
+    assert_eq!(averaged.transient, of_orbit.transient);
+    assert!((averaged.amplitude / of_orbit.amplitude - 1.0).abs() < 1e-3);
+    let [long, short] = [&averaged, &of_orbit].map(|found| found.stats.rhs_evals);
+    assert!(2 * short < long, "{short} of {long} evaluations");
+}
+
+#[test]
+fn a_torus_has_no_orbit() {
+    let scene = Scene::load("torus-3deg").unwrap();
+    let plan = ResponsePlan {
+        orbits: true,
+        ..SHORT
+    };
+    let found = take(&scene, InitialState::Fresh, &plan);
+    assert_eq!(found.exponents.unwrap().time, plan.measurement_time);
+}
+
+#[test]
 fn continuation_from_a_final_state_shortens_the_transient() {
     let scene = Scene::load("periodic-2deg").unwrap();
     let first = take(&scene, InitialState::Fresh, &SHORT);
@@ -98,10 +147,17 @@ fn a_small_system_has_a_settled_response() {
         exponents: 9,
         ..SHORT
     };
-    let found = take(&scene, InitialState::Fresh, &plan);
-    assert!(found.settled && found.linear.is_none());
-    assert_eq!(found.regime, Regime::Periodic);
-    assert_eq!(found.exponents.unwrap().exponents.len(), 2);
+    for orbits in [false, true] {
+        let plan = ResponsePlan { orbits, ..plan };
+        let found = take(&scene, InitialState::Fresh, &plan);
+        assert!(found.settled && found.linear.is_none());
+        assert_eq!(found.regime, Regime::Periodic);
+        let exponents = found.exponents.unwrap();
+        assert_eq!(exponents.exponents.len(), 2);
+        // The direction across the belt's speed collapses while the mass sticks.
+        assert_eq!(exponents.exponents[1].value, f64::NEG_INFINITY);
+        assert_eq!(exponents.time < 0.5, orbits, "{exponents:?}");
+    }
 }
 
 #[test]

@@ -24,6 +24,7 @@ fn swept() -> (SweepPlan, Vec<SweepPoint>) {
             max_transient: 0.02,
             measurement_time: 0.01,
             exponents: 2,
+            orbits: false,
             portrait: true,
             max_rhs_evals: None,
         },

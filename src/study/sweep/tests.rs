@@ -48,6 +48,7 @@ fn plan() -> SweepPlan {
             max_transient: 0.04,
             measurement_time: 0.02,
             exponents: 1,
+            orbits: false,
             portrait: true,
             max_rhs_evals: None,
         },

@@ -126,6 +126,7 @@ fn motion(
         max_transient: window.settling + if same { 0.0 } else { MAX_TRANSIENT },
         measurement_time: window.time,
         exponents: usize::from(quantities.contains(&Quantity::Lyapunov)),
+        orbits: false,
         portrait: false,
         max_rhs_evals: None,
     };

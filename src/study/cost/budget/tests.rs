@@ -83,6 +83,7 @@ fn verified_errors_bound_the_difference_from_a_much_finer_run() {
             max_transient: 0.3,
             measurement_time: time,
             exponents: 0,
+            orbits: false,
             portrait: false,
             max_rhs_evals: None,
         };
@@ -279,6 +280,7 @@ fn print_budget() {
         min_transient: 0.3,
         measurement_time: 1.0,
         exponents: 0,
+        orbits: false,
         portrait: false,
         max_rhs_evals: None,
     };
