@@ -85,7 +85,7 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let failures = found.iter().filter_map(|(file, report)| {
         Some(FailedFile {
             file: file.to_path_buf(),
-            reason: report.as_ref().err()?.to_string(),
+            reason: reason(report.as_ref().err()?),
         })
     });
     let result = AnalysedFiles {
@@ -131,6 +131,15 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     Ok(files)
 }
 
+/// Why a file could not be analysed, without its path, which stands beside the reason.
+fn reason(error: &CliError) -> String {
+    match error {
+        CliError::Import(error) => error.problem.to_string(),
+        CliError::Signal { reason, .. } => reason.to_string(),
+        _ => error.to_string(),
+    }
+}
+
 /// The files, one per row.
 fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
     let table = Table::default().left("file").right("duration, s");
@@ -164,7 +173,7 @@ fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
             }
             Err(error) => {
                 row.extend(vec![String::new(); 4 + usize::from(has_levels)]);
-                row.push(escape::line(&error.to_string()).into_owned());
+                row.push(escape::line(&reason(error)).into_owned());
             }
         }
         table.row(row);

@@ -43,12 +43,17 @@ def from_csv(nodes: _Path, shapes: _Path, **frame: Any) -> Modes:
     places = {int(row[0]): row[1:] for row in _numbers(nodes, ("node", "x", "y", "z"))}
     modes: Shapes = []
     for frequency, node, *vector in _numbers(shapes, ("frequency_hz", "node", "x", "y", "z")):
-        # Modes of equal frequency follow each other: the second begins with the first node again.
-        if not modes or modes[-1][0] != frequency or modes[-1][1][0] == node:
-            modes.append((frequency, [], []))
-        modes[-1][1].append(int(node))
-        modes[-1][2].append(vector)
+        _append(modes, frequency, int(node), vector)
     return Modes._of(shapes, places, modes, Frame(**frame))
+
+
+def _append(modes: Shapes, frequency: float, node: int, vector: list[float]) -> None:
+    """Append the displacement of a node to the last mode, or to a new one."""
+    # Modes of equal frequency follow each other: the second begins with the first node again.
+    if not modes or modes[-1][0] != frequency or modes[-1][1][0] == node:
+        modes.append((frequency, [], []))
+    modes[-1][1].append(node)
+    modes[-1][2].append(vector)
 
 
 def _rows(path: _Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
@@ -143,34 +148,38 @@ def from_calculix(path: _Path, **frame: Any) -> Modes:
     """
     places: dict[int, list[float]] = {}
     modes: Shapes = []
-    block, is_mode, frequency = "", False, 0.0
-    with open(path, encoding="utf-8", errors="replace") as file:
-        for number, line in enumerate(file, 1):
-            key = line[: 6 if line.startswith("  ") else 3].strip()
-            if key in ("2C", "100C"):
-                if line[73:75].strip() not in ("0", "1"):
-                    raise InputError(f"`{path}`:{number}: the file is binary; write it in text form (*NODE FILE)")
-                block = key
-                width = 5 if line[73:75].strip() == "0" else 10
-                # The kind of analysis is 2 for modes.
-                frequency, is_mode = (float(line[12:24]), line[57:58] == "2") if key != "2C" else (0.0, False)
-            elif key == "-4" and is_mode and line[5:13].strip() == "DISP":
-                modes.append((frequency, [], []))
-                block = "DISP"
-            elif key == "-3":
-                block = ""
-            elif key == "-1" and block in ("2C", "DISP"):
-                try:
-                    node = int(line[3 : 3 + width])
-                    vector = [float(line[3 + width + 12 * k :][:12]) for k in range(3)]
-                except ValueError:
-                    raise InputError(f"`{path}`:{number}: give a node and three numbers of 12 columns") from None
-                if block == "2C":
-                    places[node] = vector
-                else:
-                    modes[-1][1].append(node)
-                    modes[-1][2].append(vector)
+    for frequency, node, vector in _frd_rows(path):
+        if frequency is None:
+            places[node] = vector
+        else:
+            _append(modes, frequency, node, vector)
     return Modes._of(path, places, modes, Frame(**frame))
+
+
+def _frd_rows(path: _Path) -> Iterator[tuple[float | None, int, list[float]]]:
+    """Nodes of an .frd file with their positions, and with the displacements of each mode and its frequency."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        lines = enumerate(file, 1)
+        for number, head in lines:
+            key = head[:6].strip()
+            if key not in ("2C", "100C"):
+                continue
+            if head[73:75].strip() not in ("0", "1"):
+                raise InputError(f"`{path}`:{number}: the file is binary; write it in text form (*NODE FILE)")
+            width = 5 if head[73:75].strip() == "0" else 10
+            # The kind of analysis is 2 for modes.
+            frequency, is_read = (None, True) if key == "2C" else (float(head[12:24]), False)
+            for number, line in lines:
+                if line.startswith(" -3"):
+                    break
+                if line.startswith(" -4"):
+                    is_read = head[57:58] == "2" and line[5:13].strip() == "DISP"
+                elif line.startswith(" -1") and is_read:
+                    try:
+                        vector = [float(line[3 + width + 12 * k :][:12]) for k in range(3)]
+                        yield frequency, int(line[3 : 3 + width]), vector
+                    except ValueError:
+                        raise InputError(f"`{path}`:{number}: give a node and three numbers of 12 columns") from None
 
 
 def frequency_hz(eigenvalue: float) -> float:

@@ -114,8 +114,59 @@ pub fn recordings(desk: &Desk) -> Vec<Vec<u8>> {
     vec![own, unpacked, desk.tone()]
 }
 
+/// Files of other programs.
+macro_rules! stored {
+    ($($name:ident: $($file:literal),+;)+) => {
+        $(pub fn $name(_: &Desk) -> Vec<Vec<u8>> {
+            vec![$(include_bytes!(concat!("../../data/", $file)).to_vec()),+]
+        })+
+    };
+}
+
+stored! {
+    flac: "tone.flac";
+    mp3: "tone.mp3";
+    ogg: "tone.ogg";
+    aiff: "tone.aiff";
+    matlab: "plain.mat", "compressed.mat";
+}
+
+/// Text of oscilloscopes and loggers: Keysight, Rigol, Tektronix, LeCroy, LabVIEW, PicoScope.
+pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
+    let heads = [
+        "x-axis,1,2\nsecond,Volt,Volt\n",
+        "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-6e-04,1e-03\n",
+        "Model,MDO3024\n\nSample Interval,1e-03,\nVertical Units,V,\nLabel,,\nTIME,CH1,CH2\n",
+        "LECROYWS424,52341,Waveform\nSegments,1,SegmentSize,200\nTime,Ampl,More\n",
+        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nY_Unit_Label\tVolts\n\
+         Delta_X\t1E-3\n***End_of_Header***\t\nX_Value\tOne\tTwo\n",
+        "Time,Channel A,Channel B\n(ms),(V),(V)\n\n",
+    ];
+    let one = |head: &str| {
+        let mut text = head.to_owned();
+        let separator = if head.contains('\t') { '\t' } else { ',' };
+        for k in 0..SAMPLES {
+            let time = match head.starts_with('X') {
+                true => k.to_string(),
+                false => format!("{:.3}", 1e-3 * f64::from(k)),
+            };
+            let u = sample(k);
+            writeln!(text, "{time}{separator}{u:.6}{separator}{u:.3}").expect("a string");
+        }
+        text.into_bytes()
+    };
+    heads.map(one).to_vec()
+}
+
+/// A table as an Arrow file, and as the stream within it.
 pub fn table(desk: &Desk) -> Vec<Vec<u8>> {
-    vec![desk.table()]
+    let file = desk.table();
+    let stream = file[8..].to_vec();
+    vec![file, stream]
+}
+
+pub fn parquet(desk: &Desk) -> Vec<Vec<u8>> {
+    vec![desk.parquet()]
 }
 
 pub fn scenes(_: &Desk) -> Vec<Vec<u8>> {
