@@ -131,7 +131,7 @@ stored! {
     matlab: "plain.mat", "compressed.mat";
 }
 
-/// Text of oscilloscopes and loggers: Keysight, Rigol, Tektronix, LeCroy, LabVIEW, PicoScope.
+/// Text of oscilloscopes and loggers: Keysight, Rigol, Tektronix (two generations), LeCroy, LabVIEW, PicoScope.
 pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
     let heads = [
         "x-axis,1,2\nsecond,Volt,Volt\n",
@@ -155,7 +155,17 @@ pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
         }
         text.into_bytes()
     };
-    heads.map(one).to_vec()
+    let beside = (0..SAMPLES).map(|k| {
+        let setting = match k {
+            0 => "Record Length,200,",
+            1 => "Sample Interval,1e-03,",
+            2 => "Source,CH1,",
+            _ => ",,",
+        };
+        format!("{setting},{:.3},{:.6},\n", 1e-3 * f64::from(k), sample(k))
+    });
+    let beside = beside.collect::<String>().into_bytes();
+    heads.map(one).into_iter().chain([beside]).collect()
 }
 
 /// A table as an Arrow file, and as the stream within it.
