@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Iterator
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -82,28 +83,35 @@ _FREQUENCY = re.compile(r"Freq\s*=\s*([-+.\dEe]+)")
 
 
 def from_abaqus(path: _Path, **frame: Any) -> Modes:
-    """Read modes from the CSV report of an Abaqus output database.
+    """Read modes from the CSV report of an Abaqus output database, or from a results file (.fil) in text form.
 
-    In Abaqus/Viewer: Report > Field output with the variable U (at unique nodal positions) of all frames of the
-    frequency step, format CSV; or ``session.writeFieldReport`` with ``COMMA_SEPARATED_VALUES``. The step needs
-    ``*FREQUENCY, NORMALIZATION=MASS``.
+    The report, in Abaqus/Viewer: Report > Field output with the variable U (at unique nodal positions) of all frames of
+    the frequency step, format CSV; or ``session.writeFieldReport`` with ``COMMA_SEPARATED_VALUES``. The step needs
+    ``*FREQUENCY, NORMALIZATION=MASS``. The results file: ``*FILE FORMAT, ASCII`` and, in the frequency step,
+    ``*NODE FILE, GLOBAL=YES`` with ``U``.
 
     Parameters
     ----------
     path : str or os.PathLike
-        The report, with the columns ``Frame, Node Label, X, Y, Z, U-U1, U-U2, U-U3``.
+        The report, with the columns ``Frame, Node Label, X, Y, Z, U-U1, U-U2, U-U3``; or the results file.
     **frame
         Units and axes, as for :class:`Frame`.
 
     Returns
     -------
     Modes
+        Shapes of unit modal mass: those of a results file are divided by the square root of their generalised masses.
 
     Raises
     ------
     InputError
-        If the report lacks a column, or a frame has no frequency.
+        If the file is another one of Abaqus, or lacks a column, a frequency, nodes or modes.
     """
+    ending = Path(path).suffix.lower()
+    if ending == ".fil":
+        return Modes._of(path, *_results_file(path), Frame(**frame))
+    if ending in (".odb", ".dat"):
+        raise InputError(f"`{path}` is neither a CSV report (of field output U) nor an ASCII results file; export one")
     columns = ("Frame", "Node Label", "X", "Y", "Z", "U-U1", "U-U2", "U-U3")
     places: dict[int, list[float]] = {}
     modes: dict[str, tuple[float, list[int], list[list[float]]]] = {}
@@ -123,6 +131,45 @@ def from_abaqus(path: _Path, **frame: Any) -> Modes:
         mode[1].append(int(node))
         mode[2].append(numbers[3:])
     return Modes._of(path, places, list(modes.values()), Frame(**frame))
+
+
+_HEAD = re.compile(r"I..\d+I..(\d+)")
+_ITEM = re.compile(r"I..(-?\d+)|D(.{22})")
+
+
+def _results_file(path: _Path) -> tuple[dict[int, list[float]], Shapes]:
+    """Nodes (records 1901) and modes (records 1980, each followed by records 101) of a results file of Abaqus."""
+    # Records follow each other in lines of 80 characters, which may have lost their blanks.
+    with open(path, encoding="latin-1") as file:
+        text = "".join(line.rstrip("\r\n").ljust(80) for line in file)
+    if not text.startswith("*I"):
+        raise InputError(f"`{path}` is binary; write it in text form (*FILE FORMAT, ASCII)")
+    places: dict[int, list[float]] = {}
+    modes: Shapes = []
+    # Factor to unit modal mass; `None` outside a mode.
+    factor: float | None = None
+    for number, record in enumerate(text.split("*")):
+        head = _HEAD.match(record)
+        if head is None or head[1] not in ("101", "1901", "1980", "2001"):
+            continue
+        try:
+            items = [float((a or b).replace("D", "E")) for a, b in _ITEM.findall(record, head.end())]
+            if head[1] == "2001":
+                factor = None
+            elif head[1] == "1901":
+                places[int(items[0])] = [items[1], items[2], items[3]]
+            elif head[1] == "1980":
+                factor = items[2] ** -0.5
+                modes.append((frequency_hz(items[1]), [], []))
+            elif factor is not None:
+                modes[-1][1].append(int(items[0]))
+                modes[-1][2].append([factor * items[1], factor * items[2], factor * items[3]])
+        except (ValueError, IndexError, ZeroDivisionError, TypeError):
+            raise InputError(
+                f"record {number} of `{path}` (key {head[1]}) lacks a number, a component or a generalised mass above 0; "
+                "write the file again, of a solid model"
+            ) from None
+    return places, modes
 
 
 def from_calculix(path: _Path, **frame: Any) -> Modes:
