@@ -105,7 +105,7 @@ impl CalibrationSource {
     }
 }
 
-/// Sound levels with the calibration that they rest on.
+/// Calibrated sound levels, with the calibration that they rest on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibratedLevels {
     /// Calibration: how the unit of the signal becomes a pressure.

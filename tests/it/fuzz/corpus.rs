@@ -171,7 +171,8 @@ pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
 /// A table as an Arrow file, and as the stream within it.
 pub fn table(desk: &Desk) -> Vec<Vec<u8>> {
     let file = desk.table();
-    let stream = file[8..].to_vec();
+    let start = file[8..].iter().position(|byte| *byte != 0);
+    let stream = file[8 + start.expect("a stream")..].to_vec();
     vec![file, stream]
 }
 
@@ -229,6 +230,39 @@ fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> 
         zip.write_all(bytes).expect("written");
     }
     zip.finish().expect("written").into_inner()
+}
+
+/// Ogg files whose pages have correct checksums, so that damage reaches the decoder.
+pub fn mended(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
+    mutants(original, seed).map(|mut mutant| {
+        mend_pages(&mut mutant.bytes);
+        mutant
+    })
+}
+
+/// Corrects the checksum of each complete page of an Ogg file (RFC 3533).
+fn mend_pages(bytes: &mut [u8]) {
+    let mut at = 0;
+    while let Some(next) = bytes[at..].windows(4).position(|word| word == b"OggS") {
+        let start = at + next;
+        at = start + 4;
+        let Some(&segments) = bytes.get(start + 26) else {
+            return;
+        };
+        let body = start + 27 + usize::from(segments);
+        let Some(lengths) = bytes.get(start + 27..body) else {
+            return;
+        };
+        let length: usize = lengths.iter().map(|length| usize::from(*length)).sum();
+        if let Some(page) = bytes.get_mut(start..body + length) {
+            page[22..26].fill(0);
+            let sum = page.iter().fold(0_u32, |sum, byte| {
+                let shift = |sum: u32, _| (sum << 1) ^ (0x04c1_1db7 * (sum >> 31));
+                (0..8).fold(sum ^ (u32::from(*byte) << 24), shift)
+            });
+            page[22..26].copy_from_slice(&sum.to_le_bytes());
+        }
+    }
 }
 
 /// Archives with one damaged file, each in turn, and correct checksums.

@@ -20,6 +20,8 @@ pub enum Kind {
     Binary,
     /// Text, damaged by tokens and by bytes.
     Text,
+    /// An Ogg file, damaged also with correct checksums.
+    Ogg,
     /// A zip archive, damaged as a whole and file by file, since its checksums hide most damage from the
     /// reader.
     Archive,
@@ -46,7 +48,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "oscilloscopes", extension: "csv", kind: Kind::Text, usual: 1500, corpus: corpus::oscilloscopes, read: signal },
     Target { name: "FLAC", extension: "flac", kind: Kind::Binary, usual: 400, corpus: corpus::flac, read: signal },
     Target { name: "MP3", extension: "mp3", kind: Kind::Binary, usual: 400, corpus: corpus::mp3, read: signal },
-    Target { name: "Ogg", extension: "ogg", kind: Kind::Binary, usual: 400, corpus: corpus::ogg, read: signal },
+    Target { name: "Ogg", extension: "ogg", kind: Kind::Ogg, usual: 400, corpus: corpus::ogg, read: signal },
     Target { name: "AIFF", extension: "aiff", kind: Kind::Binary, usual: 400, corpus: corpus::aiff, read: signal },
     Target { name: "MATLAB", extension: "mat", kind: Kind::Binary, usual: 800, corpus: corpus::matlab, read: signal },
     Target { name: "npy", extension: "npy", kind: Kind::Binary, usual: 1500, corpus: corpus::npy, read: bare_signal },
