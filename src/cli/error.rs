@@ -79,7 +79,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// The signal cannot be calibrated.
-    #[error("{0} (--calibration)")]
+    #[error(transparent)]
     Calibration(#[from] CalibrationError),
     /// A file of measured friction that cannot be used.
     #[error("`{}`: {reason}", path.display())]

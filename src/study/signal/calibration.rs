@@ -61,7 +61,7 @@ impl FromStr for CalibrationSource {
 pub enum CalibrationError {
     /// A sensitivity in V/Pa for a signal that is not in V.
     #[error(
-        "the signal is not in V (its unit: `{unit}`), as a calibration in mV/Pa needs; give 12.5Pa, the pressure for one unit"
+        "the signal is not in V (its unit: `{unit}`), as a calibration in mV/Pa needs; give the pressure for one unit, such as 12.5Pa"
     )]
     NotInVolts {
         /// Unit of the signal.

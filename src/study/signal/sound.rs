@@ -143,7 +143,8 @@ fn continues(before: &TonalEvent, event: &TonalEvent, border_s: f64) -> bool {
         before.frequency_at(before.end_s),
         event.frequency_at(event.start_s),
     ];
-    let is_new = event.start_s >= border_s && before.end_s <= border_s;
+    // The ends of events are uncertain, and may lie beyond the border.
+    let is_new = event.start_s >= border_s - JOIN_S && before.end_s <= border_s + JOIN_S;
     is_new && gap < JOIN_S && (start / end - 1.0).abs() < JOIN_RATIO
 }
 
@@ -165,6 +166,8 @@ fn join(event: &mut TonalEvent, mut next: TonalEvent) {
         event.vibrato = next.vibrato;
     }
     event.end_s = next.end_s;
+    let last_s = event.ridge.last().map(|point| point.time_s);
+    next.ridge.retain(|point| Some(point.time_s) > last_s);
     event.ridge.append(&mut next.ridge);
 }
 

@@ -77,10 +77,10 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
             .events
             .remove(0);
         let shift = frequency_hz - event.frequency_hz;
-        event
-            .ridge
-            .iter_mut()
-            .for_each(|point| point.frequency_hz += shift);
+        event.ridge.iter_mut().for_each(|point| {
+            point.frequency_hz += shift;
+            point.time_s += start_s - 6.0;
+        });
         TonalEvent {
             start_s,
             end_s,
@@ -90,6 +90,7 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
     };
     let first = event(10.0, 19.98, 1000.0);
     assert!(continues(&first, &event(20.02, 22.0, 1004.0), 20.0));
+    assert!(continues(&first, &event(19.97, 22.0, 1004.0), 19.975));
     assert!(!continues(&first, &event(20.02, 22.0, 1100.0), 20.0));
     assert!(!continues(&first, &event(20.2, 22.0, 1004.0), 20.0));
     let (mut joined, next) = (first.clone(), event(20.02, 22.0, 1004.0));
@@ -99,4 +100,8 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
     // Of 12 s, 1.98 s at the higher frequency.
     assert!((joined.frequency_hz - 1000.0 - 4.0 * 1.98 / 11.96).abs() < 1e-6);
     assert_eq!(joined.ridge.len(), 2 * first.ridge.len());
+    // Of parts that overlap, the ridge stays in the order of time.
+    let mut joined = first.clone();
+    join(&mut joined, event(10.5, 22.0, 1004.0));
+    assert!(joined.ridge.is_sorted_by(|a, b| a.time_s < b.time_s));
 }
