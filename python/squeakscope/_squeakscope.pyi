@@ -269,9 +269,13 @@ def zero_one_test(
 ) -> Result: ...
 def regime(signal: ArrayLike, rate: float = 1.0, *, silence: float = 0.0) -> Result: ...
 def analyse(
-    signal: ArrayLike,
-    rate: float,
+    signal: ArrayLike | str | PathLike[str],
+    rate: float | None = None,
     *,
+    column: str | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    calibration: str | None = None,
     unit: str = "",
     event: int | None = None,
     progress: _Progress = None,

@@ -5,25 +5,36 @@ use std::path::{Path, PathBuf};
 use pyo3::prelude::*;
 use squeakscope::import::{Format, ImportError, Selection, Signal, Table, read_signal};
 use squeakscope::record::{ReadError, read_series};
-use squeakscope::study::signal::{SignalOptions, analyse_signal};
+use squeakscope::study::signal::{
+    AnalysedFile, CalibrationError, CalibrationSource, SignalError, SignalOptions,
+};
 
 use crate::array::{SignalArray, array, fields, samples};
 use crate::call::long_call;
+use crate::error::input;
 use crate::result::result;
 use crate::signal::positive;
 
 /// Analyse a signal completely: events, spectrum, embedding, recurrence, section, exponents and regime.
 ///
-/// All choices follow from the signal; :func:`read_signal` reads one from a file.
+/// All choices follow from the signal.
 ///
 /// Parameters
 /// ----------
-/// signal : array_like
-///     Samples, shape (n,), at least 500.
-/// rate : float
-///     Sampling rate, Hz.
+/// signal : array_like or str or os.PathLike
+///     Samples, shape (n,), at least 500; or a file, as for :func:`read_signal`.
+/// rate : float, optional
+///     Sampling rate, Hz: of samples, and of a file without a clock.
+/// column : str, optional
+///     Column or channel of a file.
+/// start, end : float, optional
+///     Times between which a file is read, s.
+/// calibration : str, optional
+///     The level of a calibrator and its recording (``94dB=calibrator.wav``), the pressure for one unit (``12.5Pa``), or
+///     the sensitivity of the microphone for a signal in V (``50mV/Pa``). The signal is converted to Pa, and the result
+///     has ``sound_levels``.
 /// unit : str
-///     Unit of the signal.
+///     Unit of samples; a file states its own.
 /// event : int, optional
 ///     Number of the tonal event to analyse, from 1. By default the strongest.
 /// progress : callable, optional
@@ -32,29 +43,73 @@ use crate::signal::positive;
 /// Returns
 /// -------
 /// Result
+///     The fields of ``squeakscope analyse --json``.
+///
+/// Raises
+/// ------
+/// InputError
+///     If the file has no such signal, or it cannot be analysed or calibrated.
 #[pyfunction]
-#[pyo3(signature = (signal, rate, *, unit="", event=None, progress=None))]
+#[pyo3(signature = (signal, rate=None, *, column=None, start=None, end=None, calibration=None, unit="", event=None,
+    progress=None))]
 pub fn analyse<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    rate: f64,
+    signal: Bound<'py, PyAny>,
+    rate: Option<f64>,
+    column: Option<String>,
+    start: Option<f64>,
+    end: Option<f64>,
+    calibration: Option<&str>,
     unit: &str,
     event: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let signal = Signal {
-        name: "signal".to_owned(),
-        unit: unit.to_owned(),
-        rate: positive(py, "rate", rate)?,
-        start: 0.0,
-        samples: samples(py, &signal)?.into_owned(),
-    };
+    let calibration = calibration
+        .map(str::parse::<CalibrationSource>)
+        .transpose()
+        .map_err(|error| input(py, &format!("calibration: {error}")))?;
     let options = SignalOptions {
         event,
         ..SignalOptions::default()
     };
+    let calibrator = Selection {
+        column: column.clone(),
+        ..Selection::default()
+    };
+    let path: Option<PathBuf> = signal.extract().ok();
+    let given = match path {
+        Some(_) => None,
+        None => {
+            let rate =
+                rate.ok_or_else(|| input(py, "rate: give the sampling rate of the samples"))?;
+            let samples = samples(py, &signal.extract::<SignalArray<'py>>()?)?.into_owned();
+            Some(Signal {
+                name: "signal".to_owned(),
+                unit: unit.to_owned(),
+                rate: positive(py, "rate", rate)?,
+                start: 0.0,
+                samples,
+            })
+        }
+    };
+    let selection = Selection {
+        column,
+        rate,
+        from: start,
+        to: end,
+        max_samples: None,
+    };
     let found = long_call(py, progress.as_ref(), |watch| {
-        analyse_signal(signal, &options, &mut |share, _| watch.report(share))
+        let signal = match (&path, given) {
+            (Some(path), _) => read(path, &selection)?,
+            (None, given) => given.expect("samples"),
+        };
+        let calibration = calibration
+            .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
+            .transpose()?;
+        let watch = &mut |share, _: &str| watch.report(share);
+        let found = AnalysedFile::of(path, signal, calibration, &options, watch);
+        found.map_err(FileError::from)
     })?;
     result(py, &found)
 }
@@ -68,6 +123,12 @@ pub enum FileError {
     /// A recording of this program.
     #[error(transparent)]
     Recording(#[from] ReadError),
+    /// A signal without a calibration.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// A signal that cannot be analysed.
+    #[error(transparent)]
+    Signal(#[from] SignalError),
 }
 
 /// Reads a signal from a file.
@@ -88,7 +149,7 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, FileError> {
     Ok(table.signal(&rest).map_err(failed)?)
 }
 
-/// Read a signal from a file: WAV, text columns, .npy, .npz, or a recording.
+/// Read a signal from a file: WAV, FLAC, MP3, Ogg, AIFF, text columns, .npy, .npz, .mat, or a recording.
 ///
 /// Parameters
 /// ----------

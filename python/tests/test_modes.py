@@ -46,7 +46,7 @@ def shapes_at(places: np.ndarray) -> np.ndarray:
     return np.stack([one, two, three], axis=2)
 
 
-def write_uff(path, mesh, nodes_set: int, mass: float = 4.0) -> None:
+def write_uff(path, mesh, nodes_set: int, shapes_set: int = 55, mass: float = 4.0) -> None:
     pyuff = pytest.importorskip("pyuff")
     nodes, shapes, frequencies = mesh
     numbers = np.arange(1, len(nodes) + 1)
@@ -58,6 +58,19 @@ def write_uff(path, mesh, nodes_set: int, mass: float = 4.0) -> None:
     else:
         file.write_sets(pyuff.prepare_2411(**places, def_cs=0 * numbers, disp_cs=0 * numbers, color=0 * numbers), "add")
     for k, frequency in enumerate(frequencies):
+        if shapes_set == 2414:
+            rows = np.sqrt(mass) * shapes[:, :, k]
+            ones = {f"record{r}_field{f}": 0 for r in (10, 11) for f in range(1, 9)}
+            ones |= {f"record{r}_field{f}": 0.0 for r in (12, 13) for f in range(1, 7)}
+            ones |= {"record10_field6": k + 1, "record12_field2": frequency, "record12_field4": mass}
+            # `prepare_2414` takes the fields of frequency responses only.
+            mode = ones | {"type": 2414, "analysis_dataset_label": k + 1, "analysis_dataset_name": "mode"}
+            mode |= dict.fromkeys(("id1", "id2", "id3", "id4", "id5"), "")
+            mode |= {"dataset_location": 1, "model_type": 1, "analysis_type": 2, "data_characteristic": 2}
+            mode |= {"result_type": 8, "data_type": 2, "number_of_data_values_for_the_data_component": 3}
+            mode |= {"node_nums": numbers, "data_at_node": rows}
+            file.write_sets(mode, "add")
+            continue
         r1, r2, r3 = (np.sqrt(mass) * shapes[:, c, k] for c in range(3))
         mode = pyuff.prepare_55(
             model_type=1, analysis_type=2, data_ch=2, spec_data_type=8, data_type=2, n_data_per_node=3,
@@ -81,10 +94,10 @@ def check(found: modes.Modes, patch: dict) -> modes.PatchModes:
 FRAME = {"length_unit": 1e-3, "centre": CENTRE}
 
 
-@pytest.mark.parametrize("nodes_set", [15, 2411])
-def test_modes_from_a_universal_file(tmp_path, mesh, patch, nodes_set: int) -> None:
+@pytest.mark.parametrize(("nodes_set", "shapes_set"), [(15, 55), (2411, 55), (2411, 2414)])
+def test_modes_from_a_universal_file(tmp_path, mesh, patch, nodes_set: int, shapes_set: int) -> None:
     path = tmp_path / "body.unv"
-    write_uff(path, mesh, nodes_set)
+    write_uff(path, mesh, nodes_set, shapes_set)
     check(modes.from_uff(path, **FRAME), patch)
 
 
@@ -192,6 +205,47 @@ def test_modes_of_a_report_of_abaqus(tmp_path, mesh, patch) -> None:
     path.write_text(text + text.partition("\n")[2].replace("PART-1-1", "PART-2-1"))
     with pytest.raises(s.InputError, match="node 1 twice; export the nodes of one part"):
         modes.from_abaqus(path, **FRAME)
+
+
+def record(key: int, *items: int | float | str) -> str:
+    """A record of a results file of Abaqus in text form, as its manual describes it (Results file: record format)."""
+    words = {
+        int: lambda x: f"I{len(str(x)):2}{x}",
+        float: lambda x: "D" + f"{x:22.15E}".replace("E", "D"),
+        str: lambda x: f"A{x:8}",
+    }
+    return "*" + "".join(words[type(item)](item) for item in (len(items) + 2, key, *items))
+
+
+def test_modes_of_a_results_file_of_abaqus(tmp_path, mesh, patch) -> None:
+    nodes, shapes, frequencies = mesh
+    path, mass = tmp_path / "hip.fil", 4.0
+    records = [record(1921, "6.14-1", "25-Nov-2", "026", "12:00:00", len(nodes), len(nodes), 1.0)]
+    records += [record(1900, 1, "C3D8R", *range(1, 9))]
+    records += [record(1901, k + 1, *map(float, place)) for k, place in enumerate(nodes)]
+    records += [record(1922, "a *head*"), record(1902, 1, 2, 3, 0, 0, 0), record(2001)]
+    # A static step before does not count.
+    records += [record(2000, 0.0, 0.0, 0.0, 0.0, 1, 1, 1), record(101, 1, 1.0, 2.0, 3.0), record(2001)]
+    records += [record(2000, 0.0, 0.0, 0.0, 0.0, 41, 2, 1)]
+    for m, frequency in enumerate(frequencies):
+        records += [record(1980, m + 1, (2 * np.pi * float(frequency)) ** 2, mass, 0.0), record(1911, 1, "ASSEMBLY")]
+        records += [record(101, k + 1, *map(float, np.sqrt(mass) * shape)) for k, shape in enumerate(shapes[:, :, m])]
+    records += [record(2001)]
+    text = "".join(records)
+    lines = [text[k : k + 80].rstrip() for k in range(0, len(text), 80)]
+    path.write_text("\n".join(lines) + "\n")
+    check(modes.from_abaqus(path, **FRAME), patch)
+    for old, new, reason in (
+        (record(1901, 5, *map(float, nodes[4])), record(1901, 5, 1.0, 2.0), "key 1901.* lacks a number"),
+        (record(1980, 1, 0.0, mass, 0.0), record(1980, 1, 0.0, 0.0, 0.0), "key 1980.* a generalised mass"),
+        ("*I", "I", "is binary; write it in text form"),
+    ):
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+        with pytest.raises(s.InputError, match=reason):
+            modes.from_abaqus(path, **FRAME)
+    with pytest.raises(s.InputError, match="CSV report"):
+        modes.from_abaqus("hip.odb")
 
 
 def test_a_mesh_elsewhere_is_refused(tmp_path, mesh, patch) -> None:

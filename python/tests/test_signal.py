@@ -1,3 +1,7 @@
+import subprocess
+import sys
+from json import loads
+
 import numpy as np
 import pytest
 
@@ -136,6 +140,39 @@ def test_complete_analysis() -> None:
     assert found.spectrum.lines[0].frequency_hz == pytest.approx(1234, abs=0.01)
     with pytest.raises(s.InputError, match="too few"):
         s.analyse(tone(1234.0, 100), RATE)
+    with pytest.raises(s.InputError, match="rate: give"):
+        s.analyse(tone(1234.0, 24_000))
+
+
+def test_complete_analysis_of_a_file(tmp_path) -> None:
+    path, calibrator = tmp_path / "squeak.npz", tmp_path / "calibrator.npz"
+    np.savez(path, rate=RATE, left=tone(4100.0, 48_000), right=tone(500.0, 48_000))
+    np.savez(calibrator, rate=RATE, left=tone(1000.0, 48_000, amplitude=0.1))
+    found = s.analyse(path, column="left", start=0.1)
+    assert found.file == str(path) and found.signal.start_s == pytest.approx(0.1)
+    assert found.events[0].frequency_hz == pytest.approx(4100, abs=0.1)
+    assert found.level_reference == "full-scale"
+    assert found.events[0].level_db == pytest.approx(20 * np.log10(0.3), abs=0.3)
+    # The program gives the same.
+    json = tmp_path / "found.json"
+    words = ["analyse", str(path), "--column", "left", "--from", "0.1", "--json", str(json)]
+    subprocess.run([sys.executable, "-m", "squeakscope", *words], check=True, capture_output=True)
+    program = loads(json.read_text())
+    assert program["events"] == found.to_dict()["events"]
+    # 0.1 is 94 dB: 0.3 is 9.54 dB more.
+    calibrated = s.analyse(str(path), column="left", calibration=f"94dB={calibrator}")
+    assert calibrated.sound_levels.equivalent_level_db == pytest.approx(103.54, abs=0.01)
+    assert calibrated.events[0].level_db == pytest.approx(103.54, abs=0.3)
+    assert calibrated.level_reference == "sound-pressure"
+    for words, reason in (
+        ({}, "choose one with --column"),
+        ({"column": "left", "calibration": "94"}, "calibration: give"),
+        ({"column": "left", "calibration": "50mV/Pa"}, "not in V"),
+    ):
+        with pytest.raises(s.InputError, match=reason):
+            s.analyse(path, **words)
+    with pytest.raises(s.InputError, match="does not exist"):
+        s.analyse(tmp_path / "missing.wav")
 
 
 def test_samples_that_are_not_numbers_are_refused(lorenz) -> None:

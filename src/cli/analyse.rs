@@ -1,27 +1,24 @@
 //! `squeakscope analyse` of one file: analyse the signal and classify its motion.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::{Deserialize, Serialize};
-
 use super::analyse_args::AnalyseArgs;
-use super::calibration::CalibratedLevels;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
+use super::levels_text::levels_text;
 use super::output::{Kind, OutputFile};
 use super::progress::Progress;
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
 use super::signal_text;
-use crate::analysis::{TonalEvent, range};
+use crate::analysis::{LevelReference, TonalEvent, range};
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -29,38 +26,8 @@ use crate::plot::{SIGNAL_FIGURES, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    SignalAnalysis, SignalOptions, analyse_signal, highest_frequency, live_analysis,
+    AnalysedFile, SignalAnalysis, SignalOptions, highest_frequency, live_analysis,
 };
-
-/// The analysis of a file.
-#[derive(Serialize, Deserialize)]
-pub(super) struct AnalysedFile<'a> {
-    /// Path of the file.
-    file: Cow<'a, Path>,
-    #[serde(flatten)]
-    report: Cow<'a, SignalAnalysis>,
-    /// Sound levels; absent without a calibration.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sound_levels: Option<Cow<'a, CalibratedLevels>>,
-}
-
-impl<'a> AnalysedFile<'a> {
-    /// The analysis of the file at a path.
-    pub fn new(file: &'a Path, analysed: &'a Analysed) -> Self {
-        Self {
-            file: file.into(),
-            report: Cow::Borrowed(&analysed.report),
-            sound_levels: analysed.levels.as_ref().map(Cow::Borrowed),
-        }
-    }
-}
-
-/// What is known of a signal.
-pub(super) struct Analysed {
-    pub report: SignalAnalysis,
-    /// Sound levels, if a calibration is given.
-    pub levels: Option<CalibratedLevels>,
-}
 
 /// Analyses a single file, with all outputs.
 ///
@@ -100,7 +67,8 @@ pub(super) fn execute(
         )?);
     }
     if let Some(labels) = &labels {
-        labels.write(|out| out.write_all(label_text(report.events()).as_bytes()))?;
+        let text = label_text(report.events(), report.level_reference());
+        labels.write(|out| out.write_all(text.as_bytes()))?;
         files.push(WrittenFile::of(labels)?);
     }
     let summary = save
@@ -109,14 +77,13 @@ pub(super) fn execute(
         .transpose()?;
     files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
     let mut text = signal_text::text(file, report);
-    if let Some(levels) = &analysed.levels {
-        text = format!("{}\n{text}", levels.text());
+    if let Some(levels) = &analysed.sound_levels {
+        text = format!("{}\n{text}", levels_text(levels));
     }
     if !files.is_empty() {
         text.push('\n');
     }
-    let result = AnalysedFile::new(file, &analysed);
-    Document::new(&result, &files).deliver(&text, json.as_ref())?;
+    Document::new(&analysed, &files).deliver(&text, json.as_ref())?;
     if let Some(recording) = &save {
         print_viewer_command(recording.path())?;
     }
@@ -134,7 +101,7 @@ pub(super) fn analyse(
     args: &AnalyseArgs,
     file: &Path,
     stop: &Arc<AtomicBool>,
-) -> Result<Analysed, CliError> {
+) -> Result<AnalysedFile, CliError> {
     let signal = read(
         file,
         &Selection {
@@ -147,26 +114,32 @@ pub(super) fn analyse(
     )?;
     // After the samples are in memory.
     resources::start_thread_pool()?;
-    let source = args.calibration.as_ref();
-    let levels = source.map(|source| CalibratedLevels::of(&signal, source, args.column.as_deref()));
-    let levels = levels.transpose()?;
+    let calibrator = Selection {
+        column: args.column.clone(),
+        ..Selection::default()
+    };
+    let calibration = args.calibration.as_ref();
+    let calibration = calibration
+        .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
+        .transpose()?;
     let progress = Progress::of_phases();
-    let report = analyse_signal(signal, &options(args), &mut |share, name| {
+    let options = options(args);
+    let watch = &mut |share, name| {
         progress.update(share, name);
         interrupt::should_continue(stop)
-    });
+    };
+    let analysed = AnalysedFile::of(Some(file.to_owned()), signal, calibration, &options, watch);
     // Clears the bar before the report is printed.
     drop(progress);
-    let report = report.map_err(|reason| CliError::Signal {
+    let analysed = analysed.map_err(|reason| CliError::Signal {
         path: file.to_owned(),
         reason,
     })?;
-    let report = report.ok_or(CliError::NoResult)?;
-    Ok(Analysed { report, levels })
+    analysed.ok_or(CliError::NoResult)
 }
 
-/// Tonal events as labels of Audacity: a line with start, end and name, and a line with the range of frequencies.
-fn label_text(events: &[TonalEvent]) -> String {
+/// Tonal events as labels of Audacity: a line with start, end, frequency and level, and a line with the range of frequencies.
+fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
     let mut text = String::new();
     for (number, event) in (1..).zip(events) {
         let TonalEvent {
@@ -175,11 +148,12 @@ fn label_text(events: &[TonalEvent]) -> String {
             frequency_hz,
             frequency_low_hz,
             frequency_high_hz,
+            level_db,
             ..
         } = event;
         let _ = writeln!(
             text,
-            "{start_s:.6}\t{end_s:.6}\t{number}: {frequency_hz:.1} Hz\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
+            "{start_s:.6}\t{end_s:.6}\t{number}: {frequency_hz:.1} Hz, {level_db:.1} {reference}\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
         );
     }
     text
@@ -230,6 +204,7 @@ fn play(
         span: range(signal.samples.iter().copied()),
         highest_frequency: highest_frequency(report),
         events: report.events().to_vec(),
+        level_reference: report.level_reference(),
     };
     let analysis = live_analysis(report);
     let playback = SignalSource::new(title, info, &signal.samples, signal.rate, analysis);
@@ -353,13 +328,8 @@ mod tests {
                 .expect("a path")
                 .ends_with("empty.csv")
         );
-        assert!(
-            reason["reason"]
-                .as_str()
-                .expect("a text")
-                .contains("no sample"),
-            "{reason}"
-        );
+        let why = reason["reason"].as_str().expect("a text");
+        assert!(why.starts_with("the file contains no sample"), "{why}");
         // Outputs of a single file.
         let drawn = AnalyseArgs {
             figures: Some(path("figures")),
@@ -379,17 +349,17 @@ mod tests {
             frequency_low_hz: 1500.0,
             frequency_high_hz: 1526.5,
             harmonics: 1,
-            level_db_fs: -12.0,
+            level_db: 68.2,
             snr_db: 30.0,
             modulation: None,
             vibrato: None,
             ridge: Vec::new(),
         };
         assert_eq!(
-            label_text(&[event]),
-            "0.500000\t2.250000\t1: 1513.0 Hz\n\\\t1500.000000\t1526.500000\n"
+            label_text(&[event], LevelReference::SoundPressure),
+            "0.500000\t2.250000\t1: 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
         );
-        assert_eq!(label_text(&[]), "");
+        assert_eq!(label_text(&[], LevelReference::FullScale), "");
     }
 
     #[test]

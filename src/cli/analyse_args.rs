@@ -7,11 +7,11 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, value_parser};
 use strum::VariantArray;
 
-use super::calibration::CalibrationSource;
 use super::figures::FigureArgs;
 use super::output::Overwrite;
 use crate::analysis::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
+use crate::study::signal::CalibrationSource;
 
 /// Arguments of `squeakscope analyse`.
 #[derive(Debug, Default, Arguments)]
@@ -41,8 +41,8 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]
     pub event: Option<u32>,
-    /// Print sound levels in dB re 20 uPa: A-weighted, and in third octaves. The calibration is the level of a calibrator and
-    /// its recording (94dB=FILE), the pressure for one unit of the signal (12.5Pa), or the sensitivity of the microphone
+    /// Convert the signal to Pa; all levels are in dB re 20 uPa, also A-weighted and in third octaves. The calibration is the
+    /// level of a calibrator and its recording (94dB=FILE), the pressure for one unit of the signal (12.5Pa), or the sensitivity of the microphone
     /// for a signal in V (50mV/Pa).
     #[arg(long, value_name = "CALIBRATION", help_heading = "Analysis")]
     pub calibration: Option<CalibrationSource>,

@@ -7,9 +7,8 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::analyse::{self, Analysed, AnalysedFile, analyse};
+use super::analyse::{self, analyse};
 use super::analyse_args::AnalyseArgs;
-use super::calibration::CalibratedLevels;
 use super::document::Document;
 use super::error::CliError;
 use super::output::Kind;
@@ -17,13 +16,14 @@ use super::resources;
 use crate::escape;
 use crate::import::Format;
 use crate::number::fixed;
+use crate::study::signal::AnalysedFile;
 use crate::table::Table;
 
 /// The analyses of several files.
-#[derive(Serialize, Deserialize)]
-pub(super) struct AnalysedFiles<'a> {
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct AnalysedFiles {
     /// Analyses in the order of the files; those of a directory are sorted by name.
-    analyses: Vec<AnalysedFile<'a>>,
+    analyses: Vec<AnalysedFile>,
     /// Failures: files that could not be analysed.
     failures: Vec<FailedFile>,
 }
@@ -65,7 +65,7 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let [json] = args.overwrite.check_all(None, json)?;
     resources::start_thread_pool()?;
     let jobs = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut found: Vec<(&Path, Result<Analysed, CliError>)> = Vec::new();
+    let mut found: Vec<(&Path, Result<AnalysedFile, CliError>)> = Vec::new();
     for some in files.chunks(jobs) {
         let analysed = some
             .par_iter()
@@ -78,21 +78,18 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
             return Err(CliError::NoResult);
         }
     }
-    let analyses = found.iter().filter_map(|(file, report)| {
-        let report = report.as_ref().ok()?;
-        Some(AnalysedFile::new(file, report))
-    });
-    let failures = found.iter().filter_map(|(file, report)| {
-        Some(FailedFile {
-            file: file.to_path_buf(),
-            reason: report.as_ref().err()?.to_string(),
-        })
-    });
-    let result = AnalysedFiles {
-        analyses: analyses.collect(),
-        failures: failures.collect(),
-    };
-    Document::new(&result, &[]).deliver(&text(&found), json.as_ref())?;
+    let text = text(&found);
+    let mut result = AnalysedFiles::default();
+    for (file, analysed) in found {
+        match analysed {
+            Ok(analysed) => result.analyses.push(analysed),
+            Err(error) => result.failures.push(FailedFile {
+                file: file.to_owned(),
+                reason: reason(&error),
+            }),
+        }
+    }
+    Document::new(&result, &[]).deliver(&text, json.as_ref())?;
     match result.failures.len() {
         0 => Ok(()),
         failed => Err(CliError::FilesFailed {
@@ -131,12 +128,22 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     Ok(files)
 }
 
+/// Why a file could not be analysed, without its path, which stands beside the reason.
+fn reason(error: &CliError) -> String {
+    match error {
+        CliError::Import(error) => error.problem.to_string(),
+        CliError::Signal { reason, .. } => reason.to_string(),
+        _ => error.to_string(),
+    }
+}
+
 /// The files, one per row.
-fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
+fn text(found: &[(&Path, Result<AnalysedFile, CliError>)]) -> String {
     let table = Table::default().left("file").right("duration, s");
-    let calibrated =
-        |report: &Result<Analysed, _>| report.as_ref().is_ok_and(|a| a.levels.is_some());
-    let has_levels = found.iter().any(|(_, report)| calibrated(report));
+    let calibrated = |analysed: &AnalysedFile| analysed.sound_levels.is_some();
+    let has_levels = found
+        .iter()
+        .any(|(_, analysed)| analysed.as_ref().is_ok_and(calibrated));
     let table = match has_levels {
         true => table.right("dB(A)"),
         false => table,
@@ -146,11 +153,16 @@ fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
     for (file, report) in found {
         let mut row = vec![escape::path(file)];
         match report {
-            Ok(Analysed { report, levels }) => {
+            Ok(AnalysedFile {
+                report,
+                sound_levels,
+                ..
+            }) => {
                 let line = report.tones.lines.first();
                 row.push(fixed(Some(report.facts.duration_s), 3));
                 if has_levels {
-                    row.push(fixed(levels.as_ref().map(CalibratedLevels::a_weighted), 1));
+                    let levels = sound_levels.as_ref();
+                    row.push(fixed(levels.map(|l| l.levels.a_weighted_level_db), 1));
                 }
                 row.extend([
                     report.events().len().to_string(),
@@ -164,7 +176,7 @@ fn text(found: &[(&Path, Result<Analysed, CliError>)]) -> String {
             }
             Err(error) => {
                 row.extend(vec![String::new(); 4 + usize::from(has_levels)]);
-                row.push(escape::line(&error.to_string()).into_owned());
+                row.push(escape::line(&reason(error)).into_owned());
             }
         }
         table.row(row);

@@ -17,7 +17,7 @@ use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
 use crate::study::ThreadSpawnError;
-use crate::study::signal::SignalError;
+use crate::study::signal::{CalibrationError, SignalError};
 use crate::study::sweep::TableError;
 
 /// An error of another module, as the source of a [`CliError`].
@@ -78,20 +78,9 @@ pub enum CliError {
         /// Path of the directory.
         path: PathBuf,
     },
-    /// A sensitivity in V/Pa for a signal that is not in V.
-    #[error(
-        "the signal is not in V (its unit: `{unit}`), as --calibration in mV/Pa needs; give --calibration 12.5Pa, the pressure for one unit"
-    )]
-    NotInVolts {
-        /// Unit of the signal.
-        unit: String,
-    },
-    /// The recording of a calibrator has no tone.
-    #[error("`{}` (--calibration) has no tone of at least 0.5 s; record the calibrator again, with no other sound", path.display())]
-    NoCalibratorTone {
-        /// Path of the recording.
-        path: PathBuf,
-    },
+    /// The signal cannot be calibrated.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// A file of measured friction that cannot be used.
     #[error("`{}`: {reason}", path.display())]
     FrictionPoints {
@@ -298,8 +287,7 @@ impl CliError {
             Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
             Self::OneFile { .. }
             | Self::FrictionPoints { .. }
-            | Self::NotInVolts { .. }
-            | Self::NoCalibratorTone { .. }
+            | Self::Calibration(_)
             | Self::Directory { .. }
             | Self::NoSignals { .. }
             | Self::FilesFailed { .. }

@@ -2,7 +2,6 @@
 
 use serde_json::Value;
 
-use super::analyse::AnalysedFile;
 use super::analyse_files::AnalysedFiles;
 use super::calibrate::CalibrationResult;
 use super::document::read_as;
@@ -18,6 +17,7 @@ use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::CostStudy;
 use crate::study::effects::Effects;
 use crate::study::friction_fit::FrictionFit;
+use crate::study::signal::AnalysedFile;
 use crate::study::sweep::SweepResult;
 
 /// Reads the document of a command as its result type, and converts it to JSON again.
@@ -39,8 +39,8 @@ pub fn read_back(command: &str, document: &Value) -> serde_json::Result<Value> {
         "cost" => read_as::<CostStudy>,
         "friction" => read_as::<FrictionFit>,
         "growth" => read_as::<GrowthResult<'_>>,
-        "analyse" if document.get("analyses").is_some() => read_as::<AnalysedFiles<'_>>,
-        "analyse" => read_as::<AnalysedFile<'_>>,
+        "analyse" if document.get("analyses").is_some() => read_as::<AnalysedFiles>,
+        "analyse" => read_as::<AnalysedFile>,
         _ if document.get("effects").is_some() => read_as::<Effects>,
         _ if document.get("scenes").is_some() => read_as::<Scenes<'_>>,
         _ => read_as::<Entry<'_>>,

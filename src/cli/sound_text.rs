@@ -1,7 +1,7 @@
 //! What sounds when in a measured sound, for the terminal.
 
 use super::report::HEADING;
-use crate::analysis::{RecordingCondition, Span, TonalEvent, TonalEvents};
+use crate::analysis::{LevelReference, RecordingCondition, Span, TonalEvent, TonalEvents};
 use crate::number::significant;
 use crate::study::signal::MeasuredSound;
 use crate::table::Table;
@@ -21,10 +21,13 @@ pub(super) fn sound_text(
 ) -> String {
     let events = match &sound.tonal.events[..] {
         [] => format!("{HEADING}no tonal events{HEADING:#}\n"),
-        events => format!("{HEADING}tonal events{HEADING:#}\n{}", table(events)),
+        events => {
+            let table = table(events, sound.level_reference);
+            format!("{HEADING}tonal events{HEADING:#}\n{table}")
+        }
     };
     let mut lines = condition(&sound.condition, duration_s, amount);
-    lines.extend(disturbances(&sound.tonal));
+    lines.extend(disturbances(&sound.tonal, sound.level_reference));
     let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     match &*lines {
         "" => events,
@@ -32,7 +35,7 @@ pub(super) fn sound_text(
     }
 }
 
-fn table(events: &[TonalEvent]) -> String {
+fn table(events: &[TonalEvent], reference: LevelReference) -> String {
     let mut table = Table::default()
         .right("event")
         .right("start, s")
@@ -40,7 +43,7 @@ fn table(events: &[TonalEvent]) -> String {
         .right("frequency, Hz")
         .right("low to high, Hz")
         .right("harmonics")
-        .right("level, dB FS")
+        .right(format!("level, {reference}"))
         .right("SNR, dB")
         .left("modulation");
     for (event, number) in events.iter().zip(1..) {
@@ -54,7 +57,7 @@ fn table(events: &[TonalEvent]) -> String {
                 event.frequency_low_hz, event.frequency_high_hz
             ),
             format!("{}", event.harmonics),
-            format!("{:.1}", event.level_db_fs),
+            format!("{:.1}", event.level_db),
             format!("{:.1}", event.snr_db),
             modulation(event),
         ]);
@@ -110,13 +113,13 @@ fn condition(
 }
 
 /// Hum and wow.
-fn disturbances(tonal: &TonalEvents) -> impl Iterator<Item = String> {
-    let hum = tonal.hum.map(|hum| {
+fn disturbances(tonal: &TonalEvents, reference: LevelReference) -> impl Iterator<Item = String> {
+    let hum = tonal.hum.map(move |hum| {
         let frequency = significant(hum.fundamental_hz, 4);
-        let level = hum.level_db_fs;
+        let level = hum.level_db;
         match hum.harmonics {
-            1 => format!("mains hum: {frequency} Hz, {level:.1} dB FS"),
-            n => format!("mains hum: {n} multiples of {frequency} Hz, {level:.1} dB FS"),
+            1 => format!("mains hum: {frequency} Hz, {level:.1} {reference}"),
+            n => format!("mains hum: {n} multiples of {frequency} Hz, {level:.1} {reference}"),
         }
     });
     let wow = tonal.wow.map(|wow| {

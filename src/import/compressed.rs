@@ -33,13 +33,6 @@ pub(super) struct Compressed {
 
 impl Compressed {
     pub fn open(path: &Path, stem: &str) -> Result<Self, Problem> {
-        let mut sound = Self {
-            path: path.to_owned(),
-            stem: stem.to_owned(),
-            rate: 0,
-            channels: 0,
-            frames: 0,
-        };
         let (mut form, mut frames) = (None, 0);
         decode(path, &mut |block| {
             let of_block = (block.spec().rate(), block.num_planes());
@@ -56,8 +49,13 @@ impl Compressed {
         else {
             return Err(Problem::NoSamples("a header"));
         };
-        (sound.rate, sound.channels, sound.frames) = (rate, channels, frames);
-        Ok(sound)
+        Ok(Self {
+            path: path.to_owned(),
+            stem: stem.to_owned(),
+            rate,
+            channels,
+            frames,
+        })
     }
 }
 

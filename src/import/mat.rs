@@ -14,13 +14,19 @@ use crate::foreign::{one_line, without_panic};
 
 const FORMAT: &str = "MATLAB";
 
+/// Length of the header of a file, bytes; its last two name the byte order.
+const HEADER: usize = 128;
+
 /// Reads all arrays: columns, a time or a rate.
-pub(super) fn read(content: impl Read) -> Result<Table, Problem> {
+pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     let damaged = |reason: String| Problem::Damaged {
         format: FORMAT,
         what: reason,
     };
-    let file = without_panic(|| MatFile::parse(content));
+    let mut bytes = Vec::new();
+    content.read_to_end(&mut bytes)?;
+    check_lengths(&bytes)?;
+    let file = without_panic(|| MatFile::parse(&bytes[..]));
     let file = file.ok_or_else(|| damaged("it cannot be decoded".to_owned()))?;
     let file = file.map_err(|error| damaged(one_line(error)))?;
     let mut table = Table {
@@ -69,6 +75,33 @@ pub(super) fn read(content: impl Read) -> Result<Table, Problem> {
         true => Err(Problem::NoSamples("no array of real numbers")),
         false => Ok(table),
     }
+}
+
+/// Checks that the elements of a file, which begin with their lengths, are complete: the library would leave out a
+/// truncated one without a word.
+fn check_lengths(bytes: &[u8]) -> Result<(), Problem> {
+    let is_little = bytes.get(HEADER - 2..HEADER) == Some(b"IM");
+    let mut rest = bytes.get(HEADER..).unwrap_or_default();
+    for number in 1.. {
+        let Some((tag, content)) = rest.split_first_chunk::<8>() else {
+            break;
+        };
+        let length = [tag[4], tag[5], tag[6], tag[7]];
+        let length = match is_little {
+            true => u32::from_le_bytes(length),
+            false => u32::from_be_bytes(length),
+        };
+        let Some(after) = content.get(length as usize..) else {
+            return Err(Problem::Truncated {
+                format: FORMAT,
+                what: format!("array {number}"),
+                have: content.len() as u64,
+                need: length.into(),
+            });
+        };
+        rest = after;
+    }
+    Ok(())
 }
 
 /// The columns of an array with their names; none of complex numbers and of three axes; `None` if the size does not

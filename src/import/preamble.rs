@@ -5,6 +5,7 @@
 //! | Keysight InfiniiVision | `x-axis,1,2` | that line; the next line | time column |
 //! | Rigol DS1000Z | `X,CH1,Start,Increment` | that line; the next line | `Start`, `Increment` |
 //! | Tektronix MSO, MDO, DPO | `Model,MDO3024` | last line of the preamble; `Vertical Units` | time column |
+//! | Tektronix TDS | `Record Length,2.5e+03,,` beside the first sample | left of the first samples | time column |
 //! | Siglent SDS | `Record Length,Analog:7000` | `Source`; `Vertical Units` | time column |
 //! | LeCroy | `LECROYWS424,...` | last line of the preamble; V | time column |
 //! | LabVIEW measurement file | `LabVIEW Measurement` | last line of the preamble; `Y_Unit_Label` | time column, or `Delta_X` |
@@ -27,6 +28,8 @@ pub(super) struct Preamble {
     pub last: u64,
     /// Names and units of the columns.
     pub columns: Vec<(String, String)>,
+    /// Number of fields at the left of the samples, which belong to the preamble.
+    pub beside: usize,
     /// Clock, if the preamble states it.
     pub clock: Option<Uniform>,
 }
@@ -50,6 +53,7 @@ impl Preamble {
         Ok(match &first[0][..] {
             "x-axis" => keysight(&lines),
             "X" => rigol(&lines),
+            "Record Length" if is_beside_samples(first) => Some(beside_samples(&lines)),
             _ => with_settings(&lines),
         })
     }
@@ -61,7 +65,7 @@ fn is_known(fields: &[String]) -> bool {
     match &fields[0][..] {
         "x-axis" | "Model" | "LabVIEW Measurement" => true,
         "X" => fields.iter().any(|field| field == "Increment"),
-        "Record Length" => second.starts_with("Analog:"),
+        "Record Length" => second.starts_with("Analog:") || is_beside_samples(fields),
         word => word.starts_with("LECROY"),
     }
 }
@@ -88,7 +92,7 @@ fn keysight(lines: &Lines) -> Option<Preamble> {
     Some(Preamble {
         last: *last,
         columns: columns.collect(),
-        clock: None,
+        ..Preamble::default()
     })
 }
 
@@ -113,7 +117,39 @@ fn rigol(lines: &Lines) -> Option<Preamble> {
             start,
             uncertainty: 1e-6,
         }),
+        ..Preamble::default()
     })
+}
+
+/// Whether a line has a setting (name, value, unit) and a sample (time, value).
+fn is_beside_samples(fields: &[String]) -> bool {
+    let is_number = |field: &String| field.parse::<f64>().is_ok();
+    fields.len() >= SETTING + 2 && fields[SETTING..SETTING + 2].iter().all(is_number)
+}
+
+/// Number of fields of a setting beside a sample.
+const SETTING: usize = 3;
+
+/// A preamble beside the first samples.
+fn beside_samples(lines: &Lines) -> Preamble {
+    let setting = |name| setting(lines, name).map_or("", String::as_str);
+    let mut columns = vec![(String::new(), String::new()); SETTING];
+    columns.push(("time".to_owned(), "s".to_owned()));
+    columns.push((
+        setting("Source").to_owned(),
+        unit(setting("Vertical Units")),
+    ));
+    Preamble {
+        columns,
+        beside: SETTING,
+        ..Preamble::default()
+    }
+}
+
+/// The value of the last setting of a name, if there is one.
+fn setting<'a>(lines: &'a [(u64, Vec<String>)], name: &str) -> Option<&'a String> {
+    let mut found = lines.iter().rev().filter(|(_, fields)| fields[0] == name);
+    found.find_map(|(_, fields)| fields.get(1).filter(|value| !value.is_empty()))
 }
 
 /// A preamble of lines with a name and its value, which ends before two rows of numbers alone.
@@ -126,11 +162,7 @@ fn with_settings(lines: &Lines) -> Option<Preamble> {
         .windows(2)
         .position(|pair| pair.iter().all(|(_, row)| is_numbers(row)))?;
     let (last, header) = lines.get(end.checked_sub(1)?)?;
-    let setting = |name: &str| {
-        let all = lines[..end].iter().rev();
-        let mut found = all.filter(|(_, fields)| fields[0] == name);
-        found.find_map(|(_, fields)| fields.get(1).filter(|value| !value.is_empty()))
-    };
+    let setting = |name: &str| setting(&lines[..end], name);
     // Siglent states `CH1:V`.
     let vertical = setting("Vertical Units").or_else(|| setting("Y_Unit_Label"));
     let vertical = vertical.map_or("V", |value| value.rsplit(':').next().unwrap_or(value));
@@ -159,6 +191,7 @@ fn with_settings(lines: &Lines) -> Option<Preamble> {
         last: *last,
         columns: columns.collect(),
         clock,
+        ..Preamble::default()
     })
 }
 
@@ -228,6 +261,30 @@ mod tests {
             "-1.9992e-03,0.06,",
         ];
         check(&read(&lines, ""), "CH1", 2.5e6, -2e-3, &[0.04, 0.05, 0.06]);
+    }
+
+    #[test]
+    fn tektronix_once_wrote_its_settings_beside_the_samples() {
+        let lines = [
+            "Record Length,2.500000e+03,,-0.005020000000,   0.04000,",
+            "Sample Interval,4.000000e-06,,-0.005016000000,   0.05000,",
+            "Trigger Point,1.250000000000e+03,,-0.005012000000,   0.06000,",
+            ",,,-0.005008000000,   0.07000,",
+            "Source,CH1,,-0.005004000000,   0.08000,",
+            "Vertical Units,V,,-0.005000000000,   0.09000,",
+            "Model Number,TDS2024B,,-0.004996000000,   0.10000,",
+            ",,,-0.004992000000,   0.11000,",
+        ];
+        let samples = [0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.10, 0.11];
+        check(&read(&lines, ""), "CH1", 250e3, -5.02e-3, &samples);
+        // With units of the settings, in quotation marks.
+        let lines = [
+            "\"Record Length\",500,\"Points\",-2.0e-03,0.04",
+            "\"Sample Interval\",1.0e-03,s,-1.0e-03,0.05",
+            "\"Source\",\"CH2\",,0.0e-03,0.06",
+            "\"Vertical Units\",\"V\",,1.0e-03,0.07",
+        ];
+        check(&read(&lines, ""), "CH2", 1e3, -2e-3, &samples[..4]);
     }
 
     #[test]

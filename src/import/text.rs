@@ -267,7 +267,9 @@ impl Scan {
             separator,
             first,
             rows: 0,
-            columns: (0..=last.map_or(0, |(k, _)| k)).map(named).collect(),
+            columns: (preamble.beside..=last.map_or(0, |(k, _)| k))
+                .map(named)
+                .collect(),
         }
     }
 
@@ -318,12 +320,12 @@ impl Scan {
 
     /// Processes a row of numbers.
     fn take(&mut self, line: u64, row: &str) -> Result<(), Problem> {
-        let need = self.columns.len();
-        let mut columns = self.columns.iter_mut();
+        let need = self.columns.last().map_or(0, |column| column.field + 1);
+        let mut columns = self.columns.iter_mut().peekable();
         // Trailing separators are no columns.
         let (mut have, mut given) = (0, 0);
         for field in self.separator.fields(row) {
-            if let Some(column) = columns.next() {
+            if let Some(column) = columns.next_if(|column| column.field == have) {
                 column.seen.take(field, line, self.separator);
             }
             have += 1;

@@ -110,6 +110,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
+    use crate::analysis::LevelReference;
     use crate::pipeline::message::Record;
     use crate::pipeline::stages::synthetic_tests::{Motion, RATE, all_analyses};
     use crate::pipeline::{Monitor, drive};
@@ -125,6 +126,7 @@ mod tests {
             span: [-1.0, 1.0],
             highest_frequency: 10e3,
             events: Vec::new(),
+            level_reference: LevelReference::FullScale,
         };
         SignalSource::new("a squeak", info, samples, RATE, all_analyses())
     }

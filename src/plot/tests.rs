@@ -218,7 +218,7 @@ fn event() -> TonalEvent {
     let ridge = (0..=60).map(|k| RidgePoint {
         time_s: 0.02 + 1e-3 * f64::from(k),
         frequency_hz: 4110.0 + 60.0 * (0.1 * f64::from(k)).sin(),
-        level_db_fs: -3.0,
+        level_db: -3.0,
     });
     TonalEvent {
         start_s: 0.02,
@@ -227,7 +227,7 @@ fn event() -> TonalEvent {
         frequency_low_hz: 4050.0,
         frequency_high_hz: 4170.0,
         harmonics: 3,
-        level_db_fs: -3.0,
+        level_db: -3.0,
         snr_db: 40.0,
         modulation: None,
         vibrato: None,

@@ -11,7 +11,7 @@ use super::{
     style::{self, ColorMap, Quantity, Unit, short},
 };
 use crate::{
-    analysis::TonalEvent,
+    analysis::LevelReference,
     pipeline::message::{Header, SignalInfo, SpectralLine, Subject},
     plot::{Axis, Color, Layer, Panel},
 };
@@ -156,7 +156,7 @@ impl Spectrogram {
             rec.log_static(paths::spectrogram_tile(tile), &at)?;
         }
         if let Subject::Signal(signal) = &header.subject {
-            draw_events(rec, &picture.plot, header, &signal.events)?;
+            draw_events(rec, &picture.plot, header, signal)?;
         }
         Ok(Self {
             picture,
@@ -277,16 +277,16 @@ impl Spectrogram {
     }
 }
 
-/// Draws the ridges of tonal events over the spectrogram, with their numbers.
+/// Draws the ridges of tonal events over the spectrogram, with their numbers and levels.
 fn draw_events(
     rec: &RecordingStream,
     plot: &Plot,
     header: &Header,
-    events: &[TonalEvent],
+    signal: &SignalInfo,
 ) -> Result<(), RecordError> {
     let time = Quantity::Time.unit(header.duration).per_si;
     let frequency = Quantity::Frequency.unit(header.highest_frequency()).per_si;
-    let ridges = events.iter().map(|event| {
+    let ridges = signal.events.iter().map(|event| {
         let points = event.ridge.iter();
         let points = points.map(|p| plot.at(time * p.time_s, frequency * p.frequency_hz));
         points.collect::<Vec<_>>()
@@ -295,12 +295,15 @@ fn draw_events(
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(0.8)]);
     rec.log_static(paths::SPECTROGRAM_RIDGES, &ridges)?;
-    let starts = events.iter().map(|event| {
+    let starts = signal.events.iter().map(|event| {
         let start = event.frequency_at(event.start_s);
         plot.at(time * event.start_s, frequency * start)
     });
+    let numbers = (1..).zip(&signal.events).map(|(number, event)| {
+        format!("{number}: {:.1} {}", event.level_db, signal.level_reference)
+    });
     let numbers = Points2D::new(starts)
-        .with_labels((1..=events.len()).map(|number| number.to_string()))
+        .with_labels(numbers)
         .with_show_labels(true)
         .with_colors([style::ACCENT])
         .with_radii([Radius::new_ui_points(2.5)]);
@@ -348,9 +351,16 @@ pub fn spectrogram_plot(header: &Header) -> SpectrogramPlot {
         Subject::Joint(_) | Subject::Small(_) => (JOINT_LEVELS, "1 mm/s".to_owned(), 0.0),
         Subject::Signal(signal) => {
             let full = full_scale(signal);
-            let words = Quantity::velocity(&header.subject).format(full);
+            let db = |ratio: f64| (20.0 * ratio.log10()) as f32;
+            let (zero, words) = match signal.level_reference {
+                reference @ LevelReference::SoundPressure => {
+                    (reference.amplitude(full), "20 uPa RMS".to_owned())
+                }
+                _ => (full, Quantity::velocity(&header.subject).format(full)),
+            };
+            let levels = SIGNAL_LEVELS.map(|level| level + db(full / zero).ceil());
             // Levels of records are relative to 1e-3 of the unit.
-            (SIGNAL_LEVELS, words, (20.0 * (1e3 * full).log10()) as f32)
+            (levels, words, db(1e3 * zero))
         }
     };
     let plot = Plot {

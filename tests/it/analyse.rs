@@ -153,11 +153,24 @@ fn an_ordinary_squeak_is_an_event() {
     assert_eq!(events[0]["harmonics"], 1);
     // Mean power of 0.2 (1 + 0.4 sin), relative to a sine of amplitude 1.
     let level = 10.0 * (0.04 * (1.0 + 0.08_f64)).log10();
-    assert!((value("level_db_fs") - level).abs() < 1.0);
+    assert!((value("level_db") - level).abs() < 1.0);
     assert!(value("snr_db") > 20.0);
     assert!((value("modulation_hz") - 12.0).abs() < 0.5);
     assert!((value("modulation_depth") - 0.4).abs() < 0.08);
     assert_eq!(json["condition"]["clipped"], Value::Array(Vec::new()));
+    assert_eq!(json["level_reference"], "full-scale");
+
+    // The same in Pa, of which a sine of amplitude 1 has 90.97 dB.
+    let calibrated = dir.analyse("squeak.wav --calibration 2Pa --labels squeak.txt");
+    let more = number(&calibrated["events"][0]["level_db"]) - value("level_db");
+    assert!(
+        (more - 20.0 * 2_f64.log10() - 90.969).abs() < 1e-2,
+        "{more}"
+    );
+    assert_eq!(calibrated["level_reference"], "sound-pressure");
+    assert_eq!(calibrated["signal"]["unit"], "Pa");
+    let labels = fs::read_to_string(dir.path("squeak.txt")).expect("written");
+    assert!(labels.contains(" dB re 20 uPa"), "{labels}");
 
     let stretch = &json["stretch"];
     assert_eq!(stretch["event"], 1);

@@ -85,6 +85,14 @@ impl Desk {
         fs::read(self.path("s.arrow")).expect("written")
     }
 
+    /// The same table as Parquet.
+    pub fn parquet(&self) -> Vec<u8> {
+        self.table();
+        let made = self.run(&["merge", "s.arrow", "--out", "s.parquet"]);
+        assert!(made.status.success(), "{made:?}");
+        fs::read(self.path("s.parquet")).expect("written")
+    }
+
     pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, bytes).expect("written");

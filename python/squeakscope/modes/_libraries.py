@@ -28,7 +28,7 @@ def _library(name: str, packages: str) -> Any:
 
 
 def from_uff(path: _Path, **frame: Any) -> Modes:
-    """Read modes from a universal file (UFF, UNV): nodes from datasets 15 or 2411, shapes from datasets 55.
+    """Read modes from a universal file (UFF, UNV): nodes from datasets 15 or 2411, shapes from datasets 55 or 2414.
 
     Parameters
     ----------
@@ -56,12 +56,20 @@ def from_uff(path: _Path, **frame: Any) -> Modes:
         if data["type"] in (15, 2411):
             rows = np.stack([data[axis] for axis in "xyz"], axis=1)
             places.update(zip(map(int, data["node_nums"]), rows, strict=True))
-        elif data["type"] == 55 and data["analysis_type"] == 2:
-            mass = float(data.get("modal_m") or 0.0)
-            if not mass > 0:
-                raise InputError(f"mode {data['mode_n']} of `{path}` has no modal mass; export it")
-            shape = np.stack([np.real(data[part]) for part in ("r1", "r2", "r3")], axis=1)
-            modes.append((float(data["freq"]), [int(node) for node in data["node_nums"]], shape / np.sqrt(mass)))
+        elif data["type"] in (55, 2414) and data["analysis_type"] == 2:
+            if data["type"] == 55:
+                frequency, mass = data["freq"], data.get("modal_m")
+                shape = np.stack([np.real(data[part]) for part in ("r1", "r2", "r3")], axis=1)
+            elif data["dataset_location"] == 1 and data["result_type"] == 8:
+                frequency, mass = data["record12_field2"], data["record12_field4"]
+                shape = np.array(data["data_at_node"])[:, :3]
+            else:
+                # Results on elements, or other ones than displacements.
+                continue
+            if not float(mass or 0.0) > 0:
+                raise InputError(f"the mode of {frequency} Hz of `{path}` has no modal mass; export it")
+            nodes = [int(node) for node in data["node_nums"]]
+            modes.append((float(frequency), nodes, shape / np.sqrt(float(mass))))
     return Modes._of(path, places, modes, Frame(**frame))
 
 

@@ -140,7 +140,7 @@ impl Lines {
         Hum {
             fundamental_hz: self.fundamental_hz,
             harmonics: self.lines.len(),
-            level_db_fs: 10.0 * (power / (0.5 * full_scale * full_scale)).log10(),
+            level_db: 10.0 * (power / (0.5 * full_scale * full_scale)).log10(),
         }
     }
 }

@@ -25,8 +25,8 @@ pub struct RidgePoint {
     pub time_s: f64,
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Level of the ridge, dB relative to a sine of full-scale amplitude.
-    pub level_db_fs: f64,
+    /// Level of the ridge, dB relative to the level reference.
+    pub level_db: f64,
 }
 
 /// Periodic modulation of the amplitude of an event.
@@ -63,8 +63,8 @@ pub struct TonalEvent {
     pub frequency_high_hz: f64,
     /// Number of harmonics found, the fundamental included.
     pub harmonics: usize,
-    /// Mean power of the event with its harmonics, dB relative to a sine of full-scale amplitude.
-    pub level_db_fs: f64,
+    /// Level of the event: mean power with its harmonics, dB relative to the level reference.
+    pub level_db: f64,
     /// Signal-to-noise ratio: power of the fundamental over the noise in the third octave around it, dB.
     pub snr_db: f64,
     /// Modulation of the amplitude, where there is one.
@@ -111,8 +111,8 @@ pub struct Hum {
     pub fundamental_hz: f64,
     /// Number of multiples of the fundamental found.
     pub harmonics: usize,
-    /// Level of all of them together, dB relative to a sine of full-scale amplitude.
-    pub level_db_fs: f64,
+    /// Level of all of them together, dB relative to the level reference.
+    pub level_db: f64,
 }
 
 /// Wow: a slow variation of the speed of the recording, which shifts all tones by the same ratio.

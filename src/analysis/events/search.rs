@@ -23,7 +23,7 @@ pub struct EventOptions {
     pub low_hz: f64,
     /// Highest frequency of a fundamental, Hz.
     pub high_hz: f64,
-    /// Amplitude of full scale, in the unit of the samples.
+    /// Level reference: amplitude of a sine of 0 dB, such as full scale, in the unit of the samples.
     pub full_scale: f64,
     /// Shortest event, s.
     pub shortest_s: f64,
@@ -231,7 +231,7 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
             .iter()
             .fold(frequency_hz, |high, f| high.max(*f)),
         harmonics: group.partials.len(),
-        level_db_fs: db(power / full),
+        level_db: db(power / full),
         snr_db: db(partial.power / (partial.noise * third)),
         modulation: modulation(leader),
         vibrato: vibrato(leader, *multiple),
@@ -242,7 +242,7 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
             .map(|(i, p)| RidgePoint {
                 time_s: leader.time(i),
                 frequency_hz: p.0 / *multiple as f64,
-                level_db_fs: db(p.1 / full),
+                level_db: db(p.1 / full),
             })
             .collect(),
     }

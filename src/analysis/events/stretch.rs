@@ -56,7 +56,7 @@ pub fn stationary_stretch(event: &TonalEvent) -> Span {
 fn averaged(ridge: &[RidgePoint]) -> (Vec<f64>, Vec<f64>) {
     let mut sums = vec![0.0];
     for point in ridge {
-        sums.push(sums[sums.len() - 1] + 10f64.powf(0.1 * point.level_db_fs));
+        sums.push(sums[sums.len() - 1] + 10f64.powf(0.1 * point.level_db));
     }
     let times: Vec<f64> = ridge.iter().map(|point| point.time_s).collect();
     let level = |time: &f64| {

@@ -103,11 +103,7 @@ fn an_ordinary_squeak_is_one_event_with_its_ends_harmonics_and_modulation() {
     );
     // 0.1 with a mean square of the modulation of 1 + 0.4^2 / 2, and 1 + 0.09 + 0.04 of the partials.
     let level = 20.0 * 0.1f64.log10() + 10.0 * (1.08f64 * 1.13).log10();
-    assert!(
-        (event.level_db_fs - level).abs() < 0.5,
-        "{}",
-        event.level_db_fs
-    );
+    assert!((event.level_db - level).abs() < 0.5, "{}", event.level_db);
 }
 
 #[test]
@@ -270,7 +266,7 @@ fn gain_and_a_shift_of_time_change_nothing_else() {
     let louder: Vec<f64> = samples.iter().map(|x| 8.0 * x).collect();
     let event = &events(&louder).events[0];
     assert!((event.frequency_hz / reference.frequency_hz - 1.0).abs() < 1e-9);
-    assert!((event.level_db_fs - reference.level_db_fs - 20.0 * 8f64.log10()).abs() < 1e-6);
+    assert!((event.level_db - reference.level_db - 20.0 * 8f64.log10()).abs() < 1e-6);
     let shifted = [background(9, 0.4), samples].concat();
     let event = &events(&shifted).events[0];
     let shift = (0.4 * RATE).floor() / RATE;
@@ -292,7 +288,7 @@ fn demodulation_makes_a_drifting_tone_steady() {
     let ridge = (0..=300).map(|i| RidgePoint {
         time_s: 0.01 * f64::from(i),
         frequency_hz: 1000.0 + 0.3 * f64::from(i),
-        level_db_fs: -6.0,
+        level_db: -6.0,
     });
     let event = TonalEvent {
         start_s: 0.0,
@@ -301,7 +297,7 @@ fn demodulation_makes_a_drifting_tone_steady() {
         frequency_low_hz: 1000.0,
         frequency_high_hz: 1090.0,
         harmonics: 1,
-        level_db_fs: -6.0,
+        level_db: -6.0,
         snr_db: 60.0,
         modulation: None,
         vibrato: None,

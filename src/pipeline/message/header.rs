@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
-use crate::analysis::TonalEvent;
+use crate::analysis::{LevelReference, TonalEvent};
 use crate::fem::SurfaceMesh;
 
 /// A mode, for labels.
@@ -245,4 +245,6 @@ pub struct SignalInfo {
     pub highest_frequency: f64,
     /// Tonal events, in the time of the file; empty for a signal that is no sound.
     pub events: Vec<TonalEvent>,
+    /// What the levels of the events are relative to.
+    pub level_reference: LevelReference,
 }

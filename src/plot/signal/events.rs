@@ -19,9 +19,10 @@ impl SignalFigures<'_> {
         let title = match (&self.report.sound, events.len()) {
             (None, _) => "no tonal events: the sample rate is not that of sound",
             (Some(_), 0) => "no tonal events",
-            (Some(_), _) => {
-                "ridges of the events with their numbers, from start to end (triangles)"
-            }
+            (Some(sound), _) => &format!(
+                "ridges of the events with numbers and levels ({}), from start to end (triangles)",
+                sound.level_reference
+            ),
         };
         if !events.is_empty() {
             let above = NUMBER_DISTANCE * (panel.y.range[1] - panel.y.range[0]);
@@ -41,8 +42,10 @@ impl SignalFigures<'_> {
                 .collect()
         };
         let (starts, stops) = (ends(|event| event.start_s), ends(|event| event.end_s));
-        let numbers = starts.iter().zip(1..).map(|([time, frequency], number)| {
-            Layer::text([*time, frequency + above], format!("{number}")).with_id("numbers")
+        let numbers = starts.iter().zip(events).zip(1..);
+        let numbers = numbers.map(|(([time, frequency], event), number)| {
+            let text = format!("{number}: {:.1}", event.level_db);
+            Layer::text([*time, frequency + above], text).with_id("numbers")
         });
         let numbers: Vec<Layer> = numbers.collect();
         let mark = |points, marker, id| {

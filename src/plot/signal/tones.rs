@@ -1,7 +1,7 @@
 //! Waveform, spectrum, spectrogram.
 
 use super::{SignalFigures, envelope};
-use crate::analysis::{Bases, Column};
+use crate::analysis::{Bases, Column, LevelReference};
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};
 use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
@@ -48,12 +48,19 @@ impl SignalFigures<'_> {
     pub fn spectrum(&self) -> Figure {
         let spectrum = &self.report.spectrum;
         let strongest = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
-        let level = |a: f64| 20.0 * (a.max(1e-12 * strongest) / strongest.max(1e-300)).log10();
+        // Relative to the strongest line, or to a sine of 20 uPa RMS.
+        let is_pressure = self.report.signal.unit == LevelReference::PASCAL;
+        let zero = match is_pressure {
+            true => LevelReference::SoundPressure.amplitude(strongest),
+            false => strongest.max(1e-300),
+        };
+        let level = |a: f64| 20.0 * (a.max(1e-12 * strongest).max(1e-300) / zero).log10();
         let shown = ((self.top() / spectrum.bin).ceil() as usize + 1).min(spectrum.amplitude.len());
         let levels = spectrum.amplitude[..shown].iter().map(|&a| level(a));
         let levels: Vec<f64> = levels.collect();
         let place = |hz: f64| self.frequency_unit.factor * hz;
-        let lowest = extent(levels.iter().copied())[0].max(-DEPTH_DB - 20.0);
+        let top = level(strongest);
+        let lowest = extent(levels.iter().copied())[0].max(top - DEPTH_DB - 20.0);
         let lines = self.report.tones.lines.iter().take(NAMED_LINES);
         let peaks = lines.filter_map(|named| {
             let at = [place(named.line.frequency), level(named.line.amplitude)];
@@ -65,7 +72,10 @@ impl SignalFigures<'_> {
             bases(&self.report.tones.naming.bases),
             100.0 * self.report.tones.broadband_share
         );
-        let reference = format!("{:.3} {}", strongest * unit.factor, unit.symbol);
+        let reference = match is_pressure {
+            true => LevelReference::SoundPressure.to_string(),
+            false => format!("dB re {:.3} {}", strongest * unit.factor, unit.symbol),
+        };
         let panel = Panel::new(
             title,
             Axis::linear(
@@ -73,8 +83,8 @@ impl SignalFigures<'_> {
                 [0.0, place(self.top())],
             ),
             Axis::linear(
-                format!("amplitude, dB re {}", reference.trim_end()),
-                [lowest, 20.0],
+                format!("amplitude, {}", reference.trim_end()),
+                [lowest, top + 20.0],
             ),
             vec![
                 Layer::line(

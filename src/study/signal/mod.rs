@@ -16,23 +16,29 @@
 
 mod analyse;
 mod background;
+mod calibration;
 mod live;
 mod outcome;
 mod sound;
 mod stretch;
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    AnalysisError, Column, DelayChoice, Divergence, LineIdentification, Measures, Norm,
-    RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, SectionPoint, SectionShape, Span,
-    SpectralLine, Spectrum, Threshold, TonalEvent, Verdict, ZeroOne,
+    AnalysisError, Calibration, Column, DelayChoice, Divergence, LevelReference,
+    LineIdentification, Measures, Norm, RecurrenceCriterion, RecurrenceImage, RecurrencePeriods,
+    SectionPoint, SectionShape, Span, SpectralLine, Spectrum, Threshold, TonalEvent, Verdict,
+    ZeroOne,
 };
 use crate::import::Signal;
 
 pub use analyse::analyse_signal;
+pub use calibration::{
+    CalibratedLevels, CalibrationError, CalibrationFormError, CalibrationSource,
+};
 pub use live::{highest_frequency, live_analysis};
 pub use outcome::{Outcome, SkipReason};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
@@ -347,5 +353,48 @@ impl SignalAnalysis {
     /// The tonal events, none if the signal is not a sound.
     pub fn events(&self) -> &[TonalEvent] {
         self.sound.as_ref().map_or(&[], |sound| &sound.tonal.events)
+    }
+
+    /// What the levels of the events are relative to.
+    pub fn level_reference(&self) -> LevelReference {
+        let sound = self.sound.as_ref();
+        sound.map_or_else(LevelReference::default, |sound| sound.level_reference)
+    }
+}
+
+/// The analysis of a file, or of samples.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AnalysedFile {
+    /// Path of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Analysis of the signal.
+    #[serde(flatten)]
+    pub report: SignalAnalysis,
+    /// Sound levels; absent without a calibration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound_levels: Option<CalibratedLevels>,
+}
+
+impl AnalysedFile {
+    /// Analyses the signal of a file as [`analyse_signal`]; with a calibration in Pa, and with its sound levels.
+    ///
+    /// # Errors
+    /// As [`analyse_signal`], and as [`sound_levels`](crate::analysis::sound_levels).
+    pub fn of(
+        file: Option<PathBuf>,
+        mut signal: Signal,
+        calibration: Option<Calibration>,
+        options: &SignalOptions,
+        progress: &mut dyn FnMut(f64, &'static str) -> bool,
+    ) -> Result<Option<Self>, SignalError> {
+        let levels = calibration.map(|calibration| CalibratedLevels::of(&mut signal, calibration));
+        let sound_levels = levels.transpose()?;
+        let report = analyse_signal(signal, options, progress)?;
+        Ok(report.map(|report| Self {
+            file,
+            report,
+            sound_levels,
+        }))
     }
 }

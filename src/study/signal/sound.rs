@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    AnalysisError, EventOptions, Hum, RecordingCondition, Span, TonalEvent, TonalEvents, Wow,
-    deviation, recording_condition, tonal_events,
+    AnalysisError, EventOptions, Hum, LevelReference, RecordingCondition, Span, TonalEvent,
+    TonalEvents, Wow, deviation, recording_condition, tonal_events,
 };
 use crate::import::Signal;
 
@@ -24,9 +24,6 @@ const JOIN_RATIO: f64 = 0.01;
 /// Level of the weakest event that is analysed without request, dB below that of the recording.
 const WEAKEST_DB: f64 = 40.0;
 
-/// Unit of samples relative to full scale.
-const FULL_SCALE: &str = "FS";
-
 /// Measured sound: its tonal events and the condition of the recording. Times are those of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredSound {
@@ -35,15 +32,16 @@ pub struct MeasuredSound {
     pub tonal: TonalEvents,
     /// Condition of the recording: clipping, offset, dropouts, silence.
     pub condition: RecordingCondition,
-    /// Level of the recording: power without the offset, dB relative to a sine of full-scale amplitude.
-    pub recording_level_db_fs: f64,
+    /// Level reference: what the levels of events, hum and recording are relative to.
+    pub level_reference: LevelReference,
+    /// Level of the recording: power without the offset, dB relative to the level reference.
+    pub recording_level_db: f64,
 }
 
 impl MeasuredSound {
     /// The tonal events of a signal and its condition; `None` for a signal whose sample rate is not that of
-    /// sound ([`SOUND_RATES_HZ`]) or that is too short for the search (0.2 s). Levels are relative to full scale, 1,
-    /// if that is the unit of the signal, or if there is no unit and no larger sample; otherwise to the largest
-    /// magnitude.
+    /// sound ([`SOUND_RATES_HZ`]) or that is too short for the search (0.2 s). Levels are relative to
+    /// [`LevelReference::of`] its unit.
     ///
     /// # Errors
     /// As [`tonal_events`], except for a short signal.
@@ -52,10 +50,9 @@ impl MeasuredSound {
             return Ok(None);
         }
         let largest = signal.samples.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        // Arrays without a unit usually hold the samples of a sound file as they are.
-        let is_relative = signal.unit == FULL_SCALE || signal.unit.is_empty() && largest <= 1.0;
+        let level_reference = LevelReference::of(&signal.unit, largest);
         let options = EventOptions {
-            full_scale: if is_relative { 1.0 } else { largest },
+            full_scale: level_reference.amplitude(largest),
             ..EventOptions::default()
         };
         let tonal = match by_blocks(signal, &options) {
@@ -77,19 +74,19 @@ impl MeasuredSound {
         Ok(Some(Self {
             tonal,
             condition,
-            recording_level_db_fs: 10.0 * (power / full).log10(),
+            level_reference,
+            recording_level_db: 10.0 * (power / full).log10(),
         }))
     }
 
     /// Index of the event with the largest energy, mean power times duration, of those that are at most 40 dB
     /// below the level of the recording: weaker ones can be traces of stronger tones, such as quantisation.
     pub fn strongest(&self) -> Option<usize> {
-        let energy = |event: &TonalEvent| {
-            10f64.powf(0.1 * event.level_db_fs) * (event.end_s - event.start_s)
-        };
-        let least = self.recording_level_db_fs - WEAKEST_DB;
+        let energy =
+            |event: &TonalEvent| 10f64.powf(0.1 * event.level_db) * (event.end_s - event.start_s);
+        let least = self.recording_level_db - WEAKEST_DB;
         let events = self.tonal.events.iter().enumerate();
-        let events = events.filter(|(_, event)| event.level_db_fs >= least);
+        let events = events.filter(|(_, event)| event.level_db >= least);
         let strongest = events.max_by(|a, b| energy(a.1).total_cmp(&energy(b.1)));
         strongest.map(|(index, _)| index)
     }
@@ -127,7 +124,7 @@ fn by_blocks(signal: &Signal, options: &EventOptions) -> Result<TonalEvents, Ana
                 None => all.events.push(event),
             }
         }
-        let level = |hum: Option<Hum>| hum.map_or(f64::NEG_INFINITY, |hum| hum.level_db_fs);
+        let level = |hum: Option<Hum>| hum.map_or(f64::NEG_INFINITY, |hum| hum.level_db);
         if level(found.hum) > level(all.hum) {
             all.hum = found.hum;
         }
@@ -146,7 +143,8 @@ fn continues(before: &TonalEvent, event: &TonalEvent, border_s: f64) -> bool {
         before.frequency_at(before.end_s),
         event.frequency_at(event.start_s),
     ];
-    let is_new = event.start_s >= border_s && before.end_s <= border_s;
+    // The ends of events are uncertain, and may lie beyond the border.
+    let is_new = event.start_s >= border_s - JOIN_S && before.end_s <= border_s + JOIN_S;
     is_new && gap < JOIN_S && (start / end - 1.0).abs() < JOIN_RATIO
 }
 
@@ -155,19 +153,21 @@ fn join(event: &mut TonalEvent, mut next: TonalEvent) {
     let durations = [event.span().length_s(), next.span().length_s()];
     let mean = |a: f64, b: f64, [u, v]: [f64; 2]| (a * u + b * v) / (u + v);
     let db = |value: f64| 10f64.powf(0.1 * value);
-    let powers = [db(event.level_db_fs), db(next.level_db_fs)];
+    let powers = [db(event.level_db), db(next.level_db)];
     let energies = [powers[0] * durations[0], powers[1] * durations[1]];
     event.frequency_hz = mean(event.frequency_hz, next.frequency_hz, energies);
     event.frequency_low_hz = event.frequency_low_hz.min(next.frequency_low_hz);
     event.frequency_high_hz = event.frequency_high_hz.max(next.frequency_high_hz);
     event.harmonics = event.harmonics.max(next.harmonics);
-    event.level_db_fs = 10.0 * mean(powers[0], powers[1], durations).log10();
+    event.level_db = 10.0 * mean(powers[0], powers[1], durations).log10();
     event.snr_db = 10.0 * mean(db(event.snr_db), db(next.snr_db), durations).log10();
     if durations[1] > durations[0] {
         event.modulation = next.modulation;
         event.vibrato = next.vibrato;
     }
     event.end_s = next.end_s;
+    let last_s = event.ridge.last().map(|point| point.time_s);
+    next.ridge.retain(|point| Some(point.time_s) > last_s);
     event.ridge.append(&mut next.ridge);
 }
 

@@ -38,21 +38,23 @@ fn times_are_those_of_the_file() {
 }
 
 #[test]
-fn levels_are_relative_to_full_scale() {
+fn levels_are_relative_to_full_scale_or_to_20_micropascal() {
     let level = |unit: &str, amplitude: f64| {
         let signal = Signal {
             unit: unit.to_owned(),
             ..tone(3.0, [6.0, 7.5], amplitude)
         };
-        MeasuredSound::of(&signal).unwrap().unwrap().tonal.events[0].level_db_fs
+        MeasuredSound::of(&signal).unwrap().unwrap().tonal.events[0].level_db
     };
     let half = level("FS", 0.5);
     assert!((half - 20.0 * 0.5_f64.log10()).abs() < 1.0, "{half}");
     assert!((level("", 0.5) - half).abs() < 1e-9);
-    // In pascal, the largest sample is full scale.
+    // In another unit, the largest sample is full scale.
     for amplitude in [0.002, 20.0] {
-        assert!(level("Pa", amplitude).abs() < 1.0);
+        assert!(level("m/s^2", amplitude).abs() < 1.0);
     }
+    // A sine with an amplitude of 1 Pa has 90.97 dB.
+    assert!((level("Pa", 1.0) - level("FS", 1.0) - 90.969).abs() < 1e-3);
 }
 
 #[test]
@@ -75,10 +77,10 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
             .events
             .remove(0);
         let shift = frequency_hz - event.frequency_hz;
-        event
-            .ridge
-            .iter_mut()
-            .for_each(|point| point.frequency_hz += shift);
+        event.ridge.iter_mut().for_each(|point| {
+            point.frequency_hz += shift;
+            point.time_s += start_s - 6.0;
+        });
         TonalEvent {
             start_s,
             end_s,
@@ -88,13 +90,18 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
     };
     let first = event(10.0, 19.98, 1000.0);
     assert!(continues(&first, &event(20.02, 22.0, 1004.0), 20.0));
+    assert!(continues(&first, &event(19.97, 22.0, 1004.0), 19.975));
     assert!(!continues(&first, &event(20.02, 22.0, 1100.0), 20.0));
     assert!(!continues(&first, &event(20.2, 22.0, 1004.0), 20.0));
     let (mut joined, next) = (first.clone(), event(20.02, 22.0, 1004.0));
     join(&mut joined, next);
     assert_eq!((joined.start_s, joined.end_s), (10.0, 22.0));
-    assert!((joined.level_db_fs - first.level_db_fs).abs() < 1e-9);
+    assert!((joined.level_db - first.level_db).abs() < 1e-9);
     // Of 12 s, 1.98 s at the higher frequency.
     assert!((joined.frequency_hz - 1000.0 - 4.0 * 1.98 / 11.96).abs() < 1e-6);
     assert_eq!(joined.ridge.len(), 2 * first.ridge.len());
+    // Of parts that overlap, the ridge stays in the order of time.
+    let mut joined = first.clone();
+    join(&mut joined, event(10.5, 22.0, 1004.0));
+    assert!(joined.ridge.is_sorted_by(|a, b| a.time_s < b.time_s));
 }

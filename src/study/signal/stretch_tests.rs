@@ -14,7 +14,7 @@ fn event(start_s: f64, end_s: f64, drift: f64) -> TonalEvent {
         RidgePoint {
             time_s,
             frequency_hz: 1000.0 + drift * (std::f64::consts::PI * time_s).sin(),
-            level_db_fs: -6.0,
+            level_db: -6.0,
         }
     });
     TonalEvent {
@@ -24,7 +24,7 @@ fn event(start_s: f64, end_s: f64, drift: f64) -> TonalEvent {
         frequency_low_hz: 1000.0 - drift,
         frequency_high_hz: 1000.0 + drift,
         harmonics: 2,
-        level_db_fs: -6.0,
+        level_db: -6.0,
         snr_db: 40.0,
         modulation: None,
         vibrato: None,
@@ -106,7 +106,7 @@ fn the_strongest_event_is_the_default_and_others_can_be_requested() {
     }
     // More than 40 dB below the recording, an event is analysed only on request.
     let mut loud = sound.clone();
-    loud.recording_level_db_fs = 34.1;
+    loud.recording_level_db = 34.1;
     assert_eq!(
         select(&signal, Some(&loud), None).unwrap().stretch.event,
         None

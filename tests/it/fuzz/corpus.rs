@@ -114,8 +114,70 @@ pub fn recordings(desk: &Desk) -> Vec<Vec<u8>> {
     vec![own, unpacked, desk.tone()]
 }
 
+/// Files of other programs.
+macro_rules! stored {
+    ($($name:ident: $($file:literal),+;)+) => {
+        $(pub fn $name(_: &Desk) -> Vec<Vec<u8>> {
+            vec![$(include_bytes!(concat!("../../data/", $file)).to_vec()),+]
+        })+
+    };
+}
+
+stored! {
+    flac: "tone.flac";
+    mp3: "tone.mp3";
+    ogg: "tone.ogg";
+    aiff: "tone.aiff";
+    matlab: "plain.mat", "compressed.mat";
+}
+
+/// Text of oscilloscopes and loggers: Keysight, Rigol, Tektronix (two generations), LeCroy, LabVIEW, PicoScope.
+pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
+    let heads = [
+        "x-axis,1,2\nsecond,Volt,Volt\n",
+        "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-6e-04,1e-03\n",
+        "Model,MDO3024\n\nSample Interval,1e-03,\nVertical Units,V,\nLabel,,\nTIME,CH1,CH2\n",
+        "LECROYWS424,52341,Waveform\nSegments,1,SegmentSize,200\nTime,Ampl,More\n",
+        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nY_Unit_Label\tVolts\n\
+         Delta_X\t1E-3\n***End_of_Header***\t\nX_Value\tOne\tTwo\n",
+        "Time,Channel A,Channel B\n(ms),(V),(V)\n\n",
+    ];
+    let one = |head: &str| {
+        let mut text = head.to_owned();
+        let separator = if head.contains('\t') { '\t' } else { ',' };
+        for k in 0..SAMPLES {
+            let time = match head.starts_with('X') {
+                true => k.to_string(),
+                false => format!("{:.3}", 1e-3 * f64::from(k)),
+            };
+            let u = sample(k);
+            writeln!(text, "{time}{separator}{u:.6}{separator}{u:.3}").expect("a string");
+        }
+        text.into_bytes()
+    };
+    let beside = (0..SAMPLES).map(|k| {
+        let setting = match k {
+            0 => "Record Length,200,",
+            1 => "Sample Interval,1e-03,",
+            2 => "Source,CH1,",
+            _ => ",,",
+        };
+        format!("{setting},{:.3},{:.6},\n", 1e-3 * f64::from(k), sample(k))
+    });
+    let beside = beside.collect::<String>().into_bytes();
+    heads.map(one).into_iter().chain([beside]).collect()
+}
+
+/// A table as an Arrow file, and as the stream within it.
 pub fn table(desk: &Desk) -> Vec<Vec<u8>> {
-    vec![desk.table()]
+    let file = desk.table();
+    let start = file[8..].iter().position(|byte| *byte != 0);
+    let stream = file[8 + start.expect("a stream")..].to_vec();
+    vec![file, stream]
+}
+
+pub fn parquet(desk: &Desk) -> Vec<Vec<u8>> {
+    vec![desk.parquet()]
 }
 
 pub fn scenes(_: &Desk) -> Vec<Vec<u8>> {
@@ -168,6 +230,39 @@ fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> 
         zip.write_all(bytes).expect("written");
     }
     zip.finish().expect("written").into_inner()
+}
+
+/// Ogg files whose pages have correct checksums, so that damage reaches the decoder.
+pub fn mended(original: &[u8], seed: u64) -> impl Iterator<Item = Mutant> {
+    mutants(original, seed).map(|mut mutant| {
+        mend_pages(&mut mutant.bytes);
+        mutant
+    })
+}
+
+/// Corrects the checksum of each complete page of an Ogg file (RFC 3533).
+fn mend_pages(bytes: &mut [u8]) {
+    let mut at = 0;
+    while let Some(next) = bytes[at..].windows(4).position(|word| word == b"OggS") {
+        let start = at + next;
+        at = start + 4;
+        let Some(&segments) = bytes.get(start + 26) else {
+            return;
+        };
+        let body = start + 27 + usize::from(segments);
+        let Some(lengths) = bytes.get(start + 27..body) else {
+            return;
+        };
+        let length: usize = lengths.iter().map(|length| usize::from(*length)).sum();
+        if let Some(page) = bytes.get_mut(start..body + length) {
+            page[22..26].fill(0);
+            let sum = page.iter().fold(0_u32, |sum, byte| {
+                let shift = |sum: u32, _| (sum << 1) ^ (0x04c1_1db7 * (sum >> 31));
+                (0..8).fold(sum ^ (u32::from(*byte) << 24), shift)
+            });
+            page[22..26].copy_from_slice(&sum.to_le_bytes());
+        }
+    }
 }
 
 /// Archives with one damaged file, each in turn, and correct checksums.

@@ -106,6 +106,10 @@ fn in_turn(originals: &[Vec<u8>], kind: Kind, seed: u64) -> impl Iterator<Item =
         match kind {
             Kind::Binary => sources.push(Box::new(mutants(original, seed))),
             Kind::Text => sources.push(Box::new(text_mutants(original, seed))),
+            Kind::Ogg => {
+                sources.push(Box::new(mutants(original, seed)));
+                sources.push(Box::new(corpus::mended(original, seed)));
+            }
             Kind::Archive => {
                 sources.push(Box::new(mutants(original, seed)));
                 sources.push(Box::new(corpus::repacked(original, seed)));

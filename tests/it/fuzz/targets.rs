@@ -20,6 +20,8 @@ pub enum Kind {
     Binary,
     /// Text, damaged by tokens and by bytes.
     Text,
+    /// An Ogg file, damaged also with correct checksums.
+    Ogg,
     /// A zip archive, damaged as a whole and file by file, since its checksums hide most damage from the
     /// reader.
     Archive,
@@ -43,11 +45,18 @@ pub struct Target {
 pub const TARGETS: &[Target] = &[
     Target { name: "WAV", extension: "wav", kind: Kind::Binary, usual: 1500, corpus: corpus::wav, read: signal },
     Target { name: "CSV", extension: "csv", kind: Kind::Text, usual: 1500, corpus: corpus::csv, read: signal },
+    Target { name: "oscilloscopes", extension: "csv", kind: Kind::Text, usual: 1500, corpus: corpus::oscilloscopes, read: signal },
+    Target { name: "FLAC", extension: "flac", kind: Kind::Binary, usual: 400, corpus: corpus::flac, read: signal },
+    Target { name: "MP3", extension: "mp3", kind: Kind::Binary, usual: 400, corpus: corpus::mp3, read: signal },
+    Target { name: "Ogg", extension: "ogg", kind: Kind::Ogg, usual: 400, corpus: corpus::ogg, read: signal },
+    Target { name: "AIFF", extension: "aiff", kind: Kind::Binary, usual: 400, corpus: corpus::aiff, read: signal },
+    Target { name: "MATLAB", extension: "mat", kind: Kind::Binary, usual: 800, corpus: corpus::matlab, read: signal },
     Target { name: "npy", extension: "npy", kind: Kind::Binary, usual: 1500, corpus: corpus::npy, read: bare_signal },
     Target { name: "npz", extension: "npz", kind: Kind::Archive, usual: 1500, corpus: corpus::npz, read: signal },
     Target { name: "arrays", extension: "npz", kind: Kind::Archive, usual: 1500, corpus: corpus::npz, read: arrays },
     Target { name: "rrd", extension: "rrd", kind: Kind::Binary, usual: 200, corpus: corpus::recordings, read: series },
     Target { name: "Arrow", extension: "arrow", kind: Kind::Binary, usual: 400, corpus: corpus::table, read: table },
+    Target { name: "Parquet", extension: "parquet", kind: Kind::Binary, usual: 400, corpus: corpus::parquet, read: table },
     Target { name: "scene", extension: "toml", kind: Kind::Text, usual: 1500, corpus: corpus::scenes, read: scene },
     Target { name: "modes", extension: "npz", kind: Kind::Archive, usual: 400, corpus: corpus::modes, read: modes },
     Target { name: "commands", extension: "json", kind: Kind::Text, usual: 1500, corpus: corpus::commands, read: command },

@@ -23,7 +23,7 @@ pub fn event(duration: f64) -> TonalEvent {
     let ridge = (0..=20).map(|k| RidgePoint {
         time_s: duration * (0.5 + 0.025 * f64::from(k)),
         frequency_hz: 4093.0 + 5.0 * f64::from(k),
-        level_db_fs: -6.0,
+        level_db: -6.0,
     });
     TonalEvent {
         start_s: 0.5 * duration,
@@ -32,7 +32,7 @@ pub fn event(duration: f64) -> TonalEvent {
         frequency_low_hz: 4093.0,
         frequency_high_hz: 4193.0,
         harmonics: 2,
-        level_db_fs: -6.0,
+        level_db: -6.0,
         snr_db: 30.0,
         modulation: None,
         vibrato: None,

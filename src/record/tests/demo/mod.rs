@@ -10,7 +10,7 @@ use std::{f64::consts::TAU, sync::Arc};
 use body::{geometry, outline};
 
 use crate::{
-    analysis::RecurrenceImage,
+    analysis::{LevelReference, RecurrenceImage},
     dynamics::ErrorEstimate,
     pipeline::message::{
         AnalysisKind, Appearance, EnergySample, Frame, Header, Health, JointInfo, ModeInfo,
@@ -224,6 +224,7 @@ pub fn signal_records(duration: f64) -> Vec<Record> {
             span: [1.5, 3.5],
             highest_frequency: 15e3,
             events: vec![analyses::event(duration)],
+            level_reference: LevelReference::LargestSample,
         }),
         ..header(duration)
     };
