@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::PeriodicOrbit;
+use super::detect::critical_multiplier;
+use super::{Multiplier, PeriodicOrbit};
 
 /// The type of a bifurcation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
@@ -122,14 +123,24 @@ pub struct Bifurcation {
     pub orbit: PeriodicOrbit,
 }
 
-/// Natural logarithm of the magnitude above which a multiplier at a bifurcation is outside the unit circle: the critical
-/// ones are on it within the accuracy of the location.
+/// Natural logarithm of the magnitude above which a multiplier that is not critical is outside the unit circle.
 const OUTSIDE: f64 = 1e-5;
 
 impl Bifurcation {
     /// Whether the motion attracts on one side: no multiplier except the critical ones is outside the unit circle.
+    ///
+    /// The critical ones do not count, wherever the located orbit has them: at a fold they leave the unit circle with the
+    /// square root of the distance from it, on one side or the other.
     pub fn has_stable_side(&self) -> bool {
-        let mut others = self.orbit.nontrivial_multipliers();
+        let critical = critical_multiplier(self.kind, &self.orbit);
+        let is_critical = |multiplier: &Multiplier| {
+            critical.is_some_and(|critical| {
+                multiplier.ln_magnitude == critical.ln_magnitude
+                    && multiplier.angle.abs() == critical.angle.abs()
+            })
+        };
+        let all = self.orbit.nontrivial_multipliers();
+        let mut others = all.filter(|multiplier| !is_critical(multiplier));
         !others.any(|multiplier| multiplier.ln_magnitude > OUTSIDE)
     }
 }

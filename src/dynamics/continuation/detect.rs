@@ -63,15 +63,20 @@ impl Test {
             Self::Guard => Some(BifurcationKind::Grazing),
         }
     }
+}
 
-    /// The critical multiplier of an orbit at or near the bifurcation.
-    pub fn critical(self, orbit: &PeriodicOrbit) -> Option<Multiplier> {
-        match self {
-            Self::Turn | Self::Guard => None,
-            Self::One => nearest(orbit, 1.0),
-            Self::MinusOne => nearest(orbit, -1.0),
-            Self::Pair => critical_pair(orbit),
-        }
+/// The critical multiplier of an orbit at or near a bifurcation, of a pair the one with the positive angle.
+pub(super) fn critical_multiplier(
+    kind: BifurcationKind,
+    orbit: &PeriodicOrbit,
+) -> Option<Multiplier> {
+    match kind {
+        BifurcationKind::Fold
+        | BifurcationKind::BranchPoint
+        | BifurcationKind::SymmetryBreaking => nearest(orbit, 1.0),
+        BifurcationKind::PeriodDoubling => nearest(orbit, -1.0),
+        BifurcationKind::NeimarkSacker => critical_pair(orbit),
+        BifurcationKind::Grazing => None,
     }
 }
 
@@ -132,7 +137,7 @@ fn pairs(orbit: &PeriodicOrbit) -> f64 {
     }
 }
 
-/// The multiplier without the trivial one that is closest to a real number, among the real ones if there are any.
+/// The multiplier without the trivial one that is closest to a real number.
 fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
     orbit
         .nontrivial_multipliers()
