@@ -208,7 +208,7 @@ fn torus(branch: &Branch, torus: &Torus) -> String {
         ]);
     }
     let mut text = format!(
-        "\n  torus of branch {}, born at {:.7}\n{}",
+        "  torus of branch {}, born at {:.7}\n{}",
         torus.branch,
         torus.born,
         table.text()

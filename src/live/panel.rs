@@ -69,7 +69,7 @@ pub struct Panel {
     /// Number of the branch diagram within the session, from 1, or of the part of it that is computed so far; `None` without a
     /// diagram of the present scene.
     pub diagram: Option<u64>,
-    /// What of the diagram is computed at present, or why the scene has none; `None` for a complete one.
+    /// Note on the diagram: what is computed at present, or why the scene has none; `None` for a complete one.
     pub diagram_note: Option<String>,
 }
 

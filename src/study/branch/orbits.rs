@@ -61,7 +61,7 @@ pub enum OrbitProgress<'a> {
     Branch(&'a Branch),
 }
 
-/// Receives the progress of a study of periodic orbits; returns whether to continue.
+/// A function that is called on progress of a study of periodic orbits; it returns whether to continue.
 pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> bool;
 
 /// A study of periodic orbits.

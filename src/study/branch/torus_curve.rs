@@ -43,7 +43,7 @@ const MAX_POINTS: usize = 400;
 pub struct TorusCurve {
     /// The points, in their order along the curve.
     pub points: Vec<TorusCurvePoint>,
-    /// Whether the last point meets the first one.
+    /// Whether the curve is closed: the last point is the first one.
     #[serde(default)]
     pub closed: bool,
     /// Why the curve ends inside the intervals, one sentence each.
