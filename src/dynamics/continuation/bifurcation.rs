@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::detect::critical_multiplier;
 use super::{Multiplier, PeriodicOrbit};
 
 /// The type of a bifurcation.
@@ -143,4 +142,34 @@ impl Bifurcation {
         let mut others = all.filter(|multiplier| !is_critical(multiplier));
         !others.any(|multiplier| multiplier.ln_magnitude > OUTSIDE)
     }
+}
+
+/// The critical multiplier of an orbit at or near a bifurcation, of a pair the one with the positive angle.
+pub(super) fn critical_multiplier(
+    kind: BifurcationKind,
+    orbit: &PeriodicOrbit,
+) -> Option<Multiplier> {
+    match kind {
+        BifurcationKind::Fold
+        | BifurcationKind::BranchPoint
+        | BifurcationKind::SymmetryBreaking => nearest(orbit, 1.0),
+        BifurcationKind::PeriodDoubling => nearest(orbit, -1.0),
+        BifurcationKind::NeimarkSacker => critical_pair(orbit),
+        BifurcationKind::Grazing => None,
+    }
+}
+
+/// The multiplier without the trivial one that is closest to a real number.
+fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .min_by(|a, b| a.distance_from(real).total_cmp(&b.distance_from(real)))
+}
+
+/// The pair of complex multipliers closest to the unit circle.
+fn critical_pair(orbit: &PeriodicOrbit) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
+        .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()))
 }

@@ -1,6 +1,7 @@
 //! Location of bifurcations between two points of a branch.
 
-use super::detect::{Test, critical_multiplier, lowest_guard};
+use super::bifurcation::critical_multiplier;
+use super::detect::{Test, lowest_guard};
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
 use super::point::Point;
