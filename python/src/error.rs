@@ -29,7 +29,11 @@ pub fn raise(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
             || matches!(cause.downcast_ref(), Some(PipelineError::Scene(_)))
             || matches!(
                 cause.downcast_ref(),
-                Some(BranchError::Scene(_) | BranchError::Pipeline(PipelineError::Scene(_)))
+                Some(
+                    BranchError::Scene(_)
+                        | BranchError::Start(_)
+                        | BranchError::Pipeline(PipelineError::Scene(_))
+                )
             )
             || matches!(cause.downcast_ref(), Some(CostError::Scene(_)))
     };

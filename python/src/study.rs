@@ -139,9 +139,10 @@ pub fn branch<'py>(
         points,
     };
     let found = long_call(py, progress.as_ref(), |watch| {
-        for value in [from, to].into_iter().chain(start) {
+        for value in [from, to] {
             plan.scene.with_values(&[(plan.parameter, value)])?;
         }
+        start.map_or(Ok(()), |start| plan.check_start(start))?;
         let steady = match equilibria(&plan, &mut |share| watch.report(0.1 * share)) {
             // A system driven in time has no equilibria, but periodic orbits.
             Err(BranchError::Equilibrium(EquilibriumError::Driven)) if orbits => {
@@ -151,9 +152,10 @@ pub fn branch<'py>(
         };
         let mut found = Branch::new(&plan, steady);
         if orbits {
-            let mut report = |update| {
+            let mut report = |update: OrbitProgress<'_>| {
                 let share = match update {
                     OrbitProgress::Settling(_) => 0.1,
+                    OrbitProgress::Branch(_) => 1.0,
                     OrbitProgress::Orbit { value, .. } => 0.2 + 0.8 * (value - from) / (to - from),
                 };
                 watch.report(share)

@@ -71,7 +71,7 @@ fn branch(
         return Err(CliError::DiagramNeedsTilt { path });
     }
     if let Some(start) = args.start {
-        plan.scene.with_values(&[(parameter, start)])?;
+        plan.check_start(start)?;
     }
     resources::start_thread_pool()?;
     let result = compute(args, stop, &plan, &mut settled)?;
@@ -94,7 +94,11 @@ fn branch(
         })?;
         written.push(WrittenFile::of(file)?);
     }
-    let mut figures = vec![modes_figure(name, &result)];
+    let mut figures = Vec::new();
+    // A driven system has no equilibria.
+    if !result.equilibria.is_empty() {
+        figures.push(modes_figure(name, &result));
+    }
     if !result.points.is_empty() {
         figures.push(branch_figure(name, &result, &settled));
         figures.push(multipliers_figure(name, &result));
@@ -149,8 +153,9 @@ fn compute(
     };
     let [from, to] = plan.interval;
     let name = plan.parameter.name();
-    let mut watch = |update: OrbitProgress| {
+    let mut watch = |update: OrbitProgress<'_>| {
         let (share, message) = match update {
+            OrbitProgress::Branch(_) => return interrupt::should_continue(stop),
             OrbitProgress::Settling(value) => (0.1, format!("settling at {name} = {value}")),
             OrbitProgress::Orbit {
                 branch,

@@ -121,15 +121,17 @@ fn orbit_table(branch: &Branch) -> Table {
 /// Parts of a branch whose orbits attract, in its order.
 fn stable_intervals(course: &[(&PeriodicOrbit, bool)]) -> String {
     let mut parts: Vec<[f64; 2]> = Vec::new();
-    let mut was_stable = false;
+    let mut before: Option<(f64, bool)> = None;
     for &(orbit, stable) in course {
         let value = orbit.parameter;
-        match parts.last_mut() {
-            Some(last) if stable && was_stable => last[1] = value,
-            _ if stable => parts.push([value; 2]),
+        match (before, parts.last_mut()) {
+            (Some((_, true)), Some(last)) if stable => last[1] = value,
+            // It begins at the bifurcation.
+            (Some((bifurcation, _)), _) if stable => parts.push([bifurcation, value]),
+            (None, _) if stable => parts.push([value; 2]),
             _ => {}
         }
-        was_stable = stable;
+        before = Some((value, stable));
     }
     let parts = parts
         .iter()
@@ -206,7 +208,7 @@ fn torus(branch: &Branch, torus: &Torus) -> String {
         ]);
     }
     let mut text = format!(
-        "\n  torus of branch {}, born at {:.7}\n{}",
+        "  torus of branch {}, born at {:.7}\n{}",
         torus.branch,
         torus.born,
         table.text()
@@ -238,7 +240,7 @@ fn normal_form(found: &SteadyBifurcation, unit: &str) -> String {
         _ => "the normal form holds",
     };
     format!(
-        "  {:.0} Hz: {word} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where a first node separates\n",
+        "  {:.0} Hz: {word} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where the law has its first kink\n",
         found.frequency_hz,
         1e6 * amplitude,
         range,
@@ -251,6 +253,15 @@ fn unit(unit: &str) -> String {
     match unit {
         "" => String::new(),
         unit => format!(" {unit}"),
+    }
+}
+
+/// How a curve over two parameters ends.
+fn curve_end(closed: bool, reasons: &[String]) -> String {
+    match (closed, reasons) {
+        (true, _) => "closed".to_owned(),
+        (false, []) => "at the borders".to_owned(),
+        (false, reasons) => reasons.join("; "),
     }
 }
 
@@ -291,16 +302,11 @@ pub(super) fn map(scene: &str, map: &StabilityMap) -> String {
         for curve in &map.curves {
             let frequencies = curve.points.iter().map(|point| point.frequency_hz);
             let [low, high] = range(frequencies);
-            let end = match (curve.closed, &curve.ended[..]) {
-                (true, _) => "closed".to_owned(),
-                (false, []) => "at the borders".to_owned(),
-                (false, reasons) => reasons.join("; "),
-            };
             table.row([
                 curve.label.clone(),
                 curve.points.len().to_string(),
                 format!("{low:.1} to {high:.1}"),
-                end,
+                curve_end(curve.closed, &curve.ended),
             ]);
         }
         let _ = write!(text, "\n{}", table.text());
@@ -324,10 +330,7 @@ pub(super) fn map(scene: &str, map: &StabilityMap) -> String {
                 span(|point| point.values[0], 4),
                 span(|point| point.values[1], 4),
                 span(|point| point.second_hz, 1),
-                match &curve.ended[..] {
-                    [] => "at the borders".to_owned(),
-                    reasons => reasons.join("; "),
-                },
+                curve_end(curve.closed, &curve.ended),
             ]);
         }
         let _ = write!(text, "\n{}", table.text());

@@ -17,6 +17,7 @@ use crate::record::ReadError;
 use crate::scene::SceneError;
 use crate::sound::NoSurface;
 use crate::study::ThreadSpawnError;
+use crate::study::branch::StartOutside;
 use crate::study::signal::{CalibrationError, SignalError};
 use crate::study::sweep::TableError;
 
@@ -131,6 +132,9 @@ pub enum CliError {
         /// The option.
         option: &'static str,
     },
+    /// A start of periodic orbits outside the interval.
+    #[error(transparent)]
+    Start(#[from] StartOutside),
     /// A diagram over another parameter than the tilt.
     #[error(
         "--diagram needs the tilt as its parameter, not `{path}`; give --tilt A:B without --param"
@@ -298,6 +302,7 @@ impl CliError {
             | Self::NotContinuous { .. }
             | Self::OneParameter { .. }
             | Self::OtherSweep { .. }
+            | Self::Start(_)
             | Self::DiagramNeedsTilt { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }

@@ -8,7 +8,9 @@ use super::panel::StatusStore;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
-use crate::study::branch::{TiltDiagram, shipped_diagram, tilt_diagram};
+use crate::study::branch::{
+    DiagramProgress, OrbitProgress, TiltDiagram, shipped_diagram, tilt_diagram,
+};
 
 /// The store of the diagram of the present scene.
 #[derive(Default)]
@@ -22,10 +24,12 @@ struct Present {
     /// Number of diagrams so far.
     count: u64,
     shown: Option<Shown>,
+    /// What is computed at present, or why the scene has no diagram; empty for a complete one.
+    note: String,
     computation: Option<Computation>,
 }
 
-/// A complete diagram.
+/// A diagram, or the part of it that is computed so far.
 struct Shown {
     /// As JSON.
     text: Arc<str>,
@@ -40,8 +44,8 @@ struct Computation {
 
 impl DiagramStore {
     /// Shows the diagram of a scene: the stored one at once, or else one over the given interval of the tilt (degrees),
-    /// which is computed in the background. Without an interval, or if a rotation moves the patch, there is no diagram. The computation of another scene is
-    /// cancelled; a restart of the same scene keeps its diagram.
+    /// which is computed in the background and grows. Without an interval, or if a rotation moves the patch, there is no
+    /// diagram. The computation of another scene is cancelled; a restart of the same scene keeps its diagram.
     pub fn show(
         self: &Arc<Self>,
         scene: &Scene,
@@ -58,13 +62,24 @@ impl DiagramStore {
         }
         present.scene = Some(scene.clone());
         present.set(shipped_diagram(scene).and_then(Shown::of_text));
-        // A rotation that moves the patch changes the tilt itself.
-        let is_fixed = scene.joint().is_ok_and(|joint| !joint.patch_moves());
-        let interval = interval.filter(|[low, high]| low < high && is_fixed);
-        let Some(interval) = interval.filter(|_| present.shown.is_none()) else {
-            present.computation = before;
-            return;
+        let interval = match interval.filter(|[low, high]| low < high) {
+            _ if present.shown.is_some() => Err(String::new()),
+            // A rotation that moves the patch changes the tilt itself.
+            Some(_) if scene.joint().is_ok_and(|joint| joint.patch_moves()) => Err(
+                "no branch diagram: the rotation of this scene changes the tilt itself".to_owned(),
+            ),
+            Some(interval) => Ok(interval),
+            None => Err("no branch diagram: this scene has no tilt to change".to_owned()),
         };
+        let interval = match interval {
+            Ok(interval) => interval,
+            Err(note) => {
+                present.note = note;
+                present.computation = before;
+                return;
+            }
+        };
+        present.note = computing("steady sliding");
         let stop = Arc::<AtomicBool>::default();
         let (diagrams, scene, store) = (Arc::clone(self), scene.clone(), Arc::clone(store));
         let stopped = Arc::clone(&stop);
@@ -83,19 +98,40 @@ impl DiagramStore {
 
     /// Computes a diagram on this thread: the run needs the other cores.
     fn compute(&self, scene: &Scene, interval: [f64; 2], stop: &AtomicBool, store: &StatusStore) {
-        let found = tilt_diagram(scene, interval, 1, &mut |_| !stop.load(Ordering::Relaxed));
-        let time = store.read(None, 0).time_s;
-        match found {
-            Ok(Some(diagram)) => {
-                let mut present = self.present();
-                if present.scene.as_ref() == Some(scene) {
-                    present.set(Shown::of(diagram));
-                    store.log(time, "the branch diagram is complete");
-                }
+        // Unless another scene has taken its place.
+        let change = |change: &mut dyn FnMut(&mut Present)| {
+            let mut present = self.present();
+            if present.scene.as_ref() == Some(scene) {
+                change(&mut present);
             }
-            Ok(None) => {}
-            Err(fault) => store.log(time, format!("no branch diagram: {fault}")),
-        }
+        };
+        let found = tilt_diagram(scene, interval, 1, &mut |progress| {
+            if stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            change(&mut |present| match (progress, words(&progress)) {
+                (DiagramProgress::Part(diagram), _) => present.set(Shown::of(diagram.clone())),
+                (_, words) => present.note = computing(&words),
+            });
+            true
+        });
+        let time = store.read(None, 0).time_s;
+        let (note, message) = match found {
+            Ok(Some(diagram)) => {
+                change(&mut |present| present.set(Shown::of(diagram.clone())));
+                let message = "the branch diagram is complete".to_owned();
+                (String::new(), message)
+            }
+            Ok(None) => return,
+            Err(fault) => {
+                let note = format!("no branch diagram: {fault}");
+                (note.clone(), note)
+            }
+        };
+        change(&mut |present| {
+            present.note.clone_from(&note);
+            store.log(time, message.clone());
+        });
     }
 
     /// Cancels a computation and waits for its end.
@@ -108,13 +144,19 @@ impl DiagramStore {
         }
     }
 
-    /// The diagram as JSON, if it is complete.
+    /// What is computed at present, or why the scene has no diagram; `None` for a complete one.
+    pub fn note(&self) -> Option<String> {
+        let note = self.present().note.clone();
+        (!note.is_empty()).then_some(note)
+    }
+
+    /// The diagram as JSON, as far as it is computed.
     pub fn text(&self) -> Option<Arc<str>> {
         let present = self.present();
         present.shown.as_ref().map(|shown| Arc::clone(&shown.text))
     }
 
-    /// The number of the diagram, from 1, if it is complete.
+    /// The number of the diagram, from 1; a part that is new has another number.
     pub fn number(&self) -> Option<u64> {
         let present = self.present();
         present.shown.is_some().then_some(present.count)
@@ -128,6 +170,24 @@ impl DiagramStore {
 
     fn present(&self) -> MutexGuard<'_, Present> {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A note on a computation.
+fn computing(what: &str) -> String {
+    format!("the branch diagram is being computed: {what}")
+}
+
+/// What is computed, in words.
+fn words(progress: &DiagramProgress<'_>) -> String {
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    match progress {
+        DiagramProgress::Equilibria(share) => format!("steady sliding, {}", percent(*share)),
+        DiagramProgress::Responses(share) => format!("settled motions, {}", percent(*share)),
+        DiagramProgress::Orbits(OrbitProgress::Orbit { branch, value, .. }) => {
+            format!("branch {branch} at {value:.2} degrees")
+        }
+        DiagramProgress::Orbits(_) | DiagramProgress::Part(_) => "periodic motions".to_owned(),
     }
 }
 
@@ -283,18 +343,38 @@ mod tests {
     }
 
     #[test]
-    fn the_diagram_of_an_own_scene_appears_when_it_is_complete_and_another_scene_cancels_it() {
+    fn a_scene_without_a_diagram_says_why() {
+        let note = |name: &str, interval| {
+            let diagrams = Arc::<DiagramStore>::default();
+            diagrams.show(&Scene::load(name).unwrap(), interval, &Arc::default());
+            diagrams.note()
+        };
+        assert_eq!(note("periodic-2deg", Some([0.0, 10.0])), None);
+        let turning = note("articulation", Some([0.0, 10.0])).unwrap();
+        assert!(turning.contains("changes the tilt itself"), "{turning}");
+        let small = note("mass-on-belt", None).unwrap();
+        assert!(small.contains("has no tilt"), "{small}");
+    }
+
+    #[test]
+    fn the_diagram_of_an_own_scene_grows_and_another_scene_cancels_it() {
         let squeaking = own("torus-3deg");
         let silent = own("printed-friction");
         let diagrams = shown(&squeaking, [0.0, 8.0]);
         assert_eq!((diagrams.text(), diagrams.number()), (None, None));
         let began = Instant::now();
         diagrams.show(&silent, Some([0.0, 1.0]), &Arc::default());
-        while diagrams.text().is_none() {
+        let note = diagrams.note().unwrap();
+        assert!(
+            note.starts_with("the branch diagram is being computed"),
+            "{note}"
+        );
+        while diagrams.note().is_some() {
             assert!(began.elapsed() < Duration::from_secs(60), "no diagram");
             std::thread::sleep(Duration::from_millis(5));
         }
-        assert_eq!(diagrams.number(), Some(1));
+        // Steady sliding, settled responses, and the whole.
+        assert_eq!(diagrams.number(), Some(3));
         let diagram = diagrams.diagram().unwrap();
         let modes = &diagram.unstable_modes[..];
         assert_eq!((modes.len(), modes[0].count), (1, 0), "{modes:?}");

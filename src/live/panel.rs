@@ -66,8 +66,11 @@ pub struct Panel {
     pub recordings: Vec<String>,
     /// Number of viewers that are watching: those connected to the page.
     pub watching: usize,
-    /// Number of the complete branch diagram within the session, from 1; `None` without a diagram of the present scene.
+    /// Number of the branch diagram within the session, from 1, or of the part of it that is computed so far; `None` without a
+    /// diagram of the present scene.
     pub diagram: Option<u64>,
+    /// Note on the diagram: what is computed at present, or why the scene has none; `None` for a complete one.
+    pub diagram_note: Option<String>,
 }
 
 /// Samples of the last 5 ms of simulated time, from which the numbers of the panel are computed: they do not

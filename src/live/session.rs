@@ -280,6 +280,7 @@ impl Session {
     pub fn panel(&self) -> Panel {
         Panel {
             diagram: self.diagrams.number(),
+            diagram_note: self.diagrams.note(),
             ..self.store.read(self.status(), self.hub.watching())
         }
     }

@@ -119,6 +119,10 @@ fn bad_intervals_and_parameters_are_refused() {
         (&["--tilt", "0:1", "--param", "tilt_deg=0:1"], "swept twice"),
         (&["--out", "table.txt"], "wrong ending"),
         (
+            &["--start", "0", "--tilt", "6:8"],
+            "the start at tilt_deg = 0 is outside the interval from 6 to 8",
+        ),
+        (
             &["--tilt", "0:1", "--param", SLOPE, "--out", "a.arrow"],
             "--out needs one parameter",
         ),

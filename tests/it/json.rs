@@ -33,6 +33,10 @@ const EXAMPLES: &[(&str, &str)] = &[
         "branch periodic-2deg --tilt 1.9:2.1 --points 3 --out branch.arrow",
     ),
     (
+        "branch --tori",
+        "branch periodic-2deg --tilt 6.7:7 --points 3 --start 6.7 --tori 1",
+    ),
+    (
         "branch --equilibria",
         "branch torus-3deg --param friction.stribeck_slope_s_per_m=0:12 --points 9 --equilibria",
     ),

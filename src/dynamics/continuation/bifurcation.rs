@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::PeriodicOrbit;
+use super::{Multiplier, PeriodicOrbit};
 
 /// The type of a bifurcation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
@@ -122,14 +122,54 @@ pub struct Bifurcation {
     pub orbit: PeriodicOrbit,
 }
 
-/// Natural logarithm of the magnitude above which a multiplier at a bifurcation is outside the unit circle: the critical
-/// ones are on it within the accuracy of the location.
+/// Natural logarithm of the magnitude above which a multiplier that is not critical is outside the unit circle.
 const OUTSIDE: f64 = 1e-5;
 
 impl Bifurcation {
     /// Whether the motion attracts on one side: no multiplier except the critical ones is outside the unit circle.
+    ///
+    /// The critical ones do not count, wherever the located orbit has them: at a fold they leave the unit circle with the
+    /// square root of the distance from it, on one side or the other.
     pub fn has_stable_side(&self) -> bool {
-        let mut others = self.orbit.nontrivial_multipliers();
+        let critical = critical_multiplier(self.kind, &self.orbit);
+        let is_critical = |multiplier: &Multiplier| {
+            critical.is_some_and(|critical| {
+                multiplier.ln_magnitude == critical.ln_magnitude
+                    && multiplier.angle.abs() == critical.angle.abs()
+            })
+        };
+        let all = self.orbit.nontrivial_multipliers();
+        let mut others = all.filter(|multiplier| !is_critical(multiplier));
         !others.any(|multiplier| multiplier.ln_magnitude > OUTSIDE)
     }
+}
+
+/// The critical multiplier of an orbit at or near a bifurcation, of a pair the one with the positive angle.
+pub(super) fn critical_multiplier(
+    kind: BifurcationKind,
+    orbit: &PeriodicOrbit,
+) -> Option<Multiplier> {
+    match kind {
+        BifurcationKind::Fold
+        | BifurcationKind::BranchPoint
+        | BifurcationKind::SymmetryBreaking => nearest(orbit, 1.0),
+        BifurcationKind::PeriodDoubling => nearest(orbit, -1.0),
+        BifurcationKind::NeimarkSacker => critical_pair(orbit),
+        BifurcationKind::Grazing => None,
+    }
+}
+
+/// The multiplier without the trivial one that is closest to a real number.
+fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .min_by(|a, b| a.distance_from(real).total_cmp(&b.distance_from(real)))
+}
+
+/// The pair of complex multipliers closest to the unit circle.
+fn critical_pair(orbit: &PeriodicOrbit) -> Option<Multiplier> {
+    orbit
+        .nontrivial_multipliers()
+        .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
+        .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()))
 }

@@ -1,5 +1,6 @@
 //! Test functions, whose zeros along a branch are bifurcations.
 
+use super::bifurcation::critical_multiplier;
 use super::point::Point;
 use super::shape::GuardDistances;
 use super::{BifurcationKind, Multiplier, PeriodicOrbit};
@@ -57,20 +58,10 @@ impl Test {
             Self::Turn => Some(BifurcationKind::Fold),
             Self::One => Some(BifurcationKind::BranchPoint),
             Self::MinusOne => Some(BifurcationKind::PeriodDoubling),
-            Self::Pair => critical_pair(orbit)
+            Self::Pair => critical_multiplier(BifurcationKind::NeimarkSacker, orbit)
                 .filter(|pair| pair.ln_magnitude.abs() <= MAX_PAIR_ERROR)
                 .map(|_| BifurcationKind::NeimarkSacker),
             Self::Guard => Some(BifurcationKind::Grazing),
-        }
-    }
-
-    /// The critical multiplier of an orbit at or near the bifurcation.
-    pub fn critical(self, orbit: &PeriodicOrbit) -> Option<Multiplier> {
-        match self {
-            Self::Turn | Self::Guard => None,
-            Self::One => nearest(orbit, 1.0),
-            Self::MinusOne => nearest(orbit, -1.0),
-            Self::Pair => critical_pair(orbit),
         }
     }
 }
@@ -130,21 +121,6 @@ fn pairs(orbit: &PeriodicOrbit) -> f64 {
     } else {
         sign
     }
-}
-
-/// The multiplier without the trivial one that is closest to a real number, among the real ones if there are any.
-fn nearest(orbit: &PeriodicOrbit, real: f64) -> Option<Multiplier> {
-    orbit
-        .nontrivial_multipliers()
-        .min_by(|a, b| a.distance_from(real).total_cmp(&b.distance_from(real)))
-}
-
-/// The pair of complex multipliers closest to the unit circle.
-fn critical_pair(orbit: &PeriodicOrbit) -> Option<Multiplier> {
-    orbit
-        .nontrivial_multipliers()
-        .filter(|multiplier| !multiplier.is_real() && multiplier.angle > 0.0)
-        .min_by(|a, b| a.ln_magnitude.abs().total_cmp(&b.ln_magnitude.abs()))
 }
 
 /// The guard of a continuous system with the lowest minimum over the orbit.

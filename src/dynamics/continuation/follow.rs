@@ -47,9 +47,8 @@ pub fn continue_orbits(
         },
         None => Constraint::Parameter,
     };
-    let mut reference = Vec::new();
     let precision = Precision::Location;
-    let mut first = flow.point(&shot, &scale, constraint, precision, &mut reference)?;
+    let mut first = flow.point(&shot, &scale, constraint, precision)?;
     let forward = |tangent: &Direction, scale: &Scale| match &away {
         Some(away) if away.states.len() == tangent.states.len() => scale.dot(tangent, away) > 0.0,
         _ => tangent.parameter > 0.0,
@@ -71,7 +70,7 @@ pub fn continue_orbits(
     if away.is_none() {
         let mut back = first.clone();
         back.tangent = back.tangent.scaled(-1.0);
-        let mut found = Course::new(&mut flow, back, &mut reference).run(watch)?;
+        let mut found = Course::new(&mut flow, back).run(watch)?;
         found.points.reverse();
         found.bifurcations.reverse();
         found.unresolved.reverse();
@@ -89,7 +88,7 @@ pub fn continue_orbits(
             return Ok(branch);
         }
     }
-    let mut found = Course::new(&mut flow, first, &mut reference).run(watch)?;
+    let mut found = Course::new(&mut flow, first).run(watch)?;
     branch.points.append(&mut found.points);
     branch.bifurcations.append(&mut found.bifurcations);
     branch.unresolved.append(&mut found.unresolved);
@@ -101,8 +100,6 @@ pub fn continue_orbits(
 /// One direction of a branch.
 pub(super) struct Course<'a, 'f> {
     pub flow: &'a mut Flow<'f>,
-    /// Status under which the guards of a continuous system are evaluated.
-    reference: &'a mut Vec<u8>,
     pub first: Point,
     pub now: Point,
     /// The point before the present one.
@@ -143,11 +140,10 @@ struct Prediction {
 }
 
 impl<'a, 'f> Course<'a, 'f> {
-    fn new(flow: &'a mut Flow<'f>, first: Point, reference: &'a mut Vec<u8>) -> Self {
+    fn new(flow: &'a mut Flow<'f>, first: Point) -> Self {
         let control = StepControl::new(flow.options.steps);
         Self {
             flow,
-            reference,
             now: first.clone(),
             before: None,
             bend: None,
@@ -277,15 +273,12 @@ impl<'a, 'f> Course<'a, 'f> {
                 target: &prediction.shot,
             },
         };
-        let reference = &mut *self.reference;
         let precision = Precision::Branch;
-        let mut next =
-            self.flow
-                .point(&prediction.shot, &scale, constraint, precision, reference)?;
+        let mut next = self
+            .flow
+            .point(&prediction.shot, &scale, constraint, precision)?;
         if next.shot.phases != self.now.shot.phases {
-            self.now = self
-                .flow
-                .with_phases(&self.now, &next.shot.phases, reference)?;
+            self.now = self.flow.with_phases(&self.now, &next.shot.phases)?;
             self.bend = None;
         }
         if self.now.scale.dot(&next.tangent, &self.now.tangent) < 0.0 {
@@ -326,7 +319,7 @@ impl<'a, 'f> Course<'a, 'f> {
         let mut located = Vec::new();
         let mut is_explained = explains(&tests, &self.now, &next);
         for test in tests {
-            match self.flow.locate(piece, test, self.reference) {
+            match self.flow.locate(piece, test) {
                 Ok(bifurcation) => located.extend(bifurcation),
                 Err(_) => is_explained = false,
             }

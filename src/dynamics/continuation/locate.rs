@@ -1,5 +1,6 @@
 //! Location of bifurcations between two points of a branch.
 
+use super::bifurcation::critical_multiplier;
 use super::detect::{Test, lowest_guard};
 use super::flow::Flow;
 use super::newton::{Constraint, Precision};
@@ -127,10 +128,9 @@ impl Flow<'_> {
         &mut self,
         piece: Piece<'_>,
         test: Test,
-        reference: &mut Vec<u8>,
     ) -> Result<Option<Bifurcation>, ContinuationError> {
         if test == Test::One {
-            return self.locate_branch_point(piece, reference).map(Some);
+            return self.locate_branch_point(piece).map(Some);
         }
         let side = |share: f64, point: &Point| Side {
             share,
@@ -146,7 +146,7 @@ impl Flow<'_> {
         let mut error = f64::INFINITY;
         for _ in 0..MAX_ORBITS {
             let share = bracket.next();
-            let point = self.point_within(piece, share, reference)?;
+            let point = self.point_within(piece, share)?;
             let here = side(share, &point);
             error = best.as_ref().map_or(f64::INFINITY, |before| {
                 (point.orbit.parameter - before.orbit.parameter).abs()
@@ -163,15 +163,11 @@ impl Flow<'_> {
         let Some(kind) = test.kind(&point.orbit) else {
             return Ok(None);
         };
-        self.bifurcation(piece, test, kind, point, error).map(Some)
+        self.bifurcation(piece, kind, point, error).map(Some)
     }
 
     /// Locates a branch point by interpolation between orbits on both sides: the equations are singular at the point itself.
-    fn locate_branch_point(
-        &mut self,
-        piece: Piece<'_>,
-        reference: &mut Vec<u8>,
-    ) -> Result<Bifurcation, ContinuationError> {
+    fn locate_branch_point(&mut self, piece: Piece<'_>) -> Result<Bifurcation, ContinuationError> {
         let test = Test::One;
         let target = self.options.bifurcation_accuracy * self.width();
         let known = |share: f64, point: &Point| [test.value(point), share, point.orbit.parameter];
@@ -182,7 +178,7 @@ impl Flow<'_> {
         for offset in OFFSETS {
             let [share, _] = at_zero(&mut all);
             let share = share.clamp(0.0, 1.0) + offset;
-            let point = match self.point_within(piece, share, reference) {
+            let point = match self.point_within(piece, share) {
                 Ok(point) => point,
                 // Too close to the singular point.
                 Err(_) if closest.is_some() => break,
@@ -199,7 +195,7 @@ impl Flow<'_> {
         }
         let point = closest.unwrap_or_else(|| piece.from.clone());
         let kind = BifurcationKind::BranchPoint;
-        let found = self.bifurcation(piece, test, kind, point, error)?;
+        let found = self.bifurcation(piece, kind, point, error)?;
         Ok(Bifurcation { parameter, ..found })
     }
 
@@ -208,7 +204,6 @@ impl Flow<'_> {
         &mut self,
         piece: Piece<'_>,
         share: f64,
-        reference: &mut Vec<u8>,
     ) -> Result<Point, ContinuationError> {
         let guess = piece.guess(share);
         let constraint = Constraint::Arclength {
@@ -217,7 +212,7 @@ impl Flow<'_> {
         };
         let scale = &piece.from.scale;
         let precision = Precision::Location;
-        let mut point = self.point(&guess, scale, constraint, precision, reference)?;
+        let mut point = self.point(&guess, scale, constraint, precision)?;
         if point.shot.len() == piece.from.shot.len()
             && piece.from.scale.dot(&point.tangent, &piece.from.tangent) < 0.0
         {
@@ -230,13 +225,12 @@ impl Flow<'_> {
     fn bifurcation(
         &mut self,
         piece: Piece<'_>,
-        test: Test,
         kind: BifurcationKind,
         point: Point,
         error: f64,
     ) -> Result<Bifurcation, ContinuationError> {
         let orbit = &point.orbit;
-        let critical = test.critical(orbit);
+        let critical = critical_multiplier(kind, orbit);
         let crossing_rate = match kind {
             BifurcationKind::PeriodDoubling | BifurcationKind::NeimarkSacker => {
                 critical.and_then(|critical| crossing_rate(piece, &point, critical))

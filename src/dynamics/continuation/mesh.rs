@@ -78,7 +78,6 @@ impl Flow<'_> {
         &mut self,
         point: &Point,
         phases: &[f64],
-        reference: &mut Vec<u8>,
     ) -> Result<Point, ContinuationError> {
         let old = &point.shot;
         let sys = self.system(old.parameter)?;
@@ -102,13 +101,7 @@ impl Flow<'_> {
             shot.states.push(state);
         }
         let constraint = Constraint::Parameter;
-        let mut other = self.point(
-            &shot,
-            &point.scale,
-            constraint,
-            Precision::Branch,
-            reference,
-        )?;
+        let mut other = self.point(&shot, &point.scale, constraint, Precision::Branch)?;
         if (other.tangent.parameter < 0.0) != (point.tangent.parameter < 0.0) {
             other.tangent = other.tangent.scaled(-1.0);
         }

@@ -140,7 +140,7 @@ pub struct PeriodicOrbit {
     pub iterations: u32,
     /// Guards crossed during a period, if events are located.
     pub events: u64,
-    /// Guards of a continuous system that are negative at some time, for example nodes that separate.
+    /// Guards of a continuous system that change their sign, for example of nodes that separate and close again.
     pub open_guards: usize,
     /// The starts of the segments, the first at phase zero.
     pub segments: Vec<OrbitSegment>,

@@ -44,7 +44,6 @@ impl Flow<'_> {
         scale: &Scale,
         constraint: Constraint<'_>,
         precision: Precision,
-        reference: &mut Vec<u8>,
     ) -> Result<Point, ContinuationError> {
         let mut corrected = self.correct(guess, scale, constraint, precision)?;
         let first_correction = corrected.corrections[0];
@@ -56,7 +55,7 @@ impl Flow<'_> {
             corrected = self.correct(&refined, scale, Constraint::Parameter, precision)?;
             corrected.iterations += iterations;
         }
-        let shape = self.shape(&corrected.shot, scale, reference)?;
+        let shape = self.shape(&corrected.shot, scale)?;
         let sys = self.system(corrected.shot.parameter)?;
         let scale = Scale::new(
             sys.as_ref(),

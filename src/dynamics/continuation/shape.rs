@@ -25,7 +25,7 @@ pub struct OrbitSample {
 /// Distances from the guards.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum GuardDistances {
-    /// The minimum of each guard of a continuous system over the orbit, under one status.
+    /// The minimum of each guard of a continuous system over the orbit, with the sign that makes its mean positive.
     Minima(Vec<f64>),
     /// The guard of a system with jumps that comes closest to zero without being crossed, and its minimum relative to its
     /// largest value.
@@ -51,7 +51,7 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// Number of guards of a continuous system that are negative at some time.
+    /// Number of guards of a continuous system that change their sign.
     pub fn open_guards(&self) -> usize {
         match &self.guards {
             GuardDistances::Minima(minima) => minima.iter().filter(|&&least| least < 0.0).count(),
@@ -135,14 +135,8 @@ impl Flow<'_> {
         Ok([0, 1].map(|k| DVector::from_column_slice(&states[k].state)))
     }
 
-    /// Measures an orbit. The guards of a continuous system are evaluated under the status `reference`, or that of phase
-    /// zero if it is empty, which is then written to it.
-    pub fn shape(
-        &mut self,
-        shot: &Shot,
-        scale: &Scale,
-        reference: &mut Vec<u8>,
-    ) -> Result<Shape, ContinuationError> {
+    /// Measures an orbit.
+    pub fn shape(&mut self, shot: &Shot, scale: &Scale) -> Result<Shape, ContinuationError> {
         let sys = self.system(shot.parameter)?;
         let sys = sys.as_ref();
         let mut all = self.samples(sys, shot, SAMPLES, true)?;
@@ -162,7 +156,7 @@ impl Flow<'_> {
         let guards = match sys.switching() {
             Some(switching) if switching.guards() > 0 => {
                 if switching.is_continuous() {
-                    GuardDistances::Minima(minima(sys, switching, samples, reference))
+                    GuardDistances::Minima(minima(sys, switching, samples))
                 } else {
                     GuardDistances::ClosestDip(closest_dip(sys, switching, &all))
                 }
@@ -253,43 +247,36 @@ fn cubic_minimum([from, to]: [[f64; 2]; 2], h: f64) -> f64 {
     least
 }
 
-/// The minimum of each guard of a continuous system over the orbit, under one status.
-fn minima(
-    sys: &dyn System,
-    switching: &dyn Switching,
-    samples: &[OrbitSample],
-    reference: &mut Vec<u8>,
-) -> Vec<f64> {
-    let full = |sample: &OrbitSample| {
-        let mut z = sample.state.clone();
-        z.resize(sys.dim(), 0.0);
-        z
-    };
-    if reference.is_empty() {
-        reference.resize(switching.status_len(), 0);
-        switching.status_of(samples[0].time_s, &full(&samples[0]), reference);
-    }
+/// The minimum of each guard of a continuous system over the orbit, with the sign that makes its mean positive. It is
+/// negative if the orbit crosses the guard. The status of a phase would give a sign that depends on this phase.
+fn minima(sys: &dyn System, switching: &dyn Switching, samples: &[OrbitSample]) -> Vec<f64> {
+    let status = vec![0; switching.status_len()];
     let count = switching.guards();
-    let (mut lowest, mut at) = (vec![f64::INFINITY; count], vec![0; count]);
-    let mut values = vec![0.0; count];
-    for (k, sample) in samples.iter().enumerate() {
-        switching.guard_values(reference, sample.time_s, &full(sample), &mut values);
-        for guard in 0..count {
-            if values[guard] < lowest[guard] {
-                (lowest[guard], at[guard]) = (values[guard], k);
-            }
-        }
-    }
-    let h = if samples.len() > 1 {
-        samples[1].time_s - samples[0].time_s
-    } else {
-        0.0
+    let values: Vec<Vec<f64>> = samples
+        .iter()
+        .map(|sample| {
+            let mut z = sample.state.clone();
+            z.resize(sys.dim(), 0.0);
+            let mut values = vec![0.0; count];
+            switching.guard_values(&status, sample.time_s, &z, &mut values);
+            values
+        })
+        .collect();
+    let h = match samples {
+        [first, second, ..] => second.time_s - first.time_s,
+        _ => 0.0,
     };
+    let length = samples.len();
     (0..count)
         .map(|guard| {
-            let near = [samples.len() - 1, 0, 1].map(|offset| {
-                let sample = &samples[(at[guard] + offset) % samples.len()];
-                guard_with_rate(sys, switching, reference, sample, guard)
+            let sum: f64 = values.iter().map(|values| values[guard]).sum();
+            let sign = sum.signum();
+            let value = |k: &usize| sign * values[*k][guard];
+            let lowest = (0..length).min_by(|a, b| value(a).total_cmp(&value(b)));
+            let at = lowest.unwrap_or(0);
+            let near = [length - 1, 0, 1].map(|offset| {
+                let sample = &samples[(at + offset) % length];
+                guard_with_rate(sys, switching, &status, sample, guard).map(|value| sign * value)
             });
             cubic_minimum([near[0], near[1]], h).min(cubic_minimum([near[1], near[2]], h))
         })

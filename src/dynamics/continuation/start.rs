@@ -91,13 +91,7 @@ pub fn settled_orbit(
     let guess = flow.divide(sys.as_ref(), &guess, &scale)?;
     let scale = flow.scale(&guess)?;
     let precision = Precision::Location;
-    let point = flow.point(
-        &guess,
-        &scale,
-        Constraint::Parameter,
-        precision,
-        &mut Vec::new(),
-    )?;
+    let point = flow.point(&guess, &scale, Constraint::Parameter, precision)?;
     Ok(point.orbit)
 }
 
@@ -447,7 +441,7 @@ fn start_along(
     };
     // Close to the bifurcation the equations are nearly singular.
     let precision = Precision::Branch;
-    let point = flow.point(&guess, &scale, constraint, precision, &mut Vec::new())?;
+    let point = flow.point(&guess, &scale, constraint, precision)?;
     Ok(BranchStart {
         orbit: point.orbit,
         origin: Some(origin.clone()),

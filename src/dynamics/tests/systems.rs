@@ -23,7 +23,7 @@ macro_rules! by_differences {
         }
     };
 }
-pub(super) use by_differences;
+pub(in crate::dynamics) use by_differences;
 
 /// [`Differentiable::product`] by central differences, for a system without quadratures.
 pub fn differences<Y: System>(

@@ -15,6 +15,7 @@ export class Diagram {
   #number = null;
   #bands = { source: "", rows: [] };
   #full = null;
+  #note = null;
   // One for each run that is shown, and their tilts, degrees.
   #markers = ["marker", "marker second"].map((className) => make("div", { className, hidden: true }));
   #tilts = [null, null];
@@ -24,12 +25,14 @@ export class Diagram {
     new ResizeObserver(() => this.draw()).observe($("tilting"));
   }
 
-  // Fetches the complete diagram of the present scene by its number; `null` if there is none, or none yet.
+  // Fetches the diagram of the present scene by its number, which changes as it grows; `null` if there is none, or none yet.
   async load(number) {
     this.#number = number;
-    this.#full = null;
-    this.draw();
-    if (number === null) return;
+    if (number === null) {
+      this.#full = null;
+      return this.draw();
+    }
+    // A growing diagram stays until its next part is here.
     const full = await fetch("/diagram.json").then((answer) => answer.json()).catch(() => null);
     if (number !== this.#number) return;
     this.#full = full;
@@ -43,6 +46,16 @@ export class Diagram {
 
   get full() {
     return this.#full;
+  }
+
+  // What is computed at present, or why the scene has no diagram; `null` for a complete one.
+  get note() {
+    return this.#note;
+  }
+
+  setNote(text) {
+    this.#note = text;
+    this.version++;
   }
 
   setBands(bands) {
@@ -75,7 +88,7 @@ export class Diagram {
     const kinds = new Map();
     const drawn = rows.map((row) => this.#row(row, kinds));
     const marks = (this.#full?.bifurcations ?? []).map(({ tilt_deg, text }) =>
-      make("div", { className: "event", title: T.bifurcationAt(text, tilt_deg), style: `left:${this.#percent(tilt_deg)}%` }),
+      make("div", { className: "event", title: text, style: `left:${this.#percent(tilt_deg)}%` }),
     );
     $("bands").replaceChildren(...marks, ...this.#counts(), ...drawn, ...this.#markers);
     // Kinds whose bands are too narrow for their names.
@@ -142,7 +155,7 @@ export class Branches {
 
   draw(c, width, height, data, style) {
     const full = this.#diagram.full;
-    if (!full?.branches?.length) return note(c, width, height, style, T.noDiagram);
+    if (!full?.branches?.length) return note(c, width, height, style, this.#diagram.note ?? T.noDiagram);
     const tilts = full.branches.flatMap((branch) => branch.tilt_deg);
     const most = Math.max(...full.branches.flatMap((branch) => branch.amplitude_m));
     const { per, symbol } = unit(most, "m");
@@ -166,12 +179,13 @@ export class Branches {
     c.strokeStyle = colour;
     c.lineWidth = 2;
     for (let k = 1; k < tilt_deg.length; k++) {
-      c.setLineDash(stable[k] && stable[k - 1] ? [] : [5, 4]);
+      // The piece before a point has its stability: a bifurcation has that of the point before it.
+      c.setLineDash(stable[k] ? [] : [5, 4]);
       // A run of points of the same stability is one line, so that its dashes are even.
       c.beginPath();
       c.moveTo(plot.X(tilt_deg[k - 1]), plot.Y(per * amplitude_m[k - 1]));
-      const solid = stable[k] && stable[k - 1];
-      while (k < tilt_deg.length && (stable[k] && stable[k - 1]) === solid) {
+      const solid = stable[k];
+      while (k < tilt_deg.length && stable[k] === solid) {
         c.lineTo(plot.X(tilt_deg[k]), plot.Y(per * amplitude_m[k]));
         k++;
       }

@@ -44,6 +44,7 @@ const run = new Run("", {
     state.panel = status;
     if (status.run !== before?.run) diagram.setRange(status.tilt_range_deg);
     if (status.diagram !== before?.diagram) diagram.load(status.diagram);
+    if (status.diagram_note !== before?.diagram_note) diagram.setNote(status.diagram_note);
     showPanel(status, before);
     showSteered();
     if (!state.draggingSpeed && status.speed) $("speed").value = Math.log10(1e3 * status.speed);

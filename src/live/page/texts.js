@@ -193,13 +193,15 @@ export const T = {
   started: { fresh: "from a kick", upward: "rising tilt", downward: "falling tilt" },
   tiltDeg: "tilt, °",
   amplitudeIn: (symbol) => `amplitude, ${symbol}`,
-  noDiagram: "no diagram for this scene",
-  bifurcationAt: (text, deg) => `${text}, ${deg.toFixed(3)}°`,
+  noDiagram: "no periodic motion at any tilt",
   kinds: {
     "neimark-sacker": "torus bifurcation",
     hopf: "Hopf bifurcation",
     fold: "fold",
     "period-doubling": "period doubling",
+    "branch-point": "branch point",
+    "symmetry-breaking": "symmetry breaking",
+    "zero-eigenvalue": "loss of balance",
   },
 
   // Hearing.

@@ -2,7 +2,7 @@
 
 use super::BranchError;
 use super::equilibria::{BranchPlan, EquilibriumBranch};
-use super::orbits::{OrbitProgress, OrbitStarts, add_orbits};
+use super::orbits::{OnOrbitProgress, OrbitStarts, add_orbits};
 use super::result::Branch;
 use crate::dynamics::continuation::BifurcationKind;
 use crate::study::sweep::{HysteresisEnd, SweepPlan, SweepPoint};
@@ -18,7 +18,7 @@ pub fn hysteresis_ends(
     plan: &SweepPlan,
     points: &[SweepPoint],
     differing: &[f64],
-    watch: &mut dyn FnMut(OrbitProgress) -> bool,
+    watch: OnOrbitProgress<'_>,
 ) -> Result<Vec<HysteresisEnd>, BranchError> {
     let ([axis], Some(first), Some(last)) = (&plan.axes[..], differing.first(), differing.last())
     else {

@@ -106,14 +106,16 @@ pub struct UnstableModes {
 }
 
 /// Progress of the computation of a diagram.
-#[derive(Clone, Debug, PartialEq)]
-pub enum DiagramProgress {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DiagramProgress<'a> {
     /// Share of the points of steady sliding that are done, 0 to 1.
     Equilibria(f64),
     /// Share of the settled responses that are done, 0 to 1.
     Responses(f64),
     /// Progress of the periodic orbits.
-    Orbits(OrbitProgress),
+    Orbits(OrbitProgress<'a>),
+    /// The diagram so far, after steady sliding, the settled responses, and each branch.
+    Part(&'a TiltDiagram),
 }
 
 impl TiltDiagram {
@@ -170,7 +172,7 @@ pub fn tilt_diagram(
     scene: &Scene,
     interval: [f64; 2],
     threads: usize,
-    watch: &mut dyn FnMut(DiagramProgress) -> bool,
+    watch: &mut dyn FnMut(DiagramProgress<'_>) -> bool,
 ) -> Result<Option<TiltDiagram>, BranchError> {
     let plan = BranchPlan {
         scene: scene.clone(),
@@ -179,7 +181,7 @@ pub fn tilt_diagram(
         points: EQUILIBRIA,
     };
     let mut stopped = false;
-    let mut watch = |progress| {
+    let mut watch = |progress: DiagramProgress<'_>| {
         stopped |= !watch(progress);
         !stopped
     };
@@ -187,12 +189,17 @@ pub fn tilt_diagram(
         watch(DiagramProgress::Equilibria(share))
     })?;
     let mut branch = Branch::new(&plan, steady);
+    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &[])));
     let settled = settled_responses(&plan, threads, &mut |share| {
         watch(DiagramProgress::Responses(share))
     })?;
+    watch(DiagramProgress::Part(&TiltDiagram::new(&branch, &settled)));
     let starts = OrbitStarts::Settled(&settled);
-    add_orbits(&plan, starts, &mut branch, &mut |progress| {
-        watch(DiagramProgress::Orbits(progress))
+    add_orbits(&plan, starts, &mut branch, &mut |progress| match progress {
+        OrbitProgress::Branch(branch) => {
+            watch(DiagramProgress::Part(&TiltDiagram::new(branch, &settled)))
+        }
+        progress => watch(DiagramProgress::Orbits(progress)),
     })?;
     Ok((!stopped).then(|| TiltDiagram::new(&branch, &settled)))
 }
@@ -436,6 +443,23 @@ mod tests {
                 assert_eq!(others, [length; 2], "{name}");
                 assert_eq!(branch.stable.len(), length, "{name}");
             }
+        }
+    }
+
+    /// The joints without a stored diagram are those that the guide names with the reason.
+    #[test]
+    fn every_joint_that_ships_has_a_diagram_or_a_reason() {
+        let has_none = |name: &&str| !SHIPPED.iter().any(|(stored, _)| stored == name);
+        let joints = PRESETS.iter().filter(|preset| {
+            let scene = preset.scene().unwrap();
+            scene.joint().is_ok()
+        });
+        let without: Vec<_> = joints.map(|preset| preset.name).filter(has_none).collect();
+        assert_eq!(without.len(), 3, "{without:?}");
+        let guide = include_str!("../../guide/explanation/branches.md");
+        let reasons = guide.split("have no stored diagram").nth(1).unwrap();
+        for name in without {
+            assert!(reasons.contains(&format!("`{name}`")), "{name}");
         }
     }
 

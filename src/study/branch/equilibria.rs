@@ -66,6 +66,39 @@ pub struct BranchPlan {
     pub points: usize,
 }
 
+/// A start of periodic orbits outside the interval of a plan.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the start at {name} = {value} is outside the interval from {} to {}; choose a start within it, or widen the \
+     interval", interval[0], interval[1]
+)]
+pub struct StartOutside {
+    /// Name of the parameter.
+    pub name: String,
+    /// Value of the parameter at the start.
+    pub value: f64,
+    /// The ends of the interval.
+    pub interval: [f64; 2],
+}
+
+impl BranchPlan {
+    /// Checks a value of the parameter at which periodic orbits should start.
+    ///
+    /// # Errors
+    /// If it is outside the interval: branches end at its ends.
+    pub fn check_start(&self, value: f64) -> Result<(), StartOutside> {
+        let [from, to] = self.interval;
+        match (from..=to).contains(&value) {
+            true => Ok(()),
+            false => Err(StartOutside {
+                name: self.parameter.name().to_owned(),
+                value,
+                interval: self.interval,
+            }),
+        }
+    }
+}
+
 /// A point with what is needed to follow its modes.
 struct Solved {
     value: f64,

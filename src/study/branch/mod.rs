@@ -38,11 +38,13 @@ pub use diagram::{
     TiltDiagram, UnstableModes, settled_responses, shipped_diagram, tilt_diagram,
 };
 pub use differences::Differences;
-pub use equilibria::{BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, equilibria};
+pub use equilibria::{
+    BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, StartOutside, equilibria,
+};
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OrbitProgress, OrbitStarts, add_orbits};
+pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits};
 pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, axis_label};
 pub use scene_family::{SceneFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
@@ -71,6 +73,9 @@ pub enum BranchError {
     /// No thread could be started.
     #[error(transparent)]
     Threads(#[from] ThreadSpawnError),
+    /// The periodic orbits cannot start where they should.
+    #[error(transparent)]
+    Start(#[from] StartOutside),
     /// A map without points.
     #[error("the map has no points; widen its intervals")]
     NoPoint,

@@ -44,8 +44,8 @@ pub enum OrbitStarts<'a> {
 }
 
 /// Progress of a study of periodic orbits.
-#[derive(Clone, Debug, PartialEq)]
-pub enum OrbitProgress {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OrbitProgress<'a> {
     /// A motion settles at a value of the parameter.
     Settling(f64),
     /// A branch has a new orbit.
@@ -57,14 +57,19 @@ pub enum OrbitProgress {
         /// Value of the parameter.
         value: f64,
     },
+    /// A branch is complete: the result so far.
+    Branch(&'a Branch),
 }
+
+/// A function that is called on progress of a study of periodic orbits; it returns whether to continue.
+pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> bool;
 
 /// A study of periodic orbits.
 struct Study<'a> {
     plan: &'a BranchPlan,
     family: SceneFamily,
     options: ContinuationOptions,
-    watch: &'a mut dyn FnMut(OrbitProgress) -> bool,
+    watch: OnOrbitProgress<'a>,
     stopped: bool,
 }
 
@@ -72,12 +77,12 @@ struct Study<'a> {
 /// points, and those of the first period doublings. `watch` returns whether to continue.
 ///
 /// # Errors
-/// If the system cannot be built. Branches that cannot be followed are reported in the result.
+/// If the start is outside the interval, or the system cannot be built. Branches that cannot be followed are reported in the result.
 pub fn add_orbits(
     plan: &BranchPlan,
     starts: OrbitStarts<'_>,
     result: &mut Branch,
-    watch: &mut dyn FnMut(OrbitProgress) -> bool,
+    watch: OnOrbitProgress<'_>,
 ) -> Result<(), BranchError> {
     let max_step = plan.scene.integrator.max_step;
     let mut study = Study {
@@ -89,7 +94,10 @@ pub fn add_orbits(
     };
     match starts {
         OrbitStarts::Scene => study.add_first(&study.values(), result)?,
-        OrbitStarts::At(value) => study.add_first(&[value], result)?,
+        OrbitStarts::At(value) => {
+            plan.check_start(value)?;
+            study.add_first(&[value], result)?;
+        }
         OrbitStarts::Settled(points) => study.add_settled(points, result),
     }
     study.add_hopf_branches(result)?;
@@ -101,7 +109,7 @@ impl Study<'_> {
     /// The branch through the first of the settled motions at some values that is periodic and attracts, or else through the
     /// first orbit found: a chaotic motion of a driven system also returns, next to an orbit that repels.
     fn add_first(&mut self, values: &[f64], result: &mut Branch) -> Result<(), BranchError> {
-        let mut reasons = Vec::new();
+        let mut reasons: Vec<String> = Vec::new();
         let mut repelling = None;
         for &value in values {
             if self.stopped || !(self.watch)(OrbitProgress::Settling(value)) {
@@ -120,7 +128,11 @@ impl Study<'_> {
         }
         match repelling {
             Some(orbit) => self.follow(&orbit.into(), result),
-            None => result.ended.extend(reasons),
+            None => {
+                let reasons = reasons.join("; ");
+                let reason = format!("no periodic motion to start from: {reasons}");
+                result.ended.push(reason);
+            }
         }
         Ok(())
     }
@@ -191,7 +203,7 @@ impl Study<'_> {
         if found.regime != Regime::Periodic && self.family.drive_period(value).is_none() {
             let kind = found.motion();
             return Ok(Err(format!(
-                "the settled motion at {name} = {value} is {kind}, not periodic"
+                "at {name} = {value} the settled motion is {kind}"
             )));
         }
         Ok(self.orbit(value, &found))
@@ -361,6 +373,7 @@ impl Study<'_> {
                     )
                 }));
                 result.add_orbits(self.plan, orbits);
+                self.stopped |= !(self.watch)(OrbitProgress::Branch(result));
             }
             Err(error) => result.ended.push(chain_of_causes(&error)),
         }

@@ -351,3 +351,34 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
         );
     }
 }
+
+/// The curve of the birth of the torus passes the Neimark-Sacker points of the branches over each of the parameters: that over
+/// the tilt, and that over the slope, which AUTO-07p has at 12.5457891 s/m (`benches/peers/branches`).
+#[test]
+fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
+    let scene = Scene::load("periodic-2deg").unwrap();
+    let slope = Parameter::named("friction.stribeck_slope_s_per_m").unwrap();
+    let own = scene.value_of(slope).unwrap();
+    let plane = torus_curve::Plane {
+        scene: &scene,
+        parameters: [Parameter::tilt(), slope],
+        intervals: [[2.0, 7.5], [8.0, 14.0]],
+    };
+    let curves = torus_curve::torus_curves(&plane, &mut || true).unwrap();
+    let curves = curves.unwrap();
+    let [curve] = &curves[..] else {
+        panic!("{} curves", curves.len());
+    };
+    assert!(!curve.closed && curve.ended.is_empty(), "{:?}", curve.ended);
+    assert!(curve.points.iter().any(|point| {
+        let [tilt, slope] = point.values;
+        slope == own && (tilt - 6.778_622_6).abs() < 1e-6
+    }));
+    let ends = [curve.points.first().unwrap(), curve.points.last().unwrap()];
+    let [[low, at_low], [high, _]] = match ends.map(|end| end.values) {
+        [a, b] if a[0] < b[0] => [a, b],
+        [a, b] => [b, a],
+    };
+    assert!((low - 2.0).abs() < 1e-12 && (high - 7.5).abs() < 1e-12);
+    assert!((at_low - 12.545_789_1).abs() < 2e-6, "{at_low}");
+}

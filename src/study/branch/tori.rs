@@ -8,7 +8,7 @@
 
 use super::at::At;
 use super::equilibria::BranchPlan;
-use super::orbits::OrbitProgress;
+use super::orbits::{OnOrbitProgress, OrbitProgress};
 use super::result::Branch;
 use super::scene_family::SceneFamily;
 use super::torus::{Tongue, Torus, TorusKind, TorusPoint};
@@ -51,12 +51,7 @@ const LEAST_ERROR: f64 = 1e-8;
 
 /// Adds the tori of the supercritical Neimark-Sacker points of attracting orbits to a result, each at `count` values of the
 /// parameter between the point and the end of the interval. `watch` returns whether to continue.
-pub fn add_tori(
-    plan: &BranchPlan,
-    count: u32,
-    result: &mut Branch,
-    watch: &mut dyn FnMut(OrbitProgress) -> bool,
-) {
+pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrbitProgress<'_>) {
     let family = SceneFamily::new(plan);
     let max_step = plan.scene.integrator.max_step;
     let options = ContinuationOptions::new(plan.interval, max_step);
@@ -167,9 +162,14 @@ impl TorusStudy<'_> {
                 point.locking = Some(ratio);
                 self.add_tongue(ratio, orbit, &mut torus.tongues);
             }
-            let is_lost = matches!(point.kind, TorusKind::Vanished | TorusKind::Irregular);
+            let end = match point.kind {
+                TorusKind::Vanished => Some("without a second tone"),
+                TorusKind::Irregular => Some("irregular"),
+                TorusKind::Torus | TorusKind::Doubled | TorusKind::Locked => None,
+            };
             torus.points.push(point);
-            if is_lost {
+            if let Some(end) = end {
+                torus.ended = Some(format!("at {} = {value}: the motion is {end}", self.name));
                 return;
             }
         }

@@ -61,7 +61,7 @@ pub struct Torus {
     pub born: f64,
     /// The settled motions, in their order away from this point.
     pub points: Vec<TorusPoint>,
-    /// The tongues found.
+    /// The phase-locked tongues found, each with its `locking` as `[p, q]` and its two `borders` in ascending order.
     pub tongues: Vec<Tongue>,
     /// Why the study of the torus ended before the last value, if it did.
     pub ended: Option<String>,

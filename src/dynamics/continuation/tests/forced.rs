@@ -177,6 +177,25 @@ fn the_folds_of_the_duffing_resonance_agree_with_harmonic_balance() {
     assert_eq!(branch.ends[1], Some(BranchEnd::ParameterBound));
 }
 
+/// Each fold of the resonance ends a motion that attracts, on whichever side of it the located orbit lies; not if another
+/// multiplier is outside the unit circle.
+#[test]
+fn a_fold_has_a_stable_side_whichever_side_its_orbit_is_on() {
+    let family = duffing();
+    let options = precise([0.6, 2.5], 0.2);
+    let orbit = settle(&family, 0.7, &[0.3, 0.0], 400.0, &options);
+    let branch = follow(&family, orbit, &options);
+    for fold in of_kind(&branch, BifurcationKind::Fold) {
+        for distance in [0.0, -0.01, 0.01] {
+            let mut moved = fold.clone();
+            moved.orbit.multipliers[0].ln_magnitude += distance;
+            assert!(moved.has_stable_side());
+            moved.orbit.multipliers[1] = [-1.5, 0.0].into();
+            assert!(!moved.has_stable_side());
+        }
+    }
+}
+
 /// `x'' + 2 d x' + (a - 2 q cos 2 t) x = 0` over `a`: the orbit is rest.
 fn mathieu(q: f64, damping: f64) -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
     Smooth {

@@ -8,6 +8,7 @@ mod limit_cycles;
 mod lorenz;
 mod multipliers;
 mod sticking;
+mod stop;
 mod systems;
 mod torus;
 
