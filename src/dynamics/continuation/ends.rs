@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::follow::Course;
 use super::point::Point;
 use super::shape::GuardDistances;
-use super::shot::Shot;
+use super::shot::{Direction, Shot};
 use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
@@ -128,22 +128,30 @@ impl Course<'_, '_> {
         })
     }
 
-    /// Whether the last step passed the first point of the branch.
+    /// Whether the last step passed the first point of the branch. Only the parameter, the period and the amplitudes are
+    /// compared: the phases of the segments change along the branch.
     fn is_closed(&self) -> bool {
-        let (Some(before), first) = (&self.before, &self.first) else {
+        let Some(before) = &self.before else {
             return false;
         };
         let scale = &self.now.scale;
-        if first.shot.phases != self.now.shot.phases || before.shot.phases != first.shot.phases {
-            return false;
-        }
-        let step = self.now.shot.minus(&before.shot);
-        let passed = first.shot.minus(&before.shot);
+        let place = |point: &Point| Direction {
+            parameter: point.orbit.parameter,
+            period: point.orbit.period_s,
+            states: vec![DVector::from_column_slice(
+                &point.orbit.component_amplitudes,
+            )],
+        };
+        let from = place(before);
+        let step = place(&self.now).plus(-1.0, &from);
+        let passed = place(&self.first).plus(-1.0, &from);
         let length = scale.norm(&step);
         let along = scale.dot(&step, &passed) / length;
         let aside = scale.norm(&passed.plus(-along / length, &step));
-        let is_parallel = scale.dot(&first.tangent, &step) > 0.5 * length;
-        is_parallel && (0.0..=length).contains(&along) && aside < 0.2 * length
+        let tangent = &self.first.tangent;
+        let heads_back = tangent.parameter * step.parameter / scale.parameter.powi(2)
+            + tangent.period * step.period / scale.period.powi(2);
+        heads_back > 0.0 && (0.0..=length).contains(&along) && aside < 0.2 * length
     }
 
     /// The parameter at which the orbit and the same orbit half a period later change places in the last step: both halves

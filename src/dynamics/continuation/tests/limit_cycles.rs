@@ -95,6 +95,54 @@ fn van_der_pol_follows_its_branch_to_multipliers_of_any_size() {
     }
 }
 
+/// `r' = r F`, `theta' = 1 + r cos(theta) / 2` with `F = 1/4 - a^2 - (r^2 - 2)^2`: the cycles form a closed curve over `a`,
+/// with folds at -1/2 and 1/2.
+#[test]
+fn a_closed_branch_is_followed_once() {
+    let parts = |a: f64, z: &[f64]| {
+        let excess = z[0] * z[0] + z[1] * z[1] - 2.0;
+        [0.25 - a * a - excess * excess, excess, 1.0 + 0.5 * z[0]]
+    };
+    let family = autonomous(
+        2,
+        move |a, z, out| {
+            let [growth, _, turn] = parts(a, z);
+            out[0] = z[0] * growth - z[1] * turn;
+            out[1] = z[1] * growth + z[0] * turn;
+        },
+        move |a, z, out| {
+            let [growth, excess, turn] = parts(a, z);
+            let slope = [0, 1].map(|k| -4.0 * excess * z[k]);
+            out[0] = growth + z[0] * slope[0] - 0.5 * z[1];
+            out[1] = z[0] * slope[1] - turn;
+            out[2] = z[1] * slope[0] + turn + 0.5 * z[0];
+            out[3] = growth + z[1] * slope[1];
+        },
+    );
+    for start in [0.0, 0.49] {
+        let options = precise([-1.0, 1.0], 0.1);
+        let orbit = settle(&family, start, &[1.6, 0.0], 200.0, &options);
+        let branch = follow(&family, orbit, &options);
+        assert!(
+            branch.ends.contains(&Some(BranchEnd::Closed)),
+            "{:?}",
+            branch.ends
+        );
+        let mut folds: Vec<f64> = of_kind(&branch, BifurcationKind::Fold)
+            .iter()
+            .map(|fold| fold.parameter)
+            .collect();
+        folds.sort_by(f64::total_cmp);
+        let [low, high] = folds[..] else {
+            panic!("{folds:?}");
+        };
+        assert!(
+            (low + 0.5).abs() < 1e-8 && (high - 0.5).abs() < 1e-8,
+            "{folds:?}"
+        );
+    }
+}
+
 /// `z' = (mu + i) z - |z|^2 z` in a rotated and stretched frame: amplitude `sqrt(mu)`, period `2 pi`, multiplier
 /// `exp(-4 pi mu)`.
 #[test]
