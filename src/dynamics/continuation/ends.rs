@@ -1,12 +1,15 @@
 //! The ends of a branch.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::DVector;
 
 use super::follow::Course;
+use super::locate::Piece;
 use super::point::Point;
 use super::shape::GuardDistances;
 use super::shot::{Direction, Shot};
-use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError};
+use super::{Bifurcation, BifurcationKind, BranchEnd, ContinuationError, PeriodicOrbit};
 
 /// Relative minimum of a guard below which a branch that cannot be continued ends at a grazing.
 const GRAZING: f64 = 1e-2;
@@ -24,6 +27,16 @@ const HALVED: f64 = 1e-2;
 
 /// Points of a branch before it may close.
 const MIN_POINTS: usize = 5;
+
+/// Shares of a step, and distance aside relative to its length, at which it may pass the first point of the branch: a step
+/// is a chord of the branch.
+const CLOSE: RangeInclusive<f64> = -0.2..=1.2;
+const CLOSE_ASIDE: f64 = 0.5;
+
+/// Distance from the first point, relative to the length of the step, at which the branch is closed, and maximum number of
+/// orbits to find it.
+const CLOSED: f64 = 0.01;
+const MAX_CLOSING: usize = 8;
 
 impl Course<'_, '_> {
     /// The end of a branch on which no further point was found.
@@ -95,7 +108,7 @@ impl Course<'_, '_> {
     }
 
     /// The end of the branch at the present point, if it is one.
-    pub(super) fn end(&self) -> Option<BranchEnd> {
+    pub(super) fn end(&mut self) -> Option<BranchEnd> {
         let orbit = &self.now.orbit;
         if orbit.period_s > self.flow.options.max_period_s {
             return Some(BranchEnd::PeriodTooLong {
@@ -129,29 +142,46 @@ impl Course<'_, '_> {
     }
 
     /// Whether the last step passed the first point of the branch. Only the parameter, the period and the amplitudes are
-    /// compared: the phases of the segments change along the branch.
-    fn is_closed(&self) -> bool {
-        let Some(before) = &self.before else {
+    /// compared: the phases of the segments change along the branch. Where the first point is close to the chord of the step,
+    /// the orbit beside it is computed.
+    fn is_closed(&mut self) -> bool {
+        let (Some(before), Some(next)) = (&self.before, self.found.points.first()) else {
             return false;
         };
-        let scale = &self.now.scale;
-        let place = |point: &Point| Direction {
-            parameter: point.orbit.parameter,
-            period: point.orbit.period_s,
-            states: vec![DVector::from_column_slice(
-                &point.orbit.component_amplitudes,
-            )],
+        let place = |orbit: &PeriodicOrbit| Direction {
+            parameter: orbit.parameter,
+            period: orbit.period_s,
+            states: vec![DVector::from_column_slice(&orbit.component_amplitudes)],
         };
-        let from = place(before);
-        let step = place(&self.now).plus(-1.0, &from);
-        let passed = place(&self.first).plus(-1.0, &from);
+        let scale = &self.now.scale;
+        let from_to = |a: &Direction, b: &Direction| b.clone().plus(-1.0, a);
+        let [start, next, from, to] =
+            [&self.first.orbit, next, &before.orbit, &self.now.orbit].map(place);
+        let step = from_to(&from, &to);
         let length = scale.norm(&step);
-        let along = scale.dot(&step, &passed) / length;
-        let aside = scale.norm(&passed.plus(-along / length, &step));
-        let tangent = &self.first.tangent;
-        let heads_back = tangent.parameter * step.parameter / scale.parameter.powi(2)
-            + tangent.period * step.period / scale.period.powi(2);
-        heads_back > 0.0 && (0.0..=length).contains(&along) && aside < 0.2 * length
+        let share_of = |way: &Direction| scale.dot(&step, way) / length.powi(2);
+        let passed = from_to(&from, &start);
+        let mut share = share_of(&passed);
+        let aside = scale.norm(&passed.plus(-share, &step));
+        let heads_back = scale.dot(&from_to(&start, &next), &step) > 0.0;
+        if !heads_back || !CLOSE.contains(&share) || aside > CLOSE_ASIDE * length {
+            return false;
+        }
+        let piece = Piece {
+            from: before,
+            to: &self.now,
+        };
+        for _ in 0..MAX_CLOSING {
+            let Ok(point) = self.flow.point_within(piece, share) else {
+                return false;
+            };
+            let missing = from_to(&place(&point.orbit), &start);
+            if scale.norm(&missing) < CLOSED * length {
+                return true;
+            }
+            share += share_of(&missing);
+        }
+        false
     }
 
     /// The parameter at which the orbit and the same orbit half a period later change places in the last step: both halves
@@ -175,14 +205,11 @@ impl Course<'_, '_> {
         }
         let [from, to] = [dot(&a, &a), dot(&b, &b)].map(f64::sqrt);
         let share = from / (from + to);
-        Some(
-            super::locate::Piece {
-                from: before,
-                to: now,
-            }
-            .guess(share)
-            .parameter,
-        )
+        let piece = Piece {
+            from: before,
+            to: now,
+        };
+        Some(piece.guess(share).parameter)
     }
 
     /// Whether the orbit at which the branch turns repeats itself after half its period: beyond, the branch consists of the

@@ -21,6 +21,10 @@ pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
 /// Share of the largest size of the orbits of a branch below which the scale of the state does not decrease.
 const MIN_SCALE: f64 = 0.3;
 
+/// Distance of the parameters of two passages of the same bifurcation, beside their accuracies, relative to the distance of
+/// the bounds.
+const SAME: f64 = 1e-9;
+
 /// Follows a branch of periodic orbits from an orbit: in both directions, or away from the origin of the orbit. It ends at
 /// the bounds of the parameter or for another reason, which is part of the result ([`BranchEnd`]).
 ///
@@ -195,14 +199,34 @@ impl<'a, 'f> Course<'a, 'f> {
                     Objection::Unexplained => {}
                 }
             }
+            let known = self.found.bifurcations.len();
             if let Some(end) = self.accept(&prediction, next, watch)? {
                 break end;
             }
             if let Some(end) = self.end() {
+                if end == BranchEnd::Closed {
+                    self.forget_repeated(known);
+                }
                 break end;
             }
         };
         Ok(self.found)
+    }
+
+    /// Removes the bifurcations from index `known` on that the branch has passed before: the step that closes it goes beyond
+    /// its start.
+    fn forget_repeated(&mut self, known: usize) {
+        let all = &mut self.found.bifurcations;
+        let last = all.split_off(known);
+        let width = self.flow.options.bounds[1] - self.flow.options.bounds[0];
+        let is_known = |found: &Bifurcation| {
+            all.iter().any(|before| {
+                let error = before.accuracy + found.accuracy + SAME * width;
+                before.kind == found.kind && (before.parameter - found.parameter).abs() <= error
+            })
+        };
+        let new: Vec<Bifurcation> = last.into_iter().filter(|found| !is_known(found)).collect();
+        all.extend(new);
     }
 
     /// Predicts the next point; `None` if the branch leaves the bounds here.

@@ -119,7 +119,7 @@ fn a_closed_branch_is_followed_once() {
             out[3] = growth + z[1] * slope[1];
         },
     );
-    for start in [0.0, 0.49] {
+    for start in [0.0, 0.49, 0.499] {
         let options = precise([-1.0, 1.0], 0.1);
         let orbit = settle(&family, start, &[1.6, 0.0], 200.0, &options);
         let branch = follow(&family, orbit, &options);
