@@ -33,10 +33,10 @@ const MIN_POINTS: usize = 5;
 const CLOSE: RangeInclusive<f64> = -0.2..=1.2;
 const CLOSE_ASIDE: f64 = 0.5;
 
-/// Distance from the first point, relative to the length of the step, at which the branch is closed, and maximum number of
-/// orbits to find it.
-const CLOSED: f64 = 0.01;
-const MAX_CLOSING: usize = 8;
+/// Distance from the first point, relative to the length of the step, at which the branch is closed: the amplitudes are
+/// those of samples of the orbits. Maximum number of orbits to find it.
+const CLOSED: f64 = 0.1;
+const MAX_CLOSING: usize = 5;
 
 impl Course<'_, '_> {
     /// The end of a branch on which no further point was found.
