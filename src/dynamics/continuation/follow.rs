@@ -24,6 +24,8 @@ const MIN_SCALE: f64 = 0.3;
 /// Distance of the parameters of two passages of the same bifurcation, beside their accuracies, relative to the distance of
 /// the bounds.
 const SAME: f64 = 1e-9;
+/// Relative difference of their frequencies.
+const SAME_FREQUENCY: f64 = 1e-6;
 
 /// Follows a branch of periodic orbits from an orbit: in both directions, or away from the origin of the orbit. It ends at
 /// the bounds of the parameter or for another reason, which is part of the result ([`BranchEnd`]).
@@ -203,30 +205,35 @@ impl<'a, 'f> Course<'a, 'f> {
             if let Some(end) = self.accept(&prediction, next, watch)? {
                 break end;
             }
+            if self.forget_repeated(known) {
+                break BranchEnd::Closed;
+            }
             if let Some(end) = self.end() {
-                if end == BranchEnd::Closed {
-                    self.forget_repeated(known);
-                }
                 break end;
             }
         };
         Ok(self.found)
     }
 
-    /// Removes the bifurcations from index `known` on that the branch has passed before: the step that closes it goes beyond
-    /// its start.
-    fn forget_repeated(&mut self, known: usize) {
-        let all = &mut self.found.bifurcations;
-        let last = all.split_off(known);
-        let width = self.flow.options.bounds[1] - self.flow.options.bounds[0];
-        let is_known = |found: &Bifurcation| {
-            all.iter().any(|before| {
+    /// Removes the bifurcations from index `known` on that the branch has passed before. Returns whether there are any: a
+    /// branch passes a bifurcation twice only if it is closed.
+    fn forget_repeated(&mut self, known: usize) -> bool {
+        let width = self.flow.width();
+        let (before, last) = self.found.bifurcations.split_at(known);
+        let is_new = |found: &&Bifurcation| {
+            !before.iter().any(|before| {
                 let error = before.accuracy + found.accuracy + SAME * width;
-                before.kind == found.kind && (before.parameter - found.parameter).abs() <= error
+                before.kind == found.kind
+                    && before.unstable_change == found.unstable_change
+                    && (before.parameter - found.parameter).abs() <= error
+                    && (before.frequency_hz / found.frequency_hz - 1.0).abs() < SAME_FREQUENCY
             })
         };
-        let new: Vec<Bifurcation> = last.into_iter().filter(|found| !is_known(found)).collect();
-        all.extend(new);
+        let new: Vec<Bifurcation> = last.iter().filter(is_new).cloned().collect();
+        let repeats = new.len() < last.len();
+        self.found.bifurcations.truncate(known);
+        self.found.bifurcations.extend(new);
+        repeats
     }
 
     /// Predicts the next point; `None` if the branch leaves the bounds here.
