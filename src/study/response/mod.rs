@@ -163,7 +163,7 @@ pub fn response(
     let orbit = match settled && plan.orbits && plan.exponents > 0 {
         true => {
             let motion = [&run.z[..], &run.probe[..]];
-            orbit::stable_orbit(scene, ball.clone(), motion, run.period(), silence)
+            orbit::stable_orbit(scene, ball, &*run.system, motion, run.period(), silence)
         }
         false => None,
     };

@@ -3,7 +3,7 @@
 //! The exponents of a periodic orbit are the logarithms of its Floquet multipliers over its period. One period determines
 //! them, so that nothing has to be averaged.
 
-use std::sync::{Mutex, PoisonError};
+use std::cell::RefCell;
 
 use crate::dynamics::continuation::{
     ContinuationOptions, Family, FamilyError, Multiplier, PeriodicOrbit, ReturnSearch,
@@ -30,14 +30,13 @@ const LONGEST: f64 = 5.0;
 /// A scene as a family of one system.
 struct OneScene<'a> {
     scene: &'a Scene,
-    ball: Mutex<Option<BallJoint>>,
+    ball: RefCell<&'a mut Option<BallJoint>>,
     probe: &'a [f64],
 }
 
 impl Family for OneScene<'_> {
     fn system(&self, _parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
-        let mut ball = self.ball.lock().unwrap_or_else(PoisonError::into_inner);
-        Ok(prepare_reusing_body(self.scene, &mut ball)?.system)
+        Ok(prepare_reusing_body(self.scene, &mut self.ball.borrow_mut())?.system)
     }
 
     /// The displacement of the probe, m.
@@ -46,12 +45,13 @@ impl Family for OneScene<'_> {
     }
 }
 
-/// The stable orbit of a settled motion in the state `z`, with a displacement of the probe above `silence` (m). `None` for
+/// The stable orbit of a settled motion of the scene's system in the state `z`, with a displacement of the probe above `silence` (m). `None` for
 /// another motion, for a driven one, whose phase at the state is unknown, and for an orbit whose stability is doubtful.
 /// `slowest` is the period of the slowest mode, s.
 pub(super) fn stable_orbit(
     scene: &Scene,
-    ball: Option<BallJoint>,
+    ball: &mut Option<BallJoint>,
+    system: &dyn System,
     [z, probe]: [&[f64]; 2],
     slowest: f64,
     silence: f64,
@@ -59,13 +59,12 @@ pub(super) fn stable_orbit(
     if matches!(&scene.subject, SystemSpec::Small(system) if system.drive_period().is_some()) {
         return None;
     }
+    system.differentiable()?;
     let family = OneScene {
         scene,
-        ball: Mutex::new(ball),
+        ball: RefCell::new(ball),
         probe,
     };
-    let system = family.system(0.0).ok()?;
-    system.differentiable()?;
     let search = ReturnSearch {
         settle_s: 0.0,
         max_period_s: LONGEST * slowest,
