@@ -200,6 +200,12 @@ impl Browser {
         }
     }
 
+    /// Loads the page again, and waits until the old one is gone: until then it would answer the next question.
+    pub fn reload(&mut self, tab: &Tab) {
+        self.run(tab, "window.isOld = true; location.reload()");
+        self.until(tab, "!window.isOld");
+    }
+
     /// Presses a key.
     pub fn press(&mut self, tab: &Tab, key: &str) {
         // A browser acts on some keys by their code only.

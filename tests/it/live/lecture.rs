@@ -81,7 +81,7 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
     browser.press(&tab, "Enter");
     let own = "[...document.querySelectorAll('#bookmark-list button')].find((b) => b.textContent === 'My own')";
     browser.until(&tab, &format!("Boolean({own})"));
-    browser.run(&tab, "location.reload()");
+    browser.reload(&tab);
     browser.until(
         &tab,
         &format!("window.squeakscope?.state.panel?.time_s > 0 && Boolean({own})"),

@@ -79,7 +79,7 @@ fn user_input_on_the_page_controls_the_run() {
     assert_eq!(browser.run(&tab, theme), "dark");
     browser.press(&tab, "l");
     assert_eq!(browser.run(&tab, theme), "light");
-    browser.run(&tab, "location.reload()");
+    browser.reload(&tab);
     browser.until(
         &tab,
         &format!("{theme} === 'light' && window.squeakscope?.state.panel?.run === 2"),

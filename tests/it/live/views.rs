@@ -269,7 +269,7 @@ fn reduced_motion_is_respected() {
         return;
     };
     browser.emulate(&tab, "reduce");
-    browser.run(&tab, "location.reload()");
+    browser.reload(&tab);
     browser.until(&tab, "window.squeakscope?.stage.drawn > 3");
     let [drawn, time] =
         ["squeakscope.stage.drawn", "performance.now()"].map(|what| browser.run(&tab, what));
