@@ -37,13 +37,13 @@ export class Comparison {
   }
 
   // Whether the controls act on B alone.
-  get steersSecond() {
+  get controlsSecond() {
     return this.open && $("compare-target").value === "b";
   }
 
   // The runs that a command controls: as chosen, while two runs are shown.
   ask(command) {
-    if (!this.steersSecond) this.#run.ask(command);
+    if (!this.controlsSecond) this.#run.ask(command);
     if (this.open && $("compare-target").value !== "a") this.second.ask(command);
   }
 

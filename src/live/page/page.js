@@ -46,7 +46,7 @@ const run = new Run("", {
     if (status.diagram !== before?.diagram) diagram.load(status.diagram);
     if (status.diagram_note !== before?.diagram_note) diagram.setNote(status.diagram_note);
     showPanel(status, before);
-    showSteered();
+    showControlled();
     if (!state.draggingSpeed && status.speed) $("speed").value = Math.log10(1e3 * status.speed);
     stage.describe(status.now);
     sound.setLines(status.lines);
@@ -62,7 +62,7 @@ new Bookmarks(run, stage);
 const tour = new Tour(run, (views) => stage.show(views));
 const comparison = new Comparison(run, stage, diagram);
 comparison.onRefused = refused;
-comparison.onPanel = showSteered;
+comparison.onPanel = showControlled;
 const ask = (command) => comparison.ask(command);
 // Times from the slider to the changed picture, ms.
 const latencies = [];
@@ -88,13 +88,13 @@ function done() {
 
 // ---- tilt
 
-// The panel of the run that the controls steer: that of B only if they act on B alone.
-const steered = () => (comparison.steersSecond ? comparison.second.panel : null) ?? state.panel;
+// The panel of the run that the controls act on: that of B only if they act on B alone.
+const controlled = () => (comparison.controlsSecond ? comparison.second.panel : null) ?? state.panel;
 
-function showSteered() {
-  const status = steered();
-  showTilt(status, state.steered);
-  state.steered = status;
+function showControlled() {
+  const status = controlled();
+  showTilt(status, state.controlled);
+  state.controlled = status;
 }
 
 function showTilt(status, before) {
@@ -125,7 +125,7 @@ function setTilt(deg) {
 }
 
 function nudge(by) {
-  const range = steered()?.tilt_range_deg;
+  const range = controlled()?.tilt_range_deg;
   if (!range) return;
   const deg = Math.min(range[1], Math.max(range[0], Number($("tilt").value) + by));
   setTilt(deg.toFixed(4));
@@ -148,7 +148,7 @@ $("tilt").addEventListener("keydown", (event) => {
 
 const setSpeed = (ms) => ask({ do: "speed", ms_per_s: Number(ms) });
 const kick = (event) => ask({ do: "kick", ...(event.shiftKey && { mm_per_s: hardKick }) });
-const togglePause = () => ask({ do: steered()?.paused ? "resume" : "pause" });
+const togglePause = () => ask({ do: controlled()?.paused ? "resume" : "pause" });
 const step = () => ask({ do: "step" });
 const restart = () => ask({ do: "reset" });
 const toggleLyapunov = () => ask({ do: "lyapunov", enabled: !state.panel?.lyapunov });
