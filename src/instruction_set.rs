@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// The widest instruction set of this machine. If the environment variable `SQUEAKSCOPE_SIMD` is `avx2`, AVX-512 is
 /// not used, so that a machine that has it also shows the speed and the results of one that does not.
@@ -17,4 +17,25 @@ pub(crate) fn instruction_set() -> Arch {
         }
         Arch::new()
     })
+}
+
+/// Runs a closure that is compiled for the widest instruction set of this machine. The closure must be marked
+/// `#[inline(always)]`; otherwise it may be compiled for the baseline.
+#[inline(always)]
+pub(crate) fn vectorised<R>(work: impl FnMut() -> R) -> R {
+    instruction_set().dispatch(Vectorised(work))
+}
+
+/// A closure to run once.
+///
+/// A closure that is passed as [`FnOnce`] is called through a function of its own, which is compiled for the baseline.
+struct Vectorised<F>(F);
+
+impl<R, F: FnMut() -> R> WithSimd for Vectorised<F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> R {
+        (self.0)()
+    }
 }

@@ -22,7 +22,7 @@
 //! 0-1 test. [`classify`] combines all evidence into a [`Verdict`].
 //!
 //! *Changes of the motion.* [`change_points`] finds where the mean of a local quantity, such as a local
-//! exponent, changes for good.
+//! exponent, changes permanently.
 //!
 //! *Sound levels.* [`sound_levels`] computes the levels of a calibrated sound: A-weighted, and in third octaves.
 //!

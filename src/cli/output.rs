@@ -64,7 +64,7 @@ impl Kind {
         existing: Existing::Resume,
         ..Self::TABLE
     };
-    /// A table that grows while a study goes on.
+    /// A table that grows during a study.
     pub const GROWING_TABLE: Self = Self {
         existing: Existing::Resume,
         ..Self::of(&["arrows"])

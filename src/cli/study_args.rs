@@ -327,7 +327,7 @@ pub struct MergeArgs {
 #[command(next_help_heading = "Output")]
 pub struct SweepOutputs {
     /// Write the results to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities). While
-    /// the study goes on, the table is an Arrow stream of the same name that ends in .arrows.
+    /// the study is running, the table is an Arrow stream of the same name that ends in .arrows.
     #[arg(long, value_name = "FILE", default_value = "sweep.arrow")]
     pub out: PathBuf,
     /// Save a recording for the Rerun viewer, with the parameter as its timeline; only for a sweep over one

@@ -128,38 +128,68 @@ impl Propagator {
             numbers: Aligned::zeros(COEFFICIENTS * layout.pairs() * layout.lanes),
         }
     }
+}
 
-    /// The coefficients of a mode.
-    fn of_mode(&self, mode: usize) -> [f64; COEFFICIENTS] {
-        let Layout { lanes, .. } = self.layout;
-        let first = mode / lanes * COEFFICIENTS * lanes + mode % lanes;
-        std::array::from_fn(|k| self.numbers[first + k * lanes])
-    }
+/// The kernel that applies a propagator to `width` tangent vectors, stored component by component.
+struct MapVectors<'a> {
+    propagator: &'a Propagator,
+    vectors: &'a mut [f64],
+    width: usize,
+    map: VectorMap,
+}
 
-    /// Applies `exp(t L)` to `width` tangent vectors.
-    fn forward_vectors(&self, y: &mut [f64], width: usize) {
-        let (q, v) = y.split_at_mut(self.layout.modes * width);
-        let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-        for (i, (q, v)) in rows.enumerate() {
-            let [qq, qv, vq, vv, ..] = self.of_mode(i);
-            for (q, v) in q.iter_mut().zip(v) {
-                let (q0, v0) = (*q, *v);
-                *q = qq * q0 + qv * v0;
-                *v = vq * q0 + vv * v0;
+/// What a propagator does to tangent vectors.
+#[derive(Clone, Copy)]
+enum VectorMap {
+    /// Applies `exp(t L)`.
+    Forward,
+    /// Applies `exp(-t L)` to slopes `[0 | f | ..]`.
+    Backward,
+}
+
+impl WithSimd for MapVectors<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let modes = self.propagator.layout.modes;
+        let (q, v) = self.vectors.split_at_mut(modes * self.width);
+        let numbers = &self.propagator.numbers[..];
+        // The few vectors of most runs need no loop.
+        macro_rules! constant {
+            ($width:literal) => {{
+                let (q, v) = (q.as_chunks_mut::<$width>().0, v.as_chunks_mut::<$width>().0);
+                for (i, (q, v)) in q.iter_mut().zip(v).enumerate() {
+                    self.map.apply::<S>(numbers, i, q, v);
+                }
+            }};
+        }
+        match self.width {
+            1 => constant!(1),
+            2 => constant!(2),
+            3 => constant!(3),
+            width => {
+                let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
+                for (i, (q, v)) in rows.enumerate() {
+                    self.map.apply::<S>(numbers, i, q, v);
+                }
             }
         }
     }
+}
 
-    /// Applies `exp(-t L)` to the slopes `[0 | f | ..]` of `width` tangent vectors.
-    fn backward_vectors(&self, slopes: &mut [f64], width: usize) {
-        let (q, v) = slopes.split_at_mut(self.layout.modes * width);
-        let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-        for (i, (q, v)) in rows.enumerate() {
-            let [.., back_q, back_v] = self.of_mode(i);
-            for (q, v) in q.iter_mut().zip(v) {
-                *q = back_q * *v;
-                *v *= back_v;
-            }
+impl VectorMap {
+    /// Maps the coordinates and velocities of mode `i` of all vectors; `numbers` are those of the propagator.
+    #[inline(always)]
+    fn apply<S: Simd>(self, numbers: &[f64], i: usize, q: &mut [f64], v: &mut [f64]) {
+        let lanes = S::F64_LANES;
+        let numbers = &numbers[i / lanes * COEFFICIENTS * lanes..][..COEFFICIENTS * lanes];
+        let at = |k: usize| numbers[k * lanes + i % lanes];
+        for (q, v) in q.iter_mut().zip(v) {
+            (*q, *v) = match self {
+                Self::Forward => (at(0) * *q + at(1) * *v, at(2) * *q + at(3) * *v),
+                Self::Backward => (at(4) * *v, at(5) * *v),
+            };
         }
     }
 }
@@ -381,6 +411,22 @@ impl IntegratingFactor {
         }
     }
 
+    /// Applies a propagator to `width` tangent vectors.
+    fn map_vectors(
+        &self,
+        propagator: &Propagator,
+        vectors: &mut [f64],
+        width: usize,
+        map: VectorMap,
+    ) {
+        self.arch.dispatch(MapVectors {
+            propagator,
+            vectors,
+            width,
+            map,
+        });
+    }
+
     /// Sets the propagator to a sample at `offset` (s) after the start of the step.
     fn prepare_sample(&mut self, offset: f64) {
         self.arch.dispatch(SetPropagators {
@@ -511,16 +557,16 @@ impl Form for IntegratingFactor {
     }
 
     fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
-        self.stages[stage].backward_vectors(slope, width);
+        self.map_vectors(&self.stages[stage], slope, width, VectorMap::Backward);
     }
 
     fn push_forward(&self, stage: usize, y: &mut [f64], width: usize) {
-        self.stages[stage].forward_vectors(y, width);
+        self.map_vectors(&self.stages[stage], y, width, VectorMap::Forward);
     }
 
     fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
         self.prepare_sample(offset);
-        self.sample.forward_vectors(y, width);
+        self.map_vectors(&self.sample, y, width, VectorMap::Forward);
     }
 
     fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {

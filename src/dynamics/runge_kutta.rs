@@ -7,12 +7,15 @@
 //! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
 //! additional stages for the dense output, which are evaluated on demand.
 
+use pulp::{Simd, WithSimd};
+
 use super::combination::{Aligned, Combination, MAX_LANES};
 use super::error_control::{MethodTraits, StateNorm};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
+use crate::instruction_set::instruction_set;
 
 /// A [`Combination`] whose last slope may still have to be written.
 pub(super) struct Rows<'a> {
@@ -470,35 +473,59 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
 
 /// Adds `h sum_j weights[j] slopes[j]` to `y`.
 pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    // A constant number of terms lets the compiler keep the sum of each component in a register.
-    match weights.len() {
-        1 => accumulate_terms::<1>(y, h, slopes, weights),
-        2 => accumulate_terms::<2>(y, h, slopes, weights),
-        3 => accumulate_terms::<3>(y, h, slopes, weights),
-        4 => accumulate_terms::<4>(y, h, slopes, weights),
-        5 => accumulate_terms::<5>(y, h, slopes, weights),
-        6 => accumulate_terms::<6>(y, h, slopes, weights),
-        7 => accumulate_terms::<7>(y, h, slopes, weights),
-        _ => {
-            let (slopes, rest) = slopes.split_at(8 * y.len());
-            accumulate_terms::<8>(y, h, slopes, &weights[..8]);
-            if weights.len() > 8 {
-                accumulate(y, h, rest, &weights[8..]);
-            }
+    instruction_set().dispatch(Accumulate {
+        y,
+        h,
+        slopes,
+        weights,
+    });
+}
+
+/// The kernel of [`accumulate`]. Sums are not fused with products: the result is the same on every machine.
+struct Accumulate<'a> {
+    y: &'a mut [f64],
+    h: f64,
+    slopes: &'a [f64],
+    weights: &'a [f64],
+}
+
+impl WithSimd for Accumulate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) {
+        // A constant number of terms lets the compiler keep the sum of each component in a register.
+        while self.weights.len() > 8 {
+            self.terms::<8>();
+            self.slopes = &self.slopes[8 * self.y.len()..];
+            self.weights = &self.weights[8..];
+        }
+        match self.weights.len() {
+            1 => self.terms::<1>(),
+            2 => self.terms::<2>(),
+            3 => self.terms::<3>(),
+            4 => self.terms::<4>(),
+            5 => self.terms::<5>(),
+            6 => self.terms::<6>(),
+            7 => self.terms::<7>(),
+            _ => self.terms::<8>(),
         }
     }
 }
 
-/// [`accumulate`] with `N` terms.
-fn accumulate_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    let dim = y.len();
-    let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
-    let slopes: [&[f64]; N] = std::array::from_fn(|j| &slopes[j * dim..][..dim]);
-    for (i, y) in y.iter_mut().enumerate() {
-        let mut sum = weights[0] * slopes[0][i];
-        for j in 1..N {
-            sum += weights[j] * slopes[j][i];
+impl Accumulate<'_> {
+    /// Adds the first `N` terms.
+    #[inline(always)]
+    fn terms<const N: usize>(&mut self) {
+        let dim = self.y.len();
+        let weights: [f64; N] = std::array::from_fn(|j| self.weights[j]);
+        let slopes: [&[f64]; N] = std::array::from_fn(|j| &self.slopes[j * dim..][..dim]);
+        for (i, y) in self.y.iter_mut().enumerate() {
+            let mut sum = weights[0] * slopes[0][i];
+            for j in 1..N {
+                sum += weights[j] * slopes[j][i];
+            }
+            *y += self.h * sum;
         }
-        *y += h * sum;
     }
 }

@@ -33,7 +33,7 @@ impl Joint {
         }
         [
             self.nodes.blocks.len() * (KEPT + usize::from(!self.contact_damping.is_none())) * LANES,
-            2 * m * m * LANES,
+            m * (2 * m).max(3) * LANES,
             2 * m * m,
         ]
     }
@@ -106,29 +106,24 @@ impl Joint {
         width: usize,
         out: &mut [f64],
     ) {
-        let kept = &*self.parts_of(record).kept;
-        let nodes = &self.nodes;
+        let Parts { kept, sums, .. } = self.parts_of(record);
+        let sums = &mut sums[..3 * self.modes()];
         macro_rules! sweep {
             ($axes:literal) => {
-                for first in (0..width).step_by(2) {
-                    match (width - first, self.modes()) {
-                        (1, PAPER_MODES) => sweep!($axes, 1, PAPER_MODES, first),
-                        (1, _) => sweep!($axes, 1, MAX_MODES, first),
-                        (_, PAPER_MODES) => sweep!($axes, 2, PAPER_MODES, first),
-                        (_, _) => sweep!($axes, 2, MAX_MODES, first),
-                    }
+                match self.modes() {
+                    PAPER_MODES => sweep!($axes, PAPER_MODES),
+                    _ => sweep!($axes, MAX_MODES),
                 }
             };
-            ($axes:literal, $count:literal, $modes:ident, $first:ident) => {
-                self.arch
-                    .dispatch(MatrixFreeProduct::<$axes, $count, $modes> {
-                        nodes,
-                        kept,
-                        vectors,
-                        width,
-                        first: $first,
-                        out: &mut *out,
-                    })
+            ($axes:literal, $modes:ident) => {
+                self.arch.dispatch(MatrixFreeProduct::<$axes, $modes> {
+                    nodes: &self.nodes,
+                    kept,
+                    vectors,
+                    width,
+                    sums,
+                    out,
+                })
             };
         }
         match (self.law.law(), self.law.radial()) {

@@ -10,11 +10,13 @@
 //!
 //! The second matrix is symmetric. `Phi` contains the components in which friction acts.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
-use super::contact_force::PAPER_MODES;
+use super::contact_force::{Group, PAPER_MODES};
 use super::node_slopes::NodeSlopes;
-use super::nodes::{Nodes, Rows};
+use super::nodes::{Nodes, Rows, View};
 use super::simd::{LANES, Vector, parts};
 use super::{Joint, MAX_MODES};
 use crate::dynamics::{Differentiable, System};
@@ -52,139 +54,177 @@ impl Joint {
     }
 }
 
-/// Matrix-free product of the derivative with `K` tangent vectors; each row that is read serves two vectors.
-/// A separate kernel for each size lets the compiler optimise a single loop.
+/// Matrix-free product of the derivative with tangent vectors.
 /// `AXES`: number of components of the node frame in which friction acts, see [`Law`](super::friction_kernel::Law).
 /// `M`: number of modes if it is that of the paper, else [`MAX_MODES`].
-pub(crate) struct MatrixFreeProduct<'a, const AXES: usize, const K: usize, const M: usize> {
+pub(crate) struct MatrixFreeProduct<'a, const AXES: usize, const M: usize> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
     /// `2m x width`.
     pub vectors: &'a [f64],
     pub width: usize,
-    /// Index of the first vector.
-    pub first: usize,
+    /// Scratch, at least `m x 3`.
+    pub sums: &'a mut [[f64; LANES]],
     /// Output: the change of the force, `m x width`.
     pub out: &'a mut [f64],
 }
 
-impl<const AXES: usize, const K: usize, const M: usize> WithSimd
-    for MatrixFreeProduct<'_, AXES, K, M>
-{
+impl<const AXES: usize, const M: usize> WithSimd for MatrixFreeProduct<'_, AXES, M> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if const { S::F64_LANES == 1 && (K > 1 || M < MAX_MODES) } {
-            return self.one_by_one();
-        }
-        let Self {
-            nodes,
-            kept,
-            vectors,
-            width,
-            first,
-            out,
-        } = self;
-        let modes = if M < MAX_MODES { M } else { nodes.modes };
-        let zero = Vector::splat(simd, 0.0);
-        let mut sums = [[zero; K]; M];
-        let sums = &mut sums[..modes];
-        // One assertion removes the bounds check of every row.
-        assert!(first + K <= width);
-        let (dq, dv) = vectors.split_at(modes * width);
-        for (block, (_, rows)) in nodes.iter().enumerate() {
-            let rows = &rows[..modes];
-            for part in 0..parts::<S>() {
-                if AXES == 0 {
-                    let stiffness = NodeSlopes::load_stiffness(simd, kept, block, part);
-                    let mut u_r = [zero; K];
-                    for (i, row) in rows.iter().enumerate() {
-                        let r = row.r.part(simd, part);
-                        let dq = &dq[i * width + first..][..K];
-                        for l in 0..K {
-                            u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
-                        }
-                    }
-                    for (sums, row) in sums.iter_mut().zip(rows) {
-                        let r = row.r.part(simd, part);
-                        for (sum, u_r) in sums.iter_mut().zip(u_r) {
-                            *sum = r.mul_add(stiffness * u_r, *sum);
-                        }
-                    }
-                    continue;
-                }
-                // Changes of displacement and slip velocity at the nodes.
-                let mut u_r = [zero; K];
-                let (mut along, mut across, mut outward) = ([zero; K], [zero; K], [zero; K]);
-                let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
-                for (row, (dq, dv)) in rows.iter().zip(tangents) {
-                    let [s, t, r] = row.part(simd, part);
-                    let (dq, dv) = (&dq[first..][..K], &dv[first..][..K]);
-                    for l in 0..K {
-                        u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
-                        let v = Vector::splat(simd, dv[l]);
-                        along[l] = s.mul_add(v, along[l]);
-                        across[l] = t.mul_add(v, across[l]);
-                        if AXES == 3 {
-                            outward[l] = r.mul_add(v, outward[l]);
-                        }
-                    }
-                }
-                // Negative changes of the forces.
-                let slopes = NodeSlopes::load(simd, kept, block, part);
-                for l in 0..K {
-                    let slip = [along[l], across[l], outward[l]];
-                    [along[l], across[l], outward[l]] = slopes.force::<AXES>(u_r[l], slip);
-                }
-                for (sums, row) in sums.iter_mut().zip(rows) {
-                    let [s, t, r] = row.part(simd, part);
-                    for (l, sum) in sums.iter_mut().enumerate() {
-                        *sum = t.mul_add(across[l], s.mul_add(along[l], *sum));
-                        *sum = r.mul_add(outward[l], *sum);
-                    }
-                }
-            }
-        }
-        for (out, sums) in out.chunks_exact_mut(width).zip(sums) {
-            for (out, sum) in out[first..].iter_mut().zip(sums) {
-                *out = -sum.sum();
-            }
-        }
-    }
-}
-
-impl<const AXES: usize, const K: usize, const M: usize> MatrixFreeProduct<'_, AXES, K, M> {
-    /// The product on a machine without SIMD, with a kernel that is compiled once for all sizes.
-    fn one_by_one(self) {
-        for first in self.first..self.first + K {
-            without_simd(MatrixFreeProduct::<AXES, 1, MAX_MODES> {
+        if const { S::F64_LANES == 1 } {
+            return without_simd(MatrixFreeProduct::<AXES, MAX_MODES> {
                 nodes: self.nodes,
                 kept: self.kept,
                 vectors: self.vectors,
                 width: self.width,
-                first,
-                out: &mut *self.out,
+                sums: self.sums,
+                out: self.out,
             });
+        }
+        self.evaluate(simd);
+    }
+}
+
+/// The product on a machine without SIMD.
+#[inline(never)]
+fn without_simd<const AXES: usize>(product: MatrixFreeProduct<'_, AXES, MAX_MODES>) {
+    product.evaluate(pulp::Scalar::new());
+}
+
+impl<const AXES: usize, const M: usize> MatrixFreeProduct<'_, AXES, M> {
+    /// Number of modes.
+    #[inline(always)]
+    fn modes(&self) -> usize {
+        if M < MAX_MODES { M } else { self.nodes.modes }
+    }
+
+    #[inline(always)]
+    fn evaluate<S: Simd>(mut self, simd: S) {
+        let mut first = 0;
+        while first < self.width {
+            first += match self.width - first {
+                1 => self.pass::<S, 1>(simd, first),
+                2 => self.pass::<S, 2>(simd, first),
+                _ => self.pass::<S, 3>(simd, first),
+            };
+        }
+    }
+
+    /// The loop over all nodes for `L` adjacent tangent vectors, the number of which it returns: each row that is read
+    /// serves all of them, and each number of a tangent vector all nodes of a group.
+    #[inline(always)]
+    fn pass<S: Simd, const L: usize>(&mut self, simd: S, first: usize) -> usize {
+        self.sums.fill([0.0; LANES]);
+        let vectors = self.nodes.blocks.len() * parts::<S>();
+        let mut done = 0;
+        // As many vectors of nodes as have sums in registers: with friction two for AVX-512, one for others.
+        if const { AXES == 0 } {
+            while done + 4 <= vectors {
+                self.group::<S, 4, L>(simd, done, first);
+                done += 4;
+            }
+        }
+        if const { S::F64_LANES == LANES } {
+            while done + 2 <= vectors {
+                self.group::<S, 2, L>(simd, done, first);
+                done += 2;
+            }
+        }
+        while done < vectors {
+            self.group::<S, 1, L>(simd, done, first);
+            done += 1;
+        }
+        let sums = &self.sums.as_chunks::<L>().0[..self.modes()];
+        for (out, sums) in self.out.chunks_exact_mut(self.width).zip(sums) {
+            for (out, sum) in out[first..].iter_mut().zip(sums) {
+                *out = -total(simd, sum);
+            }
+        }
+        L
+    }
+
+    /// Adds the nodes of `K` adjacent vectors.
+    #[inline(always)]
+    fn group<S: Simd, const K: usize, const L: usize>(
+        &mut self,
+        simd: S,
+        vector: usize,
+        first: usize,
+    ) {
+        let (m, width) = (self.modes(), self.width);
+        let nodes = View {
+            modes: m,
+            ..self.nodes.view()
+        };
+        let group = Group::<K>::new::<S>(nodes, vector);
+        let (dq, dv) = self.vectors[..2 * m * width].split_at(m * width);
+        // Changes of displacement and slip velocity at the nodes.
+        let zero = Vector::splat(simd, 0.0);
+        let (mut u_r, mut slip) = ([zero; L], [[zero; 3]; L]);
+        let tangents = dq.chunks_exact(width).zip(dv.chunks_exact(width));
+        for (i, (dq, dv)) in tangents.enumerate() {
+            let (dq, dv) = (&dq[first..][..L], &dv[first..][..L]);
+            let r = group.row(simd, i, |row| &row.r);
+            for l in 0..L {
+                u_r[l] = r.mul_add(Vector::splat(simd, dq[l]), u_r[l]);
+            }
+            if AXES > 0 {
+                let s = group.row(simd, i, |row| &row.s);
+                let t = group.row(simd, i, |row| &row.t);
+                for l in 0..L {
+                    let v = Vector::splat(simd, dv[l]);
+                    slip[l][0] = s.mul_add(v, slip[l][0]);
+                    slip[l][1] = t.mul_add(v, slip[l][1]);
+                    if AXES == 3 {
+                        slip[l][2] = r.mul_add(v, slip[l][2]);
+                    }
+                }
+            }
+        }
+        let slopes = match AXES {
+            0 => NodeSlopes::load_frictionless(simd, self.kept, vector),
+            _ => NodeSlopes::load(simd, self.kept, vector),
+        };
+        let mut forces = [[zero; 3]; L];
+        for l in 0..L {
+            forces[l] = slopes.force::<AXES>(u_r[l], slip[l]);
+        }
+        let sums = self.sums.as_chunks_mut::<L>().0;
+        for (i, sums) in sums[..m].iter_mut().enumerate() {
+            let r = group.row(simd, i, |row| &row.r);
+            let s = group.row(simd, i, |row| &row.s);
+            let t = group.row(simd, i, |row| &row.t);
+            for (sum, [along, across, outward]) in sums.iter_mut().zip(&forces) {
+                let mut total = Vector::load(simd, sum, 0);
+                for k in 0..K {
+                    if AXES > 0 {
+                        total = s.one(k).mul_add(along.one(k), total);
+                        total = t.one(k).mul_add(across.one(k), total);
+                    }
+                    total = r.one(k).mul_add(outward.one(k), total);
+                }
+                total.store(sum, 0);
+            }
         }
     }
 }
 
-#[inline(never)]
-fn without_simd<const AXES: usize>(product: MatrixFreeProduct<'_, AXES, 1, MAX_MODES>) {
-    product.with_simd(pulp::Scalar::new());
-}
-
-impl<S: Simd> NodeSlopes<S> {
+impl<S: Simd, const K: usize> NodeSlopes<S, K> {
     /// Negative change of the force on nodes for changes of radial displacement and slip velocity.
     #[inline(always)]
     fn force<const AXES: usize>(
         &self,
-        u_r: Vector<S>,
-        [along, across, outward]: [Vector<S>; 3],
-    ) -> [Vector<S>; 3] {
+        u_r: Vector<S, K>,
+        [along, across, outward]: [Vector<S, K>; 3],
+    ) -> [Vector<S, K>; 3] {
         let [h_s, h_t, h_r] = self.direction;
         let normal = self.stiffness * u_r;
+        if AXES == 0 {
+            return [normal; 3];
+        }
         let mut turned = h_t.mul_add(across, h_s * along);
         if AXES == 3 {
             turned = h_r.mul_add(outward, turned);
@@ -276,13 +316,13 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
     fn compute_weights<S: Simd>(
         &self,
         simd: S,
-        units: std::ops::Range<usize>,
+        units: Range<usize>,
         weights: &mut [Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;
         for (unit, weights) in units.zip(weights.chunks_exact_mut(m)) {
             let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
-            let slopes = NodeSlopes::load(simd, self.kept, block, part);
+            let slopes = NodeSlopes::load(simd, self.kept, unit);
             let [h_s, h_t, h_r] = slopes.direction;
             let rows = &self.nodes.rows[block * m..][..m];
             for (weights, row) in weights.iter_mut().zip(rows) {
@@ -308,12 +348,7 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
 
     /// Adds the nodes of some vectors, tile by tile.
     #[inline(always)]
-    fn add<S: Simd>(
-        &mut self,
-        simd: S,
-        units: std::ops::Range<usize>,
-        weights: &[Weights<S, WEIGHTS>],
-    ) {
+    fn add<S: Simd>(&mut self, simd: S, units: Range<usize>, weights: &[Weights<S, WEIGHTS>]) {
         let m = self.nodes.modes;
         // Without SIMD the speed does not matter: a single tile saves compile time.
         let side = if const { S::F64_LANES == 1 } { 1 } else { TILE };
@@ -348,7 +383,7 @@ impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
         &mut self,
         simd: S,
         [i, j]: [usize; 2],
-        units: std::ops::Range<usize>,
+        units: Range<usize>,
         weights: &[Weights<S, WEIGHTS>],
     ) {
         let m = self.nodes.modes;

@@ -31,29 +31,43 @@ pub(crate) struct NodeSlopes<S: Simd, const K: usize = 1> {
     pub direction: [Vector<S, K>; 3],
 }
 
-impl<S: Simd> NodeSlopes<S> {
-    /// Loads the stiffness only.
+impl<S: Simd, const K: usize> NodeSlopes<S, K> {
+    /// Loads the derivatives at the nodes of the vectors from `first` on.
     #[inline(always)]
-    pub fn load_stiffness(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Vector<S> {
-        Vector::load(simd, &kept[block * KEPT], part)
-    }
-
-    /// Loads the derivatives of a block.
-    #[inline(always)]
-    pub fn load(simd: S, kept: &[[f64; LANES]], block: usize, part: usize) -> Self {
-        let kept = &kept[block * KEPT..][..KEPT];
-        let number = |k: usize| Vector::load(simd, &kept[k], part);
+    pub fn load(simd: S, kept: &[[f64; LANES]], first: usize) -> Self {
+        let mut numbers = [Vector::splat(simd, 0.0); KEPT];
+        for (n, number) in numbers.iter_mut().enumerate() {
+            *number = Self::load_number(simd, kept, first, n);
+        }
+        let [stiffness, coefficient, drag, bend, direction @ ..] = numbers;
         Self {
-            stiffness: number(0),
-            coefficient: number(1),
-            drag: number(2),
-            bend: number(3),
-            direction: [number(4), number(5), number(6)],
+            stiffness,
+            coefficient,
+            drag,
+            bend,
+            direction,
         }
     }
-}
 
-impl<S: Simd, const K: usize> NodeSlopes<S, K> {
+    /// Loads the derivatives of nodes without friction.
+    #[inline(always)]
+    pub fn load_frictionless(simd: S, kept: &[[f64; LANES]], first: usize) -> Self {
+        Self::frictionless(simd, Self::load_number(simd, kept, first, 0))
+    }
+
+    /// Loads one of the derivatives.
+    #[inline(always)]
+    fn load_number(simd: S, kept: &[[f64; LANES]], first: usize, number: usize) -> Vector<S, K> {
+        Vector::from_parts(
+            simd,
+            #[inline(always)]
+            |k| {
+                let place = LanePosition::of::<S>(first + k);
+                Vector::load(simd, &kept[place.block * KEPT + number], place.part)
+            },
+        )
+    }
+
     /// Derivatives of nodes without friction.
     #[inline(always)]
     pub fn frictionless(simd: S, stiffness: Vector<S, K>) -> Self {

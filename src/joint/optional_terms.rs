@@ -47,7 +47,7 @@ impl WithSimd for Addition<'_> {
         let (by_q, by_v) = self.sums.split_at_mut(m * m);
         for (block, (_, rows)) in self.nodes.iter().enumerate() {
             for part in 0..parts::<S>() {
-                let slopes = NodeSlopes::load(simd, self.kept, block, part);
+                let slopes = NodeSlopes::load(simd, self.kept, block * parts::<S>() + part);
                 let change = Change { slopes, rows, part };
                 if let Some(viscosity) = viscosities.get(block) {
                     let viscosity = Vector::load(simd, viscosity, part);

@@ -92,7 +92,7 @@ impl DiagramStore {
                 }
                 diagrams.compute(&scene, interval, &stopped, &store);
             });
-        // Without a thread the run goes on without a diagram.
+        // Without a thread the run continues without a diagram.
         present.computation = thread.ok().map(|thread| Computation { stop, thread });
     }
 

@@ -7,10 +7,10 @@
 //!
 //! A drift is not a change: where a straight line explains the blocks better than a step, nothing is found.
 //!
-//! A change counts only if the motion has left its earlier state for good. If an episode like the state
+//! A change counts only if the motion does not return to its earlier state. If an episode like the state
 //! before the change occurs after it, or the reverse, for at least a fifth of the state's own duration, the
 //! two are phases of one intermittent motion: a motion does not return from another attractor. A single
-//! long phase without precedent cannot be told from a change.
+//! long phase without precedent cannot be distinguished from a change.
 
 mod blocks;
 mod cusum;

@@ -275,7 +275,7 @@ fn a_motion_that_returns_has_not_changed() {
         .clone()
         .map(|(k, x)| x + if there(k) { 20.0 } else { 0.0 });
     assert!(changes(back.collect()).is_empty());
-    // The same, and then another state for good.
+    // The same, and then another state until the end.
     let on = random.map(|(k, x)| match k {
         95.. => x - 30.0,
         _ => x + if there(k) { 20.0 } else { 0.0 },

@@ -38,14 +38,13 @@
 use std::f64::consts::LN_2;
 use std::ops::Range;
 
-use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, DelayVectors, NeighbourTree, Norm, deviation};
-use crate::instruction_set::instruction_set;
+use crate::instruction_set::vectorised;
 
 /// Number of consecutive sections of the signal with separate curves. The scatter of their slopes gives
 /// the standard error. They are also the units of parallel work; the fixed number makes sums independent
@@ -207,7 +206,6 @@ pub(in crate::analysis) fn divergence_in(
         tree,
         deviation: deviation(samples),
         unit,
-        arch: instruction_set(),
     };
     let blocks: Vec<LogSums> = (0..BLOCKS)
         .into_par_iter()
@@ -235,6 +233,9 @@ const FACTORS: usize = 12;
 /// Time steps whose products stay in the L1 cache.
 const TILE: usize = 512;
 
+/// Time steps whose sums are held in registers.
+const BLOCK: usize = 16;
+
 /// Bits of the mantissa of a number, and the exponent of 1.
 const MANTISSA: u64 = (1 << 52) - 1;
 const EXPONENT_OF_ONE: u64 = 1023;
@@ -242,7 +243,6 @@ const EXPONENT_OF_ONE: u64 = 1023;
 /// Sums of logarithms of distances for each time step: the logarithms of products of the distances or of
 /// their squares, because a root and a logarithm for each distance would take most of the time.
 struct LogSums {
-    arch: Arch,
     /// Largest sample magnitude, the unit of the distances.
     unit: f64,
     /// Whether the factors are squares of the distances.
@@ -259,7 +259,6 @@ impl LogSums {
     fn new(search: &DivergenceSearch, unit: f64) -> Self {
         let steps = search.horizon + 1;
         Self {
-            arch: instruction_set(),
             unit,
             squared: matches!(search.method, DivergenceMethod::Rosenstein),
             sums: vec![0.0; steps],
@@ -277,28 +276,35 @@ impl LogSums {
             false => ([1.0 / self.unit, 1.0], ROUNDING),
         };
         let (products, counts) = (&mut self.products[steps.clone()], &mut self.counts[steps]);
-        self.arch.dispatch(|| {
-            for ((product, count), factor) in products.iter_mut().zip(counts).zip(factors) {
-                let factor = factor * scale[0] * scale[1];
-                let above_rounding = factor > least;
-                *product *= if above_rounding { factor } else { 1.0 };
-                *count += usize::from(above_rounding);
-            }
-        });
+        vectorised(
+            #[inline(always)]
+            || {
+                for ((product, count), factor) in products.iter_mut().zip(&mut *counts).zip(factors)
+                {
+                    let factor = factor * scale[0] * scale[1];
+                    let above_rounding = factor > least;
+                    *product *= if above_rounding { factor } else { 1.0 };
+                    *count += usize::from(above_rounding);
+                }
+            },
+        );
     }
 
     /// Splits the powers of two off the products.
     fn split_exponents(&mut self, steps: Range<usize>) {
-        let products = self.products[steps.clone()].iter_mut();
+        let products = &mut self.products[steps.clone()];
         let exponents = &mut self.exponents[steps];
-        self.arch.dispatch(|| {
-            for (product, exponent) in products.zip(exponents) {
-                let bits = product.to_bits();
-                // Wraps below 1; the sum is read as a signed number.
-                *exponent = exponent.wrapping_add((bits >> 52).wrapping_sub(EXPONENT_OF_ONE));
-                *product = f64::from_bits(bits & MANTISSA | EXPONENT_OF_ONE << 52);
-            }
-        });
+        vectorised(
+            #[inline(always)]
+            || {
+                for (product, exponent) in products.iter_mut().zip(&mut *exponents) {
+                    let bits = product.to_bits();
+                    // Wraps below 1; the sum is read as a signed number.
+                    *exponent = exponent.wrapping_add((bits >> 52).wrapping_sub(EXPONENT_OF_ONE));
+                    *product = f64::from_bits(bits & MANTISSA | EXPONENT_OF_ONE << 52);
+                }
+            },
+        );
     }
 
     /// Computes the sums, after the last factor.
@@ -341,7 +347,6 @@ struct PairTracker<'a> {
     deviation: f64,
     /// Largest sample magnitude; 1 if all samples are 0.
     unit: f64,
-    arch: Arch,
 }
 
 impl PairTracker<'_> {
@@ -363,8 +368,9 @@ impl PairTracker<'_> {
                     let steps = from..steps.end.min(from + TILE);
                     for pairs in pairs.chunks(FACTORS) {
                         for &(i, j) in pairs {
-                            sums.resize(steps.len(), 0.0);
-                            self.squared_distances(i + from, j + from, &mut squares, &mut sums);
+                            sums.resize(steps.len().next_multiple_of(BLOCK), 0.0);
+                            let start = [i + from, j + from];
+                            self.squared_distances(start, steps.len(), &mut squares, &mut sums);
                             log_sums.accumulate(steps.clone(), &sums);
                         }
                         log_sums.split_exponents(steps.clone());
@@ -390,21 +396,39 @@ impl PairTracker<'_> {
         log_sums.finish()
     }
 
-    /// `|y_(i+k) - y_(j+k)|^2` for `k` = 0, 1, ...
-    fn squared_distances(&self, i: usize, j: usize, squares: &mut Vec<f64>, sums: &mut [f64]) {
-        let span = sums.len() + (self.search.dimension - 1) * self.search.lag;
+    /// `|y_(i+k) - y_(j+k)|^2` for `k` = 0, 1, ... up to `count`. The sums fill whole blocks; those beyond `count` are
+    /// arbitrary.
+    fn squared_distances(
+        &self,
+        [i, j]: [usize; 2],
+        count: usize,
+        squares: &mut Vec<f64>,
+        sums: &mut [f64],
+    ) {
+        let DivergenceSearch { dimension, lag, .. } = *self.search;
+        let span = count + (dimension - 1) * lag;
+        squares.resize(span + BLOCK, 0.0);
         let (here, there) = (&self.samples[i..][..span], &self.samples[j..][..span]);
-        self.arch.dispatch(|| {
-            squares.clear();
-            squares.extend(here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)));
-            sums.fill(0.0);
-            // Each coordinate uses the same squares, shifted by a lag.
-            for coordinate in squares.windows(sums.len()).step_by(self.search.lag) {
-                for (sum, square) in sums.iter_mut().zip(coordinate) {
-                    *sum += square;
+        vectorised(
+            #[inline(always)]
+            || {
+                for ((square, a), b) in squares.iter_mut().zip(here).zip(there) {
+                    *square = (a - b) * (a - b);
                 }
-            }
-        });
+                for (block, sums) in sums.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+                    let mut block_sums = [0.0; BLOCK];
+                    // Each coordinate uses the same squares, shifted by a lag.
+                    for coordinate in 0..dimension {
+                        let from = block * BLOCK + coordinate * lag;
+                        let squares: &[f64; BLOCK] = squares[from..].first_chunk().expect("padded");
+                        for (sum, square) in block_sums.iter_mut().zip(squares) {
+                            *sum += square;
+                        }
+                    }
+                    *sums = block_sums;
+                }
+            },
+        );
     }
 
     /// Mean over the neighbours `j` of `|x_(i+k) - x_(j+k)|`, `x` the newest coordinate, for `k` = 0, 1,
@@ -415,17 +439,20 @@ impl PairTracker<'_> {
             .iter()
             .step_by(neighbours.len().div_ceil(MAX_NEIGHBOURS));
         let share = 1.0 / selected.len() as f64;
-        self.arch.dispatch(|| {
-            means.fill(0.0);
-            let here = &newest[i..][..means.len()];
-            for &j in selected {
-                let there = &newest[j..][..means.len()];
-                for ((sum, a), b) in means.iter_mut().zip(here).zip(there) {
-                    *sum += (a - b).abs();
+        vectorised(
+            #[inline(always)]
+            || {
+                means.fill(0.0);
+                let here = &newest[i..][..means.len()];
+                for &j in selected.clone() {
+                    let there = &newest[j..][..means.len()];
+                    for ((sum, a), b) in means.iter_mut().zip(here).zip(there) {
+                        *sum += (a - b).abs();
+                    }
                 }
-            }
-            means.iter_mut().for_each(|d| *d *= share);
-        });
+                means.iter_mut().for_each(|d| *d *= share);
+            },
+        );
     }
 }
 

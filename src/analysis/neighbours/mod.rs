@@ -93,15 +93,17 @@ impl<M: Metric, I: Iterator<Item = usize>> WithSimd for Search<'_, '_, M, Neares
         let NearestEach(vectors) = self.kind;
         let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         let mut before = (0, Best::NONE);
-        let nearest = vectors.map(|i| {
+        let mut nearest = Vec::with_capacity(vectors.size_hint().0);
+        // A closure in an iterator might be compiled for the baseline instruction set.
+        for i in vectors {
             query.at(i);
             // The neighbour of the previous vector has moved on as well.
             let guess = query.guess::<M>(before);
             let best = self.tree.tree.nearest::<M>(&mut query, guess);
             before = (i, best);
-            best.neighbour::<M>()
-        });
-        nearest.collect()
+            nearest.push(best.neighbour::<M>());
+        }
+        nearest
     }
 }
 

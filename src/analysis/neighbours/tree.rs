@@ -9,7 +9,7 @@ pub(super) const BUCKET: usize = 16;
 pub(super) const PARTS: usize = 8;
 
 /// Approximate number of vectors sampled to choose the axis of a split.
-const AXIS_SAMPLES: usize = 128;
+const AXIS_SAMPLES: usize = 32;
 
 /// Splits of fewer vectors run without a parallel task.
 const MIN_PARALLEL: usize = 4096;

@@ -11,7 +11,7 @@ use pulp::bytemuck::bytes_of;
 use pulp::{Simd, WithSimd};
 
 use crate::analysis::{DelayVectors, Norm};
-use crate::instruction_set::instruction_set;
+use crate::instruction_set::{instruction_set, vectorised};
 
 /// Diagonals processed together. Their sections of the signal stay in the L1 cache.
 const DIAGONALS_PER_BLOCK: usize = 16;
@@ -87,18 +87,21 @@ impl<'a> Pairs<'a> {
         let from = sums.len();
         sums.resize(from + others.len(), 0.0);
         let sums = &mut sums[from..];
-        instruction_set().dispatch(|| {
-            for coordinate in (0..self.dimension).map(|c| c * self.lag) {
-                let here = self.samples[j + coordinate];
-                let there = &self.samples[others.start + coordinate..];
-                let both = sums.iter_mut().zip(there);
-                match self.norm {
-                    Norm::Euclidean => both.for_each(|(e, x)| *e += (x - here) * (x - here)),
-                    Norm::Maximum => both.for_each(|(e, x)| *e = (x - here).abs().max(*e)),
-                    Norm::Manhattan => both.for_each(|(e, x)| *e += (x - here).abs()),
+        vectorised(
+            #[inline(always)]
+            || {
+                for coordinate in (0..self.dimension).map(|c| c * self.lag) {
+                    let here = self.samples[j + coordinate];
+                    let there = &self.samples[others.start + coordinate..];
+                    let both = sums.iter_mut().zip(there);
+                    match self.norm {
+                        Norm::Euclidean => both.for_each(|(e, x)| *e += (x - here) * (x - here)),
+                        Norm::Maximum => both.for_each(|(e, x)| *e = (x - here).abs().max(*e)),
+                        Norm::Manhattan => both.for_each(|(e, x)| *e += (x - here).abs()),
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Counted offsets of the upper triangle, without the line of identity.

@@ -104,7 +104,7 @@ pub struct RecentSamples<'a> {
     pub time: f64,
     /// The operating point of the joint now.
     pub now: OperatingPoint,
-    /// Base frequencies of the lines in a longer window, whose names are kept; `None` to name the lines anew.
+    /// Base frequencies of the lines in a longer window, whose names are kept; `None` to name the lines again.
     pub bases: Bases,
     /// Velocity of the probe, m/s.
     pub velocity: &'a [f64],

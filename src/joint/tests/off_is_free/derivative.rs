@@ -12,25 +12,26 @@ use crate::joint::simd::{LANES, Vector, parts};
 pub(super) struct Sweep<'a> {
     pub nodes: &'a Nodes,
     pub kept: &'a [[f64; LANES]],
-    /// Adjacent tangent vectors, `2m x width`; the first two are used.
+    /// Adjacent tangent vectors, `2m x width`; the first three are used.
     pub vectors: &'a [f64],
     pub width: usize,
-    /// `m x 2`.
+    /// `m x 3`.
     pub out: &'a mut [f64],
 }
 
-/// The change of the force with two tangent vectors: without friction, with tangential friction, with friction in
+/// The change of the force with three tangent vectors: without friction, with tangential friction, with friction in
 /// all components.
 pub(super) struct SweptSpring<'a>(pub Sweep<'a>);
 pub(super) struct SweptTangential<'a>(pub Sweep<'a>);
 pub(super) struct SweptWhole<'a>(pub Sweep<'a>);
 
-/// Writes the sums, two per mode.
+/// Writes the sums, three per mode.
 #[inline(always)]
-fn finish<S: Simd>(sums: &[[Vector<S>; 2]; PAPER_MODES], out: &mut [f64]) {
-    for (out, sums) in out.chunks_exact_mut(2).zip(sums) {
+fn finish<S: Simd>(sums: &[[Vector<S>; 3]; PAPER_MODES], out: &mut [f64]) {
+    for (out, sums) in out.chunks_exact_mut(3).zip(sums) {
         out[0] = -sums[0].sum();
         out[1] = -sums[1].sum();
+        out[2] = -sums[2].sum();
     }
 }
 
@@ -47,24 +48,24 @@ impl WithSimd for SweptSpring<'_> {
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
-        let mut sums = [[zero; 2]; PAPER_MODES];
+        let mut sums = [[zero; 3]; PAPER_MODES];
         let dq = &vectors[..width * PAPER_MODES];
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
-                let mut u_r = [zero; 2];
+                let mut u_r = [zero; 3];
                 for (i, row) in rows.iter().enumerate() {
-                    let q = &dq[i * width..][..2];
+                    let q = &dq[i * width..][..3];
                     let r = row.r.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
                     }
                 }
                 let stiffness = Vector::load(simd, &kept[block * KEPT], part);
-                let normal = [stiffness * u_r[0], stiffness * u_r[1]];
+                let normal = [stiffness * u_r[0], stiffness * u_r[1], stiffness * u_r[2]];
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let r = row.r.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         sums[l] = r.mul_add(normal[l], sums[l]);
                     }
                 }
@@ -87,16 +88,16 @@ impl WithSimd for SweptTangential<'_> {
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
-        let mut sums = [[zero; 2]; PAPER_MODES];
+        let mut sums = [[zero; 3]; PAPER_MODES];
         let (dq, dv) = vectors.split_at(width * PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
-                let (mut u_r, mut along, mut across) = ([zero; 2], [zero; 2], [zero; 2]);
+                let (mut u_r, mut along, mut across) = ([zero; 3], [zero; 3], [zero; 3]);
                 for (i, row) in rows.iter().enumerate() {
-                    let (q, v) = (&dq[i * width..][..2], &dv[i * width..][..2]);
+                    let (q, v) = (&dq[i * width..][..3], &dv[i * width..][..3]);
                     let [s, t, r] = row.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
                         let v = Vector::splat(simd, v[l]);
                         along[l] = s.mul_add(v, along[l]);
@@ -108,8 +109,8 @@ impl WithSimd for SweptTangential<'_> {
                 let (stiffness, coefficient) = (number(0), number(1));
                 let (drag, bend) = (number(2), number(3));
                 let (h_s, h_t) = (number(4), number(5));
-                let mut normal = [zero; 2];
-                for l in 0..2 {
+                let mut normal = [zero; 3];
+                for l in 0..3 {
                     normal[l] = stiffness * u_r[l];
                     let turned = h_t.mul_add(across[l], h_s * along[l]);
                     let pull = coefficient.mul_add(normal[l], bend * turned);
@@ -118,7 +119,7 @@ impl WithSimd for SweptTangential<'_> {
                 }
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let [s, t, r] = row.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         let tangential = t.mul_add(across[l], s.mul_add(along[l], sums[l]));
                         sums[l] = r.mul_add(normal[l], tangential);
                     }
@@ -142,17 +143,17 @@ impl WithSimd for SweptWhole<'_> {
             out,
         } = self.0;
         let zero = Vector::splat(simd, 0.0);
-        let mut sums = [[zero; 2]; PAPER_MODES];
+        let mut sums = [[zero; 3]; PAPER_MODES];
         let (dq, dv) = vectors.split_at(width * PAPER_MODES);
         for (block, (_, rows)) in nodes.iter().enumerate() {
             let rows = &rows[..PAPER_MODES];
             for part in 0..parts::<S>() {
-                let (mut u_r, mut outward) = ([zero; 2], [zero; 2]);
-                let (mut along, mut across) = ([zero; 2], [zero; 2]);
+                let (mut u_r, mut outward) = ([zero; 3], [zero; 3]);
+                let (mut along, mut across) = ([zero; 3], [zero; 3]);
                 for (i, row) in rows.iter().enumerate() {
-                    let (q, v) = (&dq[i * width..][..2], &dv[i * width..][..2]);
+                    let (q, v) = (&dq[i * width..][..3], &dv[i * width..][..3]);
                     let [s, t, r] = row.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         u_r[l] = r.mul_add(Vector::splat(simd, q[l]), u_r[l]);
                         let v = Vector::splat(simd, v[l]);
                         along[l] = s.mul_add(v, along[l]);
@@ -165,7 +166,7 @@ impl WithSimd for SweptWhole<'_> {
                 let (stiffness, coefficient) = (number(0), number(1));
                 let (drag, bend) = (number(2), number(3));
                 let (h_s, h_t, h_r) = (number(4), number(5), number(6));
-                for l in 0..2 {
+                for l in 0..3 {
                     let normal = stiffness * u_r[l];
                     let turned = h_t.mul_add(across[l], h_s * along[l]);
                     let turned = h_r.mul_add(outward[l], turned);
@@ -176,7 +177,7 @@ impl WithSimd for SweptWhole<'_> {
                 }
                 for (sums, row) in sums.iter_mut().zip(rows) {
                     let [s, t, r] = row.part(simd, part);
-                    for l in 0..2 {
+                    for l in 0..3 {
                         let tangential = t.mul_add(across[l], s.mul_add(along[l], sums[l]));
                         sums[l] = r.mul_add(outward[l], tangential);
                     }

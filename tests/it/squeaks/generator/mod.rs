@@ -157,7 +157,7 @@ fn add_decoy(
     Some(name)
 }
 
-/// One to three squeaks that can be told apart; none in a recording of another kind.
+/// One to three squeaks that can be distinguished; none in a recording of another kind.
 fn plans(
     kind: Kind,
     length_s: f64,
