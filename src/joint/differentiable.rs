@@ -12,7 +12,7 @@ use crate::dynamics::{Differentiable, System};
 
 /// Minimum number of tangent vectors for which the Jacobian is assembled; fewer vectors use matrix-free
 /// products. Both cost about the same at this number for the eleven modes of the paper.
-pub(crate) const MIN_VECTORS_TO_ASSEMBLE: usize = 7;
+pub(crate) const MIN_VECTORS_TO_ASSEMBLE: usize = 13;
 
 /// Parts of a record.
 pub(super) struct Parts<'a> {
