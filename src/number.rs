@@ -55,15 +55,20 @@ pub(crate) fn tenths(angle: f64) -> f64 {
     (10.0 * angle.to_degrees()).round() / 10.0
 }
 
+/// A number with this many decimals, without the sign of a value that rounds to zero.
+fn rounded(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|b| matches!(b, b'0' | b'.')) => zero.to_owned(),
+        _ => text,
+    }
+}
+
 /// A value with the half-width of its 95 % interval.
 pub(crate) fn with_error(value: f64, half_width: f64) -> String {
     if half_width.is_finite() {
-        let digits = if half_width < 0.1 { 2 } else { 1 };
-        let scale = 10f64.powi(digits);
-        // Adding 0 removes the sign of a value rounded to -0.
-        let value = (scale * value).round() / scale + 0.0;
-        let digits = digits as usize;
-        format!("{value:.digits$} ± {half_width:.digits$}")
+        let decimals = if half_width < 0.1 { 2 } else { 1 };
+        format!("{} ± {half_width:.decimals$}", rounded(value, decimals))
     } else {
         format!("{value:.1} (error unknown)")
     }
@@ -161,7 +166,7 @@ pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
         false => 3,
     };
     [value, half_width].map(|x| match x.is_finite() {
-        true => format!("{x:.decimals$}"),
+        true => rounded(x, decimals),
         false if x == f64::NEG_INFINITY => "-infinite".to_owned(),
         false => "?".to_owned(),
     })
@@ -228,6 +233,9 @@ mod tests {
     fn values_have_the_decimals_of_their_error() {
         assert_eq!(uncertain(61.237, 1.25), "61.2 +- 1.2");
         assert_eq!(uncertain(-1234.5, 31.0), "-1234 +- 31");
+        assert_eq!(uncertain(-0.01, 1.7), "0.0 +- 1.7");
+        assert_eq!(uncertain(-0.06, 1.7), "-0.1 +- 1.7");
+        assert_eq!(with_error(-0.04, 0.35), "0.0 ± 0.3");
         assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");
         assert_eq!(uncertain(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
     }
