@@ -39,3 +39,19 @@ impl<R, F: FnMut() -> R> WithSimd for Vectorised<F> {
         (self.0)()
     }
 }
+
+/// One bit per lane of a mask.
+#[inline(always)]
+pub(crate) fn lane_bits<S: Simd>(_simd: S, mask: S::m64s) -> u64 {
+    match pulp::bytemuck::bytes_of(&mask) {
+        // The mask already has one bit per lane.
+        [bits] => u64::from(*bits),
+        // The mask has bytes of ones or zeros.
+        bytes => {
+            let each = bytes.chunks_exact(bytes.len() / S::F64_LANES).enumerate();
+            each.fold(0, |bits, (lane, mask)| {
+                bits | u64::from(mask[0] & 1) << lane
+            })
+        }
+    }
+}

@@ -74,13 +74,13 @@ impl<M: Metric> WithSimd for Search<'_, '_, M, Nearest> {
     type Output = Option<Neighbour>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         if let Some(radius) = self.kind.beyond {
             query = query.beyond::<M>(radius);
         }
         query.at(self.kind.i);
-        let best = self.tree.tree.nearest::<M>(&mut query, Best::NONE);
+        let best = self.tree.tree.nearest::<S, M>(simd, &mut query, Best::NONE);
         best.neighbour::<M>()
     }
 }
@@ -89,7 +89,7 @@ impl<M: Metric, I: Iterator<Item = usize>> WithSimd for Search<'_, '_, M, Neares
     type Output = Vec<Option<Neighbour>>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let NearestEach(vectors) = self.kind;
         let mut query = Query::new(&self.tree.vectors, self.theiler, self.limit);
         let mut before = (0, Best::NONE);
@@ -99,7 +99,7 @@ impl<M: Metric, I: Iterator<Item = usize>> WithSimd for Search<'_, '_, M, Neares
             query.at(i);
             // The neighbour of the previous vector has moved on as well.
             let guess = query.guess::<M>(before);
-            let best = self.tree.tree.nearest::<M>(&mut query, guess);
+            let best = self.tree.tree.nearest::<S, M>(simd, &mut query, guess);
             before = (i, best);
             nearest.push(best.neighbour::<M>());
         }

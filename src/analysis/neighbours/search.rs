@@ -3,8 +3,11 @@
 //! Functions that run for every vector are inlined into a function compiled for the instruction set of
 //! the machine, which vectorises their loops over the slots of a bucket and the parts of a box.
 
+use pulp::Simd;
+
 use super::super::DelayVectors;
 use super::tree::{BUCKET, Bounds, NO_INDEX, PARTS, Span, Tree};
+use crate::instruction_set::lane_bits;
 
 /// A neighbouring vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,7 +208,12 @@ impl Tree {
     /// A box is skipped if its rounded distance exceeds the best one. At equal distance it is visited
     /// only if it contains a smaller index.
     #[inline(always)]
-    pub fn nearest<M: Metric>(&self, query: &mut Query<'_>, mut best: Best) -> Best {
+    pub fn nearest<S: Simd, M: Metric>(
+        &self,
+        simd: S,
+        query: &mut Query<'_>,
+        mut best: Best,
+    ) -> Best {
         query.pending.push(self.root());
         while let Some(node) = query.pending.pop() {
             if node.sum > best.sum {
@@ -213,10 +221,9 @@ impl Tree {
             }
             if node.level == 0 {
                 let sums = self.distances::<M>(query, node.number);
-                if !any_within(&sums, best.sum) {
-                    continue;
-                }
-                for (&sum, &j) in sums.iter().zip(&self.buckets[node.number].indices) {
+                let indices = &self.buckets[node.number].indices;
+                for slot in within(simd, &sums, best.sum) {
+                    let (sum, j) = (sums[slot], indices[slot]);
                     let nearer = sum < best.sum || (sum == best.sum && j < best.index);
                     if nearer && sum > query.beyond && query.is_candidate(j) {
                         best = Best { sum, index: j };
@@ -225,11 +232,9 @@ impl Tree {
             } else {
                 let (sums, spans) = self.parts::<M>(query, node);
                 let first_new = query.pending.len();
-                for (part, (&sum, &span)) in sums.iter().zip(spans).enumerate() {
-                    if sum > best.sum {
-                        continue;
-                    }
-                    let first = query.first_in(span);
+                for part in within(simd, &sums, best.sum) {
+                    let sum = sums[part];
+                    let first = query.first_in(spans[part]);
                     if first == NO_INDEX || (sum == best.sum && first >= best.index) {
                         continue;
                     }
@@ -345,8 +350,28 @@ impl Node {
     }
 }
 
-/// Whether any of the sums is at most the limit. Comparing all of them vectorises.
+/// Places of the sums up to the limit, in order.
 #[inline(always)]
-fn any_within(sums: &[f64], limit: f64) -> bool {
-    sums.iter().fold(false, |any, &sum| any | (sum <= limit))
+fn within<S: Simd>(simd: S, sums: &[f64], limit: f64) -> impl Iterator<Item = usize> {
+    let limit = simd.splat_f64s(limit);
+    let mut bits = 0;
+    for (v, &sum) in S::as_simd_f64s(sums).0.iter().enumerate() {
+        let inside = lane_bits(simd, simd.less_than_or_equal_f64s(sum, limit));
+        bits |= inside << (v * S::F64_LANES);
+    }
+    Places(bits)
+}
+
+/// Places of the bits that are set.
+struct Places(u64);
+
+impl Iterator for Places {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let place = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (place < 64).then_some(place)
+    }
 }

@@ -7,11 +7,10 @@
 
 use std::ops::Range;
 
-use pulp::bytemuck::bytes_of;
 use pulp::{Simd, WithSimd};
 
 use crate::analysis::{DelayVectors, Norm};
-use crate::instruction_set::{instruction_set, vectorised};
+use crate::instruction_set::{instruction_set, lane_bits, vectorised};
 
 /// Diagonals processed together. Their sections of the signal stay in the L1 cache.
 const DIAGONALS_PER_BLOCK: usize = 16;
@@ -343,6 +342,11 @@ impl Chunk {
             start,
             length,
         } = self;
+        // The same limit for all vectors, which remains in a register.
+        let one = |limit: f64| {
+            let limit = simd.splat_f64s(limit);
+            move |_| limit
+        };
         let span = (pairs.dimension - 1) * pairs.lag;
         let here = &pairs.samples[start..][..length + span];
         let there = &pairs.samples[start + offset..][..length + span];
@@ -362,16 +366,19 @@ impl Chunk {
                 }
                 let (u, l) = match limits {
                     Limits::One(limit) => {
-                        let bits = bits_within(simd, &sums, &[simd.splat_f64s(limit); GROUP]);
+                        let bits = bits_within(simd, &sums, one(limit));
                         (bits, bits)
                     }
                     Limits::Two(u, l) => (
-                        bits_within(simd, &sums, &[simd.splat_f64s(u); GROUP]),
-                        bits_within(simd, &sums, &[simd.splat_f64s(l); GROUP]),
+                        bits_within(simd, &sums, one(u)),
+                        bits_within(simd, &sums, one(l)),
                     ),
                     Limits::Columns(limits) => {
                         let row = start + at + first;
-                        let of = |column: usize| S::as_simd_f64s(&limits[column..]).0;
+                        let of = |column: usize| {
+                            let limits = S::as_simd_f64s(&limits[column..]).0;
+                            move |v: usize| limits[v]
+                        };
                         (
                             bits_within(simd, &sums, of(row + offset)),
                             bits_within(simd, &sums, of(row)),
@@ -414,27 +421,11 @@ fn differences<S: Simd, E: VectorNorm>(
 
 /// One bit per lane of the group, set where the unrooted distance is within the limit.
 #[inline(always)]
-fn bits_within<S: Simd>(simd: S, sums: &[S::f64s; GROUP], limits: &[S::f64s]) -> u64 {
+fn bits_within<S: Simd>(simd: S, sums: &[S::f64s; GROUP], limit: impl Fn(usize) -> S::f64s) -> u64 {
     let mut bits = 0;
-    for (v, (&sum, &limit)) in sums.iter().zip(limits).enumerate() {
-        let within = simd.less_than_or_equal_f64s(sum, limit);
-        bits |= lanes(simd, within) << (v * S::F64_LANES);
+    for (v, &sum) in sums.iter().enumerate() {
+        let within = simd.less_than_or_equal_f64s(sum, limit(v));
+        bits |= lane_bits(simd, within) << (v * S::F64_LANES);
     }
     bits
-}
-
-/// One bit per lane of a mask.
-#[inline(always)]
-fn lanes<S: Simd>(_simd: S, mask: S::m64s) -> u64 {
-    match bytes_of(&mask) {
-        // The mask already has one bit per lane.
-        [bits] => u64::from(*bits),
-        // The mask has bytes of ones or zeros.
-        bytes => {
-            let each = bytes.chunks_exact(bytes.len() / S::F64_LANES).enumerate();
-            each.fold(0, |bits, (lane, mask)| {
-                bits | u64::from(mask[0] & 1) << lane
-            })
-        }
-    }
 }
