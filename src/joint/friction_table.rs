@@ -86,14 +86,44 @@ impl FrictionTable {
     /// The coefficient of the table without the creep factor at a slip speed (m/s, non-negative), and its slope
     /// (s/m).
     pub fn sliding(&self, speed: f64) -> [f64; 2] {
-        // The first piece begins at zero; it also passes on NaN.
-        let after = self.starts.partition_point(|start| *start <= speed);
-        let piece = after.max(1) - 1;
+        let piece = self.piece(speed);
         let above = speed - self.starts[piece];
         let [a, b, c, d] = self.pieces[piece];
         [
             a + above * (b + above * (c + above * d)),
             b + above * (2.0 * c + above * 3.0 * d),
+        ]
+    }
+
+    /// Index of the piece at a slip speed. The first piece begins at zero; it also passes on NaN.
+    #[inline(always)]
+    fn piece(&self, speed: f64) -> usize {
+        let after = self.starts.partition_point(|start| *start <= speed);
+        after.max(1) - 1
+    }
+
+    /// [`FrictionTable::sliding`] at several slip speeds. Neighbouring nodes slide at similar speeds, on few pieces: each
+    /// of them is evaluated by the lanes on it and those above.
+    #[inline(always)]
+    fn sliding_vector<S: Simd>(&self, speed: Vector<S>) -> [Vector<S>; 2] {
+        let [low, high] = speed.range();
+        let (first, last) = (self.piece(low), self.piece(high));
+        let splat = |x: f64| speed.broadcast(x);
+        let mut start = splat(self.starts[first]);
+        let [a, b, c, d] = self.pieces[first];
+        let (mut a, mut b, mut c, mut d) = (splat(a), splat(b), splat(c), splat(d));
+        for piece in first + 1..=last {
+            let next = splat(self.starts[piece]);
+            let [next_a, next_b, next_c, next_d] = self.pieces[piece];
+            let replace = |old: Vector<S>, new| old.replaced_where(speed, next, splat(new));
+            (a, b) = (replace(a, next_a), replace(b, next_b));
+            (c, d) = (replace(c, next_c), replace(d, next_d));
+            start = start.replaced_where(speed, next, next);
+        }
+        let above = speed - start;
+        [
+            a + above * (b + above * (c + above * d)),
+            b + above * (splat(2.0) * c + above * splat(3.0) * d),
         ]
     }
 }
@@ -102,11 +132,10 @@ impl VectorLaw for &FrictionTable {
     #[inline(always)]
     fn ratio_vector<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
         let creep = Exponential::of(speed, self.creep);
-        let sliding = speed.map_slice(|speeds| {
-            for speed in speeds {
-                *speed = self.sliding(*speed)[0];
-            }
-        });
+        let sliding = speed.each_vector(
+            #[inline(always)]
+            |_, speed| self.sliding_vector(speed)[0],
+        );
         creep.rest() * sliding / (speed * creep.below())
     }
 
@@ -116,11 +145,14 @@ impl VectorLaw for &FrictionTable {
         speed: Vector<S, K>,
     ) -> (Vector<S, K>, Vector<S, K>) {
         let creep = Exponential::of(speed, self.creep);
-        let (sliding, sliding_slope) = speed.map_slices(|speeds, slopes| {
-            for (speed, slope) in speeds.iter_mut().zip(slopes) {
-                [*speed, *slope] = self.sliding(*speed);
-            }
-        });
+        let sliding = speed.each_vector(
+            #[inline(always)]
+            |_, speed| self.sliding_vector(speed)[0],
+        );
+        let sliding_slope = speed.each_vector(
+            #[inline(always)]
+            |_, speed| self.sliding_vector(speed)[1],
+        );
         let ratio = creep.rest() * sliding / (speed * creep.below());
         let creep_rise = creep.above() * speed.broadcast(self.creep);
         let slope = creep_rise.mul_add(sliding, creep.rest() * sliding_slope) / creep.below();
@@ -181,7 +213,7 @@ fn first_slope(h: &[f64], d: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::Stribeck;
-    use super::super::simd::machines;
+    use super::super::simd::{LANES, machines, parts};
     use super::*;
 
     const STRIBECK: Stribeck = Stribeck {
@@ -314,30 +346,46 @@ mod tests {
         }
     }
 
-    /// Vector and scalar forms agree, and NaN propagates.
+    /// Vector and scalar forms agree, at different speeds in the lanes, too, and NaN propagates.
     #[test]
     fn vectors_agree_with_scalars() {
-        struct Ratios<'a>(&'a FrictionTable, f64);
+        struct Ratios<'a>(&'a FrictionTable, [f64; LANES]);
         impl pulp::WithSimd for Ratios<'_> {
-            type Output = [f64; 2];
+            type Output = [[f64; LANES]; 2];
             #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> [f64; 2] {
-                let speed = Vector::<S>::splat(simd, self.1);
-                let (ratio, slope) = self.0.ratio_and_slope_vector(speed);
-                let again = self.0.ratio_vector(speed).sum();
-                assert!(again == ratio.sum() || self.1.is_nan() && again.is_nan());
-                [ratio, slope].map(|x| x.sum() / S::F64_LANES as f64)
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                let Self(table, speeds) = self;
+                let mut out = [[0.0; LANES]; 2];
+                for part in 0..parts::<S>() {
+                    let speed = Vector::load(simd, &speeds, part);
+                    let (ratio, slope) = table.ratio_and_slope_vector(speed);
+                    let again = table.ratio_vector(speed);
+                    assert!((ratio - again).sum() == 0.0 || ratio.sum().is_nan());
+                    ratio.store(&mut out[0], part);
+                    slope.store(&mut out[1], part);
+                }
+                out
             }
         }
         let table = tabulated(30);
+        let sets = speeds().skip(1).flat_map(|v| {
+            [0.0, 1e-4, 0.3].map(|step| std::array::from_fn(|k| v + step * (5 * k % LANES) as f64))
+        });
+        let sets: Vec<[f64; LANES]> = sets.collect();
         for machine in machines() {
-            for v in speeds().skip(1) {
-                let [value, slope] = machine.dispatch(Ratios(&table, v));
-                let exact = table.ratio(v);
-                assert!((value / exact.value - 1.0).abs() < 1e-14, "{v}");
-                assert!((slope - v * exact.slope).abs() < 1e-13 * exact.value, "{v}");
+            for &speeds in &sets {
+                let [values, slopes] = machine.dispatch(Ratios(&table, speeds));
+                for ((v, value), slope) in speeds.into_iter().zip(values).zip(slopes) {
+                    let exact = table.ratio(v);
+                    assert!((value / exact.value - 1.0).abs() < 1e-14, "{v}");
+                    assert!((slope - v * exact.slope).abs() < 1e-13 * exact.value, "{v}");
+                }
             }
-            assert!(machine.dispatch(Ratios(&table, f64::NAN))[0].is_nan());
+            let [values, _] = machine.dispatch(Ratios(&table, [f64::NAN; LANES]));
+            assert!(values.iter().all(|x| x.is_nan()));
+            let mut one = [0.2; LANES];
+            one[3] = f64::NAN;
+            assert!(machine.dispatch(Ratios(&table, one))[0][3].is_nan());
         }
     }
 }

@@ -285,6 +285,24 @@ impl<S: Simd> Vector<S> {
         self.simd.partial_store_f64s(numbers, self.x[0]);
     }
 
+    /// The vector with `new` in the lanes where `x` is at least `least`.
+    #[inline(always)]
+    pub fn replaced_where(self, x: Self, least: Self, new: Self) -> Self {
+        let simd = self.simd;
+        let is_above = simd.greater_than_or_equal_f64s(x.x[0], least.x[0]);
+        Self {
+            simd,
+            x: [simd.select_f64s(is_above, new.x[0], self.x[0])],
+        }
+    }
+
+    /// Minimum and maximum over the lanes; arbitrary if one is NaN.
+    #[inline(always)]
+    pub fn range(self) -> [f64; 2] {
+        let [x] = self.x;
+        [self.simd.reduce_min_f64s(x), self.simd.reduce_max_f64s(x)]
+    }
+
     /// The vector in lanes with a clear status bit, zero in the other lanes.
     #[inline(always)]
     pub fn where_clear(self, bits: u8, part: usize) -> Self {

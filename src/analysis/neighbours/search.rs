@@ -350,7 +350,7 @@ impl Node {
     }
 }
 
-/// Places of the sums up to the limit, in order.
+/// Positions of the sums up to the limit, in order.
 #[inline(always)]
 fn within<S: Simd>(simd: S, sums: &[f64], limit: f64) -> impl Iterator<Item = usize> {
     let limit = simd.splat_f64s(limit);
@@ -359,19 +359,19 @@ fn within<S: Simd>(simd: S, sums: &[f64], limit: f64) -> impl Iterator<Item = us
         let inside = lane_bits(simd, simd.less_than_or_equal_f64s(sum, limit));
         bits |= inside << (v * S::F64_LANES);
     }
-    Places(bits)
+    SetBits(bits)
 }
 
-/// Places of the bits that are set.
-struct Places(u64);
+/// Positions of the bits that are set.
+struct SetBits(u64);
 
-impl Iterator for Places {
+impl Iterator for SetBits {
     type Item = usize;
 
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
-        let place = self.0.trailing_zeros() as usize;
+        let position = self.0.trailing_zeros() as usize;
         self.0 &= self.0.wrapping_sub(1);
-        (place < 64).then_some(place)
+        (position < 64).then_some(position)
     }
 }
