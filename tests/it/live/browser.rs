@@ -99,6 +99,13 @@ impl Browser {
     }
 
     pub fn call(&mut self, tab: Option<&Tab>, method: &str, params: &Value) -> Value {
+        let mut said = self.response(tab, method, params);
+        assert!(said.get("error").is_none(), "{method}: {said:#}");
+        said["result"].take()
+    }
+
+    /// The response to a command: its result or an error.
+    fn response(&mut self, tab: Option<&Tab>, method: &str, params: &Value) -> Value {
         self.calls += 1;
         let mut call = json!({ "id": self.calls, "method": method, "params": params });
         if let Some(Tab(session)) = tab {
@@ -111,11 +118,10 @@ impl Browser {
             let Message::Text(text) = self.socket.next() else {
                 continue;
             };
-            let mut said: Value = serde_json::from_str(&text).expect("JSON");
+            let said: Value = serde_json::from_str(&text).expect("JSON");
             self.note(&said);
             if said["id"] == self.calls {
-                assert!(said.get("error").is_none(), "{method}: {said:#}");
-                return said["result"].take();
+                return said;
             }
         }
     }
@@ -203,7 +209,15 @@ impl Browser {
     /// Loads the page again, and waits until the old one is gone: until then it would answer the next question.
     pub fn reload(&mut self, tab: &Tab) {
         self.run(tab, "window.isOld = true; location.reload()");
-        self.until(tab, "!window.isOld");
+        let is_new = json!({ "expression": "!window.isOld", "returnByValue": true });
+        let began = Instant::now();
+        // A question during the change of pages is answered by an error.
+        while self.response(Some(tab), "Runtime.evaluate", &is_new)["result"]["result"]["value"]
+            != true
+        {
+            assert!(began.elapsed() < DEADLINE, "the page was not loaded again");
+            std::thread::sleep(Duration::from_millis(50));
+        }
     }
 
     /// Presses a key.
