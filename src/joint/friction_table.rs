@@ -86,13 +86,8 @@ impl FrictionTable {
     /// The coefficient of the table without the creep factor at a slip speed (m/s, non-negative), and its slope
     /// (s/m).
     pub fn sliding(&self, speed: f64) -> [f64; 2] {
-        let piece = self.piece(speed);
-        let above = speed - self.starts[piece];
-        let [a, b, c, d] = self.pieces[piece];
-        [
-            a + above * (b + above * (c + above * d)),
-            b + above * (2.0 * c + above * 3.0 * d),
-        ]
+        let speed = Vector::splat(pulp::Scalar::new(), speed);
+        self.sliding_vector(speed).map(Vector::sum)
     }
 
     /// Index of the piece at a slip speed. The first piece begins at zero; it also passes on NaN.

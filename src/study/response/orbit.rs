@@ -45,9 +45,9 @@ impl Family for OneScene<'_> {
     }
 }
 
-/// The stable orbit of a settled motion of the scene's system in the state `z`, with a displacement of the probe above `silence` (m). `None` for
-/// another motion, for a driven one, whose phase at the state is unknown, and for an orbit whose stability is doubtful.
-/// `slowest` is the period of the slowest mode, s.
+/// The stable orbit of a settled motion of the scene's system in the state `z`, with a displacement of the probe above
+/// `silence` (m). `None` for another motion, for a driven one, whose phase at the state is unknown, and for an orbit whose
+/// stability is doubtful. `slowest` is the period of the slowest mode, s.
 pub(super) fn stable_orbit(
     scene: &Scene,
     ball: &mut Option<BallJoint>,
