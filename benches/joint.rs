@@ -22,7 +22,7 @@ const DEFAULT_NODES: usize = 100;
 fn ball(nodes: usize) -> BallJoint {
     let mut scene = Scene::load("torus-3deg").expect("a preset");
     let spec = &mut scene.joint_mut().expect("the preset has a joint").spec;
-    (spec.contact.nodes, spec.contact.reduction) = (nodes, None);
+    spec.contact.nodes = nodes;
     BallJoint::new(spec).expect("the preset's joint")
 }
 

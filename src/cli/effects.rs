@@ -127,7 +127,7 @@ fn text(scene: &str, effects: &Effects) -> String {
 }
 
 /// Keys that change what is observed, or the numerics, but not the physics of a scene.
-const OPTIONAL: [&str; 4] = ["analysis.", "record.", "contact.reduction", "time.events"];
+const OPTIONAL: [&str; 3] = ["analysis.", "record.", "time.events"];
 
 /// Smallest share of the CPU time that is worth advice.
 const WORTH: f64 = 0.05;

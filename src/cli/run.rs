@@ -24,7 +24,7 @@ use super::words::words;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
-use crate::pipeline::message::{ContactReduction, SpectralLine, Summary};
+use crate::pipeline::message::{SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RerunSink};
 use crate::scene::{Integrator, Scene};
@@ -342,51 +342,19 @@ fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
     let tolerance = result
         .tolerance
         .map(|tolerance| format!(", tolerance {tolerance:e}"));
-    let reduction = result.summary.reduction.as_ref().map(reduction_text);
     let fewer = result.summary.analysis_rate.filter(|rate| *rate < 1.0);
     let fewer = fewer.map(|rate| {
         let percent = significant(100.0 * rate, 2);
         format!("  analyses at {percent} % of their rate, to keep up with real time\n")
     });
     format!(
-        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}{}",
+        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}",
         result.method,
         tolerance.unwrap_or_default(),
         stats.steps,
         stats.rejections,
         stats.rhs_evals,
-        reduction.unwrap_or_default(),
         fewer.unwrap_or_default()
-    )
-}
-
-/// The reduced contact and the error of its force.
-fn reduction_text(reduction: &ContactReduction) -> String {
-    let ContactReduction {
-        nodes,
-        kept_nodes,
-        errors,
-        nodes_changed_at_s,
-        all_nodes_since_s,
-        ..
-    } = reduction;
-    if kept_nodes == nodes {
-        return format!(
-            "  all {nodes} contact nodes: no few of them reach the tolerance of contact.reduction\n"
-        );
-    }
-    let from = |what: &str, time: &Option<f64>| {
-        let text = time.map(|time| format!("; {what} from {} ms on", significant(1e3 * time, 4)));
-        text.unwrap_or_default()
-    };
-    let (others, all) = (
-        from("these nodes", nodes_changed_at_s),
-        from("all nodes", all_nodes_since_s),
-    );
-    format!(
-        "  contact reduced from {nodes} to {kept_nodes} nodes: relative error of the force at most {:.1e}, \
-         rms {:.1e}, in {} checks{others}{all}\n",
-        errors.max, errors.rms, errors.checks
     )
 }
 

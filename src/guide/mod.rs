@@ -54,7 +54,6 @@
 //! Numerics:
 //!
 //! * [Numerical stability](explanation::stability): stiffness, kinks, wrong solutions, and what detects them.
-//! * [Reduced contact](explanation::reduction): a few weighted nodes in place of all, with a measured error.
 //! * [Hard cases](explanation::hard_cases): the most difficult test cases with measured errors.
 //!
 //! Bifurcations:
@@ -162,9 +161,6 @@ pub mod explanation {
 
     #[doc = include_str!("explanation/stability.md")]
     pub mod stability {}
-
-    #[doc = include_str!("explanation/reduction.md")]
-    pub mod reduction {}
 
     #[doc = include_str!("explanation/hard_cases.md")]
     pub mod hard_cases {}

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::patch::{PatchFrame, PatchPoint, normal_at, patch_points};
 use super::published::natural_frequencies;
-use super::reduction::{CubatureRule, RuleError};
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec, Model,
@@ -48,11 +47,6 @@ pub enum AssemblyError {
         /// The difference.
         problem: ImportedModesError,
     },
-    /// No rule for the reduced contact can be chosen.
-    #[error(
-        "the contact of this joint cannot be reduced; remove contact.reduction to evaluate all nodes"
-    )]
-    Reduction(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// The operation requires a mesh, and the modes are imported.
     #[error(
         "the mesh of ball and beam is required, but the modes are imported from `{file}`; choose a \
@@ -71,7 +65,6 @@ pub struct BallJoint {
     spec: JointSpec,
     frequencies_hz: Vec<f64>,
     body: Body,
-    reduction: Option<Arc<CubatureRule>>,
     /// Frame to which the rotation has moved the patch; `None` for that of the tilt.
     patch: Option<PatchFrame>,
     /// See [`BallJoint::set_probe_rotation`].
@@ -99,8 +92,11 @@ struct Meshed {
 }
 
 impl BallJoint {
-    /// Computes the modes and the quadrature points of the patch, and takes all nodes.
-    pub(in crate::joint) fn with_all_nodes(spec: &JointSpec) -> Result<Self, AssemblyError> {
+    /// Computes the modes and the quadrature points of the patch.
+    ///
+    /// # Errors
+    /// If the modes cannot be computed, or the published frequencies are selected and one is missing.
+    pub fn new(spec: &JointSpec) -> Result<Self, AssemblyError> {
         match &spec.body {
             BodySpec::BallOnBeam(body) => {
                 let modes = BodyModes::solve(
@@ -121,23 +117,22 @@ impl BallJoint {
                     .map(|omega| omega / std::f64::consts::TAU)
                     .collect(),
                 body: Body::Own(Arc::clone(modes)),
-                reduction: None,
                 patch: None,
                 probe_rotation: None,
             }),
         }
     }
 
-    /// Changes the parameters and takes all nodes. The modes are computed again only if the body changes.
-    pub(in crate::joint) fn with_all_nodes_of(
-        self,
-        spec: &JointSpec,
-    ) -> Result<Self, AssemblyError> {
+    /// Changes the parameters. The modes are computed again only if the body changes.
+    ///
+    /// # Errors
+    /// As [`BallJoint::new`].
+    pub fn with_spec(self, spec: &JointSpec) -> Result<Self, AssemblyError> {
         match (self.body, &spec.body) {
             (Body::Meshed(before), BodySpec::BallOnBeam(body)) if self.spec.body == spec.body => {
                 Ok(Self::on_beam(before.modes, self.frequencies_hz, body, spec))
             }
-            _ => Self::with_all_nodes(spec),
+            _ => Self::new(spec),
         }
     }
 
@@ -159,42 +154,8 @@ impl BallJoint {
                 hertz,
                 points,
             }),
-            reduction: None,
             patch: None,
             probe_rotation: None,
-        }
-    }
-
-    /// Restricts the models of this joint to the nodes and weights of a cubature rule, or removes the
-    /// restriction. The rule remains valid for any tilt, azimuth, load and rotation, since its nodes are
-    /// fixed in the coordinates of the patch. [`BallJoint::with_spec`] replaces it by that for
-    /// `contact.reduction`.
-    ///
-    /// # Errors
-    /// [`RuleError::OtherPatch`] if the rule is for another number of nodes.
-    pub fn with_reduction(mut self, rule: Option<Arc<CubatureRule>>) -> Result<Self, RuleError> {
-        if let Some(rule) = &rule {
-            rule.check_patch(self.full_nodes())?;
-        }
-        self.reduction = rule;
-        Ok(self)
-    }
-
-    /// Removes the cubature rule.
-    pub fn evaluate_all_nodes(&mut self) {
-        self.reduction = None;
-    }
-
-    /// The cubature rule, if there is one.
-    pub fn reduction(&self) -> Option<&Arc<CubatureRule>> {
-        self.reduction.as_ref()
-    }
-
-    /// Number of nodes of the patch without a cubature rule.
-    pub fn full_nodes(&self) -> usize {
-        match &self.body {
-            Body::Meshed(meshed) => meshed.points.len(),
-            Body::Own(own) => own.nodes(),
         }
     }
 
@@ -326,44 +287,13 @@ impl BallJoint {
         self.probe_rotation.unwrap_or(self.spec.rotation)
     }
 
-    /// Builds the contact model at a tilt (rad), with the nodes of the cubature rule if there is one.
+    /// Builds the contact model at a tilt (rad).
     ///
     /// # Errors
     /// If the patch extends into the beam, or an imported patch is for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
-        self.model_with(self.reduction.as_deref(), tilt)
-    }
-
-    /// Builds the contact model at a tilt (rad) with all nodes.
-    ///
-    /// # Errors
-    /// As [`BallJoint::model`].
-    pub fn full_model(&self, tilt: f64) -> Result<Model, AssemblyError> {
-        self.model_with(None, tilt)
-    }
-
-    /// Builds the contact model with a coarser patch of `nodes` nodes; `None` if the patch is imported or has
-    /// no more nodes.
-    pub(in crate::joint) fn coarse_model(
-        &self,
-        nodes: usize,
-        tilt: f64,
-    ) -> Result<Option<Model>, AssemblyError> {
         match &self.body {
-            Body::Meshed(meshed) if meshed.points.len() > nodes => {
-                let points = patch_points(self.spec.contact.quadrature, nodes);
-                self.hertz_model(meshed, &points, tilt).map(Some)
-            }
-            _ => Ok(None),
-        }
-    }
-
-    fn model_with(&self, rule: Option<&CubatureRule>, tilt: f64) -> Result<Model, AssemblyError> {
-        match &self.body {
-            Body::Meshed(meshed) => match rule {
-                Some(rule) => self.hertz_model(meshed, &rule.points(&meshed.points), tilt),
-                None => self.hertz_model(meshed, &meshed.points, tilt),
-            },
+            Body::Meshed(meshed) => self.hertz_model(meshed, &meshed.points, tilt),
             Body::Own(own) => {
                 let direction = self.direction(tilt);
                 own.check_load(self.spec.load, direction)
@@ -371,11 +301,7 @@ impl BallJoint {
                         file: own.name().to_owned(),
                         problem,
                     })?;
-                let model = own.model(&self.spec, direction, self.probe_rotation());
-                Ok(match rule {
-                    Some(rule) => model.weighted_nodes(rule),
-                    None => model,
-                })
+                Ok(own.model(&self.spec, direction, self.probe_rotation()))
             }
         }
     }

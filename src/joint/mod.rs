@@ -24,7 +24,6 @@ mod nodes;
 mod optional_terms;
 mod patch;
 mod published;
-pub mod reduction;
 mod separation;
 mod simd;
 mod spec;

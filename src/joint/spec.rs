@@ -111,9 +111,6 @@ pub struct Contact {
     pub unilateral: bool,
     /// Damping of the normal contact.
     pub damping: ContactDamping,
-    /// Relative error of the contact force up to which a few weighted nodes replace all nodes; `None` for all
-    /// nodes.
-    pub reduction: Option<f64>,
 }
 
 /// Quadrature of the patch.

@@ -1,6 +1,6 @@
 //! Performance and accuracy of a run, from its frames.
 
-use super::message::{ContactReduction, Frame, Health, Summary};
+use super::message::{Frame, Health, Summary};
 use super::prepare::FLOOR;
 use crate::dynamics::SolverStats;
 
@@ -16,7 +16,6 @@ pub(super) struct HealthMeter {
     audit: Option<f64>,
     /// Largest energy so far, the scale of the audit, J.
     energy_scale: f64,
-    reduction: Option<ContactReduction>,
 }
 
 impl HealthMeter {
@@ -57,9 +56,7 @@ impl HealthMeter {
             records_waiting,
             drops,
             audit: self.audit,
-            reduction: frame.reduction,
         };
-        self.reduction = frame.reduction;
         self.stats = frame.stats;
         self.busy_seconds = frame.busy_seconds;
         self.simulated += span;
@@ -70,7 +67,6 @@ impl HealthMeter {
     pub fn complete_summary(&self, summary: &mut Summary) {
         summary.real_time_factor = factor(self.simulated, self.busy_seconds);
         summary.audit = self.audit;
-        summary.reduction = self.reduction;
     }
 }
 

@@ -14,8 +14,8 @@ pub(super) struct LoadingClock {
     pub now: Loading,
     /// Times of future jumps of the loading, s, in descending order.
     jumps: Vec<f64>,
-    /// Samples between two updates of a loading that changes gradually, or two decisions on a reduced contact: a
-    /// frame of the scene. A frame of a live run may be shorter or longer.
+    /// Samples between two updates of a loading that changes gradually: a frame of the scene. A frame of a
+    /// live run may be shorter or longer.
     every: u64,
     /// Whether a command has changed the loading since it was last applied.
     is_commanded: bool,
@@ -43,20 +43,15 @@ impl LoadingClock {
     /// Whether the loading is updated at a sample: at a multiple of the samples of a frame of the scene, or after
     /// a command.
     pub fn is_due(&mut self, sample: u64) -> bool {
-        std::mem::take(&mut self.is_commanded) || self.is_update(sample)
+        std::mem::take(&mut self.is_commanded) || sample.is_multiple_of(self.every)
     }
 
-    /// Whether a sample is a multiple of the samples of a frame of the scene.
-    pub fn is_update(&self, sample: u64) -> bool {
-        sample.is_multiple_of(self.every)
-    }
-
-    /// Number of samples from a sample on that belong to one joint. `is_reduced` joints are checked at each
-    /// update.
-    pub fn samples_until_change(&self, sample: u64, rate: f64, is_reduced: bool) -> u64 {
-        let until_update = match self.tilted.varies() || is_reduced {
-            true => self.every - sample % self.every,
-            false => u64::MAX,
+    /// Number of samples from a sample on that belong to one joint.
+    pub fn samples_until_change(&self, sample: u64, rate: f64) -> u64 {
+        let until_update = if self.tilted.varies() {
+            self.every - sample % self.every
+        } else {
+            u64::MAX
         };
         let next_jump = self.jumps.last();
         next_jump.map_or(until_update, |&jump| {

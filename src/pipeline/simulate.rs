@@ -7,15 +7,15 @@ use std::time::Instant;
 use super::computed;
 use super::loading::{LoadingClock, check_reach, set_loading};
 use super::message::{
-    ContactReduction, ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo,
-    MechanismPrediction, ModeInfo, NodeState, PatchGeometry, Subject,
+    ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction,
+    ModeInfo, NodeState, PatchGeometry, Subject,
 };
-use super::patch::{FullPatch, patch_geometry, patch_snapshot};
+use super::patch::{patch_geometry, patch_snapshot};
 use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
 use super::{PipelineError, Source};
-use crate::dynamics::{DynamicsError, Integrator, SolverStats, System};
+use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
 use crate::scene::{AnalysisSpec, Carry, Loading, Scene};
 
@@ -30,13 +30,6 @@ pub struct Simulation {
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
-    /// Work of integrators that others have replaced.
-    stats: SolverStats,
-    stop: Option<Arc<AtomicBool>>,
-    /// All contact nodes, if the contact is reduced.
-    full: Option<FullPatch>,
-    /// The reduction of a contact with too large an error: all nodes are evaluated.
-    given_up: Option<ContactReduction>,
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
     computed: Option<Arc<MechanismPrediction>>,
@@ -115,7 +108,6 @@ impl Simulation {
         }
         let model = ball.model(loading.tilt)?;
         let joint = audited(scene, &model);
-        let full = FullPatch::new(&ball, loading.tilt)?;
         let mut z = initial_state(scene, joint.modes());
         z.resize(joint.dim(), 0.0);
         let mut integrator = with_tangents(scene, &joint, joint_integrator(scene, &joint)?)?;
@@ -127,22 +119,14 @@ impl Simulation {
             start: joint.energy(&z).total(),
             added: 0.0,
         };
-        let all_nodes = match &full {
-            Some(_) => ball.full_model(loading.tilt)?,
-            None => model,
-        };
         Ok(Self {
-            geometry: Arc::new(patch_geometry(&ball, all_nodes, loading.tilt)),
-            full,
-            given_up: FullPatch::not_reduced(&ball),
+            geometry: Arc::new(patch_geometry(&ball, model, loading.tilt)),
             computed: computed::for_joint(scene, tilted, &ball, &joint)?,
             scene: scene.clone(),
             clock,
             ball,
             joint,
             integrator,
-            stats: SolverStats::default(),
-            stop: None,
             next_sample: 0,
             frames: 0,
             separated,
@@ -265,15 +249,7 @@ impl Simulation {
         let model = self.ball.model(loading.tilt)?;
         self.replace_joint(&model, self.clock.tilted.carry)?;
         self.integrator.restart(&self.joint)?;
-        let all_nodes = match &mut self.full {
-            Some(full) => {
-                let all_nodes = self.ball.full_model(loading.tilt)?;
-                full.set_model(&all_nodes);
-                all_nodes
-            }
-            None => model,
-        };
-        self.geometry = Arc::new(patch_geometry(&self.ball, all_nodes, loading.tilt));
+        self.geometry = Arc::new(patch_geometry(&self.ball, model, loading.tilt));
         self.clock.now = loading;
         self.sensitivity.parameters_changed(time);
         Ok(())
@@ -301,52 +277,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// Continues with other nodes from a time (s) on if the error of the reduced contact exceeded its
-    /// tolerance, or with all nodes if that is of no use.
-    fn check_reduction(&mut self, time: f64) -> Result<(), PipelineError> {
-        let is_exceeded = |full: &mut FullPatch| full.report().is_exceeded();
-        if !self.clock.is_update(self.next_sample) {
-            return Ok(());
-        }
-        let Some(mut full) = self.full.take_if(is_exceeded) else {
-            return Ok(());
-        };
-        if time > 0.0 {
-            self.integrator.integrate_to(&self.joint, time)?;
-        }
-        match full.with_other_nodes(&self.ball, &self.clock.now, time) {
-            Some(ball) => {
-                self.ball = ball;
-                self.full = Some(full);
-            }
-            None => {
-                self.ball.evaluate_all_nodes();
-                self.given_up = Some(ContactReduction {
-                    all_nodes_since_s: Some(time),
-                    ..*full.report()
-                });
-            }
-        }
-        let z = self.integrator.state().to_vec();
-        // Another quadrature is no change of the loading.
-        let model = self.ball.model(self.clock.now.tilt)?;
-        self.replace_joint(&model, Carry::Perturbation)?;
-        // The workspace of the integrator depends on the number of nodes.
-        self.stats += self.integrator.stats();
-        let integrator = joint_integrator(&self.scene, &self.joint)?;
-        self.integrator = with_tangents(&self.scene, &self.joint, integrator)?;
-        if let Some(stop) = &self.stop {
-            self.integrator.set_stop_flag(Arc::clone(stop));
-        }
-        self.integrator.start(&self.joint, time, &z)?;
-        self.sensitivity = SensitivityTracker::new(&self.scene);
-        let bytes = self.joint.contact_nodes().div_ceil(8);
-        self.separated = [vec![0; bytes], vec![0; bytes]];
-        let q = &z[..self.joint.modes()];
-        self.joint.separated_nodes(q, &mut self.separated[0]);
-        Ok(())
-    }
-
     /// Number of samples of the next frame. A frame ends where the loading changes: all its samples belong to
     /// one joint, and the motion does not depend on the length of the frames.
     fn frame_length(&self) -> u64 {
@@ -354,11 +284,8 @@ impl Simulation {
             Some(_) => u64::MAX,
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
-        let is_reduced = self.full.is_some();
         let rate = self.scene.sample_rate;
-        let constant = self
-            .clock
-            .samples_until_change(self.next_sample, rate, is_reduced);
+        let constant = self.clock.samples_until_change(self.next_sample, rate);
         left.min(self.scene.frame_samples as u64).min(constant)
     }
 
@@ -396,8 +323,7 @@ impl Simulation {
         if !counts && !pictures {
             return;
         }
-        let joint = self.full.as_ref().map_or(&self.joint, FullPatch::joint);
-        let snapshot = patch_snapshot(joint, time, &self.z);
+        let snapshot = patch_snapshot(&self.joint, time, &self.z);
         if counts {
             let sample = ContactSample::of(&snapshot, &self.counted);
             frame.contacts.push(sample);
@@ -437,7 +363,6 @@ impl Source for Simulation {
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
         self.integrator.set_stop_flag(Arc::clone(stop));
-        self.stop = Some(Arc::clone(stop));
     }
 
     fn next_frame(&mut self) -> Result<Option<Frame>, PipelineError> {
@@ -447,10 +372,7 @@ impl Source for Simulation {
         let began = Instant::now();
         let rate = self.scene.sample_rate;
         let t0 = self.next_sample as f64 / rate;
-        match self
-            .advance_loading(t0)
-            .and_then(|()| self.check_reduction(t0))
-        {
+        match self.advance_loading(t0) {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }
@@ -481,9 +403,6 @@ impl Source for Simulation {
             self.take_sample(&mut frame);
             let due = [is_due(count_every, index), is_picture(index)];
             self.follow_contacts(time, due, &mut frame);
-            if let Some(full) = &mut self.full {
-                full.follow(&self.joint, self.clock.now.tilt, index, &self.z);
-            }
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
             }
@@ -511,14 +430,8 @@ impl Source for Simulation {
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
-        frame.stats = self.stats;
-        frame.stats += self.integrator.stats();
+        frame.stats = self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
-        frame.reduction = self
-            .full
-            .as_ref()
-            .map(|full| *full.report())
-            .or(self.given_up);
         frame.error = self.integrator.take_error_estimate();
         frame.busy_seconds = self.busy_seconds;
         Ok(Some(frame))

@@ -50,10 +50,7 @@ pub fn cost_figures(study: &CostStudy) -> Vec<Figure> {
             .map(|(_, panel)| panel)
             .collect();
         let title = match setting {
-            CostSetting::Integrator
-            | CostSetting::Events
-            | CostSetting::Nodes
-            | CostSetting::Reduction => format!(
+            CostSetting::Integrator | CostSetting::Events | CostSetting::Nodes => format!(
                 "{}: {}, over {:.3} ms",
                 study.scene,
                 setting.name(),

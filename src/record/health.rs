@@ -94,18 +94,7 @@ fn words(health: &Health) -> String {
         ),
         _ => " per simulated second".to_owned(),
     };
-    let reduction = health.reduction.map(|reduction| match reduction.all_nodes_since_s {
-        None => format!(
-            " {} of {} contact nodes are evaluated; relative error of the force at most **{:.1e}**.",
-            reduction.kept_nodes, reduction.nodes, reduction.errors.max
-        ),
-        Some(_) => format!(
-            " All {} contact nodes are evaluated: the error of the reduced contact was too large.",
-            reduction.nodes
-        ),
-    });
-    let reduction = reduction.unwrap_or_default();
-    format!("{error}. **{calls}** right-hand-side evaluations{speed}.{reduction}")
+    format!("{error}. **{calls}** right-hand-side evaluations{speed}.")
 }
 
 /// A count, in millions if it is large.

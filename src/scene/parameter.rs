@@ -19,7 +19,7 @@ const DAMPING_PATH: &str = "damping.ratio";
 const ROTATION_PATH: &str = "rotation.angular_velocity_rad_per_s";
 
 /// Numbers of the discretisation, not of the system.
-const NUMERICAL: [&str; 2] = ["body.element_size_mm", "contact.reduction"];
+const NUMERICAL: [&str; 1] = ["body.element_size_mm"];
 
 /// Axis of rotation in the paper.
 const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];

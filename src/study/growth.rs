@@ -238,7 +238,7 @@ pub fn growth(
                 let with = |nodes: &usize| {
                     let mut scene = held.clone();
                     let contact = &mut scene.joint_mut()?.spec.contact;
-                    (contact.nodes, contact.reduction) = (*nodes, None);
+                    contact.nodes = *nodes;
                     Ok(scene)
                 };
                 timer.system(size, &plan.nodes, with, &mut should_continue)?

@@ -16,7 +16,7 @@ fn unstable(azimuth_deg: f64, factor: f64, tilts_deg: &[f64]) -> Vec<StabilityAt
     let spec = &mut scene.joint_mut().unwrap().spec;
     spec.azimuth = azimuth_deg.to_radians();
     spec.contact.stiffness_factor = factor;
-    (spec.contact.nodes, spec.contact.reduction) = (2000, None);
+    spec.contact.nodes = 2000;
     let ball = BallJoint::new(spec).unwrap();
     let tilts: Vec<f64> = tilts_deg.iter().map(|deg| deg.to_radians()).collect();
     let mut found = stability(&ball, &tilts).unwrap();

@@ -8,12 +8,11 @@ use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 
-/// The joint of `torus-3deg` with `nodes` contact nodes, reduced with a tolerance or not, and a kick (m/s) strong
-/// enough for chattering contact.
-fn kicked(nodes: usize, reduction: Option<f64>, kick: f64) -> (Joint, Vec<f64>) {
+/// The joint of `torus-3deg` with `nodes` contact nodes and a kick (m/s) strong enough
+/// for chattering contact.
+fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
     let mut scene = Scene::load("torus-3deg").unwrap();
-    let contact = &mut scene.joint_mut().unwrap().spec.contact;
-    (contact.nodes, contact.reduction) = (nodes, reduction);
+    scene.joint_mut().unwrap().spec.contact.nodes = nodes;
     scene.start.kick = kick;
     let tilted = scene.joint().unwrap();
     let ball = BallJoint::new(&tilted.spec).unwrap();
@@ -139,14 +138,7 @@ fn assert_derivative_of_the_flow((joint, z): &(Joint, Vec<f64>), least: u64) {
 
 #[test]
 fn tangents_with_event_location_are_the_derivative_of_the_flow() {
-    assert_derivative_of_the_flow(&kicked(100, None, 30e-3), 1000);
-}
-
-#[test]
-fn tangents_of_a_reduced_contact_are_the_derivative_of_the_flow() {
-    let reduced = kicked(1000, Some(1e-3), 30e-3);
-    assert!(reduced.0.contact_nodes() < 100);
-    assert_derivative_of_the_flow(&reduced, 100);
+    assert_derivative_of_the_flow(&kicked(100, 30e-3), 1000);
 }
 
 /// Without event location the tangent vectors are the derivative of the numerical map. The step is
@@ -154,7 +146,7 @@ fn tangents_of_a_reduced_contact_are_the_derivative_of_the_flow() {
 /// hardly any stage changes its contact status between them.
 #[test]
 fn tangents_through_kinks_are_the_derivative_of_the_numerical_flow() {
-    let (joint, z) = kicked(100, None, 30e-3);
+    let (joint, z) = kicked(100, 30e-3);
     let method = Method::Rk4 { step: 0.4e-6 };
     let (error, _) = tangent_error(&joint, ContactChanges::Through, method, &z, 1e-3, 1e-9);
     println!("{error:.1e}");
@@ -165,7 +157,7 @@ fn tangents_through_kinks_are_the_derivative_of_the_numerical_flow() {
 /// decreases, but slowly: in a step with a kink their error is proportional to its length.
 #[test]
 fn tangents_through_kinks_converge_to_the_derivative_of_the_flow() {
-    let (joint, z) = kicked(100, None, 15e-3);
+    let (joint, z) = kicked(100, 15e-3);
     let vectors = directions(&joint, 3);
     let after = |changes, tolerance| {
         let mut run = integrator(&joint, changes, lawson(tolerance))
@@ -200,7 +192,7 @@ fn tangents_through_kinks_converge_to_the_derivative_of_the_flow() {
 /// the laws before and after. It is the identity up to the rounding of the event time.
 #[test]
 fn the_saltation_correction_vanishes_at_contact_changes() {
-    let (joint, z) = kicked(100, None, 30e-3);
+    let (joint, z) = kicked(100, 30e-3);
     let mut run = integrator(&joint, ContactChanges::Located, lawson(1e-10));
     run.start(&joint, 0.0, &z).unwrap();
     let m = joint.modes();
@@ -390,7 +382,7 @@ impl Differentiable for Traced {
 fn the_sum_of_all_exponents_is_the_mean_trace() {
     let span = 2e-3;
     for changes in [ContactChanges::Located, ContactChanges::Through] {
-        let (joint, z) = kicked(100, None, 30e-3);
+        let (joint, z) = kicked(100, 30e-3);
         let traced = Traced::new(joint);
         let width = traced.tangent_dim();
         assert_eq!(width, 22);
@@ -418,7 +410,7 @@ fn the_sum_of_all_exponents_is_the_mean_trace() {
 #[test]
 fn thousands_of_crossings_per_millisecond() {
     let span = 0.5e-3;
-    let (joint, z) = kicked(400, None, 30e-3);
+    let (joint, z) = kicked(400, 30e-3);
     let mut exact = integrator(&joint, ContactChanges::Located, lawson(1e-11));
     exact.start(&joint, 0.0, &z).unwrap();
     exact.integrate_to(&joint, span).unwrap();

@@ -401,14 +401,3 @@ fn the_texts_of_the_scenes_are_true() {
     let of = |distance| unstable("contact-age", Some(("friction.slip_distance_um", distance)));
     assert_eq!((of(0.05).len(), of(5.0).len()), (4, 0));
 }
-
-/// All nodes are evaluated, whatever reduction a study requests.
-#[test]
-fn friction_with_states_is_not_reduced() {
-    let scene = crate::scene::Scene::load("bristles").unwrap();
-    let mut spec = scene.joint().unwrap().spec.clone();
-    spec.contact.reduction = Some(1e-3);
-    let ball = BallJoint::new(&spec).unwrap();
-    assert!(ball.reduction().is_none());
-    assert_eq!(ball.model(0.0).unwrap().nodes(), 100);
-}

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
-use crate::joint::reduction::ReductionErrors;
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -90,45 +89,6 @@ impl ContactSample {
             separated: snapshot.count(NodeState::Separated),
             separations: separations.count(),
         }
-    }
-}
-
-/// A contact reduced to a few weighted nodes, compared with all nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ContactReduction {
-    /// Number of all contact nodes.
-    pub nodes: usize,
-    /// Number of kept nodes.
-    pub kept_nodes: usize,
-    /// Tolerance of the relative error of the contact force.
-    pub tolerance: f64,
-    /// Errors of the force at sampled states of the motion.
-    #[serde(flatten)]
-    pub errors: ReductionErrors,
-    /// Time at which the kept nodes were last changed, because the error exceeded the tolerance, s. The errors are
-    /// those since then.
-    pub nodes_changed_at_s: Option<f64>,
-    /// Time since which all nodes are evaluated, because the error exceeded the tolerance and no
-    /// other nodes were found, s. The errors are those until then.
-    pub all_nodes_since_s: Option<f64>,
-}
-
-impl ContactReduction {
-    /// A reduction before the first comparison.
-    pub fn new(nodes: usize, kept_nodes: usize, tolerance: f64) -> Self {
-        Self {
-            nodes,
-            kept_nodes,
-            tolerance,
-            errors: ReductionErrors::default(),
-            nodes_changed_at_s: None,
-            all_nodes_since_s: None,
-        }
-    }
-
-    /// Whether the rms error of the force exceeds the tolerance, which is that of the training.
-    pub fn is_exceeded(&self) -> bool {
-        self.errors.checks > 0 && !self.errors.within(self.tolerance)
     }
 }
 
@@ -245,8 +205,6 @@ pub struct Frame {
     pub transitions: u64,
     /// Time since which some steps have not located their events, s; `None` if all did.
     pub unlocated_since: Option<f64>,
-    /// Comparison of the reduced contact with all nodes so far; `None` if the contact is not reduced.
-    pub reduction: Option<ContactReduction>,
     /// Lyapunov exponents due in this frame, in time order; empty unless requested.
     pub exponents: Vec<Exponents>,
     /// The perturbed trajectory at the samples; `None` unless requested.

@@ -17,8 +17,8 @@ pub use computed::{
 };
 pub use direction::TiltDirection;
 pub use frame::{
-    ContactReduction, ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState,
-    PatchGeometry, PatchSnapshot, PerturbedSamples,
+    ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
+    PatchSnapshot, PerturbedSamples,
 };
 pub use header::{
     AnalysisKind, Header, JointInfo, ModeInfo, SectionCoordinate, SignalInfo, SmallInfo,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::frame::{ContactReduction, Exponents, Frame};
+use super::frame::{Exponents, Frame};
 use super::header::Header;
 use super::lesson::{Lesson, LevelSample};
 use super::observation::{Observation, TrajectoryDivergence};
@@ -187,8 +187,6 @@ pub struct Health {
     /// Energy audit: largest residual of the last frame relative to the largest energy so far plus 1e-12 J,
     /// the absolute tolerance; `None` without energy samples.
     pub audit: Option<f64>,
-    /// Comparison of the reduced contact with all nodes so far; `None` if the contact is not reduced.
-    pub reduction: Option<ContactReduction>,
 }
 
 /// Results of a run.
@@ -222,9 +220,6 @@ pub struct Summary {
     /// Relative residual of the energy audit at the end; `None` without an audit.
     #[serde(rename = "energy_residual")]
     pub audit: Option<f64>,
-    /// Comparison of the reduced contact with all nodes; `None` if the contact is not reduced.
-    #[serde(rename = "contact_reduction")]
-    pub reduction: Option<ContactReduction>,
     /// Last Lyapunov exponents; `None` if not requested, or if the run ended before averaging started.
     // Printed together with the attractor that they indicate.
     #[serde(skip)]

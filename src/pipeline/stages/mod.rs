@@ -14,7 +14,6 @@ mod named_lines;
 mod narration;
 mod quantification;
 mod recurrence;
-mod reduction;
 mod regime;
 mod section;
 mod spectrogram;
@@ -34,7 +33,6 @@ use chatter::ChatterStage;
 use divergence::DivergenceStage;
 use exponents::ExponentsStage;
 use lesson::LessonStage;
-use reduction::ReductionStage;
 pub use stage::Stage;
 use summary::SummaryStage;
 
@@ -80,7 +78,6 @@ pub fn stages(spec: &AnalysisSpec, header: &Header) -> StageGroups {
             DivergenceStage::new(*spec, rate)
         }),
         boxed(&joint, |_| ChatterStage::default()),
-        boxed(&joint, |_| ReductionStage::default()),
         LessonStage::new(spec, header).map(|stage| Box::new(stage) as Box<dyn Stage>),
         Some(Box::new(summary) as Box<dyn Stage>),
     ];

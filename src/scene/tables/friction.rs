@@ -198,9 +198,6 @@ pub fn check_states(
     if friction.states() == 0 {
         return Ok(());
     }
-    ensure!(document, contact.reduction.is_none() => "contact.reduction", &["friction.law"];
-        "a friction law with states cannot be evaluated at a few nodes for all";
-        "remove this key, or choose another friction.law");
     ensure!(document, contact.nodes <= MAX_NODES_WITH_STATES => "contact.nodes", &["friction.law"];
         "the friction law has states at each contact node, and there are {} nodes", contact.nodes;
         "use at most {MAX_NODES_WITH_STATES} nodes, or choose another friction.law");

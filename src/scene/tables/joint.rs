@@ -128,13 +128,11 @@ keys! {
         radius_factor = "radius_factor": number(ONE, Closed(0.1, 5.0)), default 1.0;
         /// Whether contact nodes can separate, Eq. (2).
         unilateral = "unilateral": Flag, default true;
-        /// Relative error of the contact force up to which a few weighted nodes replace all nodes.
-        reduction = "reduction": number(ONE, Closed(1e-7, 1e-2)), else "all nodes";
         /// Damping of the normal contact.
         ..damping: Option<ContactDamping> => "contact_damping";
     } => {
         let damping = damping.unwrap_or_default();
-        Contact { nodes, quadrature, stiffness_factor, stiffness, radius_factor, unilateral, reduction, damping }
+        Contact { nodes, quadrature, stiffness_factor, stiffness, radius_factor, unilateral, damping }
     };
 }
 

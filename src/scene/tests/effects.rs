@@ -151,10 +151,6 @@ fn what_excludes_laws_with_states_is_reported() {
             "contact.nodes",
         ),
         (
-            format!("{AGEING}[contact]\nreduction = 1e-4\n"),
-            "contact.reduction",
-        ),
-        (
             format!("{AGEING}bristle_stiffness_per_m = 1e5\n"),
             "friction.bristle_stiffness_per_m",
         ),

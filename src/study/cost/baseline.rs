@@ -44,13 +44,7 @@ impl CostPlan {
         };
         let beam = scene.ball_on_beam().is_ok();
         let joint = scene.joint().is_ok();
-        let reducible = scene
-            .joint()
-            .is_ok_and(|joint| joint.spec.friction.states() == 0);
-        let fits = |setting: &CostSetting| match setting {
-            CostSetting::Reduction => reducible,
-            setting => beam || !of_beam(setting),
-        };
+        let fits = |setting: &CostSetting| beam || !of_beam(setting);
         Self {
             scene: scene.without_analyses(),
             settings: CostSetting::ALL.into_iter().filter(fits).collect(),

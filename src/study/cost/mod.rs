@@ -41,7 +41,7 @@ use budget::{budget_sets, error_budget};
 use modes::mode_sets;
 pub(super) use samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
 pub use set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
-use trajectory::{event_sets, integrator_sets, node_sets, reduction_sets};
+use trajectory::{event_sets, integrator_sets, node_sets};
 
 /// Result of a cost study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +122,6 @@ pub fn cost(
             CostSetting::Invariants => invariant_sets(&mut baseline, should_continue)?,
             CostSetting::Events => event_sets(&mut baseline, should_continue)?,
             CostSetting::Nodes => node_sets(&mut baseline, should_continue)?,
-            CostSetting::Reduction => reduction_sets(&mut baseline, should_continue)?,
             CostSetting::Modes => mode_sets(&mut baseline, should_continue)?,
             CostSetting::Elements => element_sets(&mut baseline, should_continue)?,
             CostSetting::Exponents => exponent_sets(&mut baseline, should_continue)?,

@@ -28,8 +28,6 @@ pub enum CostSetting {
     Events,
     /// Quadrature and number of contact nodes.
     Nodes,
-    /// Tolerance of the reduced contact, against all nodes of the scene.
-    Reduction,
     /// Number of modes.
     Modes,
     /// Order and size of the finite elements.
@@ -70,12 +68,11 @@ impl TryFrom<SettingRecord> for CostSetting {
 
 impl CostSetting {
     /// All settings.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Integrator,
         Self::Invariants,
         Self::Events,
         Self::Nodes,
-        Self::Reduction,
         Self::Modes,
         Self::Elements,
         Self::Exponents,
@@ -91,9 +88,7 @@ impl CostSetting {
     /// Measure of the error of the points.
     pub fn error(self) -> &'static str {
         match self {
-            Self::Integrator | Self::Events | Self::Nodes | Self::Reduction => {
-                "largest error of the state"
-            }
+            Self::Integrator | Self::Events | Self::Nodes => "largest error of the state",
             Self::Modes | Self::Invariants => "relative error",
             Self::Elements => "largest error of a natural frequency",
             Self::Exponents => "half-width of λ1, 1/s",

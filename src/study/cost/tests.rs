@@ -56,20 +56,6 @@ fn more_nodes_reduce_the_error() {
     assert!(gauss[1] < 0.2 * rings[1], "{gauss:?} {rings:?}");
 }
 
-/// Error of the state and number of kept nodes at each tolerance.
-#[test]
-fn a_smaller_tolerance_keeps_more_nodes_and_reduces_the_error() {
-    let study = run_study("torus-3deg", CostSetting::Reduction);
-    let found = errors(&study, "reduced contact");
-    assert!(found[4] < 1e-2 * found[0], "{found:?}");
-    assert!(found[4] < 1e-5, "{found:?}");
-    let kept = study.sets[0].points.iter().map(|point| {
-        let count = point.detail.split(' ').next().unwrap();
-        count.parse::<usize>().unwrap()
-    });
-    assert!(kept.is_sorted(), "{:?}", study.sets[0]);
-}
-
 #[test]
 fn smaller_elements_and_higher_orders_reduce_the_error() {
     let study = run_study("torus-3deg", CostSetting::Elements);

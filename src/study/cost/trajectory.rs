@@ -262,7 +262,6 @@ pub(super) fn node_sets(
         let contact = &mut scene.joint_mut()?.spec.contact;
         contact.quadrature = quadrature;
         contact.nodes = nodes;
-        contact.reduction = None;
         Ok(scene)
     };
     let families = [(Quadrature::Rings, "rings"), (Quadrature::Gauss, "gauss")];
@@ -298,57 +297,4 @@ pub(super) fn node_sets(
         });
     }
     Ok(Some(sets))
-}
-
-/// Tolerances of the reduced contact, compared with all nodes of the scene.
-pub(super) fn reduction_sets(
-    baseline: &mut Baseline<'_>,
-    should_continue: OnProgress<'_, f64>,
-) -> Result<Option<Vec<WorkPrecisionSet>>, CostError> {
-    const TOLERANCE: f64 = 1e-9;
-    const REDUCTIONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-    let with_reduction = |reduction| -> Result<Scene, CostError> {
-        let mut scene = with(
-            &baseline.plan.scene,
-            MethodName::Lawson54,
-            TOLERANCE,
-            Events::Through,
-        );
-        scene.joint_mut()?.spec.contact.reduction = reduction;
-        Ok(scene)
-    };
-    let all_nodes = with_reduction(None)?;
-    let reduced = REDUCTIONS
-        .iter()
-        .map(|&value| Ok((value, with_reduction(Some(value))?)))
-        .collect::<Result<Vec<_>, CostError>>()?;
-    let (reference, floor) = baseline.reference(&all_nodes)?;
-    let mut points = Vec::new();
-    for (value, scene) in reduced {
-        // Chooses the rule outside the measured time, with the modes of the previous joint.
-        let spec = &scene.joint()?.spec;
-        let ball = match baseline.ball.take() {
-            Some(before) => before.with_spec(spec)?,
-            None => BallJoint::new(spec)?,
-        };
-        let kept = ball
-            .reduction()
-            .map_or(ball.spec().contact.nodes, |rule| rule.kept().len());
-        baseline.ball = Some(ball);
-        let on = &mut || should_continue(points.len() as f64 / REDUCTIONS.len() as f64);
-        let Some(point) = baseline.point(value, &scene, &reference, on) else {
-            return Ok(None);
-        };
-        points.push(WorkPrecisionPoint {
-            detail: format!("{kept} nodes kept"),
-            ..point
-        });
-    }
-    Ok(Some(vec![WorkPrecisionSet {
-        setting: CostSetting::Reduction,
-        family: "reduced contact".to_owned(),
-        parameter: "tolerance of the contact force".into(),
-        floor: Some(floor),
-        points,
-    }]))
 }

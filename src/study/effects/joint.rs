@@ -42,7 +42,6 @@ const RATE_AND_STATE: RateAndState = RateAndState {
 const CURVE_POINTS: u32 = 32;
 const DISSIPATION: f64 = 1.0;
 const DAMPING_RATIO: f64 = 1e-3;
-const REDUCTION: f64 = 1e-5;
 /// The smallest mode set used for comparison.
 const BENDING: Families = Families {
     bending_pairs: 2,
@@ -344,20 +343,6 @@ fn build_effects(
     tilt: f64,
 ) -> Result<Vec<SwitchedModel>, Cause> {
     let mut all: Vec<SwitchedModel> = Vec::new();
-    if spec.friction.states() == 0 {
-        let reduced = spec.contact.reduction.is_some();
-        let mut other = spec.clone();
-        other.contact.reduction = (!reduced).then_some(REDUCTION);
-        all.push((
-            "reduced contact",
-            "contact.reduction",
-            reduced,
-            spec.contact.reduction.map_or(String::new(), |tolerance| {
-                format!("tolerance {tolerance:e}")
-            }),
-            ball.clone().with_spec(&other)?.model(tilt)?,
-        ));
-    }
     let BodySpec::BallOnBeam(body) = &spec.body else {
         return Ok(all);
     };

@@ -135,19 +135,12 @@ pub(super) fn error_budget(
     Ok(Some(budget))
 }
 
-/// Settings at which the levels of a source are compared: a fine tolerance and all nodes.
+/// Settings at which the levels of a source are compared: a fine tolerance.
 fn fine_settings(scene: &Scene) -> Vec<SceneSetting> {
     let integrator = integrator(scene);
-    let mut fine = integrator.levels[integrator.reference() - 2]
+    integrator.levels[integrator.reference() - 2]
         .settings
-        .clone();
-    if scene.joint().is_ok() {
-        fine.push(SceneSetting::word(
-            "contact.reduction",
-            SceneSetting::ABSENT,
-        ));
-    }
-    fine
+        .clone()
 }
 
 /// The quantities with their values.

@@ -156,19 +156,6 @@ impl Model<'_> {
         index.map_or(0.0, |index| self.averaging[combination[index]])
     }
 
-    /// Whether the contact is reduced.
-    fn is_reduced(&self, combination: &[usize]) -> bool {
-        let index = self.index(Source::Reduction);
-        index.is_some_and(|index| combination[index] != self.refinements[index].reference())
-    }
-
-    /// Whether the levels can be combined: cubature rules exist for few patches.
-    fn is_valid(&self, combination: &[usize]) -> bool {
-        let nodes = self.index(Source::Nodes);
-        let reducible = nodes.is_none_or(|k| self.refinements[k].levels[combination[k]].reducible);
-        reducible || !self.is_reduced(combination)
-    }
-
     /// Right-hand-side evaluations of a run.
     pub fn rhs_evals(&self, combination: &[usize]) -> f64 {
         let time = self.averaging_time(combination);
@@ -186,17 +173,9 @@ impl Model<'_> {
             let costs = combination.iter().enumerate();
             costs.map(|(k, &level)| (self.refinements[k].source, self.level(k, level).cost))
         };
-        let reduced = self.is_reduced(combination);
         let setup = costs().map(|(_, cost)| cost.setup - self.base.setup);
         let setup = (self.base.setup + setup.sum::<f64>()).max(0.0);
-        // The time of a reduced contact does not depend on the nodes that it replaces; with all nodes, the
-        // reduction has no cost of its own.
-        let counts = |source: Source| match source {
-            Source::Nodes => !reduced,
-            Source::Reduction => reduced,
-            _ => true,
-        };
-        let factors = costs().filter(|(source, _)| counts(*source));
+        let factors = costs();
         let factors = factors.map(|(_, cost)| cost.rhs_eval / self.base.rhs_eval);
         if self.base.rhs_evals == 0.0 {
             return setup;
@@ -221,11 +200,7 @@ impl Model<'_> {
             all = all.iter().flat_map(longer).collect();
         }
         let is_known = |combination: &[usize]| self.errors(combination).is_some();
-        all.retain(|combination| {
-            self.is_valid(combination)
-                && is_known(combination)
-                && is_known(&self.finer(combination))
-        });
+        all.retain(|combination| is_known(combination) && is_known(&self.finer(combination)));
         all
     }
 

@@ -15,8 +15,6 @@ pub enum Source {
     Integrator,
     /// Number and quadrature of the contact nodes.
     Nodes,
-    /// Tolerance of the reduced contact.
-    Reduction,
     /// Number of modes.
     Modes,
     /// Order and size of the finite elements.
@@ -41,8 +39,6 @@ pub struct Level {
     pub settings: Vec<SceneSetting>,
     /// Index of the next finer level; its own for the finest.
     pub finer: usize,
-    /// Whether the reduced contact can be used with this level.
-    pub reducible: bool,
 }
 
 /// A refinement: the levels of one source. Families such as quadratures follow each other, each from coarse to
@@ -64,12 +60,6 @@ const STEPS: [f64; 6] = [6.4e-6, 3.2e-6, 1.6e-6, 8e-7, 4e-7, 2e-7];
 /// Numbers of contact nodes: those of the rings, and of the Gauss rule with the reference.
 const RINGS: [usize; 4] = [28, 64, 201, 452];
 const GAUSS: [usize; 7] = [28, 64, 100, 201, 452, 1000, 2000];
-
-/// Numbers of Gauss nodes for which cubature rules are shipped.
-const REDUCIBLE: [usize; 2] = [100, 1000];
-
-/// Tolerances of the reduced contact.
-const REDUCTIONS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// Finite elements; the last are the reference.
 const ELEMENTS: [Elements; 5] = [
@@ -107,7 +97,6 @@ impl Refinement {
             label,
             settings,
             finer: last.min(k + 1),
-            reducible: true,
         };
         Self {
             source,
@@ -158,9 +147,8 @@ pub fn integrator(scene: &Scene) -> Refinement {
     )
 }
 
-/// The refinements of the contact: nodes, and the reduction of 1,000 nodes. Friction with states limits the nodes and
-/// excludes the reduction.
-fn contact(has_states: bool) -> Vec<Refinement> {
+/// The refinement of the contact nodes. Friction with states limits them.
+fn contact(has_states: bool) -> Refinement {
     let most = if has_states {
         MAX_NODES_WITH_STATES
     } else {
@@ -176,12 +164,10 @@ fn contact(has_states: bool) -> Vec<Refinement> {
             SceneSetting::number("contact.nodes", count as f64),
             SceneSetting::word("contact.quadrature", name),
         ];
-        let reducible = quadrature == Quadrature::Gauss && REDUCIBLE.contains(&count);
         Level {
             label: format!("{count} nodes {place}"),
             settings,
             finer: 0,
-            reducible,
         }
     };
     let up_to =
@@ -199,36 +185,12 @@ fn contact(has_states: bool) -> Vec<Refinement> {
             last.min(k + 1)
         };
     }
-    let fine = levels[last - 1].settings.clone();
-    let nodes = Refinement {
+    Refinement {
         source: Source::Nodes,
         levels,
         with: Vec::new(),
         exact: false,
-    };
-    if has_states {
-        return vec![nodes];
     }
-    let all = (
-        "all nodes".to_owned(),
-        vec![SceneSetting::word(
-            "contact.reduction",
-            SceneSetting::ABSENT,
-        )],
-    );
-    let reduced = REDUCTIONS.iter().map(|&tolerance| {
-        let setting = SceneSetting::number("contact.reduction", tolerance);
-        (format!("contact reduced to {tolerance:e}"), vec![setting])
-    });
-    let mut reduction = Refinement::new(Source::Reduction, reduced.chain([all]).collect());
-    let reference = reduction.reference();
-    for level in &mut reduction.levels {
-        // Compared with all nodes, because the rules of another patch would have to be trained.
-        level.finer = reference;
-    }
-    reduction.exact = true;
-    reduction.with = fine;
-    vec![nodes, reduction]
 }
 
 fn elements() -> Refinement {
@@ -309,7 +271,7 @@ fn averaging(scene: &Scene, settling: f64, factor: f64) -> Refinement {
 pub fn others(scene: &Scene, settling: f64, factor: f64, with_motion: bool) -> Vec<Refinement> {
     let mut refinements = Vec::new();
     if let (Ok(joint), None) = (scene.joint(), scene.imported_modes()) {
-        refinements.extend(contact(joint.spec.friction.states() > 0));
+        refinements.push(contact(joint.spec.friction.states() > 0));
         refinements.extend(modes(scene));
         refinements.push(elements());
     }

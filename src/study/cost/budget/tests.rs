@@ -120,10 +120,7 @@ fn linear_quantities_of_a_joint_have_a_budget_without_a_simulation() {
     };
     let budget = budget_of(plan);
     let sources: Vec<Source> = budget.sources.iter().map(|source| source.source).collect();
-    assert_eq!(
-        sources,
-        [Source::Nodes, Source::Reduction, Source::Elements]
-    );
+    assert_eq!(sources, [Source::Nodes, Source::Elements]);
     let finest = [
         SceneSetting::number("contact.nodes", 1500.0),
         SceneSetting::word("contact.quadrature", "gauss"),
@@ -195,7 +192,6 @@ fn a_written_budget_is_applied_and_checked() {
     let settings = vec![
         SceneSetting::number("time.tolerance", 1e-4),
         SceneSetting::number("contact.nodes", 1000.0),
-        SceneSetting::number("contact.reduction", 1e-3),
         SceneSetting::number("time.duration_ms", 300.0),
         SceneSetting::number("analysis.spectrum.window_ms", 160.0),
     ];
@@ -216,8 +212,7 @@ fn a_written_budget_is_applied_and_checked() {
     let read = Scene::parse("periodic-2deg", written.text.clone()).unwrap();
     assert_eq!(read.budgets[0].errors["rms"], 2.4e-4);
     let accurate = read.with_accuracy(2e-3).unwrap();
-    let contact = &accurate.joint().unwrap().spec.contact;
-    assert_eq!((contact.nodes, contact.reduction), (1000, Some(1e-3)));
+    assert_eq!(accurate.joint().unwrap().spec.contact.nodes, 1000);
     assert_eq!(accurate.integrator.tolerance, 1e-4);
     assert!(accurate.verified_errors(2e-3).is_ok());
     let why = |scene: Scene| scene.verified_errors(2e-3).unwrap_err();
@@ -242,16 +237,6 @@ fn a_written_budget_is_applied_and_checked() {
         error.contains("contact.knots") && error.contains("cost --write"),
         "{error}"
     );
-    let absent = [SceneSetting::word(
-        "contact.reduction",
-        SceneSetting::ABSENT,
-    )];
-    let all = read
-        .with_accuracy(1e-3)
-        .unwrap()
-        .with_settings(&absent)
-        .unwrap();
-    assert_eq!(all.joint().unwrap().spec.contact.reduction, None);
     assert!(matches!(budget.settings[0].value, SettingValue::Number(_)));
 }
 
