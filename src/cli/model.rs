@@ -87,7 +87,7 @@ mod tests {
         let text = std::fs::read(folder.path().join("model.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["scene"], DEFAULT_SCENE);
-        assert_eq!(json["nodes"], 100);
+        assert_eq!(json["nodes"], 16);
         assert_eq!(json["modes"], 11);
         assert_eq!(json["files"][0]["bytes"], bytes);
     }

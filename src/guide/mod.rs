@@ -54,6 +54,7 @@
 //! Numerics:
 //!
 //! * [Numerical stability](explanation::stability): stiffness, kinks, wrong solutions, and what detects them.
+//! * [Contact nodes](explanation::nodes): how many a scene needs, and which are shown.
 //! * [Hard cases](explanation::hard_cases): the most difficult test cases with measured errors.
 //!
 //! Bifurcations:
@@ -161,6 +162,9 @@ pub mod explanation {
 
     #[doc = include_str!("explanation/stability.md")]
     pub mod stability {}
+
+    #[doc = include_str!("explanation/nodes.md")]
+    pub mod nodes {}
 
     #[doc = include_str!("explanation/hard_cases.md")]
     pub mod hard_cases {}

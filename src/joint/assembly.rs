@@ -7,7 +7,7 @@ use super::published::natural_frequencies;
 use super::vector::{cross, dot, scale, unit};
 use super::{
     BallOnBeam, BodySpec, Hertz, ImportedModes, ImportedModesError, Joint, JointSpec, Model,
-    StiffnessLaw,
+    Quadrature, StiffnessLaw,
 };
 use crate::fem::{BodyMode, BodyModes, FemError, SurfaceMesh};
 
@@ -89,6 +89,19 @@ struct Meshed {
     ball_radius: f64,
     hertz: Hertz,
     points: Vec<PatchPoint>,
+}
+
+/// Contact nodes of a patch without mode shapes, one entry per node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchNodes {
+    /// Positions relative to the centre of the ball, m.
+    pub positions: Vec<[f64; 3]>,
+    /// Outward unit normals of the ball.
+    pub normals: Vec<[f64; 3]>,
+    /// Areas, m^2.
+    pub areas: Vec<f64>,
+    /// Pre-stress, Pa.
+    pub pre_stress: Vec<f64>,
 }
 
 impl BallJoint {
@@ -306,6 +319,55 @@ impl BallJoint {
         }
     }
 
+    /// Quadrature points of [`BallJoint::nodes_in_rings`].
+    fn points_in_rings(&self, count: usize) -> Option<(&Meshed, Vec<PatchPoint>)> {
+        match &self.body {
+            Body::Meshed(meshed) if self.spec.friction.states() == 0 => {
+                Some((meshed, patch_points(Quadrature::Rings, count)))
+            }
+            _ => None,
+        }
+    }
+
+    /// Nodes of a patch of `count` nodes in rings at a tilt (rad); `None` if the nodes of the model are the only
+    /// ones, because the patch is imported or friction has states at its nodes.
+    pub fn nodes_in_rings(&self, count: usize, tilt: f64) -> Option<PatchNodes> {
+        let (_, points) = self.points_in_rings(count)?;
+        Some(self.hertz_nodes(&points, tilt))
+    }
+
+    /// Builds the contact model with the nodes of [`BallJoint::nodes_in_rings`].
+    ///
+    /// # Errors
+    /// As [`BallJoint::model`].
+    pub fn model_in_rings(&self, count: usize, tilt: f64) -> Result<Option<Model>, AssemblyError> {
+        self.points_in_rings(count)
+            .map(|(meshed, points)| self.hertz_model(meshed, &points, tilt))
+            .transpose()
+    }
+
+    /// The nodes of a Hertz patch.
+    fn hertz_nodes(&self, points: &[PatchPoint], tilt: f64) -> PatchNodes {
+        let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
+        let frame = self.frame(tilt);
+        let patch_area = std::f64::consts::PI * radius * radius;
+        let normals: Vec<_> = points
+            .iter()
+            .map(|point| normal_at(point, &frame, radius, ball_radius))
+            .collect();
+        let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
+        PatchNodes {
+            positions: normals.iter().map(|n| scale(*n, ball_radius)).collect(),
+            normals,
+            pre_stress: points
+                .iter()
+                .zip(&areas)
+                .map(|(point, area)| point.load * self.spec.load / area)
+                .collect(),
+            areas,
+        }
+    }
+
     /// Builds the contact model of a Hertz patch.
     fn hertz_model(
         &self,
@@ -317,26 +379,22 @@ impl BallJoint {
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
         let frame = self.frame(tilt);
         let m = self.frequencies_hz.len();
+        let PatchNodes {
+            positions,
+            normals,
+            areas,
+            pre_stress,
+        } = self.hertz_nodes(points, tilt);
         let on_beam = |source| AssemblyError::PatchOnBeam {
             tilt_deg: tilt.to_degrees(),
             half_angle_deg: (radius / ball_radius).min(1.0).asin().to_degrees(),
             source,
         };
         let patch_area = std::f64::consts::PI * radius * radius;
-        let normals: Vec<_> = points
-            .iter()
-            .map(|point| normal_at(point, &frame, radius, ball_radius))
-            .collect();
         let mut shapes = vec![[0.0; 3]; points.len() * m];
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
             body.shapes_at_ball(*normal, row).map_err(on_beam)?;
         }
-        let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
-        let pre_stress: Vec<f64> = points
-            .iter()
-            .zip(&areas)
-            .map(|(point, area)| point.load * self.spec.load / area)
-            .collect();
         let mean = self.spec.contact.stiffness_factor * hertz.stiffness() / patch_area;
         let stiffness = match self.spec.contact.stiffness {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
@@ -345,7 +403,6 @@ impl BallJoint {
                 .map(|p| mean * p * patch_area / self.spec.load)
                 .collect(),
         };
-        let positions: Vec<_> = normals.iter().map(|n| scale(*n, ball_radius)).collect();
         let sliding_velocity = positions
             .iter()
             .map(|x| cross(self.spec.rotation, *x))

@@ -35,7 +35,7 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
-pub use assembly::{AssemblyError, BallJoint};
+pub use assembly::{AssemblyError, BallJoint, PatchNodes};
 pub use contact::NodeAction;
 pub use damping::ContactDamping;
 pub use dynamic_friction::{

@@ -1,37 +1,94 @@
-//! The contact patch of a run: its pictures.
+//! The contact patch as it is shown: its nodes need not be those that are simulated.
+//!
+//! Displacement and velocity are known everywhere on the patch, because they are sums of modes. Pictures and counts
+//! are evaluated at `record.patch_nodes` nodes in rings, however few the simulation integrates over. Where only the
+//! simulated nodes have a state of friction, or a file fixes them, they are shown.
 
+use super::PipelineError;
 use super::message::{NodeState, PatchGeometry, PatchSnapshot};
-use crate::joint::{BallJoint, Joint, Model};
+use crate::joint::{BallJoint, Joint, PatchNodes};
 
-/// The nodes of a model at a tilt (rad).
-pub(super) fn patch_geometry(ball: &BallJoint, model: Model, tilt: f64) -> PatchGeometry {
-    PatchGeometry {
-        positions: model.positions,
-        normals: model.normals,
-        areas: model.areas,
-        pre_stress: model.pre_stress,
-        direction: ball.direction(tilt),
-        radius: ball.patch_radius(),
-    }
+/// The shown nodes under the present loading.
+#[derive(Debug)]
+pub(super) struct ShownPatch {
+    /// Number of nodes in rings.
+    count: usize,
+    /// The joint with these nodes; `None` until the first picture under this loading, and if the simulated nodes are
+    /// shown.
+    joint: Option<Joint>,
 }
 
-/// Status and forces of the nodes of a joint at a state `z`.
-pub(super) fn patch_snapshot(joint: &Joint, time: f64, z: &[f64]) -> PatchSnapshot {
-    let forces = joint.node_forces(z);
-    let pairs = forces.normal.iter().zip(&forces.speed).enumerate();
-    let states = pairs.map(|(k, (&normal, &speed))| {
-        if normal <= 0.0 {
-            NodeState::Separated
-        } else if speed < joint.stick_speed(k) {
-            NodeState::Stick
-        } else {
-            NodeState::Slip
+impl ShownPatch {
+    /// A patch that shows `count` nodes.
+    pub fn new(count: usize) -> Self {
+        Self { count, joint: None }
+    }
+
+    /// Returns the shown nodes of a joint at a tilt (rad), after a change of its loading.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled.
+    pub fn set_loading(
+        &mut self,
+        ball: &BallJoint,
+        tilt: f64,
+    ) -> Result<PatchGeometry, PipelineError> {
+        self.joint = None;
+        let nodes = match ball.nodes_in_rings(self.count, tilt) {
+            Some(nodes) => nodes,
+            None => {
+                let model = ball.model(tilt)?;
+                PatchNodes {
+                    positions: model.positions,
+                    normals: model.normals,
+                    areas: model.areas,
+                    pre_stress: model.pre_stress,
+                }
+            }
+        };
+        Ok(PatchGeometry {
+            positions: nodes.positions,
+            normals: nodes.normals,
+            areas: nodes.areas,
+            pre_stress: nodes.pre_stress,
+            direction: ball.direction(tilt),
+            radius: ball.patch_radius(),
+        })
+    }
+
+    /// Status and forces of the shown nodes at a state `z` of the simulated joint.
+    ///
+    /// # Errors
+    /// If the joint cannot be assembled.
+    pub fn snapshot(
+        &mut self,
+        ball: &BallJoint,
+        tilt: f64,
+        simulated: &Joint,
+        time: f64,
+        z: &[f64],
+    ) -> Result<PatchSnapshot, PipelineError> {
+        if self.joint.is_none() {
+            let model = ball.model_in_rings(self.count, tilt)?;
+            self.joint = model.as_ref().map(Joint::new);
         }
-    });
-    PatchSnapshot {
-        time,
-        states: states.collect(),
-        normal_force: forces.normal,
-        friction: forces.friction,
+        let joint = self.joint.as_ref().unwrap_or(simulated);
+        let forces = joint.node_forces(z);
+        let pairs = forces.normal.iter().zip(&forces.speed).enumerate();
+        let states = pairs.map(|(k, (&normal, &speed))| {
+            if normal <= 0.0 {
+                NodeState::Separated
+            } else if speed < joint.stick_speed(k) {
+                NodeState::Stick
+            } else {
+                NodeState::Slip
+            }
+        });
+        Ok(PatchSnapshot {
+            time,
+            states: states.collect(),
+            normal_force: forces.normal,
+            friction: forces.friction,
+        })
     }
 }

@@ -10,7 +10,7 @@ use super::message::{
     ContactSample, DisplayRates, EnergySample, Frame, Header, JointInfo, MechanismPrediction,
     ModeInfo, NodeState, PatchGeometry, Subject,
 };
-use super::patch::{patch_geometry, patch_snapshot};
+use super::patch::ShownPatch;
 use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header};
@@ -30,6 +30,7 @@ pub struct Simulation {
     ball: BallJoint,
     joint: Joint,
     integrator: Integrator,
+    patch: ShownPatch,
     geometry: Arc<PatchGeometry>,
     /// Linear prediction for the scene's mechanism.
     computed: Option<Arc<MechanismPrediction>>,
@@ -40,7 +41,7 @@ pub struct Simulation {
     frames: u64,
     /// Contact nodes that are separated at the previous sample and at the present one, one bit per node.
     separated: [Vec<u8>; 2],
-    /// States of the contact nodes at the last instant at which they were counted; empty before the first one.
+    /// States of the shown nodes at the last instant at which they were counted; empty before the first one.
     counted: Vec<NodeState>,
     /// State at the present sample.
     z: Vec<f64>,
@@ -119,8 +120,10 @@ impl Simulation {
             start: joint.energy(&z).total(),
             added: 0.0,
         };
+        let mut patch = ShownPatch::new(scene.record.patch_nodes);
         Ok(Self {
-            geometry: Arc::new(patch_geometry(&ball, model, loading.tilt)),
+            geometry: Arc::new(patch.set_loading(&ball, loading.tilt)?),
+            patch,
             computed: computed::for_joint(scene, tilted, &ball, &joint)?,
             scene: scene.clone(),
             clock,
@@ -249,7 +252,7 @@ impl Simulation {
         let model = self.ball.model(loading.tilt)?;
         self.replace_joint(&model, self.clock.tilted.carry)?;
         self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(patch_geometry(&self.ball, model, loading.tilt));
+        self.geometry = Arc::new(self.patch.set_loading(&self.ball, loading.tilt)?);
         self.clock.now = loading;
         self.sensitivity.parameters_changed(time);
         Ok(())
@@ -319,11 +322,19 @@ impl Simulation {
     }
 
     /// Counts the contact nodes at the present sample, and takes a snapshot of them, if these are due.
-    fn follow_contacts(&mut self, time: f64, [counts, pictures]: [bool; 2], frame: &mut Frame) {
+    fn follow_contacts(
+        &mut self,
+        time: f64,
+        [counts, pictures]: [bool; 2],
+        frame: &mut Frame,
+    ) -> Result<(), PipelineError> {
         if !counts && !pictures {
-            return;
+            return Ok(());
         }
-        let snapshot = patch_snapshot(&self.joint, time, &self.z);
+        let tilt = self.clock.now.tilt;
+        let snapshot = self
+            .patch
+            .snapshot(&self.ball, tilt, &self.joint, time, &self.z)?;
         if counts {
             let sample = ContactSample::of(&snapshot, &self.counted);
             frame.contacts.push(sample);
@@ -332,6 +343,7 @@ impl Simulation {
         if pictures {
             frame.patch.push(snapshot);
         }
+        Ok(())
     }
 
     fn energy_sample(&self, time: f64) -> EnergySample {
@@ -402,7 +414,7 @@ impl Source for Simulation {
             }
             self.take_sample(&mut frame);
             let due = [is_due(count_every, index), is_picture(index)];
-            self.follow_contacts(time, due, &mut frame);
+            self.follow_contacts(time, due, &mut frame)?;
             if is_due(energy_every, index) {
                 frame.energy.push(self.energy_sample(time));
             }

@@ -21,7 +21,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
 //! # let (spec, records) = (RecordSpec {
-//! #     patch_rate: 20e3, body_rate: 2e3, energy_rate: 20e3, deformation_scale: 3000.0,
+//! #     patch_rate: 20e3, patch_nodes: 100, body_rate: 2e3, energy_rate: 20e3, deformation_scale: 3000.0,
 //! # }, Vec::new());
 //! let output = Output { save: Some("squeak.rrd".into()), ..Output::default() };
 //! let mut sink = RerunSink::new(&output, spec)?;

@@ -34,6 +34,7 @@ mod live;
 #[cfg(feature = "cli")]
 mod lyapunov;
 mod mechanisms;
+mod nodes;
 // Uses the memory limits and peak memory of Linux.
 mod imported_modes;
 #[cfg(all(feature = "cli", target_os = "linux"))]

@@ -25,8 +25,6 @@ METHODS = {
                           "ode-vode-bdf"],
 }
 OURS = "squeakscope"
-#: With a reduced contact.
-REDUCED = "squeakscope, reduced"
 #: Methods of squeakscope with a fixed step.
 FIXED = ["rk4"]
 
@@ -40,7 +38,7 @@ def our_methods(squeakscope):
 
 
 def settings(peer, method):
-    is_fixed = method in FIXED if peer in (OURS, REDUCED) else method.endswith("-fixed")
+    is_fixed = method in FIXED if peer == OURS else method.endswith("-fixed")
     is_fixed &= peer != "CVODE"  # there it is the fixed-point iteration
     return STEPS if is_fixed else TOLERANCES
 
@@ -86,7 +84,6 @@ class Programs:
                          self.build / "librhs.so"], self.core)
         return {
             OURS: self.ours(exported, start),
-            REDUCED: Program([self.bench, exported.reduced, start], self.core),
             "CVODE": Program([self.build / "cvode", model, horizon], self.core),
             "Boost.odeint": Program([self.build / "odeint", model, horizon], self.core),
             "SciPy solve_ivp": scipy,

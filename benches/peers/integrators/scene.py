@@ -7,8 +7,6 @@ import tomllib
 import numpy as np
 
 LANES = 8
-#: Tolerance of the reduced contact.
-REDUCTION = 1e-4
 #: Start times along the squeak, s after the scene's start, and integration time of each, s.
 SQUEAK = np.arange(60e-3, 76e-3, 2e-3)
 HORIZON = 4e-3
@@ -30,8 +28,7 @@ class Exported:
     * `scene.toml`: the scene;
     * `cold.bin`, `squeak.bin`: the model and the start states. `cold` is the start state of the scene,
       a small kick from steady sliding; `squeak` contains states of the developed vibration.
-    * `cold.npy`, `squeak.npy`: the start states only, `[q | dq/dt]`;
-    * `reduced`: folder with the same scene and start states, in which a few weighted nodes replace all.
+    * `cold.npy`, `squeak.npy`: the start states only, `[q | dq/dt]`.
     """
 
     def __init__(self, folder, squeakscope, name, nodes):
@@ -44,20 +41,15 @@ class Exported:
         subprocess.run([squeakscope, "model", self.scene, "--out", model, "--force"], **quiet)
         self.model = dict(np.load(model))
         run, end = folder / "run.npz", 1e3 * SQUEAK[-1] + 1
-        subprocess.run([squeakscope, "run", self.scene, "--duration", f"{end}", "--npz", run],
-                       **quiet)
+        # In its folder, where it leaves its recording.
+        subprocess.run([squeakscope, "run", self.scene, "--duration", f"{end}", "--npz", run,
+                        "--force"], cwd=folder, **quiet)
         run = np.load(run)
         at = np.searchsorted(run["t"], SQUEAK - 1e-9)
         self.starts = {"cold": self.scaled(self.model["z0"])[None],
                        "squeak": self.scaled(np.hstack([run["q"], run["qdot"]])[at])}
-        self.reduced = folder / "reduced"
-        self.reduced.mkdir(exist_ok=True)
-        key = f"\nnodes = {nodes}\n"
-        (self.reduced / "scene.toml").write_text(
-            self.scene.read_text().replace(key, f"{key}reduction = {REDUCTION}\n"))
         for start, states in self.starts.items():
-            for place in (folder, self.reduced):
-                np.save(place / f"{start}.npy", states / self.scale())
+            np.save(folder / f"{start}.npy", states / self.scale())
             self.write(start)
 
     def scaled(self, z):

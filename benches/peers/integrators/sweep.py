@@ -133,9 +133,7 @@ def compare(programs, exported, start, horizon, methods, error, repeats, rounds,
                  + f"   smallest error {least:.1e}")
         best[peer] = best_method(curves[peer], error)
         least = min(p["error"] for points in curves[peer].values() for p in points)
-        # A reduced contact differs by its own tolerance.
-        most = 1e-4 if peer == peers.REDUCED else 1e-5
-        assert least < most, f"{peer} does not reach the same solution: {least:.1e}"
+        assert least < 1e-5, f"{peer} does not reach the same solution: {least:.1e}"
     result = time_alternating(asked, best, error, rounds, len(reference.ends))
     for program in set(asked.values()):
         program.close()

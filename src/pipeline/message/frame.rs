@@ -20,7 +20,7 @@ pub enum NodeState {
     Separated,
 }
 
-/// Geometry of the contact patch, shared by all frames with the same tilt, load and rotation.
+/// The shown contact nodes, shared by all frames with the same tilt, load and rotation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchGeometry {
     /// Positions of the nodes relative to the ball's centre, m.
@@ -37,7 +37,7 @@ pub struct PatchGeometry {
     pub radius: f64,
 }
 
-/// The contact nodes at one instant. Each vector has one entry per node.
+/// The shown contact nodes at one instant. Each vector has one entry per node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PatchSnapshot {
     /// Simulated time, s.
@@ -57,7 +57,7 @@ impl PatchSnapshot {
     }
 }
 
-/// Counts of contact nodes at one instant.
+/// Counts of the shown contact nodes at one instant.
 ///
 /// The instants are multiples of a fixed interval of simulated time, that of the scene's patch rate, at every
 /// playback speed: a share over `N` of them is off by at most `k / N` if the state changes `k` times.
@@ -191,7 +191,7 @@ pub struct Frame {
     pub load: f64,
     /// Factor on the rotation during this frame.
     pub rotation_factor: f64,
-    /// Contact nodes of this frame.
+    /// Shown contact nodes of this frame.
     pub geometry: Arc<PatchGeometry>,
     /// Snapshots of the contact nodes for display, in time order: at the scene's patch rate; in a live run at the last
     /// sample, and densely at the beginning, where a stroboscope chooses among them.
@@ -200,7 +200,7 @@ pub struct Frame {
     pub contacts: Vec<ContactSample>,
     /// Energies, in time order, at the scene's energy rate.
     pub energy: Vec<EnergySample>,
-    /// Contact transitions in this frame: for a joint, nodes that separate or close between samples; for a
+    /// Contact transitions in this frame: for a joint, simulated nodes that separate or close between samples; for a
     /// small system, events.
     pub transitions: u64,
     /// Time since which some steps have not located their events, s; `None` if all did.

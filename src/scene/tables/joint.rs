@@ -117,7 +117,7 @@ keys! {
 
     Contact |table| {
         /// Number of contact nodes.
-        nodes = "nodes": Count(1, 10_000), default 100;
+        nodes = "nodes": Count(1, 10_000), default 16;
         /// Layout of the nodes: rings of cells of equal area, or a Gauss rule for the Hertz pressure and a uniform stiffness.
         quadrature = "quadrature": choice::<Quadrature>(), default "gauss";
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).

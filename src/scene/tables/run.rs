@@ -93,6 +93,8 @@ keys! {
     pub struct RecordSpec {
         /// Rate at which contact nodes are counted, and of their snapshots; 0 for none. All rates are at most the sampling rate.
         patch_rate: f64 = "patch_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
+        /// Number of contact nodes in rings that are shown and counted, whatever the number of simulated nodes; with a friction law that has a state at each node, and with imported modes, the simulated nodes are shown.
+        patch_nodes: usize = "patch_nodes": Count(1, 10_000), default 100;
         /// Rate of three-dimensional views of the deformed body; 0 for none.
         body_rate: f64 = "body_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 2;
         /// Rate of energy samples; 0 for none, which also omits the work of friction and the energy audit.
@@ -113,6 +115,7 @@ impl RecordSpec {
     /// Settings for a system without contact patch and body: samples only.
     pub const SAMPLES_ONLY: Self = Self {
         patch_rate: 0.0,
+        patch_nodes: 1,
         body_rate: 0.0,
         energy_rate: 0.0,
         deformation_scale: 1.0,

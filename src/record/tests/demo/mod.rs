@@ -64,6 +64,7 @@ const ALL: [AnalysisKind; 10] = [
 pub fn spec() -> RecordSpec {
     RecordSpec {
         patch_rate: 20e3,
+        patch_nodes: 100,
         body_rate: 2e3,
         energy_rate: 20e3,
         deformation_scale: 5000.0,
