@@ -19,6 +19,7 @@ use super::steps::Steps;
 use super::study_args::{
     BasinsArgs, CalibrateArgs, CostArgs, GrowthArgs, MergeArgs, PaperArgs, SweepArgs,
 };
+use super::view::ViewArgs;
 use crate::study::lyapunov::ExponentCount;
 
 /// Simulate and analyse friction-induced vibration of a ball joint: limit cycles, tori and chaos.
@@ -36,9 +37,14 @@ pub struct Args {
 pub enum Command {
     /// Simulate a scene and record it.
     Run(RunArgs),
-    /// Run a scene interactively, controlled from the terminal or a web page.
+    /// Show a recording in the browser.
     ///
-    /// The run continues until you stop it. Tilt, playback speed and scene can be changed while it runs.
+    /// Serves the recording and Rerun's web viewer on this machine until Ctrl-C.
+    View(ViewArgs),
+    /// Run a scene interactively, controlled from a web page.
+    ///
+    /// Serves the page and opens the browser. The run continues until Ctrl-C. Tilt, playback speed and scene can be
+    /// changed while it runs.
     Live(LiveArgs),
     /// List the scenes, print one as a scene file, or list all keys.
     Scenes(ScenesArgs),

@@ -180,12 +180,6 @@ pub enum CliError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The table belongs to a sweep over other parameters than the tilt.
-    #[error("`{}` (--sweep) is not a sweep over the tilt alone; give the table of one", path.display())]
-    NoBands {
-        /// Path of the table.
-        path: PathBuf,
-    },
     /// The study of costs has no recommendation for the scene.
     #[error(
         "no recommendation to write (--write): neither an integrator nor an error budget reaches its target; \
@@ -311,8 +305,7 @@ impl CliError {
             | Self::AxisTwice { .. }
             | Self::Tour(_)
             | Self::Speed { .. }
-            | Self::NotAudited
-            | Self::NoBands { .. } => 2,
+            | Self::NotAudited => 2,
             Self::Table(
                 TableError::Write { .. } | TableError::Removed { .. } | TableError::Threads(_),
             )

@@ -48,7 +48,7 @@ fn tasks() -> Vec<Task> {
 /// Examples at the end of the main help.
 const FIRST_STEPS: [[&str; 2]; 3] = [
     [
-        "Simulate the default scene; `rerun squeak.rrd` opens the recording",
+        "Simulate the default scene; `squeakscope view squeak.rrd` opens the recording",
         "squeakscope",
     ],
     ["Change the tilt while it squeaks", "squeakscope live"],

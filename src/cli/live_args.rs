@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
+use super::browser::BrowserArgs;
 use super::common_args::{AccuracyArgs, BudgetArgs, DEFAULT_URL, SceneArgs, positive, viewer_url};
 use super::output::Overwrite;
 use super::sound_args::SoundArgs;
@@ -32,38 +33,35 @@ pub struct LiveArgs {
     /// audit.
     #[arg(long, help_heading = "Simulation")]
     pub strict: bool,
-    /// Open a Rerun viewer on this machine; control the run from the terminal [default, if a viewer of the
-    /// right version is installed].
-    #[arg(long, group = "watched", help_heading = "Viewer")]
-    pub spawn: bool,
-    /// Send the recording to a running Rerun viewer; control the run from the terminal.
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
-        value_parser = viewer_url, group = "watched", help_heading = "Viewer")]
-    pub connect: Option<String>,
-    /// Serve a web page with views, controls and sound [default, if no viewer is installed].
-    #[arg(long, group = "watched", help_heading = "Viewer")]
-    pub serve: bool,
     /// Address of the page; with any address other than 127.0.0.1, other machines can watch the run, and control
     /// it with the key in the printed address.
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1",
-        conflicts_with_all = ["spawn", "connect"], help_heading = "Viewer")]
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        default_value = "127.0.0.1",
+        help_heading = "Page"
+    )]
     pub host: IpAddr,
     /// Port of the page; 0 takes a free port.
-    #[arg(long, value_name = "PORT", default_value_t = 9180,
-        conflicts_with_all = ["spawn", "connect"], help_heading = "Viewer")]
+    #[arg(
+        long,
+        value_name = "PORT",
+        default_value_t = 9180,
+        help_heading = "Page"
+    )]
     pub port: u16,
-    /// Show the types of motion of this `sweep` table under the tilt slider [default: sweep.arrow, if it
-    /// exists].
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["spawn", "connect"],
-        help_heading = "Viewer")]
-    pub sweep: Option<PathBuf>,
     /// Start a guided tour on the page: the one that ships, or that of a TOML file.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["spawn", "connect"],
-        help_heading = "Viewer")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, help_heading = "Page")]
     pub tour: Option<Option<PathBuf>>,
-    /// Ignore the keyboard and draw nothing in the terminal.
-    #[arg(long, help_heading = "Viewer")]
-    pub no_keys: bool,
+    #[command(flatten, next_help_heading = "Page")]
+    pub browser: BrowserArgs,
+    /// Also open a Rerun viewer on this machine.
+    #[arg(long, conflicts_with = "connect", help_heading = "Viewer")]
+    pub spawn: bool,
+    /// Also send the run to a Rerun viewer that is open.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_URL,
+        value_parser = viewer_url, help_heading = "Viewer")]
+    pub connect: Option<String>,
     /// Save a recording from the start to this file.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub save: Option<PathBuf>,

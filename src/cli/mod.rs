@@ -5,7 +5,7 @@
 //! | 0 | success |
 //! | 1 | failure during the computation or while writing results |
 //! | 2 | invalid input: arguments, scene, signal, or an output that cannot be written |
-//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; the results so far are saved |
+//! | 130 | interrupted by Ctrl-C, SIGTERM or a closed terminal; the results so far are saved. `live` and `view` end so normally, with 0 |
 //!
 //! Results go to the standard output; progress, warnings and errors go to the standard error. Each command
 //! with a result also writes it as JSON with `--json FILE`: the result struct with the version of the
@@ -20,6 +20,7 @@ mod basins;
 mod branch;
 mod branch_args;
 mod branch_text;
+mod browser;
 mod calibrate;
 mod common_args;
 mod cost;
@@ -39,7 +40,6 @@ mod live;
 mod live_args;
 mod lyapunov;
 mod lyapunov_text;
-mod markdown;
 mod model;
 mod output;
 mod paper;
@@ -59,7 +59,7 @@ mod stability;
 mod steps;
 mod study_args;
 mod sweep;
-mod terminal;
+mod view;
 mod words;
 
 use std::ffi::OsString;
@@ -138,6 +138,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
     match command {
         Command::Run(args) => interruptible(|stop| run::execute(&args, stop)),
         Command::Live(args) => interruptible(|stop| live::run(&args, stop)),
+        Command::View(args) => interruptible(|stop| view::execute(&args, stop)),
         Command::Scenes(args) => scenes::scenes(&args),
         Command::Stability(args) => interruptible(|stop| stability::stability(&args, stop)),
         Command::Lyapunov(args) => interruptible(|stop| lyapunov::execute(&args, stop)),

@@ -26,7 +26,7 @@ use crate::export::SamplesSink;
 use crate::number::significant;
 use crate::pipeline::message::{SpectralLine, Summary};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
-use crate::record::{Output, RerunSink};
+use crate::record::{Output, RERUN_VERSION, RerunSink};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
 use crate::study::growth::peak_memory;
@@ -249,10 +249,12 @@ pub(super) fn command_line() -> String {
     name.chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Prints the command that opens a recording in the viewer.
+/// Prints the commands that open a recording: in the browser, and in the native viewer.
 pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
     let path = shell_word(recording);
-    Ok(report::print(&format!("\nopen with: rerun {path}\n"))?)
+    let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
+    let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
+    Ok(report::print(&text)?)
 }
 
 /// A path as one word of a shell command.

@@ -58,18 +58,6 @@ pub enum Command {
     StopRecording {},
 }
 
-impl Command {
-    /// Cost of the command in the rate limit of a client, see [`super::server`], in proportion to the work it
-    /// causes.
-    pub(super) fn cost(&self) -> f64 {
-        match self {
-            Self::Kick { .. } => 5.0,
-            Self::Reset {} | Self::Lyapunov { .. } | Self::Scene { .. } | Self::Record {} => 25.0,
-            _ => 1.0,
-        }
-    }
-}
-
 /// A rejected command, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]

@@ -64,7 +64,7 @@ pub struct Panel {
     pub recording: Option<String>,
     /// File names of the complete recordings of the session.
     pub recordings: Vec<String>,
-    /// Number of viewers that are watching: those connected to the page.
+    /// Number of pages that show the run.
     pub watching: usize,
     /// Number of the branch diagram within the session, from 1, or of the part of it that is computed so far; `None` without a
     /// diagram of the present scene.

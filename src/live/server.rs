@@ -1,17 +1,15 @@
-//! Web server of the page: controls, views, and the web viewer on request.
+//! Web servers: the page of a live run, and a recording in Rerun's web viewer.
 //!
-//! | path | content |
+//! | path of the page | content |
 //! |---|---|
 //! | `/` | the page |
 //! | `/control` | web socket: commands to the server, panel and rejections to the client, as JSON |
-//! | `/views` | web socket: data of the page's own views, binary, see [`ViewStore`](super::ViewStore) |
-//! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
-//! | `/stream` | web socket: the recording in complete messages, binary |
+//! | `/views` | web socket: data of the views, binary, see [`ViewStore`](super::ViewStore) |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
+//! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
 //! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 204 without one; the panel says when it is complete |
 //! | `/tour.json` | the guided tour |
 //! | `/recordings/NAME` | a complete recording of this session |
-//! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
 //!
 //! If other machines can reach the page, its address contains a key that decides whether a client controls the run
 //! or only watches ([`roles`]). Requests for another host name and requests from other pages are rejected ([`guard`]). The number of
@@ -21,6 +19,7 @@ mod accept;
 mod client;
 mod files;
 mod guard;
+mod recording;
 mod roles;
 mod second;
 mod shared;
@@ -28,11 +27,11 @@ mod sockets;
 #[cfg(test)]
 mod tests;
 
+use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 
-use axum::body::Bytes;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::middleware;
@@ -44,18 +43,14 @@ use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 use self::accept::Limits;
+use self::guard::Access;
 use self::roles::Keys;
 use self::second::SecondRun;
-use self::shared::{PANEL_EVERY, Shared};
-use super::bands::RegimeBands;
+use self::shared::Shared;
 use super::session::Session;
 use super::tour::Tour;
 
-/// Maximum size of a recording for a download, bytes: it is read into memory.
-const MAX_DOWNLOAD: u64 = 1 << 29;
-
-/// Rerun's web viewer, 42 MB, embedded in the binary.
-static VIEWER: OnceLock<WebViewerData> = OnceLock::new();
+pub use self::recording::RecordingPage;
 
 /// A listener bound to an address: a listening socket.
 #[derive(Debug)]
@@ -99,12 +94,80 @@ fn reachable(address: SocketAddr) -> SocketAddr {
     SocketAddr::new(way.map_or(here, |way| way.ip()), address.port())
 }
 
+/// A server on its own thread.
+#[derive(Debug)]
+struct Server {
+    stop: watch::Sender<bool>,
+    serving: JoinHandle<io::Result<()>>,
+}
+
+impl Server {
+    fn start(
+        serving: BoundListener,
+        keys: Option<Keys>,
+        router: Router,
+        limits: Limits,
+    ) -> io::Result<Self> {
+        let access = Arc::new(Access {
+            address: serving.address,
+            keys,
+        });
+        let router = router.layer(middleware::from_fn_with_state(access, guard::guard));
+        let (stop, stopped) = watch::channel(false);
+        let serving = std::thread::Builder::new()
+            .name("page".to_owned())
+            .spawn(move || serve(serving.listener, router, limits, stopped))?;
+        Ok(Self { stop, serving })
+    }
+
+    fn close(self) -> io::Result<()> {
+        self.stop.send_replace(true);
+        let panicked = |_| Err(io::Error::other("the thread of the page panicked"));
+        self.serving.join().unwrap_or_else(panicked)
+    }
+}
+
+/// Serves until stopped.
+fn serve(
+    listener: std::net::TcpListener,
+    router: Router,
+    limits: Limits,
+    mut stopped: watch::Receiver<bool>,
+) -> io::Result<()> {
+    // Single-threaded: starting worker threads panics if the system provides no more threads.
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .max_blocking_threads(4)
+        .enable_all()
+        .build()?;
+    let served = runtime.block_on(async {
+        let listener = TcpListener::from_std(listener)?;
+        tokio::select! {
+            () = accept::accept(listener, router, limits) => {}
+            // A dropped sender also stops the server.
+            _ = stopped.wait_for(|stopped| *stopped) => {}
+        }
+        Ok(())
+    });
+    // Closes connections that are still open.
+    runtime.shutdown_background();
+    served
+}
+
+/// Rerun's web viewer, 42 MB, embedded in the binary.
+fn viewer() -> io::Result<&'static WebViewerData> {
+    static VIEWER: OnceLock<WebViewerData> = OnceLock::new();
+    match VIEWER.get() {
+        Some(viewer) => Ok(viewer),
+        None => {
+            let viewer = WebViewerData::load(None).map_err(io::Error::other)?;
+            Ok(VIEWER.get_or_init(|| viewer))
+        }
+    }
+}
+
 /// Content of a page besides the run.
 #[derive(Clone, Default)]
 pub struct PageContent {
-    /// Type of motion versus tilt of a scene, for the strip below the tilt slider. Other scenes show their branch diagrams,
-    /// or linear stability.
-    pub swept: Option<RegimeBands>,
     /// The tour.
     pub tour: Option<Tour>,
     /// Whether the page starts the tour when it opens.
@@ -113,10 +176,9 @@ pub struct PageContent {
     pub second: Option<Arc<Session>>,
 }
 
-/// The running server.
+/// The running server of the page.
 pub struct Page {
-    stop: watch::Sender<bool>,
-    serving: JoinHandle<std::io::Result<()>>,
+    server: Server,
     shared: Arc<Shared>,
     url: String,
 }
@@ -130,7 +192,7 @@ impl Page {
         serving: BoundListener,
         session: Arc<Session>,
         content: PageContent,
-    ) -> std::io::Result<Self> {
+    ) -> io::Result<Self> {
         Self::limited(serving, session, content, Limits::default())
     }
 
@@ -139,124 +201,50 @@ impl Page {
         session: Arc<Session>,
         content: PageContent,
         limits: Limits,
-    ) -> std::io::Result<Self> {
-        let viewer = match VIEWER.get() {
-            Some(viewer) => viewer,
-            None => {
-                let viewer = WebViewerData::load(None).map_err(std::io::Error::other)?;
-                VIEWER.get_or_init(|| viewer)
-            }
-        };
-        let (stop, stopped) = watch::channel(false);
-        let (sender, bands) = watch::channel(RegimeBands::default());
+    ) -> io::Result<Self> {
         let PageContent {
-            swept,
             tour,
             starts_tour,
             second,
         } = content;
         let keys = (!serving.address.ip().is_loopback()).then(Keys::new);
         let plain = format!("http://{}/", reachable(serving.address));
-        let key = keys.as_ref().map(|keys| format!("?key={}", keys.presenter));
-        let url = format!("{plain}{}", key.unwrap_or_default());
-        let tour = serde_json::json!({ "tour": tour, "starts": starts_tour });
+        let keyed = |key: &String| format!("{plain}?key={key}");
+        let url = keys.as_ref().map(|keys| keyed(&keys.presenter));
         let shared = Arc::new(Shared {
-            session: Arc::clone(&session),
-            viewer,
-            address: serving.address,
-            bands,
-            keys,
-            url: plain,
+            session,
+            audience_url: keys.as_ref().map(|keys| keyed(&keys.audience)),
             second: second.map(SecondRun::new),
-            tour: tour.to_string(),
+            tour: serde_json::json!({ "tour": tour, "starts": starts_tour }).to_string(),
         });
-        let bands_stopped = stopped.clone();
-        std::thread::Builder::new()
-            .name("bands".to_owned())
-            .spawn(move || update_bands(&session, swept, &sender, &bands_stopped))?;
-        let serving = std::thread::Builder::new().name("page".to_owned()).spawn({
-            let shared = Arc::clone(&shared);
-            move || serve(serving.listener, shared, limits, stopped)
-        })?;
+        let router = router(Arc::clone(&shared));
+        let server = Server::start(serving, keys, router, limits)?;
         Ok(Self {
-            stop,
-            serving,
+            server,
             shared,
-            url,
+            url: url.unwrap_or(plain),
         })
     }
 
     /// Address of the page for the presenter; if it is served on all interfaces, the address for other machines.
-    pub fn url(&self) -> String {
-        self.url.clone()
+    pub fn url(&self) -> &str {
+        &self.url
     }
 
     /// Whether the server has stopped.
     pub fn is_finished(&self) -> bool {
-        self.serving.is_finished()
+        self.server.serving.is_finished()
     }
 
     /// Stops the server and the second run, and closes open connections.
     ///
     /// # Errors
     /// The error that stopped the server or the second run earlier.
-    pub fn close(self) -> std::io::Result<()> {
-        self.stop.send_replace(true);
-        let served = self.serving.join();
+    pub fn close(self) -> io::Result<()> {
+        let served = self.server.close();
         let ended = self.shared.second.as_ref().map_or(Ok(()), SecondRun::end);
-        let panicked = |_| Err(std::io::Error::other("the thread of the page panicked"));
-        served.unwrap_or_else(panicked).and(ended)
+        served.and(ended)
     }
-}
-
-/// Updates the bands for each run.
-fn update_bands(
-    session: &Session,
-    swept: Option<RegimeBands>,
-    sender: &watch::Sender<RegimeBands>,
-    stopped: &watch::Receiver<bool>,
-) {
-    let mut drawn = 0;
-    while !*stopped.borrow() {
-        let panel = session.panel();
-        if panel.run > drawn {
-            drawn = panel.run;
-            let scene = session.scene();
-            let own = swept.as_ref().filter(|swept| swept.scene == scene.name);
-            let bands = panel.tilt_range_deg.map(|reach| match own {
-                Some(swept) => swept.clone(),
-                None => RegimeBands::from_stability(&scene, reach),
-            });
-            sender.send_replace(bands.unwrap_or_default());
-        }
-        std::thread::sleep(PANEL_EVERY);
-    }
-}
-
-/// Serves until stopped.
-fn serve(
-    listener: std::net::TcpListener,
-    shared: Arc<Shared>,
-    limits: Limits,
-    mut stopped: watch::Receiver<bool>,
-) -> std::io::Result<()> {
-    // Single-threaded: starting worker threads panics if the system provides no more threads.
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .max_blocking_threads(4)
-        .enable_all()
-        .build()?;
-    let served = runtime.block_on(async {
-        let listener = TcpListener::from_std(listener)?;
-        tokio::select! {
-            () = accept::accept(listener, router(shared), limits) => {}
-            // A dropped sender also stops the server.
-            _ = stopped.wait_for(|stopped| *stopped) => {}
-        }
-        Ok(())
-    });
-    // Closes connections that are still open.
-    runtime.shutdown_background();
-    served
 }
 
 fn router(shared: Arc<Shared>) -> Router {
@@ -265,18 +253,11 @@ fn router(shared: Arc<Shared>) -> Router {
         router = router.nest("/b", run_routes(&second.session));
     }
     router
-        .route("/viewer.js", get(viewer_js))
-        .route("/viewer.wasm", get(viewer_wasm))
         .route("/favicon.ico", get(favicon))
         .route("/diagram.json", get(diagram))
         .route("/tour.json", get(tour))
         .route("/recordings/{name}", get(recording))
         .merge(run_routes(&shared.session))
-        .route("/stream", get(sockets::stream))
-        .layer(middleware::from_fn_with_state(
-            Arc::clone(&shared),
-            guard::guard,
-        ))
         .with_state(shared)
 }
 
@@ -287,17 +268,6 @@ fn run_routes(session: &Arc<Session>) -> Router<Arc<Shared>> {
         .route("/views", get(sockets::views))
         .route("/sound", get(sockets::sound))
         .layer(Extension(Arc::clone(session)))
-}
-
-async fn viewer_js(State(shared): State<Arc<Shared>>) -> Response {
-    let body = Bytes::from_static(shared.viewer.viewer_js());
-    let kind = (header::CONTENT_TYPE, "text/javascript; charset=utf-8");
-    ([kind], body).into_response()
-}
-
-async fn viewer_wasm(State(shared): State<Arc<Shared>>) -> Response {
-    let body = Bytes::from_static(shared.viewer.viewer_wasm());
-    ([(header::CONTENT_TYPE, "application/wasm")], body).into_response()
 }
 
 async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
@@ -313,30 +283,18 @@ async fn tour(State(shared): State<Arc<Shared>>) -> Response {
     ([kind], shared.tour.clone()).into_response()
 }
 
-/// A complete recording of this session.
+/// A complete recording of this session, for a download.
 async fn recording(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
     let Some(path) = shared.session.complete_recording(&name) else {
         return StatusCode::NOT_FOUND.into_response();
     };
-    let read = tokio::task::spawn_blocking(move || match path.metadata()?.len() {
-        ..=MAX_DOWNLOAD => std::fs::read(path).map(Some),
-        _ => Ok(None),
-    });
-    match read.await {
-        Ok(Ok(Some(bytes))) => {
-            let kind = (header::CONTENT_TYPE, "application/octet-stream");
-            let saved = (header::CONTENT_DISPOSITION, "attachment");
-            ([kind, saved], bytes).into_response()
-        }
-        Ok(Ok(None)) => {
-            let why = "the recording is too large for a download; copy the file";
-            (StatusCode::PAYLOAD_TOO_LARGE, why).into_response()
-        }
-        Ok(Err(_)) | Err(_) => StatusCode::NOT_FOUND.into_response(),
-    }
+    let saved = (header::CONTENT_DISPOSITION, "attachment");
+    ([saved], recording::streamed(&path).await).into_response()
 }
 
-async fn favicon(State(shared): State<Arc<Shared>>) -> Response {
-    let body = Bytes::from_static(shared.viewer.favicon());
-    ([(header::CONTENT_TYPE, "image/x-icon")], body).into_response()
+async fn favicon() -> Response {
+    match viewer() {
+        Ok(viewer) => ([(header::CONTENT_TYPE, "image/x-icon")], viewer.favicon()).into_response(),
+        Err(_) => StatusCode::NOT_FOUND.into_response(),
+    }
 }

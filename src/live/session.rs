@@ -12,10 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use self::tilt_range::tilt_range_deg;
 use super::audio::AudioStream;
 use super::diagram::{BifurcationEvents, DiagramStore};
-use super::hub::Hub;
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
-use super::throttled_sink::ThrottledSink;
 use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
@@ -26,17 +24,6 @@ use crate::pipeline::{
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
 use crate::sound::{Source, WavSink};
-
-/// Target of the view of a session.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ViewTarget {
-    /// The web page.
-    Page,
-    /// The own views of the web page, without a Rerun viewer: for a second run.
-    Views,
-    /// A Rerun viewer.
-    Viewer(Output),
-}
 
 /// Options of a session.
 #[derive(Debug)]
@@ -49,8 +36,10 @@ pub struct SessionOptions {
     pub speed: f64,
     /// Whether to compute the Lyapunov exponents and the perturbed trajectory, see [`Command::Lyapunov`](super::Command::Lyapunov).
     pub lyapunov: bool,
-    /// Display.
-    pub watcher: ViewTarget,
+    /// Rerun viewer that also shows the runs.
+    pub viewer: Option<Output>,
+    /// Whether to compute the branch diagram of a scene that has no stored one.
+    pub computes_diagram: bool,
     /// Folder for recordings started during the session.
     pub folder: PathBuf,
     /// File of a recording from the start.
@@ -65,12 +54,11 @@ pub struct SessionOptions {
 pub struct Session {
     first: Scene,
     command: String,
-    watcher: ViewTarget,
+    viewer: Option<Output>,
+    computes_diagram: bool,
     source: Source,
-    /// Data for the page's own views.
+    /// Data for the views of the page.
     pub views: Arc<ViewStore>,
-    /// Data for the viewers of the page.
-    pub hub: Arc<Hub>,
     /// Audio for the listeners of the page.
     pub audio: Arc<AudioStream>,
     store: Arc<StatusStore>,
@@ -103,7 +91,6 @@ impl Session {
     pub fn new(plan: SessionOptions) -> Self {
         Self {
             views: Arc::default(),
-            hub: Arc::default(),
             audio: Arc::new(AudioStream::new(plan.source)),
             store: Arc::default(),
             recording: Arc::new(RecordingControl::new(plan.folder, plan.save)),
@@ -121,35 +108,26 @@ impl Session {
             }),
             first: plan.scene,
             command: plan.command,
-            watcher: plan.watcher,
+            viewer: plan.viewer,
+            computes_diagram: plan.computes_diagram,
             source: plan.source,
             kicks: AtomicU64::new(0),
             stop: Arc::default(),
         }
     }
 
-    /// Runs one scene after another until the session is stopped. `notice` receives messages about a lost
-    /// viewer.
+    /// Runs one scene after another until the session is stopped.
     ///
     /// # Errors
     /// The first error of a run.
-    pub fn run(
-        &self,
-        notice: &Arc<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Option<Summary>, PipelineError> {
-        let ended = self.run_all(notice);
+    pub fn run(&self) -> Result<Option<Summary>, PipelineError> {
+        let ended = self.run_all();
         self.diagrams.cancel();
         ended
     }
 
-    fn run_all(
-        &self,
-        notice: &Arc<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Option<Summary>, PipelineError> {
-        let mut output = match &self.watcher {
-            ViewTarget::Page | ViewTarget::Views => None,
-            ViewTarget::Viewer(output) => Some(output.clone()),
-        };
+    fn run_all(&self) -> Result<Option<Summary>, PipelineError> {
+        let mut viewer = self.viewer.clone();
         let mut last = None;
         loop {
             let (scene, speed, wav, lyapunov) = {
@@ -175,10 +153,10 @@ impl Session {
                 InteractiveSource::new(controllable_source(&scene)?, speed, tilt_range);
             self.store.begin_run(tilt_range_deg, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
-            if self.watcher == ViewTarget::Page {
+            if self.computes_diagram {
                 self.diagrams.show(&scene, tilt_range_deg, &self.store);
             }
-            let mut sinks = self.display_sinks(&scene, &handle, output.as_mut(), notice)?;
+            let mut sinks = self.display_sinks(&scene, &handle, viewer.as_mut())?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
@@ -214,38 +192,29 @@ impl Session {
         }
     }
 
-    /// The sinks that display a run: on the page, or in a viewer.
+    /// The sinks that display a run: on the page, and in a viewer.
     fn display_sinks(
         &self,
         scene: &Scene,
         handle: &RunHandle,
         output: Option<&mut Output>,
-        notice: &Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Vec<Box<dyn Sink>>, PipelineError> {
-        let Some(output) = output else {
-            self.audio.set_run(handle.clone());
-            // The page's own views come first: they answer at once.
-            let views = self.views.sink(scene.record.deformation_scale);
-            let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(self.audio.sink())];
-            if self.watcher == ViewTarget::Page {
-                self.hub.begin();
-                let audience = Arc::clone(&self.hub) as _;
-                let viewer = RerunSink::for_receiver(audience, scene.record).map_err(sink)?;
-                sinks.push(Box::new(ThrottledSink::new(viewer)));
+        self.audio.set_run(handle.clone());
+        // The views of the page come first: they answer at once.
+        let views = self.views.sink(scene.record.deformation_scale);
+        let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(views), Box::new(self.audio.sink())];
+        if let Some(output) = output {
+            let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
+            sinks.push(Box::new(viewer));
+            // The whole session uses one viewer.
+            if output.spawn {
+                *output = Output {
+                    connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
+                    ..Output::default()
+                };
             }
-            return Ok(sinks);
-        };
-        let notice = Arc::clone(notice);
-        let viewer = RerunSink::new(output, scene.record).map_err(sink)?;
-        let viewer = viewer.with_notice(move |words| notice(words));
-        // The whole session uses one viewer.
-        if output.spawn {
-            *output = Output {
-                connect: Some("rerun+http://127.0.0.1:9876/proxy".to_owned()),
-                ..Output::default()
-            };
         }
-        Ok(vec![Box::new(ThrottledSink::new(viewer))])
+        Ok(sinks)
     }
 
     /// Stops the session.
@@ -271,17 +240,12 @@ impl Session {
         self.recording.complete(name)
     }
 
-    /// Shows a message on all panels.
-    pub fn log(&self, words: &str) {
-        self.store.log(self.time(), words);
-    }
-
     /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
         Panel {
             diagram: self.diagrams.number(),
             diagram_note: self.diagrams.note(),
-            ..self.store.read(self.status(), self.hub.watching())
+            ..self.store.read(self.status(), self.views.watching())
         }
     }
 
@@ -290,13 +254,8 @@ impl Session {
         self.diagrams.text()
     }
 
-    /// Simulated time of the run, s; 0 between two runs.
-    pub fn time(&self) -> f64 {
-        self.status().map_or(0.0, |status| status.time)
-    }
-
     /// Present state of the run, if there is one.
-    pub fn status(&self) -> Option<RunStatus> {
+    fn status(&self) -> Option<RunStatus> {
         self.current().handle.as_ref().map(RunHandle::status)
     }
 
@@ -312,11 +271,6 @@ impl Session {
             [preset.name.to_owned(), title.unwrap_or_default()]
         }));
         scenes
-    }
-
-    /// The present scene.
-    pub fn scene(&self) -> Scene {
-        self.current().scene.clone()
     }
 
     fn current(&self) -> MutexGuard<'_, Current> {

@@ -20,15 +20,12 @@ impl SessionThread {
     ///
     /// # Errors
     /// If the thread cannot be started.
-    pub fn start(
-        session: &Arc<Session>,
-        notice: Arc<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Self, PipelineError> {
+    pub fn start(session: &Arc<Session>) -> Result<Self, PipelineError> {
         let name = "session";
         let session = Arc::clone(session);
         std::thread::Builder::new()
             .name(name.to_owned())
-            .spawn(move || session.run(&notice))
+            .spawn(move || session.run())
             .map(Self)
             .map_err(|source| PipelineError::Thread { name, source })
     }

@@ -1,4 +1,4 @@
-//! Data of the page's own views: a small part of a run, from which the browser draws at once and on any machine.
+//! Data of the page's views: a small part of a run, from which the browser draws at once and on any machine.
 //!
 //! The store keeps the present picture and a short past. A client takes what is new since its last message, as
 //! often as it can draw ([`ViewCursor`]). A slow client therefore gets fewer messages, each with the newest data:
@@ -38,6 +38,11 @@ impl ViewStore {
     /// Notifies of new data.
     pub fn subscribe(&self) -> watch::Receiver<u64> {
         self.version.subscribe()
+    }
+
+    /// Number of clients.
+    pub fn watching(&self) -> usize {
+        self.version.receiver_count()
     }
 
     /// The message with everything that is new since the last one of a client; `None` without news.

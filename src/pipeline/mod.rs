@@ -44,10 +44,6 @@ pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.
 pub use interactive::{InteractiveSource, RunHandle, RunStatus};
 #[cfg(feature = "live")]
-pub(crate) use latest::LatestPerKind;
-#[cfg(all(test, feature = "live"))]
-pub(crate) use record_sender::{picture as picture_record, text as text_record};
-#[cfg(feature = "live")]
 pub(crate) use run::panic_message;
 pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;

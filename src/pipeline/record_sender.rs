@@ -72,15 +72,12 @@ impl Sink for RecordSender {
     }
 }
 
-#[cfg(all(test, feature = "live"))]
-pub(crate) use tests::{picture, text};
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// A record that a newer one replaces.
-    pub(crate) fn picture(time: f64) -> Record {
+    fn picture(time: f64) -> Record {
         Record::Embedding {
             time,
             points: vec![],
@@ -88,7 +85,7 @@ mod tests {
     }
 
     /// A record that is never dropped.
-    pub(crate) fn text(time: f64) -> Record {
+    fn text(time: f64) -> Record {
         let text = String::new();
         Record::Warning { time, text }
     }

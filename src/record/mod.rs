@@ -41,7 +41,6 @@ mod chaos;
 pub mod cost;
 mod delay;
 mod encode;
-mod encoded;
 mod error;
 mod exponents;
 mod file_stream;
@@ -76,11 +75,10 @@ mod viewer;
 #[cfg(test)]
 mod tests;
 
-pub use encoded::{EncodedMessage, MessageReceiver};
 pub use error::RecordError;
 pub use messages::Damage;
 pub(crate) use part_file::PartFile;
-pub use read::{ReadError, Series, read_series};
+pub use read::{ReadError, Series, check_recording, read_series};
 pub use sink::{APPLICATION, Output, RerunSink};
 
 /// Address space required for a recording, bytes. Its threads reserve nearly all of it, but use little.

@@ -6,6 +6,8 @@
 
 use std::{
     collections::BTreeMap,
+    fs::File,
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
@@ -145,6 +147,26 @@ pub fn read_series(path: &Path, column: Option<&str>) -> Result<Series, ReadErro
         }
         other => other,
     }
+}
+
+/// Checks that a file is a recording that this version of Rerun can read.
+///
+/// # Errors
+/// [`ReadError::Open`] or [`ReadError::Format`].
+pub fn check_recording(path: &Path) -> Result<(), ReadError> {
+    open(path).map(drop)
+}
+
+/// Opens a recording.
+fn open(path: &Path) -> Result<Chunks<BufReader<File>>, ReadError> {
+    let (file, _) = open_file(path).map_err(|source| ReadError::Open {
+        path: path.to_owned(),
+        source,
+    })?;
+    Chunks::new(file).map_err(|fault| ReadError::Format {
+        path: path.to_owned(),
+        reason: fault.to_string(),
+    })
 }
 
 fn read(path: &Path, column: Option<&str>, most: usize) -> Result<Series, ReadError> {
@@ -317,14 +339,7 @@ fn read_entities(
     asked: Option<(&str, Option<usize>)>,
     most: usize,
 ) -> Result<(BTreeMap<String, Entity>, Option<Damage>), ReadError> {
-    let (file, _) = open_file(path).map_err(|source| ReadError::Open {
-        path: path.to_owned(),
-        source,
-    })?;
-    let mut chunks = Chunks::new(file).map_err(|fault| ReadError::Format {
-        path: path.to_owned(),
-        reason: fault.to_string(),
-    })?;
+    let mut chunks = open(path)?;
     let mut entities = BTreeMap::<String, Entity>::new();
     let mut first = None;
     let index = asked.and_then(|(_, index)| index).unwrap_or(0);

@@ -10,7 +10,6 @@ use std::{
 use super::{
     blueprint, check_memory,
     encode::Encoder,
-    encoded::{EncodingSink, MessageReceiver},
     error::RecordError,
     file_stream,
     part_file::PartFile,
@@ -72,21 +71,20 @@ enum Destination {
         feed: Option<Feed>,
     },
     Viewer(LiveConnection),
-    MessageReceiver(EncodingSink),
 }
 
 impl Destination {
     fn feed(&self) -> Option<&Feed> {
         match self {
             Self::File { feed, .. } => feed.as_ref(),
-            Self::Viewer(_) | Self::MessageReceiver(_) => None,
+            Self::Viewer(_) => None,
         }
     }
 
     fn is_watched(&self) -> bool {
         match self {
             Self::File { feed, .. } => feed.is_some(),
-            Self::Viewer(_) | Self::MessageReceiver(_) => true,
+            Self::Viewer(_) => true,
         }
     }
 }
@@ -105,7 +103,7 @@ impl RerunSink {
     pub fn part(&self) -> Option<&Path> {
         match &self.destination {
             Destination::File { part, .. } => Some(part.part()),
-            Destination::Viewer(_) | Destination::MessageReceiver(_) => None,
+            Destination::Viewer(_) => None,
         }
     }
 
@@ -149,23 +147,10 @@ impl RerunSink {
         Self::with_destination(Destination::File { part, rrd, feed }, spec)
     }
 
-    /// Passes encoded messages to a receiver; no file is saved.
-    ///
-    /// # Errors
-    /// [`RecordError::Memory`]; [`RecordError::Encode`] if no stream can be opened.
-    pub fn for_receiver(
-        audience: Arc<dyn MessageReceiver>,
-        spec: RecordSpec,
-    ) -> Result<Self, RecordError> {
-        check_memory()?;
-        Self::with_destination(Destination::MessageReceiver(EncodingSink(audience)), spec)
-    }
-
     fn with_destination(destination: Destination, spec: RecordSpec) -> Result<Self, RecordError> {
         let sink: Arc<dyn MessageSink> = match &destination {
             Destination::File { rrd, .. } => Arc::new(rrd.writer()),
             Destination::Viewer(live) => Arc::new(live.clone()),
-            Destination::MessageReceiver(audience) => Arc::new(audience.clone()),
         };
         Ok(Self {
             rec: RecordingStream::new(APPLICATION, sink)?,
@@ -254,7 +239,6 @@ impl RerunSink {
     fn flush(&mut self) -> Result<(), RecordError> {
         let result = match &self.destination {
             Destination::File { part, rrd, .. } => file_stream::flush(&self.rec, rrd, part),
-            Destination::MessageReceiver(_) => self.rec.send_pending(),
             Destination::Viewer(live) => self.rec.send_pending().and_then(|()| live.flush()),
         };
         self.flushed = Instant::now();
@@ -268,7 +252,7 @@ impl RerunSink {
         }
         match &mut self.destination {
             Destination::File { part, rrd, .. } => file_stream::seal(&self.rec, rrd, part),
-            Destination::Viewer(_) | Destination::MessageReceiver(_) => self.flush(),
+            Destination::Viewer(_) => self.flush(),
         }
     }
 
@@ -297,7 +281,6 @@ impl RerunSink {
                 }
             }
             Destination::Viewer(live) => live.close()?,
-            Destination::MessageReceiver(_) => {}
         }
         self.report_viewer_status();
         Ok(())
@@ -351,7 +334,7 @@ impl Sink for RerunSink {
     fn delivery(&self) -> Delivery {
         match self.destination {
             Destination::File { .. } => Delivery::Everything,
-            Destination::Viewer(_) | Destination::MessageReceiver(_) => Delivery::LatestPictures,
+            Destination::Viewer(_) => Delivery::LatestPictures,
         }
     }
 

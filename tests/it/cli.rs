@@ -378,7 +378,7 @@ fn help_groups_the_commands_and_ends_with_examples() {
     let main = help(&["--help"]);
     for heading in [
         "Simulate:",
-        "Watch live:",
+        "Watch:",
         "Study:",
         "Analyse a signal:",
         "Inspect:",

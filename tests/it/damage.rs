@@ -322,15 +322,7 @@ fn other_file_types_are_rejected_before_reading() {
     for path in ["/dev/zero", "/dev/null", "pipe", "."] {
         for words in [
             vec!["merge", path, "--out", "merged.arrow"],
-            vec![
-                "live",
-                "--serve",
-                "--no-keys",
-                "--port",
-                "0",
-                "--sweep",
-                path,
-            ],
+            vec!["view", path],
             vec!["calibrate", "--resume", "--out", path],
         ] {
             let output = desk.run(&words);

@@ -2,8 +2,7 @@
 // bifurcations, and a marker at the present tilt. The branches themselves are a view of their own.
 
 import { colour } from "/colours.js";
-import { $, make } from "/dom.js";
-import { showSource } from "/panel.js";
+import { $, make, setText } from "/dom.js";
 import { Plot, note, readStyle, short, unit } from "/plot.js";
 import { T } from "/texts.js";
 
@@ -13,7 +12,6 @@ const LETTER = 0.48;
 export class Diagram {
   #range = null;
   #number = null;
-  #bands = { source: "", rows: [] };
   #full = null;
   #note = null;
   // One for each run that is shown, and their tilts, degrees.
@@ -55,12 +53,8 @@ export class Diagram {
 
   setNote(text) {
     this.#note = text;
+    setText($("diagram-note"), text ?? "");
     this.version++;
-  }
-
-  setBands(bands) {
-    this.#bands = bands;
-    this.draw();
   }
 
   setRange(range) {
@@ -84,9 +78,8 @@ export class Diagram {
   draw() {
     this.version++;
     if (!this.#range) return $("bands").replaceChildren();
-    const { source, rows } = this.#shown();
     const kinds = new Map();
-    const drawn = rows.map((row) => this.#row(row, kinds));
+    const drawn = (this.#full?.responses ?? []).map((row) => this.#row(row, kinds));
     const marks = (this.#full?.bifurcations ?? []).map(({ tilt_deg, text }) =>
       make("div", { className: "event", title: text, style: `left:${this.#percent(tilt_deg)}%` }),
     );
@@ -96,23 +89,16 @@ export class Diagram {
     $("legend").replaceChildren(
       ...unnamed.map(([kind]) => make("span", {}, make("i", { style: `background:${colour(kind)}` }), kind)),
     );
-    showSource(source);
     this.#tilts.forEach((deg, run) => this.mark(deg, run));
   }
 
-  // The rows: those of the user's sweep, else of the diagram, else of linear stability.
-  #shown() {
-    const responses = this.#full?.responses ?? [];
-    if (!responses.length || this.#bands.rows.some(({ start }) => start)) return this.#bands;
-    return { source: "", rows: responses.map(({ start, tilt_deg, regime }) => ({ start, at: tilt_deg.map((deg, k) => [deg, regime[k]]) })) };
-  }
-
   // Adjacent tilts with the same type of motion form one band.
-  #row({ start, at }, kinds) {
+  #row({ start, tilt_deg: tilts, regime }, kinds) {
     const ranges = [];
-    for (const [k, [deg, kind]] of at.entries()) {
-      const low = k === 0 ? deg : 0.5 * (at[k - 1][0] + deg);
-      const high = k === at.length - 1 ? deg : 0.5 * (deg + at[k + 1][0]);
+    for (const [k, deg] of tilts.entries()) {
+      const kind = regime[k];
+      const low = k === 0 ? deg : 0.5 * (tilts[k - 1] + deg);
+      const high = k === tilts.length - 1 ? deg : 0.5 * (deg + tilts[k + 1]);
       const last = ranges.at(-1);
       if (last?.kind === kind) last.high = high;
       else ranges.push({ kind, low, high });
@@ -124,8 +110,8 @@ export class Diagram {
       const style = `left:${left}%;width:${right - left}%;background:${colour(kind)}`;
       return make("div", { className: "band", title: kind, style, textContent: named ? kind : "" });
     });
-    const label = start ? [make("span", { className: "row-name", textContent: T.started[start] })] : [];
-    return make("div", { className: "bands-row" }, ...bands, ...label);
+    const label = make("span", { className: "row-name", textContent: T.started[start] });
+    return make("div", { className: "bands-row" }, ...bands, label);
   }
 
   // Numbers of unstable modes, at the tilts from which they hold.

@@ -6,10 +6,6 @@ import { T } from "/texts.js";
 
 const CONTROLS = "button, select, input, textarea, summary, a[href], dialog, [contenteditable]";
 
-// Whether an element is the canvas of the Rerun viewer, or one that the viewer has added to the page.
-const isViewer = (element) =>
-  element.id === "viewer" || (!$("laboratory").hidden && element !== document.body && !element.closest?.("#top, #tour-bar, #main, #panel, #dock, dialog"));
-
 export class Keys {
   // `actions` are functions by key.
   constructor(actions) {
@@ -21,35 +17,24 @@ export class Keys {
       make("tr", {}, make("th", { scope: "row" }, make("kbd", { textContent: keys })), make("td", { textContent: text })),
     );
     $("keys").tBodies[0].replaceChildren(...rows);
-    // Captures keys before the viewer, which keeps Tab and Escape otherwise.
-    window.addEventListener("keydown", (event) => this.#press(event), true);
+    window.addEventListener("keydown", (event) => this.#press(event));
   }
 
   #press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const target = event.target;
-    const inViewer = isViewer(target);
-    if (event.key === "Tab") {
-      if (!inViewer) return;
-      event.preventDefault();
-      event.stopImmediatePropagation();
-      $(event.shiftKey ? "laboratory-close" : "pause").focus();
-      return;
-    }
     if (event.key === "Escape") {
       // A dialog closes itself.
       if (document.querySelector("dialog[open]")) return;
-      event.stopImmediatePropagation();
       if (target.closest?.("details[open]")) target.closest("details").open = false;
-      else if (target.matches?.(CONTROLS) || inViewer) document.activeElement?.blur();
+      else if (target.matches?.(CONTROLS)) document.activeElement?.blur();
       else this.actions.Escape?.(event);
       return;
     }
-    if (target.closest?.(CONTROLS) || inViewer || document.querySelector("dialog[open]")) return;
+    if (target.closest?.(CONTROLS) || document.querySelector("dialog[open]")) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (!this.actions[key] || (!$("shortcuts-on").checked && key !== "?")) return;
     event.preventDefault();
-    event.stopPropagation();
     this.actions[key](event);
   }
 }

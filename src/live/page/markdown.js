@@ -34,7 +34,7 @@ export function markdown(where, text) {
   where.replaceChildren(...blocks);
 }
 
-export function inline(element, text) {
+function inline(element, text) {
   for (const part of text.split(/(\*\*[^*]+\*\*|\*[^*]+\*|`[^`]+`)/)) {
     const marked = (tag, cut) => {
       const inner = document.createElement(tag);

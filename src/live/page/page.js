@@ -5,7 +5,6 @@ import { Comparison } from "/compare.js";
 import { Branches, Diagram } from "/diagram.js";
 import { $, setText, shown } from "/dom.js";
 import { Keys } from "/keys.js";
-import { Laboratory } from "/laboratory.js";
 import { showPanel, speedText } from "/panel.js";
 import { Run } from "/run.js";
 import { fillShare } from "/share.js";
@@ -22,7 +21,6 @@ fillTexts(document);
 
 const state = { panel: null, audienceUrl: null, asked: null, askedUntil: 0, refusedUntil: 0, draggingSpeed: false };
 const sound = new Sound();
-const laboratory = new Laboratory();
 const diagram = new Diagram();
 let scenes = [];
 let hardKick = null;
@@ -39,7 +37,6 @@ const run = new Run("", {
     for (const control of document.querySelectorAll("#dock input, #dock button:not(#listen), #scene")) control.disabled = !sent.controls;
     $("compare").hidden = !sent.compares || !sent.controls;
   },
-  bands: (bands) => diagram.setBands(bands),
   panel(status, before) {
     state.panel = status;
     if (status.run !== before?.run) diagram.setRange(status.tilt_range_deg);
@@ -179,7 +176,6 @@ $("record").onclick = toggleRecord;
 function changeTheme() {
   toggleTheme();
   stage.refresh();
-  laboratory.reload();
 }
 
 function togglePanel() {
@@ -215,7 +211,6 @@ window.addEventListener("afterprint", () => {
 
 const help = () => $("help").showModal();
 const listen = () => sound.toggle();
-const toggleLaboratory = () => laboratory.toggle();
 $("listen").onclick = listen;
 $("theme").onclick = changeTheme;
 $("panel-toggle").onclick = togglePanel;
@@ -228,7 +223,6 @@ $("print").onclick = () => {
 };
 $("tour-start").onclick = () => tour.toggle();
 $("compare").onclick = compare;
-$("laboratory-open").onclick = toggleLaboratory;
 
 new Keys({
   ...TILT_KEYS,
@@ -244,7 +238,6 @@ new Keys({
   m: listen,
   e: toggleLyapunov,
   f: toggleRecord,
-  v: toggleLaboratory,
   h: togglePanel,
   l: changeTheme,
   g: toggleFullScreen,
@@ -263,4 +256,4 @@ document.addEventListener("click", ({ target }) => {
 });
 
 // For tests in a browser.
-window.squeakscope = { state, run, stage, laboratory, diagram, latencies, ask, sound, tour, comparison };
+window.squeakscope = { state, run, stage, diagram, latencies, ask, sound, tour, comparison };

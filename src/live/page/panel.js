@@ -1,7 +1,7 @@
 // The text and the numbers of a run.
 
 import { $, make, setText, short, shown } from "/dom.js";
-import { inline, markdown } from "/markdown.js";
+import { markdown } from "/markdown.js";
 import { T } from "/texts.js";
 
 const NODE_COLOURS = ["var(--stick)", "var(--slip)", "var(--separated)"];
@@ -66,13 +66,14 @@ function showSpeed(status) {
   setText($("pause"), status.paused ? T.resume : T.pause);
   $("lyapunov").hidden = status.lyapunov === null;
   $("lyapunov").firstElementChild.checked = status.lyapunov === true;
-  const slow = status.measured_speed !== null && status.measured_speed < 0.9 * status.speed;
-  const measured = status.paused
-    ? T.paused
-    : slow
-      ? T.actualSpeed(speedText(1e3 * status.measured_speed), status.lyapunov)
-      : T.takes(short(1 / asked));
-  setText($("measured_speed"), measured);
+  setText($("measured_speed"), status.paused ? T.paused : reached(status));
+}
+
+// The measured ratio of simulated time to wall time.
+function reached({ measured_speed: ratio, speed, lyapunov }) {
+  if (ratio === null) return "";
+  const text = ratio >= 0.95 ? T.realTime : T.ofRealTime(short(ratio));
+  return ratio < 0.9 * speed ? text + T.slower(lyapunov) : text;
 }
 
 function showNodes(nodes) {
@@ -104,10 +105,4 @@ function showRecording(file) {
   setText($("record"), file ? T.stopRecording : T.record);
   $("recording").hidden = !file;
   setText($("recording"), file ? T.recordingTo(file) : "");
-}
-
-// Shows where the strip below the tilt comes from.
-export function showSource(text) {
-  $("bands-source").replaceChildren();
-  inline($("bands-source"), text);
 }

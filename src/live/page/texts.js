@@ -8,9 +8,6 @@ export const T = {
   sceneTitle: "Start another scene (N: next)",
   tour: "Tour",
   tourTitle: "Start the guided tour (T)",
-  laboratory: "Laboratory",
-  laboratoryTitle: "Rerun viewer with the complete recording of the run (V)",
-  backToViews: "Back to the views",
   viewsMenu: "Views",
   viewsTitle: "Choose the views",
   more: "More",
@@ -127,11 +124,11 @@ export const T = {
   paused: "paused",
   realTime: "real time",
   speedOf: (ms) => `${ms} ms/s`,
-  actualSpeed: (speed, lyapunov) => `actual speed ${speed}${lyapunov ? "; faster without Lyapunov exponents" : ""}`,
-  takes: (seconds) => `1 ms of simulated time takes ${seconds} s`,
+  ofRealTime: (ratio) => `${ratio} × real time`,
+  slower: (lyapunov) => `, slower than set${lyapunov ? "; faster without Lyapunov exponents" : ""}`,
   nodeCounts: (stick, slip, separated) =>
     `contact nodes, mean over 5 ms: ${stick} stick, ${slip} slip, ${separated} separated`,
-  viewers: (count) => (count === 1 ? "1 page or viewer is connected" : `${count} pages or viewers are connected`),
+  viewers: (count) => (count === 1 ? "1 page shows this run" : `${count} pages show this run`),
   recordingTo: (file) => `recording to ${file}`,
   degrees: (deg) => `${deg.toFixed(2)}°`,
   line: (khz, name, mm) => `${khz} kHz${name ? ` ${name}` : ""}, ${mm} mm/s`,
@@ -222,11 +219,6 @@ export const T = {
   tooLow: "; too low to hear: choose a higher playback speed",
   audio: (what, pitch, hint) => `${what}, ${pitch}, level normalised${hint}`,
 
-  // Laboratory.
-  loadingViewer: "Loading the Rerun viewer (42 MB)…",
-  viewerFault: (fault) => `The viewer cannot start: ${fault}`,
-  viewer: "Rerun viewer",
-
   // Help.
   shortcuts: "Keyboard shortcuts",
   shortcutsOn: "Keyboard shortcuts are active",
@@ -242,7 +234,6 @@ export const T = {
     ["M", "listen, mute"],
     ["E", "Lyapunov exponents on, off"],
     ["F", "record to a file"],
-    ["V", "laboratory: the Rerun viewer"],
     ["T", "guided tour: start, end"],
     ["Enter, B", "next and previous step of the tour"],
     ["H", "hide, show the panel"],

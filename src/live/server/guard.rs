@@ -13,7 +13,6 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::roles::{Keys, Role};
-use super::shared::Shared;
 
 /// Content security policy: the page may load and contact only this server.
 const CONTENT_POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; \
@@ -36,10 +35,9 @@ const HEADERS: [(HeaderName, &str); 5] = [
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
 /// Paths of the run itself, which need a key if other machines can reach them.
-const KEYED: [&str; 7] = [
+const KEYED: [&str; 6] = [
     "/control",
     "/views",
-    "/stream",
     "/sound",
     "/b/control",
     "/b/views",
@@ -51,14 +49,23 @@ const RECORDINGS: &str = "/recordings/";
 /// Reason for the rejection of a request.
 type Refusal = (StatusCode, &'static str);
 
+/// Who may connect.
+#[derive(Debug)]
+pub(super) struct Access {
+    /// Address of the server.
+    pub address: SocketAddr,
+    /// Keys of the roles; `None` if only this machine can reach the server.
+    pub keys: Option<Keys>,
+}
+
 /// Rejects requests to other hosts and from other origins.
 pub(super) async fn guard(
-    State(shared): State<Arc<Shared>>,
+    State(access): State<Arc<Access>>,
     mut request: Request,
     next: Next,
 ) -> Response {
-    let admitted = admitted(&request, shared.address);
-    let mut response = match admitted.and_then(|()| role(&request, shared.keys.as_ref())) {
+    let admitted = admitted(&request, access.address);
+    let mut response = match admitted.and_then(|()| role(&request, access.keys.as_ref())) {
         Ok(role) => {
             request.extensions_mut().insert(role);
             next.run(request).await
@@ -68,6 +75,10 @@ pub(super) async fn guard(
     for (name, value) in HEADERS {
         let value = HeaderValue::from_static(value);
         response.headers_mut().insert(name, value);
+    }
+    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
+        let close = HeaderValue::from_static("close");
+        response.headers_mut().insert(header::CONNECTION, close);
     }
     response
 }

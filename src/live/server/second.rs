@@ -27,8 +27,7 @@ impl SecondRun {
     pub fn start(&self) -> Result<(), crate::pipeline::PipelineError> {
         let mut thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         if thread.is_none() {
-            // It has no viewer that could be lost.
-            *thread = Some(SessionThread::start(&self.session, Arc::new(|_| {}))?);
+            *thread = Some(SessionThread::start(&self.session)?);
         }
         Ok(())
     }

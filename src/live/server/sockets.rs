@@ -1,36 +1,31 @@
-//! Web sockets for control, views, recording and audio.
+//! Web sockets for control, views and audio.
 
-use std::collections::HashSet;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::Duration;
 
 use axum::Extension;
 use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocketUpgrade};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocketUpgrade};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use tokio::sync::broadcast::error::{RecvError, TryRecvError};
-use tokio::time::{MissedTickBehavior, sleep_until};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{Instant, MissedTickBehavior, sleep_until};
 
-use super::accept::ConnectionSlot;
-use super::client::{Client, Disconnected, TokenBucket};
+use super::accept::Connection;
+use super::client::{Client, Disconnected};
 use super::roles::Role;
-use super::shared::{PANEL_EVERY, Shared};
+use super::shared::Shared;
 use crate::live::command::{Command, HARD_KICK, KICK_RANGE, SPEED_RANGE};
-use crate::live::flow_control::FlowControl;
-use crate::live::hub::{Name, Subscription, Update};
 use crate::live::session::Session;
 use crate::live::views::ViewCursor;
 
-/// Approximate size of a message to a viewer, bytes.
-const MESSAGE: usize = 1 << 20;
-/// Bytes per second for the page's own views, and burst.
-const VIEWS_RATE: [f64; 2] = [2e6, 1e6];
-/// Maximum number of messages for the page's own views that are sent but not drawn.
+/// Interval at which a changed panel is sent.
+const PANEL_EVERY: Duration = Duration::from_millis(50);
+/// Bytes per second for the views.
+const VIEWS_RATE: f64 = 2e6;
+/// Maximum number of messages for the views that are sent but not drawn.
 const VIEWS_AHEAD: u64 = 3;
-/// Close code for a client that lags too far behind.
-const TOO_SLOW: u16 = 4000;
 
 /// The first message to the page.
 #[derive(Serialize)]
@@ -52,7 +47,7 @@ struct Welcome {
 
 pub(super) async fn control(
     State(shared): State<Arc<Shared>>,
-    Extension(slot): Extension<Arc<ConnectionSlot>>,
+    Extension(connection): Extension<Arc<Connection>>,
     Extension(role): Extension<Role>,
     Extension(session): Extension<Arc<Session>>,
     upgrade: WebSocketUpgrade,
@@ -64,7 +59,7 @@ pub(super) async fn control(
     {
         return (StatusCode::SERVICE_UNAVAILABLE, fault.to_string()).into_response();
     }
-    Client::serve(upgrade, slot, move |client| {
+    Client::serve(upgrade, connection, move |client| {
         serve_control(client, shared, session, role)
     })
 }
@@ -93,19 +88,12 @@ async fn serve_control(
         audio_rate_hz: crate::sound::RATE,
         controls: role == Role::Presenter,
         compares: shared.second.is_some(),
-        audience_url: match (&shared.keys, role) {
-            (Some(keys), Role::Presenter) => Some(format!("{}?key={}", shared.url, keys.audience)),
-            _ => None,
-        },
+        audience_url: shared
+            .audience_url
+            .clone()
+            .filter(|_| role == Role::Presenter),
     };
-    let mut bands = shared.bands.clone();
-    let first = [
-        message("welcome", &welcome),
-        message("bands", &*bands.borrow_and_update()),
-    ];
-    for message in first {
-        client.send(message).await?;
-    }
+    client.send(message("welcome", &welcome)).await?;
     let mut tick = tokio::time::interval(PANEL_EVERY);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut sent = None;
@@ -115,12 +103,9 @@ async fn serve_control(
                 Message::Text(_) if role == Role::Audience => {
                     Some(message("refused", &"this address only watches; the presenter controls the run"))
                 }
-                Message::Text(text) => Some(apply(&mut client, session, text.as_str()).await),
+                Message::Text(text) => Some(apply(session, text.as_str()).await),
                 _ => None,
             },
-            Ok(()) = bands.changed() => {
-                Some(message("bands", &*bands.borrow_and_update()))
-            }
             _ = tick.tick() => {
                 let panel = session.panel();
                 let changed = sent.as_ref() != Some(&panel);
@@ -136,14 +121,11 @@ async fn serve_control(
 }
 
 /// Applies a command and returns the response.
-async fn apply(client: &mut Client, session: &Arc<Session>, text: &str) -> Message {
+async fn apply(session: &Arc<Session>, text: &str) -> Message {
     let command: Command = match serde_json::from_str(text) {
         Ok(command) => command,
         Err(fault) => return message("refused", &format!("invalid command: {fault}")),
     };
-    if !client.allow(command.cost()) {
-        return message("refused", &"too many commands; wait a moment");
-    }
     let session = Arc::clone(session);
     // Loading a scene takes a moment.
     let applied = tokio::task::spawn_blocking(move || session.apply(&command)).await;
@@ -154,112 +136,26 @@ async fn apply(client: &mut Client, session: &Arc<Session>, text: &str) -> Messa
     }
 }
 
-pub(super) async fn stream(
-    State(shared): State<Arc<Shared>>,
-    Extension(slot): Extension<Arc<ConnectionSlot>>,
-    upgrade: WebSocketUpgrade,
-) -> Response {
-    Client::serve(upgrade, slot, |client| serve_stream(client, shared))
-}
-
-/// Sends the recording to a viewer until it disconnects. A slow viewer misses temporal data.
-async fn serve_stream(mut client: Client, shared: Arc<Shared>) -> Result<(), Disconnected> {
-    let session = &shared.session;
-    let Subscription { past, mut updates } = session.hub.subscribe();
-    let mut flow = FlowControl::default();
-    let mut missed: HashSet<Name> = HashSet::new();
-    let mut waiting: Vec<u8> = Vec::new();
-    for piece in past {
-        waiting.extend_from_slice(&piece);
-        if waiting.len() >= MESSAGE {
-            let full = std::mem::take(&mut waiting);
-            client.send(Message::Binary(full.into())).await?;
-        }
-    }
-    loop {
-        if !waiting.is_empty() {
-            let full = std::mem::take(&mut waiting);
-            client.send(Message::Binary(full.into())).await?;
-            flow.sent(Instant::now());
-        }
-        let mut take = |update: Update, waiting: &mut Vec<u8>| {
-            if update.starts_recording {
-                flow.begin();
-            }
-            if update.is_static {
-                waiting.extend_from_slice(&update.bytes);
-            } else if flow.is_behind(Instant::now()) {
-                missed.insert(update.name);
-            } else {
-                // Data that were left out remain valid until new data of the same name arrive.
-                if !missed.is_empty() {
-                    missed.remove(&update.name);
-                    for piece in session.hub.last(&std::mem::take(&mut missed)) {
-                        waiting.extend_from_slice(&piece);
-                    }
-                }
-                waiting.extend_from_slice(&update.bytes);
-                flow.queue(update.end_time);
-            }
-        };
-        let mut lost = false;
-        tokio::select! {
-            piece = updates.recv() => match piece {
-                Ok(piece) => take(piece, &mut waiting),
-                Err(RecvError::Lagged(_)) => lost = true,
-                Err(RecvError::Closed) => return Ok(()),
-            },
-            received = client.recv() => {
-                if let Message::Text(text) = received?
-                    && let Ok(Acknowledgement { displayed_s }) = serde_json::from_str(text.as_str())
-                {
-                    flow.acknowledge(Instant::now(), displayed_s);
-                }
-                continue;
-            }
-        };
-        // Adds pieces that have arrived in the meantime.
-        while waiting.len() < MESSAGE && !lost {
-            match updates.try_recv() {
-                Ok(piece) => take(piece, &mut waiting),
-                Err(TryRecvError::Lagged(_)) => lost = true,
-                Err(_) => break,
-            }
-        }
-        if lost {
-            return client.send(too_slow()).await;
-        }
-    }
-}
-
-/// Acknowledgement of a viewer.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Acknowledgement {
-    /// Simulated time up to which the viewer displays the run, s.
-    displayed_s: f64,
-}
-
 pub(super) async fn views(
     Extension(session): Extension<Arc<Session>>,
-    Extension(slot): Extension<Arc<ConnectionSlot>>,
+    Extension(connection): Extension<Arc<Connection>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::serve(upgrade, slot, |client| serve_views(client, session))
+    Client::serve(upgrade, connection, |client| serve_views(client, session))
 }
 
-/// Sends the data of the page's own views as often as the client draws them, at most [`VIEWS_RATE`].
+/// Sends the data of the views as often as the client draws them, at most [`VIEWS_RATE`].
 async fn serve_views(mut client: Client, session: Arc<Session>) -> Result<(), Disconnected> {
     let store = &session.views;
     let mut changes = store.subscribe();
     // The present picture, even of a paused run.
     changes.mark_changed();
     let mut cursor = ViewCursor::default();
-    let mut bytes = TokenBucket::new(VIEWS_RATE, Instant::now().into());
+    let mut due = Instant::now();
     let (mut sent, mut drawn) = (0_u64, 0_u64);
     loop {
         let news = async {
-            sleep_until(bytes.available_at(0.0)).await;
+            sleep_until(due).await;
             changes.changed().await
         };
         tokio::select! {
@@ -275,7 +171,7 @@ async fn serve_views(mut client: Client, session: Arc<Session>) -> Result<(), Di
                     return Ok(());
                 }
                 if let Some(message) = store.next(&mut cursor) {
-                    bytes.take(message.len() as f64, Instant::now().into());
+                    due = Instant::now() + Duration::from_secs_f64(message.len() as f64 / VIEWS_RATE);
                     sent += 1;
                     client.send(Message::Binary(message.into())).await?;
                 }
@@ -284,7 +180,7 @@ async fn serve_views(mut client: Client, session: Arc<Session>) -> Result<(), Di
     }
 }
 
-/// Acknowledgement of the page's own views.
+/// Acknowledgement of the views.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ViewAcknowledgement {
@@ -294,10 +190,10 @@ struct ViewAcknowledgement {
 
 pub(super) async fn sound(
     Extension(session): Extension<Arc<Session>>,
-    Extension(slot): Extension<Arc<ConnectionSlot>>,
+    Extension(connection): Extension<Arc<Connection>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    Client::serve(upgrade, slot, |client| serve_sound(client, session))
+    Client::serve(upgrade, connection, |client| serve_sound(client, session))
 }
 
 /// Description of the audio signal, for a listener.
@@ -345,12 +241,4 @@ async fn serve_sound(mut client: Client, session: Arc<Session>) -> Result<(), Di
         let bytes: Vec<u8> = sound.iter().flat_map(|x| x.to_le_bytes()).collect();
         client.send(Message::Binary(bytes.into())).await?;
     }
-}
-
-/// Closes the connection of a client that lags too far behind. The page reconnects.
-fn too_slow() -> Message {
-    Message::Close(Some(CloseFrame {
-        code: TOO_SLOW,
-        reason: "too slow".into(),
-    }))
 }

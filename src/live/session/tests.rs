@@ -11,7 +11,8 @@ fn session(scene: &str) -> Arc<Session> {
         command: "squeakscope live".to_owned(),
         speed: 0.02,
         lyapunov: true,
-        watcher: ViewTarget::Page,
+        viewer: None,
+        computes_diagram: true,
         folder: std::env::temp_dir(),
         save: None,
         wav: None,
@@ -25,10 +26,7 @@ fn with_session(scene: &str, control: impl FnOnce(&Session)) {
     let session = session(scene);
     let runner = {
         let session = Arc::clone(&session);
-        std::thread::spawn(move || {
-            let notice: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(|_| ());
-            session.run(&notice).map(|_| ())
-        })
+        std::thread::spawn(move || session.run().map(drop))
     };
     until(&session, |panel| panel.time_s > 0.0);
     control(&session);

@@ -5,7 +5,7 @@ use std::{
     fs::File,
     io::BufReader,
     path::{Path, PathBuf},
-    sync::{Arc, Mutex},
+    sync::Arc,
     time::Instant,
 };
 
@@ -15,8 +15,8 @@ use rerun::{
 };
 
 use super::{
-    APPLICATION, EncodedMessage, MessageReceiver, Output, RecordError, RerunSink, blueprint,
-    encode::Encoder, file_stream, paths, stream,
+    APPLICATION, Output, RecordError, RerunSink, blueprint, encode::Encoder, file_stream, paths,
+    stream,
 };
 use crate::pipeline::{
     Delivery, Monitor, Sink,
@@ -90,35 +90,6 @@ fn record(path: &Path, duration: f64) {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
-}
-
-#[test]
-fn encoded_messages_state_their_end_time() {
-    struct Received(Mutex<Vec<EncodedMessage>>);
-    impl MessageReceiver for Received {
-        fn receive(&self, piece: EncodedMessage) {
-            self.0.lock().unwrap().push(piece);
-        }
-    }
-    let received = Arc::new(Received(Mutex::default()));
-    let mut sink = RerunSink::for_receiver(Arc::clone(&received) as _, demo::spec()).unwrap();
-    for record in demo::records(0.05) {
-        sink.accept(record).unwrap();
-    }
-    sink.finish().unwrap();
-    let pieces = received.0.lock().unwrap();
-    assert!(pieces[0].starts_recording && pieces[0].is_static);
-    let temporal = pieces.iter().skip_while(|piece| piece.end_time.is_none());
-    assert!(
-        temporal.clone().count() > 100 && temporal.clone().all(|piece| !piece.starts_recording)
-    );
-    // Temporal messages have a time, at most that of the last sample; static ones have none.
-    for piece in pieces.iter() {
-        assert_eq!(piece.end_time.is_none(), piece.is_static, "{}", piece.name);
-    }
-    let last = pieces.iter().filter_map(|piece| piece.end_time);
-    let last = last.fold(0.0, f64::max);
-    assert!((last - 0.05).abs() < 1e-4, "{last}");
 }
 
 /// Entities drawn by every update of the signal analyses.

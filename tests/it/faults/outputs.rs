@@ -25,8 +25,8 @@ const OUTPUTS: &[(&str, &str)] = &[
     ("run --duration 100000 --npz %", "a.npz"),
     ("run --duration 100000 --wav %", "a.wav"),
     ("run --duration 100000 --json %", "a.json"),
-    ("live --no-keys --serve --port 0 --save %", "a.rrd"),
-    ("live --no-keys --serve --port 0 --wav %", "a.wav"),
+    ("live --no-browser --port 0 --save %", "a.rrd"),
+    ("live --no-browser --port 0 --wav %", "a.wav"),
     ("scenes --json %", "a.json"),
     ("stability --json %", "a.json"),
     ("model --out %", "a.npz"),
@@ -160,7 +160,7 @@ fn insufficient_memory_ends_in_an_error() {
         "cost --out cost",
         "paper --out paper",
         "analyse s.csv --rate 1000 --save a.rrd",
-        "live --no-keys --serve --port 0",
+        "live --no-browser --port 0",
     ] {
         let ended = cramped(folder.path(), 300_000, words);
         ended.said(1, &["MB of address space, which the system does not grant"]);

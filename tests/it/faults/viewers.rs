@@ -110,7 +110,7 @@ fn a_viewer_that_never_reads_does_not_delay_a_saved_run() {
     ended.said(0, &["warning: the viewer at", &url, "the file is complete"]);
     assert_eq!(samples(&recording).values.len(), 60_000);
     assert!(
-        ended.stdout.contains("open with: rerun"),
+        ended.stdout.contains("open with: squeakscope view"),
         "{}",
         ended.stdout
     );

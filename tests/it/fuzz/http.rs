@@ -62,7 +62,7 @@ fn requests(host: &str) -> Vec<Vec<u8>> {
     vec![
         get("/", &browser),
         get("/favicon.ico", "Accept: */*\r\nContent-Length: 0\r\n"),
-        get("/stream", upgrade),
+        get("/views", upgrade),
         post.into_bytes(),
         with_command,
     ]

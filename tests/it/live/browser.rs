@@ -31,9 +31,7 @@ pub fn chromium() -> Option<PathBuf> {
 }
 
 /// State of the page, for the message of a timeout.
-const STATE: &str = "(({ laboratory, stage, run, state } = {}) => ({ seen: laboratory?.host?.seen(), \
-     panicked: laboratory?.host?.handle?.has_panicked(), loading: \
-     document.getElementById('loading')?.textContent, drawn: stage?.drawn, received: run?.data.received, \
+const STATE: &str = "(({ stage, run, state } = {}) => ({ drawn: stage?.drawn, received: run?.data.received, \
      panel: state?.panel }))(window.squeakscope)";
 
 /// A browser that is stopped at the end of its test.
@@ -60,8 +58,8 @@ impl Browser {
                 "--headless=new",
                 "--no-sandbox",
                 "--remote-debugging-port=0",
-                // As on a machine without a graphics card: the page is drawn by the processor, and only the Rerun viewer
-                // needs an emulated card.
+                // As on a machine without a graphics card: the page is drawn by the processor, and only Rerun's viewer
+                // of `view` needs an emulated card.
                 "--disable-gpu",
                 "--enable-unsafe-swiftshader",
                 "--autoplay-policy=no-user-gesture-required",

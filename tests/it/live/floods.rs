@@ -35,21 +35,21 @@ fn a_paused_run_under_a_flood_stops_on_interrupt() {
     let flooded = live.socket("/control").panel(|_| true);
     assert_eq!(flooded["time_s"], paused["time_s"]);
     let asked = Instant::now();
-    assert_eq!(live.interrupt(), Some(130));
+    assert_eq!(live.interrupt(), Some(0));
     println!("ended {:.0} ms after", 1e3 * asked.elapsed().as_secs_f64());
     for flood in floods {
         flood.join().expect("the flood ends with the run");
     }
 }
 
-/// If no file descriptors are left, connections without a request are closed first.
+/// Incomplete requests end after some seconds: a client that comes when no file descriptors are left is then served.
 #[test]
 fn new_clients_are_served_without_free_descriptors() {
     let mut limited = Command::new("sh");
     let program = env!("CARGO_BIN_EXE_squeakscope");
     limited.args(["-c", "ulimit -n 24; exec \"$@\"", "sh", program]);
     let live = Live::of(limited, "mass-on-belt", &[]);
-    let waiting: Vec<TcpStream> = (0..100)
+    let waiting: Vec<TcpStream> = (0..40)
         .map(|_| {
             let mut stream = TcpStream::connect(&live.host).expect("connected");
             write!(stream, "GET / HTTP/1.1\r\nHost: ").expect("sent");

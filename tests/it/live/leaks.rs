@@ -6,7 +6,7 @@ use std::process::Command as Process;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use squeakscope::live::{Command, Panel, Session, SessionOptions, SessionThread, ViewTarget};
+use squeakscope::live::{Command, Panel, Session, SessionOptions, SessionThread};
 use squeakscope::scene::Scene;
 use squeakscope::sound::Source;
 
@@ -101,13 +101,14 @@ fn child_with_a_long_session() {
         command: "test".to_owned(),
         speed: 1.0,
         lyapunov: true,
-        watcher: ViewTarget::Page,
+        viewer: None,
+        computes_diagram: true,
         folder: folder.clone(),
         save: None,
         wav: None,
         source: Source::default(),
     }));
-    let running = SessionThread::start(&session, Arc::new(|_| ())).expect("started");
+    let running = SessionThread::start(&session).expect("started");
     let long = LongSession(session);
     long.until("samples", |panel| panel.time_s > 0.0);
     long.work(WARM_UP);

@@ -198,7 +198,7 @@ fn an_audience_only_watches() {
             .as_f64()
             .is_some_and(|deg| (deg - 4.0).abs() < 1e-9)
     });
-    for path in ["/control", "/views", "/stream", "/sound", "/b/control"] {
+    for path in ["/control", "/views", "/sound", "/b/control"] {
         for wrong in ["", "?key=", "?key=00000000000000000000"] {
             let refused = tungstenite::connect(format!("ws://{}{path}{wrong}", live.host));
             assert!(refused.is_err(), "{path}{wrong}");

@@ -9,6 +9,7 @@ mod keyboard;
 mod leaks;
 mod lecture;
 mod page;
+mod recording;
 // Reads the resources of a process from /proc on Linux.
 #[cfg(target_os = "linux")]
 mod soak;
@@ -57,7 +58,7 @@ impl Live {
         let folder = tempfile::tempdir().expect("temporary folder");
         let mut child = program
             .current_dir(folder.path())
-            .args(["live", scene, "--serve", "--port", "0", "--no-keys"])
+            .args(["live", scene, "--port", "0", "--no-browser"])
             .args(more)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -104,17 +105,22 @@ impl Live {
 
     /// Stops the run as Ctrl-C does. Returns the exit code.
     fn interrupt(&mut self) -> Option<i32> {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args(["-INT", &id]).status();
-        assert!(sent.expect("kill").success());
-        let began = Instant::now();
-        loop {
-            if let Some(status) = self.child.try_wait().expect("status") {
-                return status.code();
-            }
-            assert!(began.elapsed() < DEADLINE, "the program hangs");
-            std::thread::sleep(Duration::from_millis(5));
+        interrupted(&mut self.child)
+    }
+}
+
+/// Stops a program as Ctrl-C does. Returns the exit code.
+fn interrupted(child: &mut Child) -> Option<i32> {
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("kill").success());
+    let began = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("status") {
+            return status.code();
         }
+        assert!(began.elapsed() < DEADLINE, "the program hangs");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

@@ -16,11 +16,11 @@ use super::{DEADLINE, Live, Socket, tilt};
 const ROWS: u32 = 120;
 /// Playback speed, ms of simulated time per s of wall time: real time.
 const PACE: f64 = 1000.0;
-/// Connection limit of the server per address.
-const PER_ADDRESS: usize = 32;
+/// Descriptors of the clients.
+const OF_CLIENTS: usize = 40;
 /// Additional threads compared with a quiet run: they load scenes and prepare the next run.
 const MORE_THREADS: usize = 16;
-/// Additional memory compared with a quiet run, MB: data queued for viewers that do not read.
+/// Additional memory compared with a quiet run, MB: data queued for clients that do not read.
 const MORE_MEMORY: f64 = 400.0;
 
 /// Resources of the run.
@@ -93,7 +93,7 @@ impl Soak<'_> {
                 // A full server may close the connection.
                 let _ = asked.and_then(|()| stream.read_to_end(&mut Vec::new()));
             }
-            let mut open = ["/control", "/stream", "/sound"].map(|path| self.socket(path));
+            let mut open = ["/control", "/views", "/sound"].map(|path| self.socket(path));
             for _ in 0..10 {
                 for socket in open.iter_mut().flatten() {
                     // The server may have closed it.
@@ -132,7 +132,7 @@ impl Soak<'_> {
     /// Opens sockets without reading, and requests without end.
     fn mute(&self) {
         while self.is_running() {
-            let _sockets = ["/stream", "/sound"].map(|path| self.socket(path));
+            let _sockets = ["/views", "/sound"].map(|path| self.socket(path));
             let _requests = [(); 8].map(|()| {
                 let mut stream = TcpStream::connect(self.host)?;
                 stream.write_all(b"GET / HTTP/1.1\r\nHost: ")?;
@@ -251,7 +251,7 @@ fn assert_bounded(samples: &[Sample]) {
     let quiet = samples[0];
     for sample in samples {
         let held = sample.threads <= quiet.threads + MORE_THREADS
-            && sample.descriptors <= quiet.descriptors + PER_ADDRESS + 8
+            && sample.descriptors <= quiet.descriptors + OF_CLIENTS + 8
             && sample.memory_mb <= quiet.memory_mb + MORE_MEMORY;
         assert!(held, "{quiet:?} has grown to {sample:?}");
     }

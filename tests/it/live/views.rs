@@ -1,4 +1,4 @@
-//! The page's own views in a real browser, and their data.
+//! The page's views in a real browser, and their data.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use super::page::opened;
 use super::{Live, Socket};
 
 /// The header of the next message of `/views`.
-fn header(socket: &mut Socket) -> (Value, usize) {
+pub fn header(socket: &mut Socket) -> (Value, usize) {
     loop {
         let Message::Binary(bytes) = socket.next() else {
             continue;
@@ -140,47 +140,6 @@ fn every_view_draws_the_run() {
         browser.until(&tab, "document.documentElement.scrollWidth <= innerWidth");
         browser.until(&tab, &format!("({}).colours > 8", pixels("portrait")));
     }
-    assert_eq!(browser.errors, [""; 0]);
-}
-
-/// A sweep of the scene replaces the rows of the strip, one for each start; another scene keeps those of its diagram.
-#[test]
-fn an_own_sweep_is_shown_below_the_slider() {
-    let folder = tempfile::tempdir().unwrap();
-    let table = folder.path().join("own.arrow");
-    let table = table.to_str().unwrap();
-    let swept = std::process::Command::new(env!("CARGO_BIN_EXE_squeakscope"))
-        .args(["sweep", "printed-friction", "--tilt", "0:4:2"])
-        .args(["--start", "both", "--out", table])
-        .output()
-        .unwrap();
-    assert!(swept.status.success(), "{swept:?}");
-    let live = Live::start("printed-friction", &["--sweep", table]);
-    let Some((mut browser, tab)) = opened(&live) else {
-        return;
-    };
-    let rows = |names: &str| {
-        format!(
-            "[...document.querySelectorAll('.bands-row .row-name')].map((row) => row.textContent).join() === '{names}'"
-        )
-    };
-    browser.until(&tab, &rows("rising tilt,falling tilt"));
-    let bands = "[...document.querySelectorAll('.band')].map((band) => band.textContent)";
-    assert_eq!(browser.run(&tab, bands), json!(["silent", "silent"]));
-    let source = "document.getElementById('bands-source').textContent";
-    let source = browser.run(&tab, source);
-    assert!(
-        source
-            .as_str()
-            .unwrap()
-            .starts_with("sweep of printed-friction"),
-        "{source}"
-    );
-    browser.run(
-        &tab,
-        "squeakscope.ask({ do: 'scene', name: 'torus-birth' })",
-    );
-    browser.until(&tab, &rows("from a kick,rising tilt,falling tilt"));
     assert_eq!(browser.errors, [""; 0]);
 }
 

@@ -1,0 +1,49 @@
+//! `squeakscope view`: a recording in the browser.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args as Arguments;
+
+use super::browser::BrowserArgs;
+use super::error::CliError;
+use super::live::bound;
+use super::{interrupt, report};
+use crate::live::RecordingPage;
+use crate::record::check_recording;
+
+/// Arguments of `squeakscope view`.
+#[derive(Debug, Arguments)]
+pub struct ViewArgs {
+    /// Recording to show.
+    #[arg(value_name = "FILE.rrd")]
+    pub recording: PathBuf,
+    /// Port on this machine; 0 takes a free port.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub port: u16,
+    #[command(flatten)]
+    pub browser: BrowserArgs,
+}
+
+/// Runs the command until Ctrl-C.
+///
+/// # Errors
+/// If the file is not a recording, or cannot be served.
+pub(super) fn execute(args: &ViewArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
+    check_recording(&args.recording)?;
+    let failed = |source: std::io::Error| CliError::Run {
+        task: "server",
+        source: source.into(),
+    };
+    let serving = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
+    let page = RecordingPage::open(serving, &args.recording).map_err(failed)?;
+    interrupt::start_work();
+    report::print(&format!(
+        "recording: {} (Ctrl-C ends the server)\n",
+        page.url()
+    ))?;
+    args.browser.open(page.url());
+    page.serve_until(stop).map_err(failed)
+}
