@@ -1,13 +1,12 @@
-//! The help is complete, its examples are valid, and the guide has a current copy.
+//! The help is complete and its examples are valid.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use clap::FromArgMatches;
 
 use super::*;
 
-/// Columns of the help in the guide.
+/// Columns of the terminal.
 const COLUMNS: usize = 100;
 
 fn entries() -> impl Iterator<Item = Entry> {
@@ -87,40 +86,4 @@ fn the_main_help_fits_the_terminal() {
     for task in tasks() {
         assert!(help.contains(&format!("\n{}:\n", task.title)), "{help}");
     }
-}
-
-/// The page of the guide with the help of all commands.
-fn page() -> String {
-    let mut page = "# Commands\n\n\
-        The help of `squeakscope` and of each command, as `--help` prints it. This page is generated from the\n\
-        program: `UPDATE_GUIDE=1 cargo test --release --lib cli::help` writes it.\n"
-        .to_owned();
-    let mut root = built();
-    let mut block = |title: &str, help: String| {
-        let lines: Vec<&str> = help.trim_end().lines().map(str::trim_end).collect();
-        let _ = write!(page, "\n## {title}\n\n```text\n{}\n```\n", lines.join("\n"));
-    };
-    block("squeakscope", root.render_long_help().to_string());
-    for entry in entries() {
-        let command = root.find_subcommand_mut(entry.name).expect(entry.name);
-        let help = command.render_long_help().to_string();
-        block(&format!("squeakscope {}", entry.name), help);
-    }
-    page
-}
-
-#[test]
-fn the_guide_has_the_current_help() {
-    let page = page();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/guide/reference/commands.md");
-    if std::env::var_os("UPDATE_GUIDE").is_some() {
-        std::fs::write(&file, &page).unwrap();
-    }
-    let current = std::fs::read_to_string(&file).unwrap_or_default();
-    let mut lines = page.lines().zip(current.lines());
-    let differs = lines.find(|(new, old)| new != old);
-    assert!(
-        page == current,
-        "src/guide/reference/commands.md is not current; UPDATE_GUIDE=1 writes it: {differs:?}"
-    );
 }

@@ -5,7 +5,7 @@
 //! | [Tutorial](tutorial) | learn the program step by step |
 //! | [How-to](how_to) | complete one task; each page stands alone |
 //! | [Explanation](explanation) | understand the physics, the numerics, the analyses and the cost |
-//! | [Reference](mod@reference) | look up a scene key, a JSON field, a command, a term |
+//! | [Reference](mod@reference) | look up a scene key, an output, a fault, a term |
 //!
 //! # Tutorial
 //!
@@ -78,12 +78,11 @@
 //! # Reference
 //!
 //! * [Scene files](crate::scene): format, schedules, rules, and every key with unit, range and default.
-//! * [Commands](mod@reference::commands): every command and option.
 //! * [Outputs and exit codes](mod@reference::outputs): files, warnings, the energy audit.
 //! * [JSON](mod@reference::json): every field that `--json` writes.
 //! * [Live runs](mod@reference::live): commands, server, limits, latency.
 //! * [Faults](mod@reference::faults): full disks, closed viewers, signals, damaged files.
-//! * [Glossary](mod@reference::glossary): the terms of the program, each with a reference.
+//! * [Glossary](mod@reference::glossary): terms that a newcomer needs.
 
 /// First recording, first live run, first signal, first scene.
 pub mod tutorial {
@@ -199,11 +198,8 @@ pub mod explanation {
     pub mod peers {}
 }
 
-/// Scene keys ([`scene`](crate::scene)), commands, outputs, JSON, live runs, faults, glossary.
+/// Scene keys ([`scene`](crate::scene)), outputs, JSON, live runs, faults, glossary.
 pub mod reference {
-    #[doc = include_str!("reference/commands.md")]
-    pub mod commands {}
-
     #[doc = include_str!("reference/outputs.md")]
     pub mod outputs {}
 

@@ -21,8 +21,6 @@ mod faults;
 // Needs the server of live runs.
 #[cfg(all(feature = "cli", unix))]
 mod fuzz;
-#[cfg(feature = "cli")]
-mod glossary;
 mod hard_cases;
 #[cfg(feature = "cli")]
 mod json;
