@@ -49,7 +49,7 @@
 //! Physics:
 //!
 //! * [Equations](explanation::equations): each equation of the paper and its code; axes, signs, energy.
-//! * [Mechanisms](explanation::mechanisms): fourteen mechanisms of friction-induced vibration, a scene for each.
+//! * [Mechanisms](explanation::mechanisms): mechanisms of friction-induced vibration, each with a scene that shows it.
 //!
 //! Numerics:
 //!
@@ -77,9 +77,8 @@
 //!
 //! # Reference
 //!
-//! * [Scene files](crate::scene): format, schedules, rules, and every key with unit, range and default.
+//! * [Scene files](crate::scene): format, functions of time, rules.
 //! * [Outputs and exit codes](mod@reference::outputs): files, warnings, the energy audit.
-//! * [JSON](mod@reference::json): every field that `--json` writes.
 //! * [Live runs](mod@reference::live): commands, server, limits, latency.
 //! * [Faults](mod@reference::faults): full disks, closed viewers, signals, damaged files.
 //! * [Glossary](mod@reference::glossary): terms that a newcomer needs.
@@ -198,13 +197,10 @@ pub mod explanation {
     pub mod peers {}
 }
 
-/// Scene keys ([`scene`](crate::scene)), outputs, JSON, live runs, faults, glossary.
+/// Scene keys ([`scene`](crate::scene)), outputs, live runs, faults, glossary.
 pub mod reference {
     #[doc = include_str!("reference/outputs.md")]
     pub mod outputs {}
-
-    #[doc = include_str!("reference/json.md")]
-    pub mod json {}
 
     #[doc = include_str!("reference/live.md")]
     pub mod live {}
