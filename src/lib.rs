@@ -191,7 +191,6 @@ mod number;
 pub mod numpy;
 pub mod pipeline;
 pub mod scene;
-mod serial;
 pub mod study;
 pub mod systems;
 pub mod text;
@@ -227,10 +226,6 @@ mod table;
 
 #[cfg(feature = "cli")]
 pub use cli::main;
-// Public only for the integration tests, which read every document that the commands write.
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub use cli::read_back;
 
 /// The version of this crate; every recording and result file contains it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,11 +1,12 @@
 //! The condition of a recording: clipping, offset, dropouts, silence.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::events::Span;
 
 /// Condition of a recording: faults that other analyses would take for properties of the motion.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct RecordingCondition {
     /// Intervals with clipping: flat tops at the highest or the lowest value, joined if less than 0.1 s apart.
     pub clipped: Vec<Span>,

@@ -9,7 +9,8 @@ use std::fmt;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{AnalysisError, LineCriterion, SpectrumAnalyser, Window, band_pass, deviation};
 use crate::memory;
@@ -18,7 +19,7 @@ use crate::memory;
 pub const REFERENCE_PRESSURE: f64 = 20e-6;
 
 /// What the levels of a signal are relative to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LevelReference {
     /// A sine of the amplitude 1, full scale.
@@ -83,7 +84,7 @@ const NOMINAL: [f64; 31] = [
 ];
 
 /// Sound levels of a calibrated signal, dB re 20 uPa.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SoundLevels {
     /// Equivalent continuous level, without frequency weighting, in dB.
     pub equivalent_level_db: f64,
@@ -98,7 +99,7 @@ pub struct SoundLevels {
 }
 
 /// Level of a third octave.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ThirdOctave {
     /// Nominal centre of the band, Hz.
     pub centre_hz: f64,
@@ -292,7 +293,7 @@ fn fast_maximum(samples: &[f64], rate: f64) -> f64 {
 }
 
 /// Calibration: how the unit of a signal becomes a pressure.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Calibration {
     /// Sensitivity: pressure in Pa for one unit of the signal.
     pub sensitivity_pa: f64,
@@ -301,7 +302,7 @@ pub struct Calibration {
 }
 
 /// The tone of a calibrator in its recording.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CalibratorTone {
     /// Stated level of the tone, in dB.
     pub stated_level_db: f64,

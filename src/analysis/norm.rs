@@ -1,6 +1,7 @@
 //! Vector norms.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Norm used for the distance of two vectors.
 #[derive(
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
     strum::EnumString,
     strum::IntoStaticStr,
     Serialize,
-    Deserialize,
+    JsonSchema,
 )]
 #[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]

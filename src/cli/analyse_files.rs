@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::analyse::{self, analyse};
 use super::analyse_args::AnalyseArgs;
@@ -20,7 +21,7 @@ use crate::study::signal::AnalysedFile;
 use crate::table::Table;
 
 /// The analyses of several files.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default, Serialize, JsonSchema)]
 pub(super) struct AnalysedFiles {
     /// Analyses in the order of the files; those of a directory are sorted by name.
     analyses: Vec<AnalysedFile>,
@@ -29,7 +30,7 @@ pub(super) struct AnalysedFiles {
 }
 
 /// A file that could not be analysed.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 struct FailedFile {
     /// Path of the file.
     file: PathBuf,

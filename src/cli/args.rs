@@ -14,6 +14,7 @@ use super::figures::FigureArgs;
 use super::friction::FrictionArgs;
 use super::live_args::LiveArgs;
 use super::output::Overwrite;
+use super::schema::ResultOf;
 use super::sound_args::SoundArgs;
 use super::steps::Steps;
 use super::study_args::{
@@ -90,6 +91,10 @@ pub enum Command {
     ///
     /// Prints the law with 95 % intervals, and the lines of a scene file.
     Friction(FrictionArgs),
+    /// Print the JSON Schema of the `--json` output of a command.
+    ///
+    /// Without a command, it lists the commands that write JSON.
+    Schema(SchemaArgs),
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),
     /// Write the man pages.
@@ -271,6 +276,13 @@ pub struct ModelArgs {
     pub json: Option<PathBuf>,
     #[command(flatten)]
     pub overwrite: Overwrite,
+}
+
+/// Arguments of `squeakscope schema`.
+#[derive(Debug, Arguments)]
+pub struct SchemaArgs {
+    /// Command whose result the schema describes [default: list the commands].
+    pub command: Option<ResultOf>,
 }
 
 /// Arguments of `squeakscope completions`.

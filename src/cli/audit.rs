@@ -1,6 +1,7 @@
 //! The energy audit of a run: the balance of energy and work.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::error::CliError;
 use super::report;
@@ -11,7 +12,7 @@ use crate::scene::Scene;
 const LIMIT: f64 = 0.05;
 
 /// Result of the energy audit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(super) struct Audit {
     /// Residual of the energy balance over the largest energy or work.
     residual: f64,

@@ -6,9 +6,8 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::output::{OutputError, OutputFile};
 use super::report::print;
@@ -16,7 +15,7 @@ use crate::number::size;
 use crate::{VERSION, escape};
 
 /// A result with the version of the program, the scene and the written files.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Document<R> {
     /// Version of squeakscope.
     version: String,
@@ -30,7 +29,7 @@ pub(super) struct Document<R> {
 }
 
 /// A written file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct WrittenFile {
     /// Path of the file.
     pub path: PathBuf,
@@ -103,24 +102,6 @@ impl<R: Serialize> Document<R> {
     }
 }
 
-/// Reads a document as a result of type `R`, and converts it to JSON again.
-pub(super) fn read_as<R: DeserializeOwned + Serialize>(
-    document: &Value,
-) -> serde_json::Result<Value> {
-    let Document {
-        version,
-        scene,
-        files,
-        ..
-    } = Document::<()>::deserialize(document)?;
-    serde_json::to_value(Document {
-        version,
-        scene,
-        result: R::deserialize(document)?,
-        files,
-    })
-}
-
 /// Lists files with their sizes, one per line.
 pub(super) fn list(files: &[WrittenFile]) -> String {
     let line = |file: &WrittenFile| {
@@ -136,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_document_has_the_result_version_scene_and_files() {
-        #[derive(Serialize, Deserialize)]
+        #[derive(Serialize)]
         struct Example {
             value_m: f64,
             rate_per_s: f64,

@@ -1,8 +1,7 @@
 //! Lyapunov exponents and the divergence of the perturbed trajectory, for the terminal and JSON.
 
-use std::borrow::Cow;
-
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::pipeline::message::{Exponents, TrajectoryDivergence};
@@ -12,10 +11,11 @@ use crate::text;
 const MAX_EXPONENTS: usize = 4;
 
 /// Quantities derived from a Lyapunov spectrum.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Classification {
     /// Attractor: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`, `hyperchaos`,
     /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
+    #[schemars(with = "String")]
     pub attractor: Attractor,
     /// The attractor in words.
     pub description: String,
@@ -52,10 +52,10 @@ impl Classification {
 }
 
 /// The Lyapunov exponents at the end of a run.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct RunExponents<'a> {
     #[serde(flatten)]
-    exponents: Cow<'a, Exponents>,
+    exponents: &'a Exponents,
     #[serde(flatten)]
     classification: Classification,
 }
@@ -67,7 +67,7 @@ impl<'a> RunExponents<'a> {
         } = exponents;
         let attractor = exponents.attractor();
         Self {
-            exponents: Cow::Borrowed(exponents),
+            exponents,
             classification: Classification::new(spectrum, *motion, attractor, exponents.omega_1),
         }
     }

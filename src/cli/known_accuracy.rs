@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::number::error;
 use crate::pipeline::message::Summary;
 use crate::scene::Scene;
 
 /// What is known about the error of a run with `--accuracy`.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct KnownAccuracy {
     /// Requested relative error.
     requested: f64,

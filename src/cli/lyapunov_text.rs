@@ -1,9 +1,9 @@
 //! The report of `squeakscope lyapunov`: the attractor, a table of exponents, and warnings.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::exponents::Classification;
 use super::report::{BAD, HEADING, WARNING, degrees};
@@ -19,10 +19,10 @@ use crate::table::Table;
 use crate::text::earlier_motion;
 
 /// The exponents of a scene and their classification.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct LyapunovResult<'a> {
     /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
-    goal: Cow<'static, str>,
+    goal: &'static str,
     /// Whether the criterion was met.
     goal_reached: bool,
     /// Whether the study was interrupted.
@@ -37,7 +37,7 @@ pub(super) struct LyapunovResult<'a> {
     /// Simulated time over wall time; `null` if nothing was averaged.
     pub real_time_factor: Option<f64>,
     #[serde(flatten)]
-    pub found: Cow<'a, SceneLyapunov>,
+    pub found: &'a SceneLyapunov,
 }
 
 impl<'a> LyapunovResult<'a> {
@@ -46,9 +46,9 @@ impl<'a> LyapunovResult<'a> {
         let attractor = study.attractor();
         Self {
             goal: match goal {
-                Goal::Time(_) => "time".into(),
-                Goal::HalfWidth(_) => "half_width".into(),
-                Goal::Classification => "verdict".into(),
+                Goal::Time(_) => "time",
+                Goal::HalfWidth(_) => "half_width",
+                Goal::Classification => "verdict",
             },
             goal_reached: study.ending == Ending::Reached,
             interrupted: study.ending == Ending::Stopped,
@@ -59,7 +59,7 @@ impl<'a> LyapunovResult<'a> {
             sum_per_s: study.sum(),
             unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
             real_time_factor: (study.simulated > 0.0).then(|| study.simulated / study.busy_seconds),
-            found: Cow::Borrowed(found),
+            found,
         }
     }
 }

@@ -45,11 +45,11 @@ mod output;
 mod paper;
 mod paper_figures;
 mod progress;
-mod read_back;
 mod report;
 mod resources;
 mod run;
 mod scenes;
+mod schema;
 mod shell;
 mod signal;
 mod signal_text;
@@ -76,7 +76,6 @@ use crate::study::paper::paper_plan;
 use args::{Args, Command, RunArgs};
 
 pub use error::CliError;
-pub use read_back::read_back;
 
 /// Runs the program with arguments, of which the first is the name of the program, and returns its exit code.
 ///
@@ -153,6 +152,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Model(args) => model::model(&args),
         Command::Friction(args) => friction::execute(&args),
         Command::Analyse(args) => interruptible(|stop| analyse_files::execute(&args, stop)),
+        Command::Schema(args) => schema::schema(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
     }

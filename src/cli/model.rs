@@ -2,7 +2,8 @@
 
 use std::io::{Cursor, Write};
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::args::ModelArgs;
 use super::document::{Document, WrittenFile};
@@ -16,7 +17,7 @@ use crate::pipeline::initial_state;
 use crate::scene::Scene;
 
 /// Size of a model.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Size {
     /// Number of contact nodes.
     nodes: usize,

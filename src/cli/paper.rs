@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use anstyle::{AnsiColor, Style};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
@@ -197,7 +198,7 @@ fn write(path: &Path, text: &str) -> Result<WrittenFile, CliError> {
 }
 
 /// The comparison with the paper.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 pub(super) struct PaperResult {
     /// Initial states of the sweep over the tilt.
     start: Start,

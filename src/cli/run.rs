@@ -1,12 +1,12 @@
 //! `squeakscope run`: simulate a scene and record it.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::args::RunArgs;
 use super::audit::{self, Audit};
@@ -36,16 +36,16 @@ use crate::table::Table;
 const DEFAULT_RECORDING: &str = "squeak.rrd";
 
 /// The result of a run.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct RunResult<'a> {
     #[serde(flatten)]
-    summary: Cow<'a, Summary>,
+    summary: &'a Summary,
     /// Lyapunov exponents; `null` if the scene does not compute them or the run has not settled.
     exponents: Option<RunExponents<'a>>,
     /// Peak memory: largest resident memory of the program, bytes; `null` if the system does not report it.
     peak_memory_bytes: Option<u64>,
     /// Integrator, as in the scene file.
-    method: Cow<'static, str>,
+    method: &'static str,
     /// Relative tolerance of a step; `null` for a fixed step.
     tolerance: Option<f64>,
     /// Energy audit; `null` if there was none.
@@ -67,10 +67,10 @@ impl<'a> RunResult<'a> {
             method, tolerance, ..
         } = scene.integrator;
         Self {
-            summary: Cow::Borrowed(summary),
+            summary,
             exponents: summary.exponents.as_ref().map(RunExponents::new),
             peak_memory_bytes: peak_memory(),
-            method: method.name().into(),
+            method: method.name(),
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
             audio,

@@ -1,8 +1,7 @@
 //! `squeakscope scenes`: list the scenes, print one, measure its effects, or print the keys of scene files.
 
-use std::borrow::Cow;
-
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::args::ScenesArgs;
 use super::document::Document;
@@ -16,35 +15,35 @@ use crate::scene::{PRESETS, Scene, SceneError, key_reference};
 use crate::table::Table;
 
 /// The built-in scenes.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Scenes<'a> {
     /// Scenes in the order of the list.
     scenes: Vec<Entry<'a>>,
 }
 
 /// A scene.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Entry<'a> {
     /// Name, as in `squeakscope run NAME`.
-    name: Cow<'a, str>,
+    name: &'a str,
     /// Title, one line.
-    title: Cow<'a, str>,
+    title: &'a str,
     /// Description and what to look for (Markdown).
-    about: Cow<'a, str>,
+    about: &'a str,
     /// Duration: simulated time, s.
     duration_s: f64,
     /// Text of the scene file.
-    toml: Cow<'a, str>,
+    toml: &'a str,
 }
 
 impl<'a> From<&'a Scene> for Entry<'a> {
     fn from(scene: &'a Scene) -> Self {
         Self {
-            name: (&scene.name).into(),
-            title: (&scene.title).into(),
-            about: (&scene.about).into(),
+            name: &scene.name,
+            title: &scene.title,
+            about: &scene.about,
             duration_s: scene.duration,
-            toml: (&scene.text).into(),
+            toml: &scene.text,
         }
     }
 }

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::args::StabilityArgs;
 use super::document::Document;
@@ -29,7 +30,7 @@ const FIGURE: &str = "sensitivities";
 const MOST_SENSITIVE: usize = 12;
 
 /// The modes at each tilt.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct StabilityResult {
     /// Minimum growth rate of an unstable mode, 1/s; a slower growth is not visible in a run.
     min_growth_per_s: f64,
@@ -38,15 +39,15 @@ pub(super) struct StabilityResult {
 }
 
 /// The modes at a tilt, with the causes of growth and the sensitivities if requested.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 struct ModesAt {
     #[serde(flatten)]
     at: StabilityAt,
     /// Oscillating modes, each explained by the causes of its growth; only with `--causes`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     explained: Vec<ExplainedMode>,
     /// Oscillating modes, each with its sensitivities to the numbers of the scene; only with `--sensitivities`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     sensitivities: Vec<ModeSensitivities>,
 }
 

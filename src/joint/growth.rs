@@ -22,11 +22,11 @@
 //! to zero.
 
 use faer::{Mat, c64};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
 use super::vector::{any_normal, cross, dot, unit};
 use super::{ContactDamping, Model, StabilityError, is_unstable};
-use crate::serial::by_name;
 
 /// Terms that can excite or damp a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,12 +48,6 @@ pub enum Cause {
 impl Serialize for Cause {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for Cause {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        by_name(&Self::ALL, Self::name, from)
     }
 }
 
@@ -96,9 +90,11 @@ impl Cause {
 }
 
 /// Effect of one term on the growth rate of a mode.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CauseOfGrowth {
-    /// The term.
+    /// The term: `negative slope`, `mode coupling`, `friction damping`, `structural damping`, `contact damping` or
+    /// `Omega x u`.
+    #[schemars(with = "String")]
     pub cause: Cause,
     /// Share of the growth rate, 1/s. The shares of all terms sum to the growth rate.
     #[serde(rename = "share_per_s")]
@@ -109,7 +105,7 @@ pub struct CauseOfGrowth {
 }
 
 /// A mode whose growth rate is explained by its causes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ExplainedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,

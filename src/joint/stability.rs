@@ -1,7 +1,8 @@
 //! Linear stability of steady sliding: complex eigenvalues of the Jacobian at the equilibrium.
 
 use faer::Mat;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::Joint;
 use crate::dynamics::{Differentiable, System};
@@ -49,7 +50,7 @@ impl LinearMode {
 }
 
 /// A linear mode with the name of the dominant mode of the body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct NamedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,

@@ -1,5 +1,6 @@
 //! The simulated system: the ball joint or a small system.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::schedule::Schedule;
@@ -86,7 +87,7 @@ pub struct Loading {
 
 /// Values fixed at one instant: a study of a single state holds the time-dependent quantities of a scene; `None` for
 /// quantities that are constant in the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FixedAt {
     /// Tilt, rad.
     #[serde(rename = "tilt_rad")]

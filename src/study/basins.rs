@@ -1,6 +1,7 @@
 //! Coexisting attractors, and the share of random initial kicks that leads to each.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::response::SettledResponse;
 use super::sweep::{SweepPlan, SweepPoint};
@@ -17,7 +18,7 @@ const SAME_AMPLITUDE: f64 = 0.05;
 const Z: f64 = 1.96;
 
 /// An attractor, characterised by its regime, frequency and amplitude.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Attractor {
     /// Regime: the type of motion.
     pub regime: Regime,
@@ -40,7 +41,7 @@ pub struct Attractor {
 }
 
 /// Basins of attraction: the attractors that random kicks of a scene reach.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Basins {
     /// Tilt of the load, rad; `None` for a scene without a load.
     #[serde(rename = "tilt_rad")]

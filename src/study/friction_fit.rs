@@ -6,7 +6,8 @@
 //! from the covariance at the best fit, and hold as far as the law is linear within them.
 
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::student;
 use crate::joint::Stribeck;
@@ -32,7 +33,7 @@ pub struct FrictionPoint {
 }
 
 /// A fitted number with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FittedNumber {
     /// Best value.
     pub value: f64,
@@ -41,7 +42,7 @@ pub struct FittedNumber {
 }
 
 /// The Stribeck law of friction, fitted to measured points.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FrictionFit {
     /// Static coefficient of friction `mu_s`.
     pub mu_s: FittedNumber,

@@ -1,6 +1,7 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
@@ -27,7 +28,7 @@ pub enum StudyError {
 }
 
 /// Linear stability at one tilt of the load: the linear modes of steady sliding.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct StabilityAt {
     /// Tilt of the load, rad.
     #[serde(rename = "tilt_rad")]

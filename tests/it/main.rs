@@ -22,8 +22,6 @@ mod faults;
 #[cfg(all(feature = "cli", unix))]
 mod fuzz;
 mod hard_cases;
-#[cfg(feature = "cli")]
-mod json;
 mod laws;
 mod layering;
 // Ctrl-C is sent by a Unix program.
@@ -42,6 +40,8 @@ mod mutants;
 mod pipeline;
 mod scenes;
 mod schedules;
+#[cfg(feature = "cli")]
+mod schema;
 #[cfg(feature = "cli")]
 mod shown;
 #[cfg(feature = "cli")]

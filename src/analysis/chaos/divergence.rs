@@ -39,7 +39,8 @@ use std::f64::consts::LN_2;
 use std::ops::Range;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::scaling::{ScalingRegion, scaling_region};
 use super::{ROUNDING, largest};
@@ -139,7 +140,7 @@ impl DivergenceSearch {
 ///
 /// [`divergence`] counts time in samples. [`in_seconds`](Divergence::in_seconds) converts it to seconds,
 /// the unit used in output.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Divergence {
     /// Step of the curve: 1 sample (its duration in s in output).
     #[serde(rename = "step_s")]

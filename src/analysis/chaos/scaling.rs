@@ -20,7 +20,8 @@
 //! divided by the root of 3 (the standard deviation of a uniform distribution of that half-width); and
 //! the scatter among sections of the signal (the method of batch means).
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::analysis::mean;
 
@@ -29,7 +30,7 @@ use crate::analysis::mean;
 /// It ends a factor `e` below the largest distance, grows by a factor of at least `e^1.5` and by at
 /// least half of the growth up to there, lasts at least a Theiler window and bends by at most an eighth
 /// of its slope. Of all such sections it has the largest ratio of length to mean square residual.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ScalingRegion {
     /// Start of the region, samples (s in output).
     #[serde(rename = "from_s")]

@@ -36,7 +36,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{ROUNDING, largest};
 use crate::analysis::{AnalysisError, mean, range};
@@ -101,7 +102,7 @@ impl ZeroOneTest {
 }
 
 /// Result of the 0-1 test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ZeroOne {
     /// Median of `K_c` over the frequencies, -1 to 1: near 0 regular, near 1 chaotic. Exactly 0 if all
     /// samples are equal.

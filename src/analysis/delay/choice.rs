@@ -9,7 +9,8 @@ use super::{
 };
 use crate::analysis::AnalysisError;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Default Theiler window, in lags.
 const THEILER_LAGS: usize = 4;
@@ -51,7 +52,7 @@ impl DelaySearch {
 }
 
 /// Criterion that determined the lag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum LagReason {
     /// First clear minimum of the mutual information.
     #[serde(rename = "first minimum")]
@@ -65,7 +66,7 @@ pub enum LagReason {
 }
 
 /// Lag, dimension and the curves from which they are chosen (Fig. 8).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct DelayChoice {
     /// Lag, samples.
     #[serde(rename = "lag_samples")]

@@ -5,7 +5,8 @@
 //! (M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45, 3403, 1992). For a deterministic
 //! signal their share falls to 0. For noise, which fills every dimension, it does not.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use rayon::prelude::*;
 
@@ -51,7 +52,7 @@ impl FalseNeighbourSearch {
 }
 
 /// Share of false nearest neighbours by dimension.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FalseNeighbours {
     /// Lag, samples.
     #[serde(rename = "lag_samples")]

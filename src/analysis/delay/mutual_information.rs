@@ -5,7 +5,8 @@
 //! the two become unrelated (A. M. Fraser and H. L. Swinney, Phys. Rev. A 33, 1134, 1986). Unlike the
 //! autocorrelation it includes nonlinear dependence.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use rayon::prelude::*;
 
@@ -18,7 +19,7 @@ const MAX_BINS: usize = 1024;
 const TABLE_SIZE: u32 = 4096;
 
 /// Average mutual information of `x[n]` and `x[n + lag]` by lag.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MutualInformation {
     /// Bins per axis of the joint histogram.
     pub bins: usize,

@@ -1,9 +1,10 @@
 //! What the search for tonal events returns.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// An interval of time in a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Span {
     /// Start, s in the time of the recording.
     pub start_s: f64,
@@ -19,7 +20,7 @@ impl Span {
 }
 
 /// One point of a ridge: frequency and level of a partial at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RidgePoint {
     /// Time, s in the time of the recording.
     pub time_s: f64,
@@ -30,7 +31,7 @@ pub struct RidgePoint {
 }
 
 /// Periodic modulation of the amplitude of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Modulation {
     /// Frequency of the modulation of the amplitude, Hz.
     pub modulation_hz: f64,
@@ -39,7 +40,7 @@ pub struct Modulation {
 }
 
 /// Periodic modulation of the frequency of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Vibrato {
     /// Frequency of the vibrato, Hz.
     pub vibrato_hz: f64,
@@ -49,7 +50,7 @@ pub struct Vibrato {
 
 /// A tonal event: a sustained tone with its harmonics, from a start to an end. The frequency may drift and
 /// vibrate, the amplitude may be modulated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TonalEvent {
     /// Start, s in the time of the recording.
     pub start_s: f64,
@@ -105,7 +106,7 @@ impl TonalEvent {
 }
 
 /// Mains hum: steady lines at multiples of 50 or 60 Hz.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Hum {
     /// Fundamental, measured near 50 or 60 Hz, Hz.
     pub fundamental_hz: f64,
@@ -116,7 +117,7 @@ pub struct Hum {
 }
 
 /// Wow: a slow variation of the speed of the recording, which shifts all tones by the same ratio.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Wow {
     /// Frequency of the variation of speed, Hz.
     pub wow_hz: f64,
@@ -125,7 +126,7 @@ pub struct Wow {
 }
 
 /// All tonal events of a recording, in the order of their starts, and what was recognised as no event.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct TonalEvents {
     /// The events, in the order of their starts.
     pub events: Vec<TonalEvent>,

@@ -11,7 +11,8 @@
 //! between their neighbours in phase, which falls to the curvature of the curve once the points are
 //! divided correctly. It does not matter how close the two parts are to each other.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::shape::distance;
 use crate::analysis::{LineCriterion, Spectrum, SpectrumAnalyser, Window};
@@ -46,7 +47,7 @@ const REACHES: [i32; 4] = [6, 2, 2, 2];
 const WINDOW: Window = Window::BlackmanHarris;
 
 /// Closed curves of a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, JsonSchema)]
 pub struct ClosedCurves {
     /// Number of curves: 1 for a torus, 2 or more if the motion visits several in turn.
     pub count: usize,

@@ -15,7 +15,8 @@ mod finder;
 mod interpolation;
 mod shape;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{AnalysisError, DelayVectors};
 
@@ -25,7 +26,7 @@ pub use finder::SectionFinder;
 pub use shape::{Clusters, SectionShape, clusters, section_shape};
 
 /// A crossing as a point of the section.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SectionPoint {
     /// Time, s.
     #[serde(rename = "time_s")]

@@ -4,7 +4,8 @@
 //! with the smallest total length. Cutting its longest edges is single-linkage clustering (Gower and
 //! Ross, Appl. Stat. 18, 54, 1969). The tree of a curve is one long path with few branches.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Resolution of a section: distances below this share of the trajectory's size count as 0.
 const RESOLUTION: f64 = 1e-6;
@@ -53,7 +54,7 @@ pub struct Clusters {
 }
 
 /// Shape of a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, JsonSchema)]
 #[serde(tag = "shape", content = "points", rename_all = "kebab-case")]
 pub enum SectionShape {
     /// Too few crossings for a classification.

@@ -1,5 +1,6 @@
 //! Periods of a motion from the spacing of the diagonals in its recurrence plot.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::RecurrenceCounts;
@@ -13,7 +14,16 @@ const MIN_RATE: f64 = 0.85;
 
 /// What a recurrence period is in relation to the shorter ones of the same plot.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display, strum::EnumString,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    JsonSchema,
+    strum::Display,
+    strum::EnumString,
 )]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -27,7 +37,7 @@ pub enum RecurrenceKind {
 }
 
 /// A spacing of the diagonals of a recurrence plot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RecurrencePeriod {
     /// Relation to the shorter periods.
     pub kind: RecurrenceKind,
@@ -50,7 +60,7 @@ pub struct RecurrencePeriod {
 /// has none, chaos none or the finest: it returns by chance, and less with time. A doubling of less than a fifth
 /// of the amplitude may be missed. Kang et al. (2022) read the
 /// periods from the plots in this way.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct RecurrencePeriods {
     /// The recurrence periods, shortest first.

@@ -1,13 +1,14 @@
 //! Recurrence thresholds.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::diagonals::{Diagonal, Limits, Pairs, Visitor};
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// Threshold for the recurrence of two states.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(
     tag = "threshold",
     content = "threshold_value",
@@ -53,7 +54,7 @@ impl Threshold {
 }
 
 /// Criterion for recurrent pairs, and the pairs that count.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RecurrenceCriterion {
     /// Norm of the distances.
     pub norm: Norm,

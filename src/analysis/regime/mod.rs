@@ -117,7 +117,8 @@ mod features;
 mod neighbourhood;
 mod weights;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{AnalysisError, mean, range};
 use belief::Belief;
@@ -126,7 +127,7 @@ pub use evidence::{BlindSpot, Evidence, Limitation, Regime};
 use features::Features;
 
 /// Result of the classification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Verdict {
     /// Regime.
     pub regime: Regime,

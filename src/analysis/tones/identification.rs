@@ -1,11 +1,12 @@
 //! Names of a list of spectral lines.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Bases, Combination, Line};
 
 /// A spectral line with its name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SpectralLine {
     /// Frequency, interpolated between bins, Hz.
     #[serde(rename = "frequency_hz")]
@@ -17,7 +18,7 @@ pub struct SpectralLine {
 }
 
 /// Identification of lines: base frequencies and names of a list of lines.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LineIdentification {
     /// Base frequencies.
     #[serde(flatten)]
@@ -29,7 +30,6 @@ pub struct LineIdentification {
     pub p_value: f64,
     /// Doubling order: 0; 1 if there are lines at halves of the combinations, such as `f1/2` of a motion
     /// whose period has doubled or `(f1 + f2)/2` of a doubled torus; 2 if there are quarters.
-    #[serde(default)]
     pub doubling: u32,
 }
 

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Maximum harmonic number `n` of `n f1` (or `m` of `m f2`).
 const MAX_HARMONIC: i32 = 30;
@@ -12,20 +13,15 @@ const MAX_ORDER: i32 = 8;
 
 /// The combination frequency `(n f1 + m f2) / divisor`. Displays as `f1`, `3 f1`, `f2 - 3 f1`,
 /// `(f1 + f2)/2`, ...
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Combination {
     /// Multiple of the first base.
     pub n: i32,
     /// Multiple of the second base.
     pub m: i32,
     /// Common divisor: 1, or 2 or 4 for a line of a doubled motion.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[serde(skip_serializing_if = "is_one")]
     pub divisor: i32,
-}
-
-/// The divisor of a line of a motion that is not doubled.
-fn one() -> i32 {
-    1
 }
 
 fn is_one(divisor: &i32) -> bool {
@@ -107,7 +103,7 @@ impl fmt::Display for Combination {
 }
 
 /// Base frequencies of a list of lines, Hz.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "bases", rename_all = "kebab-case")]
 pub enum Bases {
     /// No simple pattern, or no line.

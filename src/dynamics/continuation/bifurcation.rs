@@ -1,11 +1,12 @@
 //! Bifurcations of periodic orbits.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Multiplier, PeriodicOrbit};
 
 /// The type of a bifurcation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "lowercase")]
 pub enum BifurcationKind {
@@ -29,7 +30,7 @@ pub enum BifurcationKind {
 
 /// A strong resonance of a Neimark-Sacker point: a rotation number close to 1/2, 1/3 or 1/4, at which the theory of the
 /// torus does not hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum Resonance {
     /// Rotation number 1/2.
     #[serde(rename = "1:2")]
@@ -60,7 +61,7 @@ impl Resonance {
 }
 
 /// How a motion is born at a bifurcation at which another one loses its stability.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Criticality {
@@ -78,7 +79,7 @@ pub enum Criticality {
 /// `w exp(i phi) (1 + ln|multiplier| + a |w|^2)` over a return; at a period doubling it is real and becomes
 /// `-w (1 + ln|multiplier|) + c w^3`. The amplitude of the new motion is `sqrt(-ln|multiplier| / a)`, or
 /// `sqrt(ln|multiplier| / c)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MotionBirth {
     /// Criticality of the bifurcation.
     pub criticality: Criticality,
@@ -89,7 +90,7 @@ pub struct MotionBirth {
 }
 
 /// A bifurcation of a branch of periodic orbits.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Bifurcation {
     /// Type.
     pub kind: BifurcationKind,
@@ -109,7 +110,7 @@ pub struct Bifurcation {
     /// Neimark-Sacker point. It is not zero if the bifurcation is non-degenerate.
     pub crossing_rate: Option<f64>,
     /// The birth of the motion of twice the period or of the torus; `None` for other bifurcations, and at a strong resonance.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub birth: Option<MotionBirth>,
     /// Second derivative of the parameter with respect to the arclength at a fold, in the unit of the parameter. It is
     /// negative if the orbits exist below this value, and not zero if the fold is non-degenerate.

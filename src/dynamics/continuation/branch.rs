@@ -1,12 +1,13 @@
 //! A branch of periodic orbits.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Bifurcation, PeriodicOrbit};
 use crate::dynamics::SolverStats;
 
 /// The reason why a branch ends.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum BranchEnd {
     /// A bound of the parameter was reached; the last point is on it.
@@ -49,7 +50,7 @@ pub enum BranchEnd {
 }
 
 /// Work done for a branch.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct BranchStats {
     /// Orbits computed, including those of the location of bifurcations.
     pub orbits: u64,
@@ -65,7 +66,7 @@ pub struct BranchStats {
 }
 
 /// A branch of periodic orbits of a family.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitBranch {
     /// The orbits in their order along the branch.
     pub points: Vec<PeriodicOrbit>,

@@ -3,14 +3,14 @@
 use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// A Floquet multiplier, in polar form: the real and imaginary parts would lose magnitudes below 1e-308.
 ///
-/// It is serialised as the pair `[re, im]`, rounded to ten digits of the magnitude, so that a pair that is read and
-/// written again stays the same.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(into = "[f64; 2]", from = "[f64; 2]")]
+/// It is serialised as the pair `[re, im]`, rounded to ten digits of the magnitude.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Multiplier {
     /// Natural logarithm of the magnitude; minus infinity for zero.
     pub ln_magnitude: f64,
@@ -85,22 +85,8 @@ impl From<Multiplier> for [f64; 2] {
     }
 }
 
-impl From<[f64; 2]> for Multiplier {
-    fn from([re, im]: [f64; 2]) -> Self {
-        let magnitude = re.hypot(im);
-        match magnitude == 0.0 {
-            true => Self::ZERO,
-            false => Self {
-                ln_magnitude: magnitude.ln(),
-                // A negative zero is a real number, too.
-                angle: (im + 0.0).atan2(re),
-            },
-        }
-    }
-}
-
 /// The start of a segment of an orbit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitSegment {
     /// Phase, 0 to 1: the time divided by the period.
     pub phase: f64,
@@ -109,7 +95,7 @@ pub struct OrbitSegment {
 }
 
 /// A periodic orbit at one value of the parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PeriodicOrbit {
     /// Value of the parameter.
     pub parameter: f64,

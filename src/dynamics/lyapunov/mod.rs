@@ -4,22 +4,21 @@ mod batches;
 mod growth;
 mod interval;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-use crate::serial::{by_name, infinite, minus_infinite};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
 
 pub(super) use growth::Growth;
 pub(crate) use interval::student;
 
 /// A Lyapunov exponent with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Exponent {
     /// Estimate of the value, 1/s unless stated otherwise.
-    #[serde(deserialize_with = "minus_infinite")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Half-width of the 95 % confidence interval, in the unit of the value; infinite while it cannot be
     /// estimated.
-    #[serde(deserialize_with = "infinite")]
+    #[schemars(with = "Option<f64>")]
     pub half_width: f64,
 }
 
@@ -36,7 +35,7 @@ impl Exponent {
 }
 
 /// Sign of an exponent as far as its confidence interval determines it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Sign {
@@ -57,7 +56,7 @@ pub enum Sign {
 pub const MIN_PERIODS_FOR_ZERO: f64 = 1000.0;
 
 /// The largest Lyapunov exponents of a trajectory, or all of them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LyapunovSpectrum {
     /// The exponents in the order of the orthonormal vectors. The order is descending after the vectors
     /// have converged to their directions. Exponents that differ by less than their intervals may be in
@@ -73,7 +72,8 @@ pub struct LyapunovSpectrum {
     /// Resolution, 1/s: an exponent of smaller magnitude is indistinguishable from zero over this
     /// averaging time. A neutral vector also changes its length, by an assumed factor of 10 or by the
     /// observed range.
-    #[serde(rename = "resolution_per_s", deserialize_with = "infinite")]
+    #[serde(rename = "resolution_per_s")]
+    #[schemars(with = "Option<f64>")]
     pub resolution: f64,
     /// The Kaplan–Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
     // Not serialised: it has no meaning for an equilibrium, which the exponents alone do not reveal.
@@ -82,7 +82,7 @@ pub struct LyapunovSpectrum {
 }
 
 /// Type of motion as far as it is known without the exponents.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Motion {
     /// A non-constant motion of an autonomous system.
@@ -129,20 +129,6 @@ pub enum Stability {
 }
 
 impl Attractor {
-    /// All attractors; of tori and hyperchaos, those of the lowest dimension.
-    const ALL: [Self; 10] = [
-        Self::Equilibrium(Stability::Stable),
-        Self::Equilibrium(Stability::Unstable),
-        Self::Equilibrium(Stability::Undecided),
-        Self::FixedPoint,
-        Self::PhaseLocked,
-        Self::Cycle,
-        Self::Torus(2),
-        Self::Chaos,
-        Self::Hyperchaos(2),
-        Self::Undecided,
-    ];
-
     /// Whether at least one exponent is shown to be positive.
     pub fn is_chaotic(self) -> bool {
         matches!(self, Self::Chaos | Self::Hyperchaos(_))
@@ -178,13 +164,6 @@ impl Attractor {
 impl Serialize for Attractor {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
-    }
-}
-
-/// From its [`Attractor::name`], which lacks the number of frequencies or positive exponents: two.
-impl<'de> Deserialize<'de> for Attractor {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        by_name(&Self::ALL, Self::name, from)
     }
 }
 

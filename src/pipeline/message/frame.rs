@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
@@ -121,7 +122,7 @@ pub struct EnergySample {
 }
 
 /// Lyapunov exponents of a run up to a time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Exponents {
     /// Simulated time, s.
     #[serde(rename = "time_s")]

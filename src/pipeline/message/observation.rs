@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::frame::Exponents;
 use crate::analysis::SpectralLine;
-use crate::serial::infinite;
 
 /// Distance of the perturbed trajectory from the simulated one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TrajectoryDivergence {
     /// Time of the newest sample, s.
     #[serde(rename = "time_s")]
@@ -29,13 +29,14 @@ pub struct TrajectoryDivergence {
 }
 
 /// `ln(distance) = intercept + rate (t - start)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct DivergenceFit {
     /// Rate of divergence, 1/s: the slope, an estimate of the largest Lyapunov exponent.
     #[serde(rename = "rate_per_s")]
     pub rate: f64,
     /// Half-width of its 95 % confidence interval from the scatter about the line, 1/s.
-    #[serde(rename = "half_width_per_s", deserialize_with = "infinite")]
+    #[serde(rename = "half_width_per_s")]
+    #[schemars(with = "Option<f64>")]
     pub half_width: f64,
     /// Time since which distances are used for the fit, s.
     #[serde(rename = "since_s")]

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::frame::{Exponents, Frame};
 use super::header::Header;
@@ -190,7 +191,7 @@ pub struct Health {
 }
 
 /// Results of a run.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Simulated time, s.
     #[serde(rename = "simulated_s")]

@@ -1,11 +1,12 @@
 //! Successive motions within one run.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::{Attractor, LyapunovSpectrum};
 
 /// A motion between two changes of attractor, with its exponents.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MotionSegment {
     /// Start time, s: of the averaging for the first motion, else of the change.
     #[serde(rename = "start_s")]
@@ -14,6 +15,7 @@ pub struct MotionSegment {
     #[serde(rename = "end_s")]
     pub end: f64,
     /// Attractor that the exponents indicate.
+    #[schemars(with = "String")]
     pub attractor: Attractor,
     /// Exponents averaged within the motion; of zero averaging time if it is too short.
     #[serde(flatten)]

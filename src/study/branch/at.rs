@@ -1,9 +1,10 @@
 //! Values of the parameter of a branch.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
 
 /// The value of a parameter at a point, in the unit of the scene file. In JSON it is a field with the name of the key, such as
 /// `tilt_deg`.
@@ -21,12 +22,18 @@ impl Serialize for At {
     }
 }
 
-impl<'de> Deserialize<'de> for At {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let map = BTreeMap::<String, f64>::deserialize(from)?;
-        let entry = map.into_iter().next();
-        entry
-            .map(|(name, value)| Self { name, value })
-            .ok_or_else(|| D::Error::custom("the value of the parameter is missing"))
+impl JsonSchema for At {
+    fn schema_name() -> Cow<'static, str> {
+        "At".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "object",
+            "additionalProperties": {
+                "type": "number",
+                "description": "Value of the parameter, in the unit of the scene file; the field has the name of the key."
+            }
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! A branch of equilibria: steady sliding over a parameter, its modes, and where they become unstable.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::BranchError;
 use super::at::At;
@@ -20,7 +21,7 @@ const MAX_HALVINGS: usize = 6;
 const INTERRUPTED: &str = "interrupted";
 
 /// A mode at a point of a branch of equilibria.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct BranchMode {
     /// Number of the mode, which is followed along the branch by the correlation of its shape.
     pub number: usize,
@@ -30,7 +31,7 @@ pub struct BranchMode {
 }
 
 /// An equilibrium and its modes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct EquilibriumPoint {
     /// Number of unstable modes.
     pub unstable_modes: usize,
@@ -42,7 +43,7 @@ pub struct EquilibriumPoint {
 }
 
 /// The equilibria of a scene over a parameter.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct EquilibriumBranch {
     /// The points, in ascending order of the parameter.
     pub points: Vec<EquilibriumPoint>,

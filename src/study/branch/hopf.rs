@@ -1,5 +1,6 @@
 //! Points of a branch of equilibria at which a mode changes its stability.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::BranchError;
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 1e-9;
 const SIGNIFICANT: f64 = 10.0;
 
 /// Kinds of bifurcations of an equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "lowercase")]
 pub enum SteadyBifurcationKind {
@@ -35,7 +36,7 @@ pub enum SteadyBifurcationKind {
 }
 
 /// The method that determined the criticality.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 pub enum CriticalityMethod {
     /// The cubic term of the normal form.
@@ -47,7 +48,7 @@ pub enum CriticalityMethod {
 }
 
 /// The birth of a cycle at a Hopf point: the first Lyapunov coefficient.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CycleBirth {
     /// How the cycle is born.
     pub criticality: Criticality,
@@ -67,7 +68,7 @@ pub struct CycleBirth {
 }
 
 /// A point at which a mode of an equilibrium changes its stability.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SteadyBifurcation {
     /// Kind of bifurcation.
     pub kind: SteadyBifurcationKind,
@@ -87,7 +88,7 @@ pub struct SteadyBifurcation {
     /// Error estimate of the location, in the unit of the scene file.
     pub location_error: f64,
     /// The cycle that is born at a Hopf point.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cycle: Option<CycleBirth>,
     /// Value of the parameter.
     #[serde(flatten)]

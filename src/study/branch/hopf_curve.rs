@@ -6,7 +6,8 @@
 //! step goes along the tangent and returns to the curve by Newton's method along the gradient; its length adapts to the
 //! number of iterations and to the angle between successive tangents.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::BranchError;
 use super::steady::{SteadyFamily, SteadyState};
@@ -30,7 +31,7 @@ const MAX_POINTS: usize = 2000;
 const SAME_FREQUENCY: f64 = 0.02;
 
 /// A point of a Hopf curve.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct HopfCurvePoint {
     /// Values of both parameters, in the units of the scene file.
     pub values: [f64; 2],
@@ -39,7 +40,7 @@ pub struct HopfCurvePoint {
 }
 
 /// A curve on which a pair of complex eigenvalues is imaginary.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct HopfCurve {
     /// Dominant mode of the body where the curve was found.
     pub label: String,

@@ -1,7 +1,8 @@
 //! Stability over two parameters: the number of unstable modes and the largest growth rate on a grid, and the curves on
 //! which a mode changes its stability.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::BranchError;
 use super::hopf_curve::{CurveTracer, HopfCurve, Seed};
@@ -29,7 +30,7 @@ pub struct MapPlan {
 }
 
 /// A parameter of a map and its values.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MapAxis {
     /// Path of the key in the scene file.
     pub parameter: String,
@@ -40,7 +41,7 @@ pub struct MapAxis {
 }
 
 /// A point of the grid of a map.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MapPoint {
     /// Number of unstable modes; `None` if the system has no equilibrium there.
     pub unstable_modes: Option<usize>,
@@ -49,7 +50,7 @@ pub struct MapPoint {
 }
 
 /// A stability map.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct StabilityMap {
     /// The parameters on the axes: horizontal, vertical.
     pub axes: [MapAxis; 2],
@@ -58,7 +59,6 @@ pub struct StabilityMap {
     /// The curves on which a pair of complex eigenvalues is imaginary.
     pub curves: Vec<HopfCurve>,
     /// The curves of Neimark-Sacker points of the periodic motion of the scene, at which a torus is born.
-    #[serde(default)]
     pub torus_curves: Vec<TorusCurve>,
 }
 

@@ -1,6 +1,7 @@
 //! The result of a study of branches over one parameter.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::at::At;
 use super::equilibria::{BranchPlan, EquilibriumBranch, EquilibriumPoint};
@@ -9,7 +10,7 @@ use super::torus::Torus;
 use crate::dynamics::continuation::{Bifurcation, OrbitBranch, PeriodicOrbit, Resonance};
 
 /// Branches over a parameter: equilibria, periodic orbits, and their bifurcations.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Branch {
     /// Path of the parameter in the scene file.
     pub parameter: String,
@@ -24,14 +25,14 @@ pub struct Branch {
     /// The bifurcations of the equilibria, then those of the periodic orbits along each branch.
     pub bifurcations: Vec<BranchBifurcation>,
     /// The tori that are born at Neimark-Sacker points, if they were followed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tori: Vec<Torus>,
     /// Why branches end inside the interval, one sentence each.
     pub ended: Vec<String>,
 }
 
 /// A periodic orbit on a branch.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitPoint {
     /// Number of the branch, from 0.
     pub branch: usize,
@@ -44,7 +45,7 @@ pub struct OrbitPoint {
 }
 
 /// A bifurcation of a periodic orbit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct OrbitBifurcation {
     /// Number of the branch, from 0.
     pub branch: usize,
@@ -73,7 +74,7 @@ impl OrbitBifurcation {
 }
 
 /// A bifurcation of an equilibrium or of a periodic orbit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[allow(
     clippy::large_enum_variant,

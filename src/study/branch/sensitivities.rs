@@ -4,7 +4,8 @@
 //! changes with a parameter `p` as `d lambda/dp = y* (dA/dp) x`, without solving another eigenvalue problem. `dA/dp`
 //! comes from extrapolated differences of the assembled matrix, which have an error estimate.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::BranchError;
 use super::differences::largest;
@@ -17,7 +18,7 @@ use crate::scene::Scene;
 const ZERO: f64 = 10.0;
 
 /// Sensitivity of a mode to one number of the scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ParameterSensitivity {
     /// Path of the key in the scene file.
     pub parameter: String,
@@ -38,7 +39,7 @@ pub struct ParameterSensitivity {
 }
 
 /// A mode and its sensitivities.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ModeSensitivities {
     /// The mode.
     #[serde(flatten)]

@@ -1,11 +1,12 @@
 //! A torus beyond a Neimark-Sacker point.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::at::At;
 
 /// The motion at a value of the parameter beyond a Neimark-Sacker point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "lowercase")]
 pub enum TorusKind {
@@ -22,7 +23,7 @@ pub enum TorusKind {
 }
 
 /// A settled motion beyond a Neimark-Sacker point.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TorusPoint {
     /// Kind of the motion.
     pub kind: TorusKind,
@@ -44,7 +45,7 @@ pub struct TorusPoint {
 }
 
 /// A phase-locked tongue: an interval of the parameter with a stable periodic orbit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Tongue {
     /// Phase locking: rotation number `p/q` as `[p, q]`.
     pub locking: [u32; 2],
@@ -53,7 +54,7 @@ pub struct Tongue {
 }
 
 /// A torus from its birth on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Torus {
     /// Number of the branch of periodic orbits from which it is born.
     pub branch: usize,

@@ -6,7 +6,8 @@
 //! is followed and the Neimark-Sacker point in it located. A curve thus passes points at which it turns back in a parameter,
 //! and its last step ends on a border. Where there is no point, the step is halved.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::BranchError;
 use super::equilibria::{BranchPlan, EquilibriumBranch};
@@ -39,19 +40,18 @@ const ON_CURVE: f64 = 2e-3;
 const MAX_POINTS: usize = 400;
 
 /// A curve of Neimark-Sacker points: on one side the periodic motion attracts, on the other a torus has taken its place.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TorusCurve {
     /// The points, in their order along the curve.
     pub points: Vec<TorusCurvePoint>,
     /// Whether the curve is closed: the last point is the first one.
-    #[serde(default)]
     pub closed: bool,
     /// Why the curve ends inside the intervals, one sentence each.
     pub ended: Vec<String>,
 }
 
 /// A point of a curve at which a torus is born.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TorusCurvePoint {
     /// Values of the parameters, in the units of the scene file.
     pub values: [f64; 2],

@@ -8,7 +8,8 @@ mod tests;
 
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::{
     Attractor, DynamicsError, Exponent, Integrator, LyapunovSpectrum, Motion, Sign, SolverStats,
@@ -86,7 +87,7 @@ pub enum Ending {
 }
 
 /// Running estimates of the exponents after some averaging time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RunningExponents {
     /// Averaging time so far, s.
     #[serde(rename = "time_s")]
@@ -97,7 +98,7 @@ pub struct RunningExponents {
 }
 
 /// Result of a Lyapunov study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LyapunovStudy {
     /// The Lyapunov spectrum of the last motion; without exponents if the study was stopped before averaging.
     #[serde(flatten)]

@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{ExponentCount, Goal, LyapunovPlan, LyapunovProgress, LyapunovStudy, Phase, lyapunov};
 use crate::dynamics::{Integrator, MIN_PERIODS_FOR_ZERO, System};
@@ -26,7 +27,7 @@ pub struct LyapunovRequest {
 }
 
 /// Lyapunov exponents of a scene, and the conditions of the study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SceneLyapunov {
     /// The Lyapunov study: exponents, running estimates and solver statistics.
     #[serde(flatten)]

@@ -1,5 +1,6 @@
 //! The claims of the paper, compared with the simulation results.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
@@ -53,7 +54,7 @@ pub fn claims() -> Vec<Claim> {
 }
 
 /// Finding on a claim: its comparison with the simulation results.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// Identifier (id) of the claim.
     pub id: String,
@@ -81,7 +82,7 @@ pub struct Finding {
 }
 
 /// Finding on a claim from short averages ([`short_average_plan`](super::short_average_plan)).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShortAverage {
     /// Measured value of the simulation, as text.
     pub measured: String,
@@ -135,7 +136,7 @@ impl Finding {
 }
 
 /// Score: the agreement of a simulation with the paper.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
     /// Strict score: share of the comparable claims that are met, by weight, 0 to 1.
     pub strict_score: f64,

@@ -1,9 +1,10 @@
 //! The verdict on a claim.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Verdict on a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Verdict {
     /// The claim holds at every tilt to which it refers.

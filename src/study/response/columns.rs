@@ -1,5 +1,6 @@
 //! Nested lists of a response as table columns: one list per field.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
@@ -7,7 +8,6 @@ use crate::analysis::{
 };
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
-use crate::serial::{infinite, minus_infinite};
 use crate::study::StabilityAt;
 
 /// A module for `serde(with)` that serialises a type through its columns.
@@ -61,8 +61,8 @@ impl<C: Columns> Columns for Maybe<C> {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Section {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Section {
     /// Points of the section where `y(t + tau)` crosses zero upwards: `y(t)`, m.
     section_y_m: Vec<f64>,
     /// Section points: `y(t + 2tau)` of the same crossings, m.
@@ -85,8 +85,8 @@ impl Columns for Section {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Curves {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Curves {
     /// Number of closed curves of the section: 1 for a torus, 2 or more if the motion visits several in
     /// turn; `null` if the section has no closed curves.
     section_curves: u64,
@@ -113,8 +113,8 @@ impl Columns for Curves {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Lines {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Lines {
     /// Frequencies of the spectral lines in descending order of amplitude, Hz.
     line_hz: Vec<f64>,
     /// Amplitudes of the lines, m.
@@ -147,16 +147,16 @@ impl Columns for Lines {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Exponents {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Exponents {
     /// Largest Lyapunov exponents, 1/s.
-    #[serde(deserialize_with = "minus_infinite")]
+    #[schemars(with = "Vec<Option<f64>>")]
     exponent_per_s: Vec<f64>,
     /// Half-widths of the 95 % intervals of the exponents, 1/s.
-    #[serde(deserialize_with = "infinite")]
+    #[schemars(with = "Vec<Option<f64>>")]
     exponent_half_width_per_s: Vec<f64>,
     /// Resolution of the exponents, 1/s: a smaller magnitude cannot be distinguished from zero.
-    #[serde(deserialize_with = "infinite")]
+    #[schemars(with = "Option<f64>")]
     exponent_resolution_per_s: f64,
     /// Averaging time of the exponents, s.
     exponent_time_s: f64,
@@ -203,8 +203,8 @@ impl Columns for Exponents {
 }
 
 /// Recurrence measures; lengths and times in states.
-#[derive(Serialize, Deserialize)]
-struct Recurrence {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Recurrence {
     /// Recurrence rate RR, 0 to 1.
     recurrence_rate: f64,
     /// Determinism DET, 0 to 1.
@@ -269,8 +269,8 @@ impl Columns for Recurrence {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Periods {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Periods {
     /// Periods of the diagonal lines of the recurrence plot, shortest first, s.
     recurrence_period_s: Vec<f64>,
     /// Standard uncertainties of the recurrence periods, s.
@@ -309,8 +309,8 @@ impl Columns for Periods {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Linear {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(super) struct Linear {
     /// Tilt of the load, rad.
     tilt_rad: f64,
     /// Frequencies of the linear modes at steady sliding, Hz.

@@ -1,5 +1,6 @@
 //! A settled response: the row of a point in a sweep table.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns;
@@ -9,7 +10,7 @@ use crate::study::StabilityAt;
 
 /// A settled response of a scene, in SI units. Measures that could not be computed are empty. Serialised, it
 /// is a row of a table whose column names carry the units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettledResponse {
     /// Transient time before the measurement, s. It includes earlier windows in which the motion changed.
     #[serde(rename = "transient_s")]
@@ -36,27 +37,34 @@ pub struct SettledResponse {
     pub maxima: Vec<f64>,
     /// Newest points of the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` crosses zero upwards, m.
     #[serde(flatten, with = "columns::section")]
+    #[schemars(with = "columns::Section")]
     pub section: Vec<[f64; 2]>,
     /// Closed curves of the section: the motion is on a torus; `None` if there are none.
     #[serde(flatten, with = "columns::curves")]
+    #[schemars(with = "Option<columns::Curves>")]
     pub curves: Option<ClosedCurves>,
     /// Doubling order of a periodic or quasi-periodic motion: 0; 1 if it has lines at halves of the
     /// combinations of its base frequencies, 2 if at quarters.
     pub doubling: u32,
     /// Spectral lines in descending order of amplitude.
     #[serde(flatten, with = "columns::lines")]
+    #[schemars(with = "columns::Lines")]
     pub lines: Vec<SpectralLine>,
     /// Leading Lyapunov exponents; `None` if none were computed.
     #[serde(flatten, with = "columns::exponents")]
+    #[schemars(with = "Option<columns::Exponents>")]
     pub exponents: Option<LyapunovSpectrum>,
     /// Recurrence quantification; `None` for a silent motion.
     #[serde(flatten, with = "columns::recurrence")]
+    #[schemars(with = "Option<columns::Recurrence>")]
     pub recurrence: Option<Measures>,
     /// Periods of the diagonal lines of the recurrence plot: finest, beat, doubled; s.
     #[serde(flatten, with = "columns::periods")]
+    #[schemars(with = "columns::Periods")]
     pub recurrence_periods: RecurrencePeriods,
     /// Linear modes at steady sliding; `None` for a system other than the joint.
     #[serde(flatten, with = "columns::linear")]
+    #[schemars(with = "Option<columns::Linear>")]
     pub linear: Option<StabilityAt>,
     /// Final state `[q | dq/dt]`, for continuation.
     pub state: Vec<f64>,
@@ -64,7 +72,9 @@ pub struct SettledResponse {
     #[serde(flatten)]
     pub stats: SolverStats,
     /// Samples and spectrum for plots, if requested.
+    // JSON does not have them, see `SweepPoint`.
     #[serde(flatten)]
+    #[schemars(skip)]
     pub portrait: Option<PhasePortrait>,
 }
 

@@ -1,9 +1,4 @@
-//! The analysis of a signal: thresholds, results as JSON, ranges.
-
-use std::fmt::Debug;
-
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+//! The analysis of a signal: thresholds, ranges.
 
 use super::*;
 use crate::analysis::test_signals::{noise, sines};
@@ -44,11 +39,6 @@ fn the_picture_uses_the_requested_threshold() {
     assert_eq!(share(Threshold::Spread(100.0)), 1.0);
     assert_eq!(share(Threshold::Neighbours(10_000)), 1.0);
     assert!((share(Threshold::Rate(0.3)) - 0.3).abs() < 0.01);
-}
-
-fn assert_read_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(result: &T) {
-    let json = serde_json::to_value(result).unwrap();
-    assert_eq!(&T::deserialize(json).unwrap(), result);
 }
 
 /// A modulated tone in noise: after ten periods nearby states differ by the noise, which is no chaos.
@@ -95,29 +85,6 @@ fn only_broadband_power_near_the_background_is_disregarded() {
     assert_eq!(undetermined.regime, Regime::Undetermined);
     assert_eq!(undetermined.likeliest, [Regime::QuasiPeriodic]);
     assert_eq!(undetermined.limitations, [Limitation::Background]);
-}
-
-#[test]
-fn results_survive_a_json_round_trip() {
-    let tones = sines(1000.0, 3000, &[(23.0, 1.0, 0.2), (37.3, 0.6, 1.0)]);
-    for threshold in [Threshold::Spread(0.3), Threshold::Neighbours(20)] {
-        let report = report(tones.clone(), threshold).unwrap();
-        assert_read_back(&report.facts);
-        assert_read_back(&report.verdict);
-        assert_read_back(&report.tones);
-        assert_read_back(&report.embedding);
-        assert_read_back(&report.section);
-        assert_read_back(&report.rosenstein);
-        assert_read_back(&report.kantz);
-        assert_read_back(&ZeroOne {
-            path: Vec::new(),
-            ..report.zero_one.get().unwrap().clone()
-        });
-        assert_read_back(&RecurrenceAnalysis {
-            picture: RecurrenceImage::default(),
-            ..report.recurrence.get().unwrap().clone()
-        });
-    }
 }
 
 #[test]

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::analysis::{
@@ -106,7 +107,7 @@ impl CalibrationSource {
 }
 
 /// Calibrated sound levels, with the calibration that they rest on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CalibratedLevels {
     /// Calibration: how the unit of the signal becomes a pressure.
     pub calibration: Calibration,

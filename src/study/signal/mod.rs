@@ -25,7 +25,8 @@ mod stretch;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::analysis::{
     AnalysisError, Calibration, Column, DelayChoice, Divergence, LevelReference,
@@ -127,7 +128,7 @@ pub const MAX_SPECTRUM_SAMPLES: usize = 1 << 22;
 pub const MIN_SAMPLES: usize = 500;
 
 /// Statistics of a signal's samples, in the unit of the signal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SignalStatistics {
     /// Name of the column or channel, or of the file.
     pub name: String,
@@ -157,7 +158,7 @@ pub struct SignalStatistics {
 }
 
 /// The spectral lines of a signal and their names.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SpectralLines {
     /// Bin width of the spectrum, Hz.
     #[serde(rename = "bin_width_hz")]
@@ -175,7 +176,7 @@ pub struct SpectralLines {
 }
 
 /// A spectral line and the misfit of its name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct NamedLine {
     /// The line with its name.
     #[serde(flatten)]
@@ -185,7 +186,7 @@ pub struct NamedLine {
 }
 
 /// Delay embedding: the reconstruction of the state space.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct DelayEmbedding {
     /// Delay and dimension, and the curves on which the choice is based.
     #[serde(flatten)]
@@ -197,7 +198,7 @@ pub struct DelayEmbedding {
 }
 
 /// Recurrence analysis of a signal: quantification along the signal, and a recurrence plot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RecurrenceAnalysis {
     /// Recurrence rule: norm, threshold and Theiler window.
     #[serde(flatten)]
@@ -232,7 +233,7 @@ pub struct RecurrenceAnalysis {
 }
 
 /// Recurrence measures at the time of one window.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuresAt {
     /// Centre of the window in the time of the file, s.
     #[serde(rename = "time_s")]
@@ -243,7 +244,7 @@ pub struct MeasuresAt {
 }
 
 /// Poincaré section of a delay embedding: `y(t + lag) = level`, rising, as in Fig. 10.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PoincareSection {
     /// The level, in the unit of the signal.
     pub level: f64,
@@ -259,7 +260,7 @@ pub struct PoincareSection {
 }
 
 /// The part of a signal from which spectrum, embedding, recurrence, section, exponents and verdict follow.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct AnalysedStretch {
     /// Start of the stretch in the time of the file, s.
     pub start_s: f64,
@@ -294,7 +295,7 @@ impl AnalysedStretch {
 ///
 /// Amplitudes, levels and distances are in the unit of the signal, times in seconds. The signal itself and
 /// data used only for figures are not serialised.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SignalAnalysis {
     /// The signal.
     #[serde(skip)]
@@ -363,7 +364,7 @@ impl SignalAnalysis {
 }
 
 /// The analysis of a file, or of samples.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct AnalysedFile {
     /// Path of the file.
     #[serde(skip_serializing_if = "Option::is_none")]

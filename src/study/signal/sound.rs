@@ -2,7 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::analysis::{
     AnalysisError, EventOptions, Hum, LevelReference, RecordingCondition, Span, TonalEvent,
@@ -25,7 +26,7 @@ const JOIN_RATIO: f64 = 0.01;
 const WEAKEST_DB: f64 = 40.0;
 
 /// Measured sound: its tonal events and the condition of the recording. Times are those of the file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredSound {
     /// What sounds when.
     #[serde(flatten)]

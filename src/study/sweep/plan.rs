@@ -1,5 +1,6 @@
 //! Plan of a sweep: axes, starts, order of the points, and shards for several machines.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Parameter, Scene, SceneError};
@@ -46,7 +47,9 @@ impl Axis {
 }
 
 /// Start of each point: a fresh start or continuation. Attractors coexist, so the result depends on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, strum::Display)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema, strum::Display,
+)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
@@ -78,7 +81,7 @@ pub struct SweepPlan {
 }
 
 /// The place of a point in a sweep.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Place {
     /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     pub index: usize,

@@ -1,15 +1,14 @@
 //! Result of a sweep: the points, and the parameter intervals of each regime.
 
-use std::borrow::Cow;
-
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::dynamics::continuation::BifurcationKind;
 
 use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 
 /// Result of a sweep.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct SweepResult<'a> {
     /// Labels of the axes, with units.
     pub axes: Vec<String>,
@@ -30,15 +29,14 @@ pub struct SweepResult<'a> {
     pub hysteresis: Vec<f64>,
     /// Ends of the hysteresis: the bifurcations at which a periodic motion ends or loses its stability there, as far as
     /// continuation finds them.
-    #[serde(default)]
     pub hysteresis_ends: Vec<HysteresisEnd>,
     /// The points in ascending order of index.
-    pub points: Cow<'a, [SweepPoint]>,
+    pub points: &'a [SweepPoint],
 }
 
 /// An end of hysteresis: a bifurcation at which a periodic motion ends or loses its stability, so that the response jumps to
 /// another one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct HysteresisEnd {
     /// Kind of the bifurcation.
     pub kind: BifurcationKind,
@@ -49,7 +47,7 @@ pub struct HysteresisEnd {
 }
 
 /// An interval of the parameter with a single regime.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RegimeInterval {
     /// Start of its points.
     pub start: Start,
@@ -83,7 +81,7 @@ impl<'a> SweepResult<'a> {
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
             hysteresis_ends: Vec::new(),
-            points: points.into(),
+            points,
         }
     }
 }

@@ -1,10 +1,11 @@
 //! A sweep point as a table row: one column per field of a [`SettledResponse`].
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use arrow_schema::{DataType, FieldRef};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::{Place, Start, SweepPoint};
@@ -265,7 +266,7 @@ fn point(
 }
 
 /// A point in JSON: without the portrait and the final state, which only the table has.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, JsonSchema)]
 struct Record {
     #[serde(flatten)]
     place: Place,
@@ -299,14 +300,12 @@ impl Serialize for SweepPoint {
     }
 }
 
-impl<'de> Deserialize<'de> for SweepPoint {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let Record {
-            place,
-            error,
-            found,
-            ..
-        } = Record::deserialize(from)?;
-        point(place, error, found).map_err(D::Error::custom)
+impl JsonSchema for SweepPoint {
+    fn schema_name() -> Cow<'static, str> {
+        "SweepPoint".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Record::json_schema(generator)
     }
 }

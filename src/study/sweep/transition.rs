@@ -1,12 +1,13 @@
 //! Transitions between the regimes of neighbouring points of a sweep.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{Start, SweepPoint};
 use crate::analysis::Regime;
 
 /// A transition between two neighbouring values of the parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Transition {
     /// Start of both points.
     pub start: Start,

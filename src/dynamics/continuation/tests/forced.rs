@@ -190,7 +190,10 @@ fn a_fold_has_a_stable_side_whichever_side_its_orbit_is_on() {
             let mut moved = fold.clone();
             moved.orbit.multipliers[0].ln_magnitude += distance;
             assert!(moved.has_stable_side());
-            moved.orbit.multipliers[1] = [-1.5, 0.0].into();
+            moved.orbit.multipliers[1] = Multiplier {
+                ln_magnitude: 1.5_f64.ln(),
+                angle: PI,
+            };
             assert!(!moved.has_stable_side());
         }
     }

