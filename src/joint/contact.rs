@@ -5,9 +5,8 @@ use super::Joint;
 use super::friction::FrictionLaw;
 use super::nodes::radial;
 use super::optional_terms::convected;
-use super::simd::LANES;
-use super::vector::{add_scaled, scale};
-use crate::dynamics::System;
+use super::simd::{Eight, LANES};
+use super::vector::scale;
 
 /// Action of the contact on a node at an instant: forces and velocities in its sliding frame `(e_s, e_t,
 /// e_r)`.
@@ -27,6 +26,15 @@ pub struct NodeAction {
     pub friction: [f64; 3],
 }
 
+/// Motion of eight nodes in their sliding frames.
+pub(super) struct BlockMotion {
+    /// Radial displacement, m, and its rate, m/s.
+    u_r: [f64; LANES],
+    rate: [f64; LANES],
+    /// Slip velocity along each axis, Eq. (4), m/s.
+    slip: [[f64; LANES]; 3],
+}
+
 /// Slip speed below which a node whose friction has a state is classified as sticking, m/s.
 const DYNAMIC_STICK_SPEED: f64 = 1e-3;
 
@@ -34,31 +42,57 @@ impl Joint {
     /// Returns forces and velocities of node `k` at modal coordinates `q`, velocities `v` and states of friction
     /// ([`Joint::parts`]).
     pub fn node_action(&self, k: usize, q: &[f64], v: &[f64], states: &[f64]) -> NodeAction {
-        let (block, lane) = (k / LANES, k % LANES);
-        let m = self.omega().len();
+        self.action(k, &self.block_motion(k / LANES, q, v), states)
+    }
+
+    /// Motion of the nodes of a block at modal coordinates `q` and velocities `v`.
+    pub(super) fn block_motion(&self, block: usize, q: &[f64], v: &[f64]) -> BlockMotion {
+        let m = self.nodes.modes;
         let rows = &self.nodes.rows[block * m..][..m];
-        let block = &self.nodes.blocks[block];
-        let mut u_r = 0.0;
-        let mut slip = [block.speed.0[lane], 0.0, 0.0];
+        let mut motion = BlockMotion {
+            u_r: [0.0; LANES],
+            rate: [0.0; LANES],
+            slip: [self.nodes.blocks[block].speed.0, [0.0; LANES], [0.0; LANES]],
+        };
+        let add = |sums: &mut [f64; LANES], row: &Eight, factor: f64| {
+            for (sum, value) in sums.iter_mut().zip(&row.0) {
+                *sum += value * factor;
+            }
+        };
         for (row, (&q, &v)) in rows.iter().zip(q.iter().zip(v)) {
-            u_r += row.r.0[lane] * q;
-            slip = add_scaled(slip, v, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
+            add(&mut motion.u_r, &row.r, q);
+            for (sums, row) in motion.slip.iter_mut().zip([&row.s, &row.t, &row.r]) {
+                add(sums, row, v);
+            }
         }
+        motion.rate = motion.slip[2];
+        for (row, &q) in convected(&self.nodes, block).iter().zip(q) {
+            for (sums, row) in motion.slip.iter_mut().zip([&row.s, &row.t, &row.r]) {
+                add(sums, row, q);
+            }
+        }
+        motion
+    }
+
+    /// Action of the contact on node `k` of a block with this motion.
+    pub(super) fn action(&self, k: usize, motion: &BlockMotion, states: &[f64]) -> NodeAction {
+        let lane = k % LANES;
+        let block = &self.nodes.blocks[k / LANES];
+        let (u_r, rate) = (motion.u_r[lane], motion.rate[lane]);
+        let slip = motion.slip.map(|axis| axis[lane]);
         let (area, stiffness) = (block.area.0[lane], block.stiffness.0[lane]);
         let gap = block.pre_stress.0[lane] + stiffness * u_r;
         let closed = !self.unilateral || gap > 0.0;
         let spring = if closed { gap } else { 0.0 };
-        let unclamped = match closed {
-            true => self.contact_damping.unclamped(gap, stiffness, slip[2]),
-            false => 0.0,
+        let unclamped = if closed {
+            self.contact_damping.unclamped(gap, stiffness, rate)
+        } else {
+            0.0
         };
         // A contact pushes and never pulls, unless it is bonded.
         let pulls = self.unilateral && unclamped < 0.0;
         let stress = if pulls { 0.0 } else { unclamped };
         let (normal, dashpot) = (stress * area, (stress - spring) * area);
-        for (row, &q) in convected(&self.nodes, k / LANES).iter().zip(q) {
-            slip = add_scaled(slip, q, [row.s.0[lane], row.t.0[lane], row.r.0[lane]]);
-        }
         let seen = if self.law.radial() {
             slip
         } else {

@@ -1,6 +1,7 @@
 //! Contact forces of all nodes at an instant, for pictures of the patch.
 
 use super::Joint;
+use super::simd::LANES;
 use super::vector::{add_scaled, scale};
 
 /// Contact forces on all nodes at an instant. Each vector has one entry per node.
@@ -24,13 +25,16 @@ impl Joint {
             speed: Vec::with_capacity(count),
             friction: Vec::with_capacity(count),
         };
-        for (k, frame) in self.nodes.frames.iter().enumerate() {
-            let action = self.node_action(k, q, v, states);
-            forces.normal.push(action.normal);
-            forces.speed.push(action.speed);
-            let [s, t, r] = action.friction;
-            let tangential = add_scaled(scale(frame[0], s), t, frame[1]);
-            forces.friction.push(add_scaled(tangential, r, frame[2]));
+        for (block, frames) in self.nodes.frames.chunks(LANES).enumerate() {
+            let motion = self.block_motion(block, q, v);
+            for (lane, frame) in frames.iter().enumerate() {
+                let action = self.action(block * LANES + lane, &motion, states);
+                forces.normal.push(action.normal);
+                forces.speed.push(action.speed);
+                let [s, t, r] = action.friction;
+                let tangential = add_scaled(scale(frame[0], s), t, frame[1]);
+                forces.friction.push(add_scaled(tangential, r, frame[2]));
+            }
         }
         forces
     }
