@@ -1,21 +1,26 @@
 //! Benchmarks of the hot loops of the joint, each over one parameter.
 //!
-//! * `force/nodes`: Eq. (8) over the number of contact nodes, with Eq. (5), lift-off and the radial
-//!   part.
+//! * `force/nodes`, `force/modes`: Eq. (8) over the number of contact nodes and of modes, with Eq. (5), lift-off and
+//!   the radial part; the growth of time is printed as a ratio to the smallest size.
 //! * `force/effect`: the same at 100 nodes with one effect disabled, with a user-defined friction law,
 //!   and the straightforward scalar loop as the baseline.
 //! * `jacobian`, `separated_nodes`, `retilt`: called once per stiff step, per sample and per frame.
 
 use std::hint::black_box;
 use std::sync::Arc;
+use std::time::Instant;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use squeakscope::dynamics::{Differentiable, System};
-use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
+use squeakscope::joint::{
+    BallJoint, Frequencies, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck,
+};
 use squeakscope::scene::Scene;
 
 /// Numbers of contact nodes.
 const NODES: [usize; 5] = [16, 64, 100, 1000, 10_000];
+/// Numbers of bending pairs, torsion modes and axial modes of the finite-element body.
+const FAMILIES: [[usize; 3]; 5] = [[1, 0, 0], [4, 2, 1], [8, 4, 2], [16, 8, 8], [34, 16, 16]];
 /// Number of nodes in the benchmarks over other parameters.
 const DEFAULT_NODES: usize = 100;
 
@@ -29,6 +34,20 @@ fn ball(nodes: usize) -> BallJoint {
 fn model(nodes: usize) -> Model {
     ball(nodes)
         .model(TILT)
+        .expect("a patch that does not touch the beam")
+}
+
+/// The joint with the frequencies of its finite elements, and these numbers of modes.
+fn with_modes([bending_pairs, torsion, axial]: [usize; 3]) -> Model {
+    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    let body = scene.ball_on_beam_mut().expect("a ball on a beam");
+    body.frequencies = Frequencies::FiniteElement;
+    body.families.bending_pairs = bending_pairs;
+    body.families.torsion = torsion;
+    body.families.axial = axial;
+    let spec = &scene.joint().expect("the preset has a joint").spec;
+    let ball = BallJoint::new(spec).expect("the preset's joint");
+    ball.model(TILT)
         .expect("a patch that does not touch the beam")
 }
 
@@ -107,18 +126,44 @@ impl Plain<'_> {
     }
 }
 
-fn force(c: &mut Criterion) {
-    let mut group = c.benchmark_group("force/nodes");
-    for nodes in NODES {
-        let joint = Joint::new(&model(nodes));
+/// Times the force of models of increasing size, and prints each time relative to that of the first.
+fn growth(c: &mut Criterion, name: &str, models: &mut dyn Iterator<Item = (usize, Model)>) {
+    let mut group = c.benchmark_group(name);
+    let mut first = None;
+    for (size, model) in models {
+        let joint = Joint::new(&model);
         let z = state(&joint);
         let mut out = vec![0.0; joint.modes()];
-        group.throughput(Throughput::Elements(nodes as u64));
-        group.bench_function(BenchmarkId::from_parameter(nodes), |b| {
-            b.iter(|| joint.force(0.0, black_box(&z), black_box(&mut out)));
+        let mut fastest = f64::INFINITY;
+        group.throughput(Throughput::Elements(size as u64));
+        group.bench_function(BenchmarkId::from_parameter(size), |b| {
+            b.iter_custom(|count| {
+                let start = Instant::now();
+                for _ in 0..count {
+                    joint.force(0.0, black_box(&z), black_box(&mut out));
+                }
+                let time = start.elapsed();
+                fastest = fastest.min(time.as_secs_f64() / count as f64);
+                time
+            });
         });
+        let (least, shortest) = *first.get_or_insert((size, fastest));
+        println!(
+            "{name}: {size} take {:.2} times the time of {least}",
+            fastest / shortest
+        );
     }
     group.finish();
+}
+
+fn force(c: &mut Criterion) {
+    let mut by_nodes = NODES.into_iter().map(|nodes| (nodes, model(nodes)));
+    growth(c, "force/nodes", &mut by_nodes);
+    let mut by_modes = FAMILIES.into_iter().map(|families| {
+        let model = with_modes(families);
+        (model.modes(), model)
+    });
+    growth(c, "force/modes", &mut by_modes);
 
     let model = model(DEFAULT_NODES);
     let Friction::Stribeck { law, .. } = model.friction else {

@@ -18,7 +18,7 @@ use super::schema::ResultOf;
 use super::sound_args::SoundArgs;
 use super::steps::Steps;
 use super::study_args::{
-    BasinsArgs, CalibrateArgs, CostArgs, GrowthArgs, MergeArgs, PaperArgs, SweepArgs,
+    BasinsArgs, CostArgs, MergeArgs, PaperArgs, SweepArgs,
 };
 use super::view::ViewArgs;
 use crate::study::lyapunov::ExponentCount;
@@ -68,18 +68,11 @@ pub enum Command {
     Merge(MergeArgs),
     /// Reproduce the paper's figures and check each of its claims.
     Paper(PaperArgs),
-    /// Fit the parameters that the paper does not state, so that its claims hold.
-    Calibrate(CalibrateArgs),
     /// Measure accuracy against CPU time and find the cheapest settings.
     ///
     /// The study varies one numerical setting at a time, and chooses all settings together for a total error
     /// (error budget), at the first tilt of the scene.
     Cost(CostArgs),
-    /// Measure how time and memory scale with the size of the problem.
-    ///
-    /// The sizes are the numbers of contact nodes, modes, exponents, recurrence states and threads, and the
-    /// simulated time.
-    Growth(GrowthArgs),
     /// Export the arrays of Eq. (8) to NumPy.
     Model(ModelArgs),
     /// Analyse a signal from a file and classify its motion.
@@ -166,9 +159,6 @@ pub struct ScenesArgs {
     /// Print every key of a scene file with its meaning, unit, range and default.
     #[arg(long, conflicts_with_all = ["scene", "json"])]
     pub keys: bool,
-    /// Measure the CPU time of each effect and analysis of this scene, including inactive ones.
-    #[arg(long, requires = "scene", conflicts_with = "keys")]
-    pub effects: bool,
     /// Also write the result as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

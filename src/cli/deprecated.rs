@@ -5,7 +5,7 @@
 use std::ffi::OsString;
 
 /// Renamed options: command, old name, new name.
-const OPTIONS: [[&str; 3]; 19] = [
+const OPTIONS: [[&str; 3]; 18] = [
     ["run", "--slower", "--time-stretch"],
     ["run", "--at", "--probe"],
     ["live", "--at", "--probe"],
@@ -23,7 +23,6 @@ const OPTIONS: [[&str; 3]; 19] = [
     ["paper", "--only", "--figure"],
     ["cost", "--only", "--setting"],
     ["cost", "--page", "--markdown"],
-    ["growth", "--page", "--markdown"],
     ["analyse", "--png", "--figures"],
 ];
 

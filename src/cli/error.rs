@@ -51,14 +51,6 @@ pub enum CliError {
     /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The log of a calibration belongs to another calibration, or cannot be read.
-    #[error("cannot resume `{}`: {reason}; choose another --out", path.display())]
-    CannotResume {
-        /// Path of the log.
-        path: PathBuf,
-        /// Reason, as a clause.
-        reason: String,
-    },
     /// An output or a choice for a single signal, and several files.
     #[error("{option} is for a single file; analyse the files one by one, or omit it")]
     OneFile {
@@ -300,7 +292,6 @@ impl CliError {
             | Self::DiagramNeedsTilt { .. }
             | Self::NoTilt { .. }
             | Self::Transient { .. }
-            | Self::CannotResume { .. }
             | Self::TooManyAxes { .. }
             | Self::AxisTwice { .. }
             | Self::Tour(_)

@@ -21,17 +21,14 @@ mod branch;
 mod branch_args;
 mod branch_text;
 mod browser;
-mod calibrate;
 mod common_args;
 mod cost;
 mod deprecated;
 mod document;
-mod effects;
 mod error;
 mod exponents;
 mod figures;
 mod friction;
-mod growth;
 mod help;
 mod interrupt;
 mod known_accuracy;
@@ -145,9 +142,7 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Branch(args) => interruptible(|stop| branch::execute(&args, stop)),
         Command::Basins(args) => interruptible(|stop| basins::execute(&args, stop)),
         Command::Paper(args) => interruptible(|stop| paper::execute(&args, stop, paper_plan)),
-        Command::Calibrate(args) => interruptible(|stop| calibrate::execute(&args, stop)),
         Command::Cost(args) => interruptible(|stop| cost::execute(&args, stop)),
-        Command::Growth(args) => interruptible(|stop| growth::execute(&args, stop)),
         Command::Merge(args) => interruptible(|stop| sweep::merge(&args, stop)),
         Command::Model(args) => model::model(&args),
         Command::Friction(args) => friction::execute(&args),

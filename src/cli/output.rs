@@ -69,11 +69,6 @@ impl Kind {
         existing: Existing::Resume,
         ..Self::of(&["arrows"])
     };
-    /// The log of a search.
-    pub const LOG: Self = Self {
-        existing: Existing::Resume,
-        ..Self::of(&["jsonl"])
-    };
     /// A scene file.
     pub const SCENE: Self = Self::of(&["toml"]);
     /// A text with Markdown.

@@ -29,7 +29,6 @@ use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RERUN_VERSION, RerunSink};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
-use crate::study::growth::peak_memory;
 use crate::table::Table;
 
 /// The recording, if no output is given.
@@ -77,6 +76,16 @@ impl<'a> RunResult<'a> {
             accuracy: accuracy.map(|error| KnownAccuracy::of(error, scene, summary)),
         }
     }
+}
+
+/// Peak memory of this process, bytes. `None` if the system does not report it (Linux does).
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(1024 * kilobytes)
 }
 
 /// The output files.

@@ -1,13 +1,11 @@
-//! `squeakscope scenes`: list the scenes, print one, measure its effects, or print the keys of scene files.
+//! `squeakscope scenes`: list the scenes, print one, or print the keys of scene files.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::args::ScenesArgs;
 use super::document::Document;
-use super::effects;
 use super::error::CliError;
-use super::interrupt;
 use super::output::Kind;
 use super::report::{self, HEADING};
 use crate::escape;
@@ -56,7 +54,6 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
         return Ok(report::print(key_reference().trim_start())?);
     }
-    let stop = args.effects.then(interrupt::install_handler).transpose()?;
     let [json] = args
         .overwrite
         .check_all(None, [("--json", Kind::JSON, args.json.as_deref())])?;
@@ -71,9 +68,6 @@ pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
         Some(_) => {
             let scene = args.scene.load()?;
             report::print_warnings(&scene.warnings());
-            if let Some(stop) = stop {
-                return effects::effects(&scene, json.as_ref(), &stop);
-            }
             // The exact text of the scene file, which can be saved and run.
             Document::new(&Entry::from(&scene), &[]).deliver(&scene.text, json.as_ref())?;
         }

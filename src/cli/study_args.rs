@@ -123,67 +123,6 @@ pub struct PaperArgs {
     pub drawn: FigureArgs,
 }
 
-/// Arguments of `squeakscope calibrate`.
-#[derive(Debug, Arguments)]
-#[command(mut_arg("scene", |scene| {
-    scene.help("Scene with the parameters that the paper states: a name or a file [default: periodic-2deg]")
-}))]
-pub struct CalibrateArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// Seed of the random search.
-    #[arg(
-        long,
-        value_name = "SEED",
-        default_value_t = 1,
-        help_heading = "Search"
-    )]
-    pub seed: u64,
-    /// Number of random parameter sets whose linear stability is screened.
-    #[arg(long, value_name = "N", default_value_t = 4000,
-        value_parser = value_parser!(u32).range(1..=10_000_000), help_heading = "Search")]
-    pub screened: u32,
-    /// Number of sets that are simulated first: known ones, and the best of the screening.
-    #[arg(long, value_name = "N", default_value_t = 40,
-        value_parser = value_parser!(u32).range(1..=100_000), help_heading = "Search")]
-    pub starts: u32,
-    /// Number of generations of the improvement. Each of the best sets is improved over 8 of them.
-    #[arg(long, value_name = "N", default_value_t = 24,
-        value_parser = value_parser!(u32).range(0..=10_000), help_heading = "Search")]
-    pub generations: u32,
-    /// Number of parameter sets per generation.
-    #[arg(long, value_name = "N", default_value_t = 12,
-        value_parser = value_parser!(u32).range(4..=10_000), help_heading = "Search")]
-    pub population: u32,
-    /// Number of threads [default: the number of cores].
-    #[arg(long, value_name = "N", help_heading = "Execution")]
-    pub threads: Option<NonZero<usize>>,
-    /// Continue the search that is logged in --out.
-    #[arg(long, help_heading = "Execution")]
-    pub resume: bool,
-    /// Log each parameter set as it is evaluated, one line of JSON per set.
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = "calibrate.jsonl",
-        help_heading = "Output"
-    )]
-    pub out: PathBuf,
-    /// Write the best set as a scene file.
-    #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
-    pub best: Option<PathBuf>,
-    /// Also write the best sets and the claims that they meet as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
-    #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the figure of the claims that can be met together to this directory.
-    #[arg(long, value_name = "DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
-    #[command(flatten)]
-    pub drawn: FigureArgs,
-}
-
 /// Arguments of `squeakscope cost`.
 #[derive(Debug, Arguments)]
 pub struct CostArgs {
@@ -229,38 +168,6 @@ pub struct CostArgs {
     /// `--accuracy`.
     #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
     pub write: Option<PathBuf>,
-    /// Also write all points as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
-    #[command(flatten)]
-    pub overwrite: Overwrite,
-    #[command(flatten)]
-    pub drawn: FigureArgs,
-}
-
-/// Arguments of `squeakscope growth`.
-#[derive(Debug, Arguments)]
-pub struct GrowthArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// Repeat each timed run this often and take the median.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101),
-        help_heading = "Study")]
-    pub repeats: u8,
-    /// Largest number of threads of a sweep [default: the number of cores].
-    #[arg(long, value_name = "N", help_heading = "Study")]
-    pub threads: Option<NonZero<usize>>,
-    /// Write figure and table to this directory.
-    #[arg(
-        long,
-        value_name = "DIR",
-        default_value = "growth",
-        help_heading = "Output"
-    )]
-    pub out: PathBuf,
-    /// Also write the results as a Markdown chapter, as in the guide.
-    #[arg(long, value_name = "FILE.md", help_heading = "Output")]
-    pub markdown: Option<PathBuf>,
     /// Also write all points as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,

@@ -26,7 +26,6 @@
 //! Run and control simulations:
 //!
 //! * [Choose the accuracy](how_to::choose_accuracy): the cheapest integrator for a given error.
-//! * [Use only the effects that a scene needs](how_to::effects), and see the cost of each.
 //! * [Use modes from another finite-element program](how_to::own_modes): Nastran, Abaqus, Ansys, CalculiX, UFF.
 //! * [Run a sweep on many machines](how_to::many_machines), as a Slurm job array or with Dask.
 //! * [Control a live run in a classroom](how_to::classroom).
@@ -42,7 +41,6 @@
 //! Compare with Kang (2022):
 //!
 //! * [Reproduce the paper](how_to::reproduce_paper): each figure and each claim.
-//! * [Calibrate the parameters that the paper does not state](how_to::calibrate).
 //!
 //! # Explanation
 //!
@@ -71,7 +69,7 @@
 //!
 //! Cost:
 //!
-//! * [Cost of accuracy](explanation::cost): error against CPU time for four scenes; growth with problem size.
+//! * [Cost of accuracy](explanation::cost): error against CPU time.
 //! * [Cost of disabled effects](explanation::off): compiled kernels compared with hand-written loops.
 //! * [Comparison with other programs](explanation::peers): analyses, right-hand side and integrators.
 //!
@@ -115,9 +113,6 @@ pub mod how_to {
     #[doc = include_str!("how_to/choose_accuracy.md")]
     pub mod choose_accuracy {}
 
-    #[doc = include_str!("how_to/effects.md")]
-    pub mod effects {}
-
     #[doc = include_str!("how_to/own_modes.md")]
     pub mod own_modes {}
 
@@ -145,9 +140,6 @@ pub mod how_to {
     #[doc = include_str!("how_to/reproduce_paper.md")]
     #[doc = include_str!("how_to/reproduce_paper.html")]
     pub mod reproduce_paper {}
-
-    #[doc = include_str!("how_to/calibrate.md")]
-    pub mod calibrate {}
 }
 
 /// Physics, numerics, chaos and cost.
@@ -187,7 +179,6 @@ pub mod explanation {
     pub mod recurrence {}
 
     #[doc = include_str!("explanation/cost.md")]
-    #[doc = include_str!("explanation/cost.html")]
     pub mod cost {}
 
     #[doc = include_str!("explanation/off.md")]

@@ -2,11 +2,8 @@
 
 pub mod basins;
 pub mod branch;
-pub mod calibrate;
 pub mod cost;
-pub mod effects;
 pub mod friction_fit;
-pub mod growth;
 pub mod lyapunov;
 pub mod paper;
 mod pool;
@@ -20,5 +17,5 @@ mod table;
 /// Callback on the progress of a study; it returns whether to continue.
 pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;
 
-pub use pool::{ThreadSpawnError, threads, wait_for};
+pub use pool::{ThreadSpawnError, threads};
 pub use stability::{StabilityAt, StudyError, growth_causes, stability};

@@ -1,10 +1,7 @@
-//! A pool of threads for independent jobs, with results delivered one by one on the caller's thread; waiting
-//! for a child process.
+//! A pool of threads for independent jobs, with results delivered one by one on the caller's thread.
 
-use std::io;
 use std::num::NonZero;
 use std::panic::resume_unwind;
-use std::process::Child;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -19,20 +16,6 @@ pub fn threads(asked: Option<NonZero<usize>>) -> usize {
 
 /// Interval between progress calls.
 const TICK: Duration = Duration::from_millis(50);
-
-/// Waits for a child process, and kills it when `should_continue` returns `false`.
-///
-/// # Errors
-/// The error of the operating system.
-pub fn wait_for(process: &mut Child, should_continue: &mut dyn FnMut() -> bool) -> io::Result<()> {
-    while process.try_wait()?.is_none() {
-        if !should_continue() {
-            process.kill()?;
-        }
-        thread::sleep(TICK);
-    }
-    Ok(())
-}
 
 /// Timer that says when progress is due. It uses the clock because the time between two polls varies from
 /// microseconds to seconds.

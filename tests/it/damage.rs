@@ -323,7 +323,6 @@ fn other_file_types_are_rejected_before_reading() {
         for words in [
             vec!["merge", path, "--out", "merged.arrow"],
             vec!["view", path],
-            vec!["calibrate", "--resume", "--out", path],
         ] {
             let output = desk.run(&words);
             ends_well(&output, &format!("{words:?}"));

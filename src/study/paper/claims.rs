@@ -125,16 +125,6 @@ pub fn add_short_averages(findings: &mut [Finding], evidence: &Evidence) -> Scor
     score
 }
 
-impl Finding {
-    /// Fitness of the claim, 0 to 1. A value that deviates by twice its tolerance has a fitness of 0.5.
-    pub fn fitness(&self) -> f64 {
-        match (self.verdict, self.deviation) {
-            (Verdict::NotMet, Some(off)) => self.tolerance / off.abs().max(f64::MIN_POSITIVE),
-            (verdict, _) => verdict.share(),
-        }
-    }
-}
-
 /// Score: the agreement of a simulation with the paper.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
@@ -167,11 +157,6 @@ impl Score {
             not_comparable: count(|verdict| verdict == Verdict::NotComparable),
         }
     }
-}
-
-/// Fitness of the comparable claims, 0 to 1: the weighted mean of [`Finding::fitness`].
-pub fn fitness(findings: &[Finding]) -> f64 {
-    weighted_mean(findings, Finding::fitness)
 }
 
 /// Weighted mean over the claims that can be compared.

@@ -11,7 +11,7 @@ mod verdict;
 mod tests;
 
 pub use claims::{
-    CLAIMS, Claim, Finding, Score, ShortAverage, add_short_averages, claims, compare, fitness,
+    CLAIMS, Claim, Finding, Score, ShortAverage, add_short_averages, claims, compare,
 };
 pub use evidence::{Embedding, Evidence};
 pub use study::{

@@ -42,15 +42,9 @@ const OUTPUTS: &[(&str, &str)] = &[
     ("basins --save %", "a.rrd"),
     ("basins --json %", "a.json"),
     ("paper --json %", "a.json"),
-    ("calibrate --out %", "a.jsonl"),
-    ("calibrate --resume --out %", "a.jsonl"),
-    ("calibrate --best %", "a.toml"),
-    ("calibrate --json %", "a.json"),
     ("cost --markdown %", "a.md"),
     ("cost --write %", "a.toml"),
     ("cost --json %", "a.json"),
-    ("growth --markdown %", "a.md"),
-    ("growth --json %", "a.json"),
     ("analyse s.csv --rate 1000 --save %", "a.rrd"),
     ("analyse s.csv --rate 1000 --json %", "a.json"),
 ];
@@ -65,7 +59,6 @@ const DIRECTORIES: &[(&str, &str)] = &[
     ("paper --out %", "README.md"),
     ("cost --out %", "cost-nodes.svg"),
     ("cost --out %", "cost.rrd"),
-    ("growth --out %", "growth.csv"),
     ("analyse s.csv --rate 1000 --figures %", "zero_one.png"),
 ];
 
@@ -197,39 +190,6 @@ fn insufficient_memory_ends_in_an_error() {
     let ended = cramped(folder.path(), 500_000, "run long.toml --npz c.npz");
     ended.said(1, &["the analysis windows need about", "window_ms"]);
     assert!(!folder.path().join("c.npz").exists());
-}
-
-/// An interrupted search gives the same bytes as an uninterrupted one, with any number of threads.
-#[test]
-fn a_search_in_parts_gives_the_same_log() {
-    let (folder, _) = desk();
-    let base = squeakscope::scene::Scene::load("periodic-2deg").expect("preset");
-    let values = [("contact.nodes", 16.0), ("time.tolerance", 1e-3)].map(|(path, value)| {
-        let parameter = squeakscope::scene::Parameter::named(path).expect("a parameter");
-        (parameter, value)
-    });
-    let base = base.with_values(&values).expect("a scene");
-    std::fs::write(folder.path().join("base.toml"), base.text).expect("written");
-    let search = |threads: u32, more: &str| {
-        let words = format!(
-            "calibrate base.toml --screened 20 --starts 4 --generations 1 --population 4 --threads {threads} --json a.json --best a.toml --force{more}"
-        );
-        ended(folder.path(), &words).said(0, &[]);
-        ["calibrate.jsonl", "a.json", "a.toml"]
-            .map(|name| std::fs::read(folder.path().join(name)).expect("written"))
-    };
-    let whole = search(1, "");
-    let log = String::from_utf8(whole[0].clone()).expect("text");
-    let lines: Vec<&str> = log.lines().collect();
-    assert_eq!(lines.len(), 9);
-    // The state after three threads were killed: lines in any order, the last one incomplete.
-    for (kept, threads) in [([2, 1].as_slice(), 3), (&[4, 1, 3, 2, 7], 2)] {
-        let kept = kept.iter().map(|&k| format!("{}\n", lines[k]));
-        let torn = &lines[8][..lines[8].len() / 2];
-        let part = format!("{}\n{}{torn}", lines[0], kept.collect::<String>());
-        std::fs::write(folder.path().join("calibrate.jsonl"), part).expect("written");
-        assert!(search(threads, " --resume") == whole, "{threads} threads");
-    }
 }
 
 /// A step so long that the energy audit fails, with and without `--strict`.

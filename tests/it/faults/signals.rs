@@ -169,7 +169,6 @@ fn ctrl_c_before_the_run_starts_ends_at_once() {
         &["run"][..],
         &["sweep"],
         &["lyapunov"],
-        &["scenes", "--effects"],
     ] {
         let (folder, _) = desk();
         let made = Command::new("mkfifo")
