@@ -165,9 +165,6 @@ def lyapunov(
 def cost(
     scene: _Scene,
     *,
-    settings: Sequence[str] | None = None,
-    repeats: int = 5,
-    targets: Sequence[float] | None = None,
     progress: _Progress = None,
 ) -> Result: ...
 def spectrum(signal: ArrayLike, rate: float, *, window: _Window = "blackman-harris") -> Result: ...

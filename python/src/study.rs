@@ -10,7 +10,7 @@ use squeakscope::study::branch::{
     self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
     OrbitStarts, add_orbits, equilibria,
 };
-use squeakscope::study::cost::{self as cost_study, CostPlan};
+use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
 use squeakscope::study::{StudyError, stability as linear_modes};
 
@@ -19,7 +19,6 @@ use crate::call::long_call;
 use crate::error::{input, raise};
 use crate::result::result;
 use crate::scene::SceneOrName;
-use crate::signal::choice;
 
 /// Linear modes of steady sliding, from complex eigenvalues.
 ///
@@ -236,46 +235,29 @@ pub fn lyapunov<'py>(
     result_with(py, &found, [("attractor", attractor)])
 }
 
-/// Measure accuracy against CPU time, and find the cheapest settings.
+/// Measure what accuracy and effects cost, and find the cheapest settings.
 ///
 /// Parameters
 /// ----------
 /// scene : Scene, str or os.PathLike
 ///     The scene, or its name or path.
-/// settings : sequence of str, optional
-///     Settings to vary, such as "integrator" or "budget". By default all.
-/// repeats : int
-///     Number of repeats of each timed run.
-/// targets : sequence of float, optional
-///     Total relative errors for which the error budget chooses settings.
 /// progress : callable, optional
 ///     Called with the share of the work that is done, 0 to 1.
 ///
 /// Returns
 /// -------
 /// Result
-///     ``sets`` of points of error and time, ``advice``, ``budget``.
+///     ``settings`` with points of error and time, ``choices`` for total errors, ``effects`` with their prices.
 #[pyfunction]
-#[pyo3(signature = (scene, *, settings=None, repeats=5, targets=None, progress=None))]
+#[pyo3(signature = (scene, *, progress=None))]
 pub fn cost<'py>(
     py: Python<'py>,
     scene: SceneOrName,
-    settings: Option<Vec<String>>,
-    repeats: usize,
-    targets: Option<Vec<f64>>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut plan = CostPlan::new(scene.load(py, None)?);
-    if let Some(words) = settings {
-        let all: Vec<&str> = plan.settings.iter().map(|setting| setting.name()).collect();
-        let chosen = words.iter().map(|word| choice(py, "settings", word, &all));
-        let chosen = chosen.collect::<PyResult<Vec<_>>>()?;
-        plan.settings.retain(|setting| chosen.contains(setting));
-    }
-    plan.repeats = repeats.max(1);
-    plan.targets = targets.unwrap_or(plan.targets);
+    let scene = scene.load(py, None)?;
     let found = long_call(py, progress.as_ref(), |watch| {
-        cost_study::cost(&plan, &mut |(_, share)| watch.report(share))
+        cost_study::cost(&scene, None, &mut |(_, share)| watch.report(share))
     })?;
     result(py, &found)
 }

@@ -44,8 +44,7 @@ impl SceneArgs {
 /// The accuracy of a command.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
 pub struct AccuracyArgs {
-    /// Use the cheapest numerical settings for this relative error, such as 1e-4: all settings of the error
-    /// budget in the scene, which `cost --write` determines, or else the recommended integrator only.
+    /// Choose tolerance and contact nodes for this relative error of the settled motion, such as 1e-4.
     #[arg(long, value_name = "ERROR", value_parser = positive,
         help_heading = "Simulation")]
     pub accuracy: Option<f64>,

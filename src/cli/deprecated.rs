@@ -5,7 +5,7 @@
 use std::ffi::OsString;
 
 /// Renamed options: command, old name, new name.
-const OPTIONS: [[&str; 3]; 18] = [
+const OPTIONS: [[&str; 3]; 16] = [
     ["run", "--slower", "--time-stretch"],
     ["run", "--at", "--probe"],
     ["live", "--at", "--probe"],
@@ -21,8 +21,6 @@ const OPTIONS: [[&str; 3]; 18] = [
     ["basins", "--least", "--min-transient"],
     ["basins", "--most", "--max-transient"],
     ["paper", "--only", "--figure"],
-    ["cost", "--only", "--setting"],
-    ["cost", "--page", "--markdown"],
     ["analyse", "--png", "--figures"],
 ];
 

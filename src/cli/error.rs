@@ -172,12 +172,6 @@ pub enum CliError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The study of costs has no recommendation for the scene.
-    #[error(
-        "no recommendation to write (--write): neither an integrator nor an error budget reaches its target; \
-         include --setting budget or --setting integrator, or raise --target"
-    )]
-    NoAdvice,
     /// The causes of growth are not defined for friction with a state.
     #[error(
         "the causes of growth (--causes) are computed for friction that depends on the slip velocity alone; omit \
@@ -281,7 +275,6 @@ impl CliError {
             | Self::Directory { .. }
             | Self::NoSignals { .. }
             | Self::FilesFailed { .. }
-            | Self::NoAdvice
             | Self::NoCauses
             | Self::Exponents { .. }
             | Self::NoTimeline { .. }

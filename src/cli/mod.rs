@@ -31,7 +31,6 @@ mod figures;
 mod friction;
 mod help;
 mod interrupt;
-mod known_accuracy;
 mod levels_text;
 mod live;
 mod live_args;

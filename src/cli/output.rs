@@ -71,8 +71,6 @@ impl Kind {
     };
     /// A scene file.
     pub const SCENE: Self = Self::of(&["toml"]);
-    /// A text with Markdown.
-    pub const MARKDOWN: Self = Self::of(&["md"]);
     /// Labels of an audio editor.
     pub const LABELS: Self = Self::of(&["txt"]);
     /// A figure.

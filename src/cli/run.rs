@@ -15,7 +15,6 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::exponents::{RunExponents, divergence_text};
 use super::interrupt;
-use super::known_accuracy::KnownAccuracy;
 use super::output::{Kind, OutputFile};
 use super::progress::{Notifier, Progress};
 use super::report::{self, HEADING, WARNING};
@@ -51,17 +50,10 @@ pub(super) struct RunResult<'a> {
     audit: Option<Audit>,
     /// Quantity, place and peak level of the sound file; `null` without a sound file.
     audio: Option<String>,
-    /// Error of the settled motion for `--accuracy`; `null` without that option.
-    accuracy: Option<KnownAccuracy>,
 }
 
 impl<'a> RunResult<'a> {
-    fn new(
-        scene: &Scene,
-        summary: &'a Summary,
-        audio: Option<String>,
-        accuracy: Option<f64>,
-    ) -> Self {
+    fn new(scene: &Scene, summary: &'a Summary, audio: Option<String>) -> Self {
         let Integrator {
             method, tolerance, ..
         } = scene.integrator;
@@ -73,7 +65,6 @@ impl<'a> RunResult<'a> {
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
             audio,
-            accuracy: accuracy.map(|error| KnownAccuracy::of(error, scene, summary)),
         }
     }
 }
@@ -133,7 +124,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     let files = [&outputs.save, &outputs.npz, &outputs.wav];
     let files = files.into_iter().flatten().map(WrittenFile::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    let result = RunResult::new(&scene, &summary, audio, args.accuracy.accuracy);
+    let result = RunResult::new(&scene, &summary, audio);
     Document::new(&result, &files)
         .with_scene(&scene.name)
         .deliver(&text(&scene, &result), outputs.json.as_ref())?;
@@ -298,9 +289,6 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         false => lines(&summary.peaks),
     };
     text += &integration(is_joint, result);
-    if let Some(accuracy) = &result.accuracy {
-        text += &accuracy.text();
-    }
     if let Some(exponents) = &result.exponents {
         text += &exponents.text();
     }
@@ -501,7 +489,7 @@ mod tests {
             }],
             ..Summary::default()
         };
-        let result = RunResult::new(&scene, &summary, None, Some(1e-3));
+        let result = RunResult::new(&scene, &summary, None);
         let value = serde_json::to_value(&result).expect("JSON");
         assert_eq!(value["amplitude_m"], 0.69e-6);
         assert_eq!(value["lines"][0]["frequency_hz"], 4117.0);
@@ -511,12 +499,6 @@ mod tests {
         let text = text(&scene, &result);
         assert!(text.contains("4117.0 Hz"), "{text}");
         assert!(text.contains("amplitude 0.6900 um"), "{text}");
-        // The scene has advice on the integrator, but no error budget.
-        assert!(
-            text.contains("error not known: only the integrator"),
-            "{text}"
-        );
-        assert_eq!(value["accuracy"]["errors"], serde_json::Value::Null);
     }
 
     #[test]

@@ -11,7 +11,6 @@ use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::output::Overwrite;
 use super::steps::{Steps, StepsError};
-use crate::study::cost::{CostSetting, Quantity};
 use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
@@ -128,51 +127,14 @@ pub struct PaperArgs {
 pub struct CostArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Vary only this setting; repeat the option for several [default: all settings of the scene].
-    #[arg(long, value_name = "SETTING", value_enum, help_heading = "Study")]
-    pub setting: Vec<CostSetting>,
-    /// Repeat each timed run this often and take the median; the long runs for invariants and exponents are
-    /// not repeated.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u8).range(1..=101),
-        help_heading = "Study")]
-    pub repeats: u8,
-    /// Compare trajectories over at most this time; the study shortens it for chaotic motion [default: 4;
-    /// small systems: 50].
-    #[arg(long, value_name = "MS", value_parser = horizon,
-        help_heading = "Study")]
-    pub horizon: Option<f64>,
-    /// Choose all settings for this total relative error; repeat the option for several [default: 1e-2,
-    /// 1e-3, 1e-4].
-    #[arg(long, value_name = "ERROR", value_parser = relative_error, help_heading = "Error budget")]
-    pub target: Vec<f64>,
-    /// Bound the error of this quantity; repeat the option for several [default: frequency, amplitude, rms].
-    #[arg(
-        long,
-        value_name = "QUANTITY",
-        value_enum,
-        help_heading = "Error budget"
-    )]
-    pub quantity: Vec<Quantity>,
-    /// Write figures, table (cost.csv) and recording (cost.rrd) to this directory.
-    #[arg(
-        long,
-        value_name = "DIR",
-        default_value = "cost",
-        help_heading = "Output"
-    )]
-    pub out: PathBuf,
-    /// Also write the results as a Markdown chapter, as in the guide.
-    #[arg(long, value_name = "FILE.md", help_heading = "Output")]
-    pub markdown: Option<PathBuf>,
-    /// Write the scene with the error budgets and the recommended integrators to this file, for use with
-    /// `--accuracy`.
-    #[arg(long, value_name = "FILE.toml", help_heading = "Output")]
-    pub write: Option<PathBuf>,
-    /// Also write all points as JSON.
+    /// Also write the result as JSON.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
     #[command(flatten)]
     pub overwrite: Overwrite,
+    /// Draw the error of each setting against time to this directory.
+    #[arg(long, value_name = "DIR", help_heading = "Figures")]
+    pub figures: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,
 }
@@ -331,22 +293,6 @@ fn measure(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(time) if time >= 5.0 => Ok(time),
         _ => Err("give a time of at least 5 ms".to_owned()),
-    }
-}
-
-/// Parses a relative error, up to 0.1.
-fn relative_error(text: &str) -> Result<f64, String> {
-    match positive(text) {
-        Ok(error) if (1e-8..=0.1).contains(&error) => Ok(error),
-        _ => Err("give a relative error from 1e-8 to 0.1".to_owned()),
-    }
-}
-
-/// Parses the time over which trajectories are compared, ms.
-fn horizon(text: &str) -> Result<f64, String> {
-    match positive(text) {
-        Ok(time) if (0.1..=1000.0).contains(&time) => Ok(time),
-        _ => Err("give a time from 0.1 to 1000 ms".to_owned()),
     }
 }
 

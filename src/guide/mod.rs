@@ -25,7 +25,7 @@
 //!
 //! Run and control simulations:
 //!
-//! * [Choose the accuracy](how_to::choose_accuracy): the cheapest integrator for a given error.
+//! * [Choose the accuracy](how_to::choose_accuracy): tolerance and contact nodes for a given error.
 //! * [Use modes from another finite-element program](how_to::own_modes): Nastran, Abaqus, Ansys, CalculiX, UFF.
 //! * [Run a sweep on many machines](how_to::many_machines), as a Slurm job array or with Dask.
 //! * [Control a live run in a classroom](how_to::classroom).

@@ -1,7 +1,7 @@
 //! Figures, described once and rendered as SVG, PNG and PDF, or shown by the Rerun viewer.
 //!
 //! A [`Figure`] is data: rows of [`Panel`]s, each with two [`Axis`] and some [`Layer`]s. Each result type has
-//! a function that returns its figures ([`sweep_figures`], [`cost_figures`], ...), one file per result. The
+//! a function that returns its figures ([`sweep_figures`], [`cost_figure`], ...), one file per result. The
 //! renderers do not depend on result types: [`Figure::svg`], [`Figure::png`] and [`Figure::pdf`] here, and
 //! the recordings of studies in `record`. The [`FigureOptions`] determines the size of a figure and whether it has a
 //! title; the [`Color`] is the meaning of a colour.
@@ -13,7 +13,7 @@ mod axis;
 mod basins;
 mod branch;
 mod color;
-pub(crate) mod cost;
+mod cost;
 mod embedding;
 mod figure;
 mod lyapunov;
@@ -45,7 +45,7 @@ pub use axis::{Axis, Scale, round_up};
 pub use basins::basins_figure;
 pub use branch::{map_figure, modes_figure};
 pub use color::{Color, Rgb};
-pub use cost::{WorkMeasure, cost_figures, error_panels};
+pub use cost::cost_figure;
 pub use embedding::{false_neighbours, mutual_information};
 pub use figure::{Bar, Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
 pub use lyapunov::lyapunov_figure;

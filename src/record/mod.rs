@@ -5,7 +5,7 @@
 //! the layout of the viewer.
 //!
 //! * Time: one timeline, `sim_time`, the simulated time as a duration in ns. [`sweep`] saves a sweep with the
-//!   swept parameter as its timeline, [`cost`] a cost study without a timeline.
+//!   swept parameter as its timeline.
 //! * Units: µm, mm/s, mm, kHz, degrees, µJ, as stated in the names of the series. All other modules use SI
 //!   units.
 //! * Rows: samples are sent as columns, about 1,000 rows per call, which takes 10 to 20 bytes per row. Plots
@@ -38,7 +38,6 @@ mod body;
 pub mod branch;
 mod camera;
 mod chaos;
-pub mod cost;
 mod delay;
 mod encode;
 mod error;

@@ -234,20 +234,6 @@ impl PanelView {
     }
 }
 
-/// Default radii of points and crosses that have tooltips. They are set on the view and not on the entities,
-/// because the viewer lists the components of an entity in its tooltip, including the labels, only if there
-/// are at most three.
-pub fn default_styles() -> (Points2D, LineStrips2D) {
-    (
-        Points2D::update_fields()
-            .with_radii([Radius::new_ui_points(4.2)])
-            .with_show_labels(false),
-        LineStrips2D::update_fields()
-            .with_radii([Radius::new_ui_points(1.2)])
-            .with_show_labels(false),
-    )
-}
-
 /// Labels of the layers with their colours.
 fn key(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
@@ -309,13 +295,11 @@ impl Entity {
                 points,
                 radius,
                 marker,
-                hover,
+                ..
             } => {
                 let places = points.iter().filter(finite).map(|point| place(*point));
-                let hover_texts = hover.iter().map(|text| escape::lines(text).into_owned());
-                self.labels.extend(hover_texts);
                 // Smaller points are not visible on a screen.
-                self.radius = hover.is_empty().then_some((1.2 * radius).max(1.6) as f32);
+                self.radius = Some((1.2 * radius).max(1.6) as f32);
                 match marker {
                     Marker::Cross => self.add_strips(places.map(cross), color),
                     _ => self.add_points(places, color),

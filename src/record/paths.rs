@@ -270,15 +270,6 @@ pub const CURSOR: &str = "cursor";
 /// The current point of a phase portrait.
 pub const NOW: &str = "now";
 
-/// Root of a cost study, with a folder for each setting.
-pub const COST: &str = "cost";
-/// Description, recommended values and all points of a setting, as text.
-pub const SETTING_TEXT: &str = "text";
-/// Error over CPU time.
-pub const COST_CPU_TIME: &str = "cpu_time";
-/// Error over right-hand-side evaluations.
-pub const COST_RHS_EVALS: &str = "rhs_evals";
-
 /// Root of a study of branches, with a folder for each branch.
 pub const BRANCH: &str = "branch";
 /// Branch diagram: amplitude of the periodic orbits over the parameter.
@@ -286,8 +277,7 @@ pub const BRANCH_DIAGRAM: &str = "diagram";
 /// Multipliers of a periodic orbit in the complex plane.
 pub const MULTIPLIERS: &str = "multipliers";
 
-/// Root path of a part of the recording: empty for a run, one folder per start for a sweep, one folder per
-/// setting for a cost study.
+/// Root path of a part of the recording: empty for a run, one folder per start for a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Root(String);
 
@@ -307,11 +297,6 @@ impl Root {
         Self(format!("{BRANCH}/{number}/"))
     }
 
-    /// The root of one setting of a cost study.
-    pub fn of_setting(setting: &str) -> Self {
-        Self(format!("{COST}/{setting}/"))
-    }
-
     /// The full path of a path relative to this root.
     pub fn at(&self, path: &str) -> String {
         format!("{}{path}", self.0)
@@ -326,17 +311,6 @@ pub fn mode_shape(index: usize) -> String {
 /// Tile of the spectrogram, numbered from 0.
 pub fn spectrogram_tile(index: usize) -> String {
     format!("{SPECTROGRAM}/tile_{index:02}")
-}
-
-/// Values of a family of settings.
-pub fn cost_numbers(family: &str) -> String {
-    format!("numbers/{}", path_part(family))
-}
-
-/// A text as part of a path, without characters that need escaping.
-fn path_part(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-.".contains(c);
-    text.replace(|c| !plain(c), "_")
 }
 
 /// Frame, ticks and grid of the plot at a path.

@@ -1,8 +1,6 @@
 //! Edits of a scene's text that preserve layout and comments.
 
-use toml_edit::{
-    Array, ArrayOfTables, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value,
-};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
 use super::error::{Fault, Location, SceneError};
 use super::schema::{Schema, join, split};
@@ -149,18 +147,4 @@ pub fn set(root: &mut Table, path: &str, mut value: Value) {
         *value.decor_mut() = before.decor().clone();
     }
     table.insert(name, Item::Value(value));
-}
-
-/// Replaces a list of tables at a path `table.name`; an empty list is removed.
-pub fn set_list(document: &mut DocumentMut, path: &str, list: ArrayOfTables) {
-    remove(document, path);
-    let (table, name) = split(path);
-    let parent = document.entry(table).or_insert_with(|| {
-        let mut new = Table::new();
-        new.set_implicit(true);
-        Item::Table(new)
-    });
-    if let Some(parent) = parent.as_table_like_mut().filter(|_| !list.is_empty()) {
-        parent.insert(name, Item::ArrayOfTables(list));
-    }
 }

@@ -174,15 +174,14 @@ pub enum Fault {
         /// Dotted path of the key.
         key: String,
     },
-    /// The scene has no integrator advice for an error this small.
-    #[error("the scene `{scene}` has no integrator advice for an error of {error}; {remedy}")]
-    NoAdvice {
-        /// Name of the scene.
-        scene: String,
-        /// The required error.
-        error: String,
-        /// Remedy.
-        remedy: String,
+    /// A method with a fixed step, which has no tolerance.
+    #[error(
+        "`{method}` has a fixed step and no tolerance that an accuracy could determine; choose another time.method, such \
+         as \"lawson54\""
+    )]
+    FixedStep {
+        /// Name of the method.
+        method: &'static str,
     },
     /// A number that is out of range or not finite.
     #[error("`{key}` = {found} is out of range; it must be {expected}")]

@@ -19,13 +19,13 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use accuracy::MAX_ADVISED_STEP;
+pub use accuracy::{AccuracySettings, GAUSS_NODES};
 pub use error::{DeprecatedKey, Fault, Location, SceneError, SceneWarning};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};
 pub use schedule::{Schedule, Sine};
-pub use setting::{AutoOr, SceneSetting, SectionSurface, SettingValue, StateCoordinate};
+pub use setting::{AutoOr, SectionSurface, StateCoordinate};
 pub use spec::Scene;
 pub use subject::{Carry, FixedAt, LoadedJoint, Loading, ScaledRotation, SmallSystem, SystemSpec};
 pub use tables::analysis::{
@@ -33,6 +33,4 @@ pub use tables::analysis::{
     PerturbedTrajectorySpec, QuantificationSpec, RecurrenceSpec, RegimeSpec, SectionSpec,
     SpectrogramSpec, SpectrumSpec, ThresholdSpec, WindowSpec,
 };
-pub use tables::{
-    AccuracyBudget, Events, Integrator, IntegratorAdvice, RecordSpec, Start, key_reference,
-};
+pub use tables::{Events, Integrator, RecordSpec, Start, key_reference};

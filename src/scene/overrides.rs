@@ -7,12 +7,14 @@ use super::error::{DeprecatedKey, Location, SceneError, SceneWarning};
 use super::parameter::declared;
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
-use super::setting::SceneSetting;
 use super::spec::Scene;
 use super::tables::analysis::{AnalysisBudget, AnalysisSpec};
 use super::tables::load::{FACTOR, LOAD, TILT};
 use super::tables::{SCHEMA, check_imported_patch, check_sliding, demonstrated_mechanism};
 use crate::joint::{BodySpec, Frequencies, Friction};
+
+/// Value of an override that removes a key or a table.
+const ABSENT: &str = "absent";
 
 impl Scene {
     /// Returns the scene with a constant tilt, -90 to 90 degrees.
@@ -61,7 +63,7 @@ impl Scene {
         let mut deprecated = self.deprecated_keys.clone();
         for (name, value) in overrides {
             let (name, value) = (name.as_ref(), value.as_ref());
-            if value == SceneSetting::ABSENT && SCHEMA.has_table(&SCHEMA.current(name)) {
+            if value == ABSENT && SCHEMA.has_table(&SCHEMA.current(name)) {
                 remove(&mut document, &SCHEMA.current(name));
                 continue;
             }
@@ -73,7 +75,7 @@ impl Scene {
                 }
             }
             match value {
-                SceneSetting::ABSENT => remove(&mut document, path),
+                ABSENT => remove(&mut document, path),
                 _ => {
                     let value = value.parse().unwrap_or_else(|_| Value::from(value));
                     set(document.as_table_mut(), path, value);

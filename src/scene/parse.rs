@@ -8,8 +8,8 @@ use super::error::{Fault, Location, SceneError};
 use super::spec::Scene;
 use super::subject::SystemSpec;
 use super::tables::{
-    Frames, Header, SCHEMA, accuracy, analysis, check_imported_patch, check_sliding, joint, load,
-    mechanism, run, small,
+    Frames, Header, SCHEMA, analysis, check_imported_patch, check_sliding, joint, load, mechanism,
+    run, small,
 };
 use crate::joint::ImportedModes;
 
@@ -92,8 +92,6 @@ fn build(
         sample_rate: frames.sample_rate,
         frame_samples: frames.frame_samples,
         integrator: run::integrator(document)?,
-        advice: accuracy::advice(document)?,
-        budgets: accuracy::budgets(document)?,
         analysis: analysis::read(document, frames.sample_rate, subject.modes())?,
         record: run::record(document, frames.sample_rate, &subject)?,
         deprecated_keys: document.deprecated.clone(),

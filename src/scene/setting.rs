@@ -1,49 +1,5 @@
 //! Types of some parameters of a scene.
 
-use serde::{Deserialize, Serialize};
-
-/// A key of a scene with its value, as in a scene file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SceneSetting {
-    /// Dotted path of the key.
-    pub key: String,
-    /// The value, in the unit of the scene file.
-    pub value: SettingValue,
-}
-
-/// A value of a [`SceneSetting`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum SettingValue {
-    /// A number.
-    Number(f64),
-    /// A word; [`SceneSetting::ABSENT`] removes the key.
-    Word(String),
-}
-
-impl SceneSetting {
-    /// The word that stands for an absent key.
-    pub const ABSENT: &str = "absent";
-
-    /// A key with a number.
-    pub fn number(key: &str, value: f64) -> Self {
-        let value = SettingValue::Number(value);
-        Self {
-            key: key.to_owned(),
-            value,
-        }
-    }
-
-    /// A key with a word.
-    pub fn word(key: &str, word: &str) -> Self {
-        let value = SettingValue::Word(word.to_owned());
-        Self {
-            key: key.to_owned(),
-            value,
-        }
-    }
-}
-
 /// A parameter that the scene specifies, or that is determined from the signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AutoOr<T> {

@@ -6,7 +6,7 @@ use super::error::{DeprecatedKey, SceneError};
 use super::mechanism::Mechanism;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
-use super::tables::{AccuracyBudget, Integrator, IntegratorAdvice, RecordSpec, Start};
+use super::tables::{Integrator, RecordSpec, Start};
 use crate::joint::{BallOnBeam, BodySpec, ImportedModes};
 
 /// A validated scene, in SI units and radians.
@@ -35,10 +35,6 @@ pub struct Scene {
     pub frame_samples: usize,
     /// Integrator and accuracy.
     pub integrator: Integrator,
-    /// Cheapest integrators for given errors, if the scene contains this advice.
-    pub advice: Vec<IntegratorAdvice>,
-    /// Error budgets: all numerical settings for given errors, if the scene contains them.
-    pub budgets: Vec<AccuracyBudget>,
     /// Analyses.
     pub analysis: AnalysisSpec,
     /// Contents and rates of the recording.

@@ -7,8 +7,6 @@
 #[cfg(feature = "record")]
 pub mod branch;
 #[cfg(feature = "record")]
-pub mod cost;
-#[cfg(feature = "record")]
 pub mod paper;
 #[cfg(feature = "record")]
 pub mod sweep;

@@ -21,12 +21,6 @@ macro_rules! templates {
 const TEMPLATES: &[(&str, &str)] = templates![
     "macros",
     "views",
-    "cost/settings",
-    "cost/reading",
-    "cost/advice",
-    "cost/setting",
-    "cost/about",
-    "cost/chapter",
     "paper/caption",
     "paper/page",
     "paper/score",

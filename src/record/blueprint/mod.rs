@@ -5,7 +5,6 @@
 
 mod analyses;
 mod branch;
-mod cost;
 mod flow;
 mod joint;
 mod lesson;
@@ -43,7 +42,6 @@ use crate::{
 use tree::{Container, ContainerLike, Properties, View};
 
 pub use branch::send as send_branch;
-pub use cost::send as send_cost;
 pub use sweep::send as send_sweep;
 
 /// Playback speed of a joint, simulated seconds per second; others play in [`SIGNAL_PLAYS`].
@@ -126,11 +124,6 @@ impl Layout {
     /// Adds a property to a view.
     fn set<A: Archetype + rerun::AsComponents>(&mut self, view: &ContainerLike, property: &A) {
         self.add(view, A::name().short_name(), property);
-    }
-
-    /// Sets default components for the entities of a view that do not have them.
-    fn set_default(&mut self, view: &ContainerLike, looks: &impl rerun::AsComponents) {
-        self.add(view, "defaults", looks);
     }
 
     fn add(&mut self, view: &ContainerLike, name: &'static str, what: &impl rerun::AsComponents) {

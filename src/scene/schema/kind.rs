@@ -1,6 +1,5 @@
 //! Types of values of scene keys: reading and description.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
@@ -11,7 +10,7 @@ use toml::de::DeValue;
 
 use super::unit::{ONE, Unit};
 use crate::scene::error::{CLOSE, Fault, nearest};
-use crate::scene::setting::{AutoOr, SceneSetting, SettingValue, StateCoordinate};
+use crate::scene::setting::{AutoOr, StateCoordinate};
 
 /// A mismatch of a value and its key: why the value is rejected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -499,54 +498,5 @@ impl Kind for Tables {
 
     fn allowed(&self) -> String {
         format!("a list of 1 to {} tables", self.0)
-    }
-}
-
-/// A table of keys of the scene with a number or a word each; at least one. Paths are quoted.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings;
-
-impl Kind for Settings {
-    type Value = Vec<SceneSetting>;
-
-    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
-        let table = value.as_table().ok_or(Mismatch::Type)?;
-        let settings = table.iter().map(|(key, value)| {
-            let value = match value.get_ref().as_str() {
-                Some(word) => SettingValue::Word(word.to_owned()),
-                None => SettingValue::Number(float(value.get_ref())?),
-            };
-            let key = key.get_ref().to_string();
-            Ok(SceneSetting { key, value })
-        });
-        let settings: Self::Value = settings.collect::<Result<_, _>>()?;
-        let is_given = !settings.is_empty();
-        is_given.then_some(settings).ok_or(Mismatch::Range)
-    }
-
-    fn allowed(&self) -> String {
-        "a table of quoted keys with numbers or strings, such as { \"contact.nodes\" = 452 }"
-            .to_owned()
-    }
-}
-
-/// A table of named numbers, each in the range.
-#[derive(Clone, Copy, Debug)]
-pub struct NamedNumbers(pub Number);
-
-impl Kind for NamedNumbers {
-    type Value = BTreeMap<String, f64>;
-
-    fn read(&self, value: &DeValue<'_>) -> Result<Self::Value, Mismatch> {
-        let table = value.as_table().ok_or(Mismatch::Type)?;
-        let numbers = table.iter().map(|(name, value)| {
-            let number = self.0.read(value.get_ref())?;
-            Ok((name.get_ref().to_string(), number))
-        });
-        numbers.collect()
-    }
-
-    fn allowed(&self) -> String {
-        format!("a table of numbers, each {}", self.0.allowed())
     }
 }

@@ -1,6 +1,5 @@
 //! The tables of a scene file: keys, values and consistency checks.
 
-pub mod accuracy;
 pub mod analysis;
 mod axis;
 mod csv;
@@ -18,7 +17,6 @@ use std::sync::LazyLock;
 use super::document::FromTable;
 use super::schema::{Declared, Schema};
 
-pub use accuracy::{AccuracyBudget, IntegratorAdvice};
 pub use axis::{check_imported_patch, check_sliding};
 pub use mechanism::demonstrated as demonstrated_mechanism;
 pub use run::{Events, Frames, Header, Integrator, RecordSpec, Start};
@@ -39,7 +37,6 @@ fn declare(schema: &mut Schema) {
     Frames::declare(schema, "time");
     schema.add("time", &load::CARRY);
     Integrator::declare(schema, "time");
-    accuracy::declare(schema);
     analysis::AnalysisSpec::declare(schema, "analysis");
     RecordSpec::declare(schema, "record");
 }

@@ -1,22 +1,15 @@
-//! Cost of accuracy: work-precision sets, and the advice derived from them.
+//! What accuracy and effects cost: the error of each numerical setting against time, the price of each effect of a
+//! scene, and the cheapest settings for a total error.
 //!
-//! Each setting is varied with all others at their reference values. The error is plotted against the work:
-//! CPU time (median of repeated runs, summed over all threads, so that parallel work does not look cheap)
-//! and right-hand-side evaluations, which have no noise. Each set has the error of its own reference. A
-//! failed run is kept as a point.
-//!
-//! Trajectories can be compared only up to a horizon set by the largest Lyapunov exponent
-//! ([`CostStudy::horizon`]). Beyond it, invariants are compared, which do not depend on the trajectory.
+//! Every run starts from one settled state, settles for the same time and is measured in the same window. An error is
+//! the largest relative difference of the strongest line's frequency and amplitude and of the rms velocity from those of
+//! a reference, which is one level finer than the finest level that is shown. A chaotic motion has neither a line nor an
+//! amplitude that converges: its error is that of the rms velocity, and no smaller than the scatter of the average.
 
-mod advice;
-mod averages;
-mod baseline;
-mod body;
-mod budget;
-mod modes;
-mod samples;
-mod set;
-mod trajectory;
+mod choice;
+mod effects;
+mod motion;
+mod settings;
 
 #[cfg(test)]
 mod tests;
@@ -24,144 +17,136 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::OnProgress;
-use super::response::{InitialState, ResponsePlan, response};
-use crate::dynamics::Exponent;
-use crate::scene::{FixedAt, Scene};
-pub use advice::{Advice, TARGETS, advice};
-use averages::{exponent_sets, invariant_sets, recurrence_sets};
-use baseline::Baseline;
-pub(super) use baseline::timed;
-pub use baseline::{CostError, CostPlan};
-use body::element_sets;
-pub use budget::{
-    BudgetChoice, ErrorBudget, ErrorSource, LevelCost, Quantity, QuantityValue, Source,
-    SourceLevel, SourceShare, UnreachedTarget,
-};
-use budget::{budget_sets, error_budget};
-use modes::mode_sets;
-pub(super) use samples::{DIMENSION, SAMPLES_PER_LAG, displacement, recurrence_rule, samples_for};
-pub use set::{CostSetting, WorkPrecisionPoint, WorkPrecisionSet};
-use trajectory::{event_sets, integrator_sets, node_sets};
+use super::response::ResponseError;
+use crate::pipeline::PipelineError;
+use crate::scene::{FixedAt, LoadedJoint, Scene, SceneError};
+
+pub use choice::{Choice, Origin, TARGETS};
+pub use effects::{Effect, RunAll};
+pub use motion::Motion;
+pub use settings::{Setting, Settings, WorkPrecision, WorkPrecisionPoint};
+
+use motion::Runner;
 
 /// Result of a cost study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CostStudy {
-    /// Name of the scene.
-    pub scene: String,
-    /// Values at which the scheduled parameters of the scene are fixed.
+pub struct Cost {
+    /// Values at which the scheduled parameters of the scene are fixed while its motion is measured.
     pub fixed_at: FixedAt,
-    /// Horizon over which trajectories are compared, s.
-    #[serde(rename = "horizon_s")]
-    pub horizon: f64,
-    /// Largest Lyapunov exponent, 1/s, from which the horizon follows.
-    #[serde(rename = "exponent_per_s")]
-    pub exponent: Option<Exponent>,
-    /// Work-precision sets, setting by setting.
-    pub sets: Vec<WorkPrecisionSet>,
-    /// Advice: the cheapest integrator setting for each target error.
-    pub advice: Vec<Advice>,
-    /// Error budget of all settings together; `None` if it was not requested.
-    pub budget: Option<ErrorBudget>,
-    /// Whether the study was stopped early; settings that were not completed are missing.
+    /// Time for which each run settles before it is measured, s.
+    #[serde(rename = "settling_s")]
+    pub settling: f64,
+    /// Time for which the settled motion is measured, s.
+    #[serde(rename = "measurement_s")]
+    pub measurement: f64,
+    /// The settled motion at the finest settings.
+    pub reference: Motion,
+    /// Relative difference of two successive measurements of the reference; `null` unless the motion is chaotic. Smaller
+    /// errors of a chaotic motion cannot be seen.
+    pub scatter: Option<f64>,
+    /// Error against time of each numerical setting.
+    pub settings: Vec<WorkPrecision>,
+    /// CPU time of a complete run, s per simulated second, with the analyses and the recording of the scene; `null` if the
+    /// study was stopped before.
+    #[serde(rename = "run_cpu_s_per_s")]
+    pub run_time: Option<f64>,
+    /// Price of each effect that the scene has on.
+    pub effects: Vec<Effect>,
+    /// Settings for total errors, each verified by one run at the next finer level of everything.
+    pub choices: Vec<Choice>,
+    /// Whether the study was stopped early: the rest is missing.
     pub stopped: bool,
 }
 
-/// Runs a cost study on the calling thread, so that times are comparable. If `watch` returns `false`, the
-/// result contains the completed settings, or is `None` if there are none.
+/// Error of a cost study.
+#[derive(Debug, thiserror::Error)]
+pub enum CostError {
+    /// The settings do not fit the scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The scene's system cannot be built or run.
+    #[error(transparent)]
+    System(#[from] PipelineError),
+    /// The settled motion cannot be measured.
+    #[error("the settled motion cannot be measured")]
+    Settled(#[from] ResponseError),
+    /// The scene stays at rest.
+    #[error(
+        "the scene stays at rest, so there is no motion to compare; give it a kick (start.kick_mm_per_s), or choose a \
+         scene that squeaks"
+    )]
+    AtRest,
+    /// A complete run failed.
+    #[error("a run failed")]
+    Run(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The study was stopped.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// Progress of a study: the task, and the completed share of the whole.
+pub struct Watch<'a> {
+    watch: OnProgress<'a, (&'static str, f64)>,
+    task: &'static str,
+    share: f64,
+}
+
+impl Watch<'_> {
+    /// Begins a task at this share of the whole.
+    fn begin(&mut self, task: &'static str, share: f64) {
+        (self.task, self.share) = (task, share);
+    }
+
+    /// Reports the progress, often enough for an interrupt.
+    fn check(&mut self) -> Result<(), CostError> {
+        if (self.watch)((self.task, self.share)) {
+            return Ok(());
+        }
+        Err(CostError::Stopped)
+    }
+}
+
+/// Runs a cost study on the calling thread, so that times are comparable. `run_all` runs a scene with everything that
+/// it records, for the price of the recording; without it, there is none. If `watch` returns `false`, the result has what
+/// is complete.
 ///
 /// # Errors
-/// If there is no settled motion or no reference to compare with.
+/// [`CostError::Stopped`] if nothing is complete; if the scene is at rest, or has no settled motion that can be measured.
 pub fn cost(
-    plan: &CostPlan,
-    watch: OnProgress<'_, (CostSetting, f64)>,
-) -> Result<Option<CostStudy>, CostError> {
-    let first = plan
-        .settings
-        .first()
-        .copied()
-        .unwrap_or(CostSetting::Integrator);
-    let mut ball = None;
-    let look = ResponsePlan {
-        exponents: 1,
-        orbits: false,
-        portrait: false,
-        max_transient: 0.4,
-        measurement_time: 0.1,
-        ..ResponsePlan::default()
+    scene: &Scene,
+    run_all: Option<RunAll<'_>>,
+    watch: OnProgress<'_, (&'static str, f64)>,
+) -> Result<Cost, CostError> {
+    let mut watch = Watch {
+        watch,
+        task: "settling",
+        share: 0.0,
     };
-    let should_continue = &mut |_| watch((first, 0.0));
-    let Some(settled) = response(
-        &plan.scene,
-        InitialState::Fresh,
-        &look,
-        &mut ball,
-        should_continue,
-    )?
-    else {
-        return Ok(None);
+    let mut runner = Runner::settle(scene, &mut watch)?;
+    watch.begin("reference", 0.05);
+    let finest = Settings::reference(scene).apply(scene)?;
+    let (reference, again) = runner.twice(&finest, &mut watch)?;
+    let mut study = Cost {
+        fixed_at: scene
+            .joint()
+            .map(LoadedJoint::fixed_at_start)
+            .unwrap_or_default(),
+        settling: runner.settling,
+        measurement: runner.measurement,
+        scatter: (!reference.has_lines()).then(|| again.difference(&reference)),
+        reference,
+        settings: Vec::new(),
+        run_time: None,
+        effects: Vec::new(),
+        choices: Vec::new(),
+        stopped: false,
     };
-    if settled.state.iter().all(|x| *x == 0.0) {
-        return Err(CostError::AtRest);
+    let done = settings::vary(scene, &mut runner, &mut study, &mut watch)
+        .and_then(|()| choice::choose(scene, &mut runner, &mut study, &mut watch))
+        .and_then(|()| effects::price(scene, &mut runner, run_all, &mut study, &mut watch));
+    match done {
+        Err(CostError::Stopped) if !study.settings.is_empty() => study.stopped = true,
+        done => done?,
     }
-    let exponent = settled
-        .exponents
-        .and_then(|spectrum| spectrum.exponents.first().copied());
-    let mut baseline = Baseline {
-        plan,
-        state: settled.state,
-        transient: settled.transient,
-        horizon: horizon(plan.horizon, exponent),
-        ball,
-    };
-    let (mut sets, mut budget, mut stopped) = (Vec::new(), None, false);
-    for (done, &setting) in plan.settings.iter().enumerate() {
-        let share = |part: f64| (done as f64 + part) / plan.settings.len() as f64;
-        let should_continue = &mut |part: f64| watch((setting, share(part)));
-        let new_sets = match setting {
-            CostSetting::Integrator => integrator_sets(&mut baseline, should_continue)?,
-            CostSetting::Invariants => invariant_sets(&mut baseline, should_continue)?,
-            CostSetting::Events => event_sets(&mut baseline, should_continue)?,
-            CostSetting::Nodes => node_sets(&mut baseline, should_continue)?,
-            CostSetting::Modes => mode_sets(&mut baseline, should_continue)?,
-            CostSetting::Elements => element_sets(&mut baseline, should_continue)?,
-            CostSetting::Exponents => exponent_sets(&mut baseline, should_continue)?,
-            CostSetting::Recurrence => recurrence_sets(&mut baseline, should_continue)?,
-            CostSetting::Budget => {
-                budget = error_budget(&mut baseline, should_continue)?;
-                budget.as_ref().map(budget_sets)
-            }
-        };
-        let Some(new_sets) = new_sets else {
-            stopped = true;
-            break;
-        };
-        sets.extend(new_sets);
-    }
-    if stopped && sets.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(CostStudy {
-        stopped,
-        scene: plan.scene.name.clone(),
-        fixed_at: fixed_at(&plan.scene),
-        horizon: baseline.horizon,
-        exponent,
-        advice: advice(&sets),
-        sets,
-        budget,
-    }))
-}
-
-/// Values at which the scheduled parameters are fixed: the initial ones.
-fn fixed_at(scene: &Scene) -> FixedAt {
-    let joint = scene.joint();
-    joint.map_or_else(|_| FixedAt::default(), |joint| joint.fixed_at_start())
-}
-
-/// Within the inverse of a positive exponent, an error grows by at most a factor `e`.
-fn horizon(longest: f64, exponent: Option<Exponent>) -> f64 {
-    match exponent {
-        Some(e) if e.value > 0.0 => longest.min(e.value.recip()),
-        _ => longest,
-    }
+    Ok(study)
 }

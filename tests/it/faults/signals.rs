@@ -165,11 +165,7 @@ fn ctrl_c_stops_the_run_within_a_frame() {
 /// The scene is read from a pipe without a writer.
 #[test]
 fn ctrl_c_before_the_run_starts_ends_at_once() {
-    for command in [
-        &["run"][..],
-        &["sweep"],
-        &["lyapunov"],
-    ] {
+    for command in [&["run"][..], &["sweep"], &["lyapunov"]] {
         let (folder, _) = desk();
         let made = Command::new("mkfifo")
             .arg(folder.path().join("pipe"))

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::{DEADLINE, Running, desk, names, on_a_small_disk, size, squeakscope, until};
+use super::{Running, desk, names, on_a_small_disk, size, squeakscope, until};
 
 fn study(folder: &Path, words: &[&str]) -> Command {
     let mut command = squeakscope();
@@ -78,20 +78,9 @@ fn a_killed_sweep_keeps_its_points() {
 fn a_disk_full_at_the_end_of_a_study_prints_the_results() {
     let studies: [(&[&str], u64, &str); 2] = [
         (
-            &[
-                "cost",
-                "impact-oscillator",
-                "--setting",
-                "integrator",
-                "--repeats",
-                "1",
-                "--horizon",
-                "1",
-                "--json",
-                "out.json",
-            ],
+            &["cost", "mass-on-belt", "--json", "out.json"],
             4_000,
-            "cheapest integrators",
+            "settings for a total error",
         ),
         (
             &[
@@ -190,14 +179,7 @@ const LONG: [&[&str]; 5] = [
         "--figures",
         "figures",
     ],
-    &[
-        "cost",
-        "chaos-5deg",
-        "--repeats",
-        "1",
-        "--markdown",
-        "page.md",
-    ],
+    &["cost", "chaos-5deg", "--figures", "figures"],
     &["paper"],
 ];
 

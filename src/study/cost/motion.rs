@@ -1,0 +1,217 @@
+//! The settled motion of a scene with other settings, and the time that it takes.
+
+use cpu_time::ProcessTime;
+use serde::{Deserialize, Serialize};
+
+use super::{CostError, Watch};
+use crate::analysis::Regime;
+use crate::dynamics::Exponent;
+use crate::joint::BallJoint;
+use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
+use crate::scene::Scene;
+use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+
+/// Settling time of each run and its measurement, periods of the slowest mode.
+const SETTLING: f64 = 50.0;
+const MEASUREMENT: f64 = 60.0;
+
+/// Longest transient of the first run, from the kick of the scene, s.
+const MAX_TRANSIENT: f64 = 1.0;
+
+/// Simulated time of a timed run, in measurements.
+const TIMED: f64 = 0.25;
+
+/// Number of timed runs. The shortest counts: other processes only lengthen a run.
+pub const REPEATS: usize = 5;
+
+/// Maximum number of right-hand-side evaluations of a run.
+const MAX_RHS_EVALS: u64 = 20_000_000;
+
+/// A settled motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Regime: the type of motion.
+    pub regime: Regime,
+    /// Frequency of the strongest line of the displacement, Hz; `null` without a line.
+    pub frequency_hz: Option<f64>,
+    /// Amplitude of this line, m.
+    pub amplitude_m: Option<f64>,
+    /// RMS velocity, m/s.
+    pub rms_velocity_m_per_s: f64,
+    /// Largest Lyapunov exponent, 1/s; `null` if it was not computed.
+    pub exponent_per_s: Option<Exponent>,
+}
+
+impl Motion {
+    fn of(found: &SettledResponse) -> Self {
+        let line = found.lines.first();
+        let spectrum = found.exponents.as_ref();
+        Self {
+            regime: found.regime,
+            frequency_hz: line.map(|line| line.frequency),
+            amplitude_m: line.map(|line| line.amplitude),
+            rms_velocity_m_per_s: found.rms_velocity,
+            exponent_per_s: spectrum.and_then(|spectrum| spectrum.exponents.first().copied()),
+        }
+    }
+
+    /// Whether the frequency and amplitude of a line converge with the time of measurement.
+    pub fn has_lines(&self) -> bool {
+        matches!(self.regime, Regime::Periodic | Regime::QuasiPeriodic)
+    }
+
+    /// Largest relative difference from a reference: of the rms velocity and, if the reference has lines, of frequency and
+    /// amplitude of the strongest one.
+    pub fn difference(&self, reference: &Self) -> f64 {
+        let relative = |value: Option<f64>, of: Option<f64>| match (value, of) {
+            (Some(value), Some(of)) => (value / of - 1.0).abs(),
+            _ => 1.0,
+        };
+        let rms = [self, reference].map(|motion| Some(motion.rms_velocity_m_per_s));
+        let rms = relative(rms[0], rms[1]);
+        if !reference.has_lines() {
+            return rms;
+        }
+        rms.max(relative(self.frequency_hz, reference.frequency_hz))
+            .max(relative(self.amplitude_m, reference.amplitude_m))
+    }
+
+    /// Whether the largest exponents agree within their 95 % intervals; `None` if one of them is unknown.
+    pub fn exponents_agree(&self, other: &Self) -> Option<bool> {
+        let (a, b) = (self.exponent_per_s?, other.exponent_per_s?);
+        let width = a.half_width.hypot(b.half_width);
+        width
+            .is_finite()
+            .then(|| (a.value - b.value).abs() <= width)
+    }
+}
+
+/// Runs scenes from one settled state.
+pub struct Runner {
+    /// Settled state `[q | dq/dt]`, without the states of friction, which belong to the nodes.
+    pub state: Vec<f64>,
+    /// Settling time, s.
+    pub settling: f64,
+    /// Measurement time, s.
+    pub measurement: f64,
+    /// The previous joint, whose body may be reused.
+    ball: Option<BallJoint>,
+}
+
+impl Runner {
+    /// Runs the scene from its kick until it has settled.
+    pub fn settle(scene: &Scene, watch: &mut Watch<'_>) -> Result<Self, CostError> {
+        let scene = &scene.clone().without_analyses();
+        let mut ball = None;
+        let system = prepare_reusing_body(scene, &mut ball)?.system;
+        let slowest = system.omega().iter().copied().filter(|omega| *omega > 0.0);
+        let period = std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(1e9);
+        let whole = |time: f64| (time * scene.sample_rate).ceil() / scene.sample_rate;
+        let mut runner = Self {
+            state: Vec::new(),
+            settling: whole(SETTLING * period),
+            measurement: whole(MEASUREMENT * period),
+            ball,
+        };
+        let plan = ResponsePlan {
+            max_transient: MAX_TRANSIENT.max(2.0 * runner.settling),
+            measurement_time: runner.measurement,
+            ..runner.plan(0)
+        };
+        let settled = runner.respond(scene, InitialState::Fresh, &plan, watch)?;
+        if settled.regime == Regime::Silent || settled.rms_velocity == 0.0 {
+            return Err(CostError::AtRest);
+        }
+        runner.state = settled.state;
+        runner.state.truncate(2 * system.modes());
+        Ok(runner)
+    }
+
+    fn plan(&self, exponents: usize) -> ResponsePlan {
+        ResponsePlan {
+            min_transient: self.settling,
+            // Less than one sample shorter, so that the window never counts as too short because of rounding.
+            max_transient: self.settling * (1.0 - 1e-9),
+            measurement_time: self.measurement,
+            exponents,
+            orbits: false,
+            portrait: false,
+            max_rhs_evals: Some(MAX_RHS_EVALS),
+        }
+    }
+
+    fn respond(
+        &mut self,
+        scene: &Scene,
+        from: InitialState<'_>,
+        plan: &ResponsePlan,
+        watch: &mut Watch<'_>,
+    ) -> Result<SettledResponse, CostError> {
+        let should_continue = &mut |_| watch.check().is_ok();
+        let found = response(scene, from, plan, &mut self.ball, should_continue)?;
+        found.ok_or(CostError::Stopped)
+    }
+
+    /// The motion of a scene from the settled state.
+    pub fn motion(
+        &mut self,
+        scene: &Scene,
+        exponents: usize,
+        watch: &mut Watch<'_>,
+    ) -> Result<Motion, CostError> {
+        let (state, plan) = (self.state.clone(), self.plan(exponents));
+        let found = self.respond(scene, InitialState::State(&state), &plan, watch)?;
+        Ok(Motion::of(&found))
+    }
+
+    /// Two successive measurements of the motion of a scene, the first with its largest exponent.
+    pub fn twice(
+        &mut self,
+        scene: &Scene,
+        watch: &mut Watch<'_>,
+    ) -> Result<(Motion, Motion), CostError> {
+        let (state, plan) = (self.state.clone(), self.plan(1));
+        let first = self.respond(scene, InitialState::State(&state), &plan, watch)?;
+        let plan = self.plan(0);
+        let next = self.respond(scene, InitialState::State(&first.state), &plan, watch)?;
+        Ok((Motion::of(&first), Motion::of(&next)))
+    }
+
+    /// CPU time (s) and right-hand-side evaluations per simulated second of the motion from the settled state.
+    pub fn time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<[f64; 2], CostError> {
+        let Prepared {
+            system,
+            mut integrator,
+            state,
+            ..
+        } = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
+        let simulated = TIMED * self.measurement;
+        let (mut shortest, mut rhs_evals) = (f64::INFINITY, 0);
+        for _ in 0..REPEATS {
+            watch.check()?;
+            integrator
+                .start(&*system, 0.0, &state)
+                .map_err(PipelineError::from)?;
+            let before = integrator.stats().rhs_evals;
+            let began = ProcessTime::now();
+            integrator
+                .integrate_to(&*system, simulated)
+                .map_err(PipelineError::from)?;
+            shortest = shortest.min(began.elapsed().as_secs_f64());
+            rhs_evals = integrator.stats().rhs_evals - before;
+        }
+        Ok([shortest / simulated, rhs_evals as f64 / simulated])
+    }
+
+    /// CPU time to build the system of a scene, s.
+    pub fn setup_time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
+        let mut shortest = f64::INFINITY;
+        for _ in 0..REPEATS {
+            watch.check()?;
+            let began = ProcessTime::now();
+            prepare_reusing_body(scene, &mut None)?;
+            shortest = shortest.min(began.elapsed().as_secs_f64());
+        }
+        Ok(shortest)
+    }
+}

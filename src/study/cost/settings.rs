@@ -1,0 +1,285 @@
+//! The numerical settings of a scene, their levels, and the error of each level against time.
+
+use serde::{Deserialize, Serialize};
+
+use super::motion::{Motion, Runner};
+use super::{Cost, CostError, Watch};
+use crate::analysis::Regime;
+use crate::chain_of_causes;
+use crate::dynamics::MethodName;
+use crate::scene::{GAUSS_NODES, Scene, SceneError};
+
+/// Tolerances, two per decade; the last one is the reference of the others.
+pub const TOLERANCES: [f64; 12] = [
+    1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8,
+];
+
+/// Element sizes relative to that of the scene; the last one is the reference of the others.
+const SIZES: [f64; 5] = [4.0, 2.0, 1.0, 0.5, 0.25];
+
+/// Most nodes of a patch whose friction has states.
+const MOST_WITH_STATES: usize = 400;
+
+/// Tolerance while the other settings are varied.
+const FINE: f64 = 1e-7;
+
+/// A numerical setting that a user decides on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Setting {
+    /// Relative tolerance of a step, of each adaptive method.
+    Tolerance,
+    /// Number of contact nodes of a Gauss rule.
+    Nodes,
+    /// Size of the finite elements of the body, mm.
+    ElementSize,
+}
+
+impl Setting {
+    /// All settings.
+    pub const ALL: [Self; 3] = [Self::Tolerance, Self::Nodes, Self::ElementSize];
+
+    fn texts(self) -> [&'static str; 2] {
+        const PER_SECOND: &str = "CPU time, s per simulated s";
+        match self {
+            Self::Tolerance => ["tolerance", PER_SECOND],
+            Self::Nodes => ["contact nodes", PER_SECOND],
+            Self::ElementSize => ["element size, mm", "CPU time of the set-up, s"],
+        }
+    }
+
+    /// Name and unit.
+    pub fn name(self) -> &'static str {
+        self.texts()[0]
+    }
+
+    /// What is timed, and its unit.
+    pub fn time(self) -> &'static str {
+        self.texts()[1]
+    }
+}
+
+/// The numerical settings of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Integration method.
+    pub method: String,
+    /// Relative tolerance of a step.
+    pub tolerance: f64,
+    /// Number of contact nodes of a Gauss rule; `null` if the scene has none to choose.
+    pub nodes: Option<usize>,
+    /// Size of the finite elements of the body, mm; `null` if the scene has none.
+    pub element_size_mm: Option<f64>,
+}
+
+impl Settings {
+    /// The settings of a scene. A method with a fixed step has no tolerance: the adaptive method of the same kind of scene
+    /// takes its place.
+    pub fn of(scene: &Scene) -> Self {
+        let method = match scene.integrator.method {
+            MethodName::Rk4 => MethodName::Lawson54,
+            adaptive => adaptive,
+        };
+        let beam = scene.ball_on_beam().ok();
+        Self {
+            method: method.name().to_owned(),
+            tolerance: scene.integrator.tolerance,
+            nodes: beam
+                .and(scene.joint().ok())
+                .map(|joint| joint.spec.contact.nodes),
+            element_size_mm: beam.map(|beam| 1e3 * beam.elements.size),
+        }
+    }
+
+    /// The settings of the reference: the finest level of everything.
+    pub fn reference(scene: &Scene) -> Self {
+        let mut finest = Self::of(scene);
+        for setting in Setting::ALL {
+            if let Some(last) = levels(scene, setting).last() {
+                finest.set(setting, *last);
+            }
+        }
+        finest
+    }
+
+    /// Sets one of them.
+    pub fn set(&mut self, setting: Setting, value: f64) {
+        match setting {
+            Setting::Tolerance => self.tolerance = value,
+            Setting::Nodes => self.nodes = Some(value as usize),
+            Setting::ElementSize => self.element_size_mm = Some(value),
+        }
+    }
+
+    /// One of them; `None` if the scene does not have it.
+    pub fn get(&self, setting: Setting) -> Option<f64> {
+        match setting {
+            Setting::Tolerance => Some(self.tolerance),
+            Setting::Nodes => self.nodes.map(|nodes| nodes as f64),
+            Setting::ElementSize => self.element_size_mm,
+        }
+    }
+
+    /// The next finer level of everything; `None` beyond the last level of all.
+    pub fn finer(&self, scene: &Scene) -> Option<Self> {
+        let mut finer = self.clone();
+        for setting in Setting::ALL {
+            // A level that differs by rounding alone is the same.
+            let is_finer = |level: &f64| match (setting, self.get(setting)) {
+                (Setting::Nodes, Some(value)) => *level > value,
+                (_, Some(value)) => *level < value * (1.0 - 1e-6),
+                (_, None) => false,
+            };
+            if let Some(level) = levels(scene, setting).into_iter().find(is_finer) {
+                finer.set(setting, level);
+            }
+        }
+        (finer != *self).then_some(finer)
+    }
+
+    /// The scene with these settings and without analyses.
+    pub fn apply(&self, scene: &Scene) -> Result<Scene, SceneError> {
+        let mut set = vec![("time.method", self.method.clone())];
+        if let Some(size) = self.element_size_mm {
+            set.push(("body.element_size_mm", size.to_string()));
+        }
+        let scene = scene.with_overrides(&set)?;
+        let scene = scene.with_numerics(self.tolerance, self.nodes)?;
+        Ok(scene.without_analyses())
+    }
+}
+
+/// Levels of a setting from coarse to fine; none if the scene does not have it.
+pub fn levels(scene: &Scene, setting: Setting) -> Vec<f64> {
+    let has_states = scene
+        .joint()
+        .is_ok_and(|joint| joint.spec.friction.states() > 0);
+    match (setting, scene.ball_on_beam()) {
+        (Setting::Tolerance, _) => TOLERANCES.to_vec(),
+        (_, Err(_)) => Vec::new(),
+        (Setting::Nodes, Ok(_)) => {
+            let fits = |nodes: &usize| !has_states || *nodes <= MOST_WITH_STATES;
+            let nodes = GAUSS_NODES.into_iter().filter(fits);
+            nodes.map(|nodes| nodes as f64).collect()
+        }
+        (Setting::ElementSize, Ok(beam)) => SIZES
+            .map(|factor| 1e3 * beam.elements.size * factor)
+            .to_vec(),
+    }
+}
+
+/// Error against time of one setting, with all others fixed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorkPrecision {
+    /// The setting that is varied.
+    pub setting: Setting,
+    /// Integration method.
+    pub method: String,
+    /// Level of the reference, in the unit of the key: one finer than the finest point.
+    pub reference: f64,
+    /// The points from coarse to fine.
+    pub points: Vec<WorkPrecisionPoint>,
+}
+
+impl WorkPrecision {
+    /// The coarsest level at which this and all finer ones have at most this error.
+    pub fn coarsest(&self, error: f64) -> Option<&WorkPrecisionPoint> {
+        let fine = |point: &&WorkPrecisionPoint| point.error.is_some_and(|found| found <= error);
+        self.points.iter().rev().take_while(fine).last()
+    }
+}
+
+/// A point of a work-precision picture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WorkPrecisionPoint {
+    /// Level of the setting, in the unit of the key.
+    pub value: f64,
+    /// CPU time, s per simulated second; of element sizes that of the set-up, s.
+    pub cpu_s: f64,
+    /// Right-hand-side evaluations per simulated second.
+    pub rhs_evals_per_s: f64,
+    /// Relative error; `null` if the run failed.
+    pub error: Option<f64>,
+    /// Type of the motion; `null` if the run failed.
+    pub regime: Option<Regime>,
+    /// Error message of a failed run; `null` otherwise.
+    pub failed: Option<String>,
+}
+
+/// Varies each setting of a scene.
+pub fn vary(
+    scene: &Scene,
+    runner: &mut Runner,
+    study: &mut Cost,
+    watch: &mut Watch<'_>,
+) -> Result<(), CostError> {
+    let own = Settings::of(scene);
+    let adaptive = MethodName::ALL
+        .iter()
+        .filter(|method| !method.has_fixed_step());
+    let methods = adaptive.map(|method| (Setting::Tolerance, method.name(), own.tolerance));
+    let others = [Setting::Nodes, Setting::ElementSize];
+    let others = others.map(|setting| (setting, &*own.method, FINE));
+    let all: Vec<_> = methods.chain(others).collect();
+    for (k, &(setting, method, tolerance)) in all.iter().enumerate() {
+        let values = levels(scene, setting);
+        let Some((&last, shown)) = values.split_last() else {
+            continue;
+        };
+        watch.begin(setting.name(), 0.1 + 0.5 * k as f64 / all.len() as f64);
+        let with = |method: &str, value| {
+            let mut settings = Settings {
+                method: method.to_owned(),
+                tolerance,
+                ..own.clone()
+            };
+            settings.set(setting, value);
+            settings.apply(scene)
+        };
+        // All methods converge to one motion, of which the scene's own method gives the reference.
+        let reference = runner.motion(&with(&own.method, last)?, 0, watch)?;
+        let mut points = Vec::new();
+        for &value in shown {
+            let varied = with(method, value)?;
+            points.push(point(setting, value, &varied, &reference, runner, watch)?);
+        }
+        study.settings.push(WorkPrecision {
+            setting,
+            method: method.to_owned(),
+            reference: last,
+            points,
+        });
+    }
+    Ok(())
+}
+
+fn point(
+    setting: Setting,
+    value: f64,
+    scene: &Scene,
+    reference: &Motion,
+    runner: &mut Runner,
+    watch: &mut Watch<'_>,
+) -> Result<WorkPrecisionPoint, CostError> {
+    let mut point = WorkPrecisionPoint {
+        value,
+        ..WorkPrecisionPoint::default()
+    };
+    match runner.motion(scene, 0, watch) {
+        // A tolerance that is too loose for the method, or too few elements for the modes.
+        Err(error @ (CostError::Settled(_) | CostError::System(_))) => {
+            point.failed = Some(chain_of_causes(&error));
+            return Ok(point);
+        }
+        found => {
+            let motion = found?;
+            point.error = Some(motion.difference(reference));
+            point.regime = Some(motion.regime);
+        }
+    }
+    [point.cpu_s, point.rhs_evals_per_s] = runner.time(scene, watch)?;
+    if setting == Setting::ElementSize {
+        point.cpu_s = runner.setup_time(scene, watch)?;
+    }
+    Ok(point)
+}
