@@ -23,6 +23,7 @@ use super::scenes::{Entry, Scenes};
 use super::stability::StabilityResult;
 use crate::study::basins::Basins;
 use crate::study::branch::{Branch, StabilityMap};
+use crate::study::cost::Cost;
 use crate::study::friction_fit::FrictionFit;
 use crate::study::signal::AnalysedFile;
 use crate::study::sweep::SweepResult;
@@ -38,6 +39,7 @@ pub enum ResultOf {
     Basins,
     Merge,
     Paper,
+    Cost,
     Analyse,
     Friction,
     Scenes,
@@ -76,6 +78,7 @@ impl ResultOf {
             Self::Branch => root::<Either<Branch, StabilityMap>>(),
             Self::Basins => root::<Document<Basins>>(),
             Self::Paper => root::<Document<PaperResult>>(),
+            Self::Cost => root::<Document<Cost>>(),
             Self::Analyse => root::<Either<AnalysedFile, AnalysedFiles>>(),
             Self::Friction => root::<Document<FrictionFit>>(),
             Self::Scenes => root::<Either<Scenes<'_>, Entry<'_>>>(),

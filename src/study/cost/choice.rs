@@ -1,6 +1,7 @@
 //! Settings for a total error: the cheapest ones, and those of `--accuracy`, verified by finer runs.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::motion::Runner;
 use super::settings::{Setting, Settings, WorkPrecision};
@@ -14,7 +15,7 @@ pub const TARGETS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 const SHARE: f64 = 0.5;
 
 /// How settings were chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// The cheapest ones that this study found.
@@ -24,7 +25,7 @@ pub enum Origin {
 }
 
 /// Settings for a total error.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Choice {
     /// Required relative error.
     pub target: f64,

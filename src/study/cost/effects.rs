@@ -7,7 +7,8 @@
 use std::sync::Arc;
 
 use cpu_time::ProcessTime;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::motion::{Motion, REPEATS, Runner};
 use super::{Cost, CostError, Watch};
@@ -98,7 +99,7 @@ const EFFECTS: [(Part, &str, &[[&str; 2]]); 7] = [
 ];
 
 /// An effect that a scene has on, and its price.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Effect {
     /// Name of the effect.
     pub name: String,

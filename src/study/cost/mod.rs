@@ -14,7 +14,8 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::OnProgress;
 use super::response::ResponseError;
@@ -29,7 +30,7 @@ pub use settings::{Setting, Settings, WorkPrecision, WorkPrecisionPoint};
 use motion::Runner;
 
 /// Result of a cost study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Cost {
     /// Values at which the scheduled parameters of the scene are fixed while its motion is measured.
     pub fixed_at: FixedAt,

@@ -1,7 +1,8 @@
 //! The settled motion of a scene with other settings, and the time that it takes.
 
 use cpu_time::ProcessTime;
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{CostError, Watch};
 use crate::analysis::Regime;
@@ -28,7 +29,7 @@ pub const REPEATS: usize = 5;
 const MAX_RHS_EVALS: u64 = 20_000_000;
 
 /// A settled motion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Motion {
     /// Regime: the type of motion.
     pub regime: Regime,

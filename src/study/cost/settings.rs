@@ -1,6 +1,7 @@
 //! The numerical settings of a scene, their levels, and the error of each level against time.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::motion::{Motion, Runner};
 use super::{Cost, CostError, Watch};
@@ -24,7 +25,7 @@ const MOST_WITH_STATES: usize = 400;
 const FINE: f64 = 1e-7;
 
 /// A numerical setting that a user decides on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Setting {
     /// Relative tolerance of a step, of each adaptive method.
@@ -60,7 +61,7 @@ impl Setting {
 }
 
 /// The numerical settings of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Settings {
     /// Integration method.
     pub method: String,
@@ -169,7 +170,7 @@ pub fn levels(scene: &Scene, setting: Setting) -> Vec<f64> {
 }
 
 /// Error against time of one setting, with all others fixed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct WorkPrecision {
     /// The setting that is varied.
     pub setting: Setting,
@@ -190,7 +191,7 @@ impl WorkPrecision {
 }
 
 /// A point of a work-precision picture.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct WorkPrecisionPoint {
     /// Level of the setting, in the unit of the key.
     pub value: f64,
