@@ -177,7 +177,7 @@ pub(super) fn csv(running: &[RunningExponents]) -> String {
 
 /// The report for the terminal.
 pub(super) fn text(scene: &str, result: &LyapunovResult<'_>) -> String {
-    let found = &*result.found;
+    let found = result.found;
     let study = &found.study;
     let name = format!("{HEADING}{}{HEADING:#}", escape::line(scene));
     // The title has the tilt.
@@ -285,7 +285,7 @@ fn warnings(found: &SceneLyapunov) -> Vec<String> {
 
 /// The averaging time, the resolution and the statistics of the integrator.
 fn work(result: &LyapunovResult<'_>) -> String {
-    let found = &*result.found;
+    let found = result.found;
     let study = &found.study;
     let mut text = format!(
         "  averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment\n",

@@ -268,7 +268,7 @@ fn shell_word(path: &Path) -> String {
 
 /// The report for the terminal.
 fn text(scene: &Scene, result: &RunResult<'_>) -> String {
-    let summary = &*result.summary;
+    let summary = result.summary;
     let is_joint = scene.joint().is_ok();
     let place = match is_joint {
         true => " at the central contact point",
@@ -330,7 +330,7 @@ fn lines(lines: &[SpectralLine]) -> String {
 fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
     let Summary {
         stats, transitions, ..
-    } = &*result.summary;
+    } = result.summary;
     let events = match (is_joint, result.summary.audit) {
         (false, _) => format!("{transitions} events"),
         (true, Some(residual)) => {

@@ -542,7 +542,7 @@ fn table(result: &SweepResult<'_>) -> Table {
         .right("line, Hz")
         .right("doubling");
     let mut table = table.right("exponent, 1/s").right("unstable modes");
-    for point in &*result.points {
+    for point in result.points {
         let response = point.outcome.as_ref().ok();
         let mark = if point.is_unsettled() { "*" } else { "" };
         let line = response.and_then(|response| response.lines.first());

@@ -1,7 +1,7 @@
 //! The simulated system: the ball joint or a small system.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::schedule::Schedule;
 use crate::joint::{JointSpec, PatchFrame};
@@ -87,7 +87,7 @@ pub struct Loading {
 
 /// Values fixed at one instant: a study of a single state holds the time-dependent quantities of a scene; `None` for
 /// quantities that are constant in the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct FixedAt {
     /// Tilt, rad.
     #[serde(rename = "tilt_rad")]

@@ -5,13 +5,13 @@ mod growth;
 mod interval;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
 pub(super) use growth::Growth;
 pub(crate) use interval::student;
 
 /// A Lyapunov exponent with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Exponent {
     /// Estimate of the value, 1/s unless stated otherwise.
     #[schemars(with = "Option<f64>")]

@@ -15,7 +15,6 @@ mod transient;
 #[cfg(test)]
 mod tests;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{AnalysisError, Bases, Regime};
@@ -47,7 +46,7 @@ pub(crate) fn measured(
 }
 
 /// Plan of one response: transient limits, measurement time, optional analyses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResponsePlan {
     /// Minimum transient time, s: the transient is not considered ended before.
     #[serde(rename = "min_transient_s")]
