@@ -130,8 +130,8 @@ fn the_viewer_shows_the_recording() {
     let mut browser = Browser::start(&program);
     let tab = browser.open(&format!("http://{}/", viewed.host));
     // The end of the recording, ns of simulated time.
-    let end = "(() => { const id = window.viewer?.get_active_recording_id(); \
-         return id && viewer.get_timeline_time_range(id, 'sim_time')?.max >= 59e6; })()";
+    let end = "(() => { const id = window.handle?.get_active_recording_id(); \
+         return id && handle.get_timeline_time_range(id, 'sim_time')?.max >= 59e6; })()";
     browser.until(&tab, end);
     if let Some(pictures) = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS") {
         // Without a graphics card the viewer paints seconds later.

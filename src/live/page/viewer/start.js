@@ -1,5 +1,12 @@
 // Starts Rerun's web viewer with the recording of this server.
 
+// The colours of the recordings are made for a dark viewer. It asks for those of the system.
+const ask = window.matchMedia.bind(window);
+window.matchMedia = (query) => {
+  const scheme = /prefers-color-scheme:\s*(\w+)/.exec(query)?.[1];
+  return ask(!scheme ? query : scheme === "dark" ? "all" : "not all");
+};
+
 async function start() {
   await wasm_bindgen({ module_or_path: "/viewer.wasm" });
   const handle = new wasm_bindgen.WebHandle({
@@ -11,7 +18,7 @@ async function start() {
     persist: false,
   });
   await handle.start(document.getElementById("viewer"));
-  window.viewer = handle;
+  window.handle = handle;
   document.getElementById("status").remove();
   const watch = setInterval(() => {
     if (!handle.has_panicked()) return;
