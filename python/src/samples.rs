@@ -23,11 +23,11 @@ pub struct Samples {
     load_n: Py<PyArray1<f64>>,
     /// Factor on the rotation, shape (n,).
     rotation_factor: Py<PyArray1<f64>>,
-    /// Snapshots of the contact nodes.
+    /// Snapshots of the shown contact nodes.
     contact: Py<Contact>,
 }
 
-/// Snapshots of the ``m`` contact nodes at ``k`` instants; empty arrays without a patch.
+/// Snapshots of the ``m`` shown contact nodes (`record.patch_nodes`) at ``k`` instants; empty arrays without a patch.
 #[pyclass(frozen, get_all, module = "squeakscope")]
 pub struct Contact {
     /// Times, s, shape (k,).

@@ -446,23 +446,6 @@ mod tests {
         }
     }
 
-    /// The joints without a stored diagram are those that the guide names with the reason.
-    #[test]
-    fn every_joint_that_ships_has_a_diagram_or_a_reason() {
-        let has_none = |name: &&str| !SHIPPED.iter().any(|(stored, _)| stored == name);
-        let joints = PRESETS.iter().filter(|preset| {
-            let scene = preset.scene().unwrap();
-            scene.joint().is_ok()
-        });
-        let without: Vec<_> = joints.map(|preset| preset.name).filter(has_none).collect();
-        assert_eq!(without.len(), 3, "{without:?}");
-        let guide = include_str!("../../guide/explanation/branches.md");
-        let reasons = guide.split("have no stored diagram").nth(1).unwrap();
-        for name in without {
-            assert!(reasons.contains(&format!("`{name}`")), "{name}");
-        }
-    }
-
     #[test]
     fn bifurcations_are_passed_in_the_order_of_the_tilt() {
         let at = |tilt_deg: f64| DiagramBifurcation {

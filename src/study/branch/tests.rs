@@ -353,7 +353,9 @@ fn a_hopf_curve_of_the_belt_is_that_of_its_closed_form() {
 /// the tilt, and that over the slope, which AUTO-07p has at 12.5457891 s/m (`benches/peers/branches`).
 #[test]
 fn a_curve_of_tori_joins_the_points_of_the_branches_from_border_to_border() {
+    let nodes = Parameter::named("contact.nodes").unwrap();
     let scene = Scene::load("periodic-2deg").unwrap();
+    let scene = scene.with_values(&[(nodes, 100.0)]).unwrap();
     let slope = Parameter::named("friction.stribeck_slope_s_per_m").unwrap();
     let own = scene.value_of(slope).unwrap();
     let plane = torus_curve::Plane {
