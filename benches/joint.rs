@@ -57,8 +57,8 @@ const TILT: f64 = 0.05;
 /// Modal velocities of the timed state, sqrt(kg) m/s.
 const SPEED: f64 = 30e-3;
 
-/// A state of the developed vibration: some nodes separated, the others in contact and sliding.
-fn state(joint: &Joint) -> Vec<f64> {
+/// A state of vibration with the speed of the developed one in each mode.
+fn vibration(joint: &Joint) -> Vec<f64> {
     let m = joint.modes();
     let mut z = vec![0.0; joint.dim()];
     for i in 0..m {
@@ -66,6 +66,12 @@ fn state(joint: &Joint) -> Vec<f64> {
         z[i] = SPEED * phase.cos() / joint.omega()[i];
         z[m + i] = -SPEED * phase.sin();
     }
+    z
+}
+
+/// A state of the developed vibration: some nodes separated, the others in contact and sliding.
+fn state(joint: &Joint) -> Vec<f64> {
+    let (z, m) = (vibration(joint), joint.modes());
     let mut open = vec![0; joint.contact_nodes().div_ceil(8)];
     joint.separated_nodes(&z[..m], &mut open);
     let open = open
@@ -132,7 +138,7 @@ fn growth(c: &mut Criterion, name: &str, models: &mut dyn Iterator<Item = (usize
     let mut first = None;
     for (size, model) in models {
         let joint = Joint::new(&model);
-        let z = state(&joint);
+        let z = vibration(&joint);
         let mut out = vec![0.0; joint.modes()];
         let mut fastest = f64::INFINITY;
         group.throughput(Throughput::Elements(size as u64));

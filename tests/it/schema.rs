@@ -28,6 +28,7 @@ const EXAMPLES: &[&str] = &[
     "sweep torus-3deg --tilt 2:3:1 --start downward --min-transient 100 --max-transient 140 --measure 60 --exponents 1 --out a.arrow",
     "merge a.arrow --out merged.arrow",
     "basins periodic-2deg --tilt 2 --kicks 2 --min-transient 20 --max-transient 30 --measure 10 --exponents 0 --out b.arrow",
+    "cost mass-on-belt",
     // The points of the sweep come from an earlier run, which `prepare` writes.
     "paper --figure 4 --out paper",
     "cost mass-on-belt --out cost",

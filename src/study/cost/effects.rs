@@ -204,7 +204,6 @@ pub fn price(
     let own = runner.motion(&plain, 0, watch)?;
     let (header, frames) = frames(&plain, watch)?;
     let mut timer = Timer {
-        duration: scene.duration,
         header,
         frames,
         run_all: run_all.as_mut(),
@@ -264,8 +263,6 @@ impl Effect {
 
 /// Times the parts of runs.
 struct Timer<'a, 'b> {
-    /// Simulated time, s.
-    duration: f64,
     header: Header,
     frames: Vec<Arc<Frame>>,
     run_all: Option<&'a mut RunAll<'b>>,
@@ -293,7 +290,7 @@ impl Timer<'_, '_> {
         let seconds = began.elapsed().as_secs_f64();
         // A run that was stopped on the way has no time.
         watch.check()?;
-        Ok(seconds / self.duration)
+        Ok(seconds / scene.duration)
     }
 
     /// The shortest time of each scene and the next longer one, from alternate runs.

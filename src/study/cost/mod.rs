@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use super::OnProgress;
 use super::response::ResponseError;
+use crate::dynamics::DynamicsError;
 use crate::pipeline::PipelineError;
 use crate::scene::{FixedAt, LoadedJoint, Scene, SceneError};
 
@@ -68,6 +69,9 @@ pub enum CostError {
     /// The scene's system cannot be built or run.
     #[error(transparent)]
     System(#[from] PipelineError),
+    /// The motion cannot be integrated.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
     /// The settled motion cannot be measured.
     #[error("the settled motion cannot be measured")]
     Settled(#[from] ResponseError),

@@ -8,7 +8,7 @@ use super::{CostError, Watch};
 use crate::analysis::Regime;
 use crate::dynamics::Exponent;
 use crate::joint::BallJoint;
-use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
+use crate::pipeline::{Prepared, prepare, prepare_reusing_body};
 use crate::scene::Scene;
 use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
 
@@ -187,32 +187,31 @@ impl Runner {
             ..
         } = prepare_reusing_body(scene, &mut self.ball)?.starting_from(&self.state);
         let simulated = TIMED * self.measurement;
-        let (mut shortest, mut rhs_evals) = (f64::INFINITY, 0);
-        for _ in 0..REPEATS {
-            watch.check()?;
-            integrator
-                .start(&*system, 0.0, &state)
-                .map_err(PipelineError::from)?;
-            let before = integrator.stats().rhs_evals;
-            let began = ProcessTime::now();
-            integrator
-                .integrate_to(&*system, simulated)
-                .map_err(PipelineError::from)?;
-            shortest = shortest.min(began.elapsed().as_secs_f64());
-            rhs_evals = integrator.stats().rhs_evals - before;
-        }
-        Ok([shortest / simulated, rhs_evals as f64 / simulated])
+        let seconds = shortest(watch, || {
+            integrator.start(&*system, 0.0, &state)?;
+            Ok(integrator.integrate_to(&*system, simulated)?)
+        })?;
+        let rhs_evals = integrator.stats().rhs_evals as f64 / REPEATS as f64;
+        Ok([seconds / simulated, rhs_evals / simulated])
     }
+}
 
-    /// CPU time to build the system of a scene, s.
-    pub fn setup_time(&mut self, scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
-        let mut shortest = f64::INFINITY;
-        for _ in 0..REPEATS {
-            watch.check()?;
-            let began = ProcessTime::now();
-            prepare_reusing_body(scene, &mut None)?;
-            shortest = shortest.min(began.elapsed().as_secs_f64());
-        }
-        Ok(shortest)
+/// CPU time to build the system of a scene, s.
+pub fn setup_time(scene: &Scene, watch: &mut Watch<'_>) -> Result<f64, CostError> {
+    shortest(watch, || Ok(prepare(scene).map(drop)?))
+}
+
+/// The shortest CPU time of some work, s.
+fn shortest(
+    watch: &mut Watch<'_>,
+    mut work: impl FnMut() -> Result<(), CostError>,
+) -> Result<f64, CostError> {
+    let mut shortest = f64::INFINITY;
+    for _ in 0..REPEATS {
+        watch.check()?;
+        let began = ProcessTime::now();
+        work()?;
+        shortest = shortest.min(began.elapsed().as_secs_f64());
     }
+    Ok(shortest)
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::motion::{Motion, Runner};
+use super::motion::{Motion, Runner, setup_time};
 use super::{Cost, CostError, Watch};
 use crate::analysis::Regime;
 use crate::chain_of_causes;
@@ -280,7 +280,7 @@ fn point(
     }
     [point.cpu_s, point.rhs_evals_per_s] = runner.time(scene, watch)?;
     if setting == Setting::ElementSize {
-        point.cpu_s = runner.setup_time(scene, watch)?;
+        point.cpu_s = setup_time(scene, watch)?;
     }
     Ok(point)
 }
