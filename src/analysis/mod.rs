@@ -12,8 +12,7 @@
 //!
 //! *Recurrence.* A [`RecurrencePlot`] shows which pairs of instants have close states, Eq. (26). A
 //! periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces.
-//! [`quantify`] counts points and lines without storing the plot. A [`RecurrenceWindow`] updates the
-//! counts as samples arrive and leave. [`Measures`] follow from the counts.
+//! [`quantify`] counts points and lines without storing the plot. [`Measures`] follow from the counts.
 //!
 //! *Poincaré sections.* [`delay_section`] and [`plane_section`] compute sections. [`section_shape`]
 //! distinguishes points, closed curves and clouds; [`closed_curves`] counts the curves of a doubled torus.

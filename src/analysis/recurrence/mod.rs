@@ -1,7 +1,6 @@
 //! Recurrence plots and recurrence quantification analysis.
 //!
-//! [`RecurrenceCounts`] defines the counts. [`quantify`] computes them for a whole signal,
-//! [`RecurrenceWindow`] for a stream. A [`RecurrencePlot`] is an image of a few hundred states.
+//! [`RecurrenceCounts`] defines the counts. [`quantify`] computes them for a signal. A [`RecurrencePlot`] is an image of a few hundred states.
 
 mod counts;
 mod diagonals;
@@ -13,7 +12,6 @@ mod plot;
 mod quantify;
 mod stripes;
 mod threshold;
-mod window;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
 pub use measures::{Measures, RateBase};
@@ -21,4 +19,3 @@ pub use period::{RecurrenceKind, RecurrencePeriod, RecurrencePeriods};
 pub use plot::{RecurrenceImage, RecurrencePlot, ThresholdedPlot};
 pub use quantify::quantify;
 pub use threshold::{RecurrenceCriterion, Threshold, find_threshold};
-pub use window::RecurrenceWindow;

@@ -18,8 +18,7 @@ use crate::scene::{DelaySpec, QuantificationSpec};
 /// samples and the delay to whole steps, at least one each. Line lengths are in states.
 ///
 /// Each window is evaluated from scratch: 1.3 ms for 2000 states of `torus-3deg` or `periodic-2deg` with a
-/// fixed threshold. [`RecurrenceWindow`](crate::analysis::RecurrenceWindow) needs 1.5 and 7 ms for the 500
-/// states that enter between two windows of these scenes.
+/// fixed threshold.
 pub fn quantification(
     spec: &QuantificationSpec,
     delay: Option<&DelaySpec>,
