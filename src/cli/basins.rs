@@ -71,7 +71,7 @@ fn plan(args: &BasinsArgs) -> Result<SweepPlan, CliError> {
         ("time.tolerance", args.response.tolerance),
     ] {
         if let Some(value) = value {
-            scene = scene.with_values(&[(report::named_parameter(name)?, value)])?;
+            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
         }
     }
     let seeds = (0..args.kicks).map(|k| (args.seed + u64::from(k)) as f64);

@@ -262,7 +262,7 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
         spans.push((Parameter::tilt(), interval));
     }
     for ParameterInterval { key, interval } in &args.param {
-        spans.push((report::named_parameter(key)?, interval.0));
+        spans.push((Parameter::named(key)?, interval.0));
     }
     if spans.is_empty() {
         spans.push((Parameter::tilt(), TILTS));

@@ -23,7 +23,6 @@ mod branch_text;
 mod browser;
 mod common_args;
 mod cost;
-mod deprecated;
 mod document;
 mod error;
 mod exponents;
@@ -79,10 +78,6 @@ pub use error::CliError;
 /// codes: 0 success, 1 failure, 2 invalid input, 130 interrupted.
 pub fn main(words: Vec<OsString>) -> u8 {
     words::set_words(&words);
-    let (words, warnings) = deprecated::replace(words);
-    for warning in warnings {
-        report::print_warning(&warning);
-    }
     let args = match parse(words.clone()) {
         Ok(args) => args,
         // `--help` and `--version` also end here, with exit code 0.

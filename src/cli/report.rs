@@ -60,15 +60,6 @@ pub fn print_warning(warning: &str) {
     print_message(&format!("{WARNING}warning:{WARNING:#}"), warning);
 }
 
-/// Looks up a parameter by its key, and warns if the name is deprecated.
-pub fn named_parameter(name: &str) -> Result<Parameter, SceneError> {
-    let parameter = Parameter::named(name)?;
-    if let Some(deprecated) = parameter.deprecation() {
-        print_warning(&deprecated.to_string());
-    }
-    Ok(parameter)
-}
-
 /// Warns about quantities that vary with time in the scene, but are constant in this command.
 pub fn print_held(held: FixedAt) {
     if let Some(values) = held.description() {

@@ -374,7 +374,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         ("time.tolerance", args.response.tolerance),
     ] {
         if let Some(value) = value {
-            scene = scene.with_values(&[(report::named_parameter(name)?, value)])?;
+            scene = scene.with_values(&[(Parameter::named(name)?, value)])?;
         }
     }
     let mut axes = Vec::new();
@@ -382,7 +382,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         axes.push(Axis::new(Parameter::tilt(), tilts.values()));
     }
     for ParameterRange { key, values } in &args.param {
-        axes.push(Axis::new(report::named_parameter(key)?, values.values()));
+        axes.push(Axis::new(Parameter::named(key)?, values.values()));
     }
     if scene.joint().is_err()
         && axes

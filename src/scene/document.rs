@@ -9,19 +9,17 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, VERY_CLOSE, nearest};
+use super::error::{CLOSE, Fault, Location, SceneError, VERY_CLOSE, nearest};
 use super::schema::kind::{Kind, Mismatch, Tables};
 use super::schema::{IfAbsent, Key, Schema, join, split};
 
-/// A parsed scene file that contains declared keys only, under their current names.
+/// A parsed scene file that contains declared keys only.
 pub(super) struct Document<'t> {
     file: &'t str,
     text: &'t str,
     root: DeTable<'t>,
     /// The declared keys.
     pub schema: &'static Schema,
-    /// The old names of keys and tables that the text uses, in reading order.
-    pub deprecated: Vec<DeprecatedKey>,
 }
 
 /// A table of a scene file, present or absent, or an element of a list of tables such as `[[load.tilt]]`.
@@ -36,8 +34,7 @@ pub(super) struct Table<'d> {
 }
 
 impl<'t> Document<'t> {
-    /// Parses a text, replaces old names of keys and rejects undeclared keys. `file` names the source in
-    /// messages.
+    /// Parses a text and rejects undeclared keys. `file` names the source in messages.
     pub fn parse(
         file: &'t str,
         text: &'t str,
@@ -51,17 +48,13 @@ impl<'t> Document<'t> {
                 line,
             })
         })?;
-        let mut document = Self {
+        let document = Self {
             file,
             text,
-            root: DeTable::new(),
+            root: root.into_inner(),
             schema,
-            deprecated: Vec::new(),
         };
-        let mut root = root.into_inner();
-        document.use_current_names(&mut root, "", "")?;
-        document.reject_unknown(&root, "")?;
-        document.root = root;
+        document.reject_unknown(&document.root, "")?;
         Ok(document)
     }
 
@@ -143,52 +136,6 @@ impl<'t> Document<'t> {
             None if line.len() < written.len() => format!("{line} ..."),
             None => line.to_owned(),
         }
-    }
-
-    /// Replaces old names of keys and tables by the current ones. `written` is the path of the table in the
-    /// text, `current` its current path.
-    fn use_current_names(
-        &mut self,
-        table: &mut DeTable<'t>,
-        written: &str,
-        current: &str,
-    ) -> Result<(), SceneError> {
-        let mut names: Vec<_> = table.keys().cloned().collect();
-        names.sort_by_key(|name| name.span().start);
-        for name in names {
-            let old = join(written, name.get_ref());
-            let path = join(current, name.get_ref());
-            // A quoted name can contain dots, but is not a path.
-            let new = match name.get_ref().contains('.') {
-                true => path.clone(),
-                false => self.schema.current(&path),
-            };
-            let new_name = match new == path {
-                true => &name.get_ref()[..],
-                false => split(&new).1,
-            };
-            if new != path {
-                let at = self.place(name.span().start);
-                if table.contains_key(new_name) {
-                    let problem =
-                        format!("this is the old name of `{new}`, which the scene also contains");
-                    return Err(Fault::inconsistent(old, problem, "remove the old key").at(at));
-                }
-                if let Some(value) = table.remove(&name.get_ref()[..]) {
-                    let current_name = DeString::from(new_name.to_owned());
-                    table.insert(Spanned::new(name.span(), current_name), value);
-                }
-                self.deprecated.push(DeprecatedKey {
-                    at,
-                    old: old.clone(),
-                    new: new.clone(),
-                });
-            }
-            if let Some(DeValue::Table(inner)) = table.get_mut(new_name).map(Spanned::get_mut) {
-                self.use_current_names(inner, &old, &new)?;
-            }
-        }
-        Ok(())
     }
 
     /// Rejects the first undeclared key of the text, in reading order.

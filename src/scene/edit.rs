@@ -1,9 +1,9 @@
 //! Edits of a scene's text that preserve layout and comments.
 
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::error::{Fault, Location, SceneError};
-use super::schema::{Schema, join, split};
+use super::schema::{join, split};
 use super::tables::knots::FileKnots;
 
 /// Removes a key or a whole table if it is present.
@@ -54,62 +54,6 @@ pub fn with_knots(
     let path = join(keys.table, keys.knots.name);
     text.push_str(&format!("# {path} was read from {file:?}\n"));
     Ok(text)
-}
-
-/// Replaces old names of keys and tables in a scene's text by the current ones.
-///
-/// # Errors
-/// If the text is not valid TOML.
-pub fn with_current_names(
-    text: &str,
-    schema: &Schema,
-    place: impl FnOnce() -> Location,
-) -> Result<String, SceneError> {
-    let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
-    rename_keys(document.as_table_mut(), "", schema);
-    Ok(document.to_string())
-}
-
-/// Replaces old names in a table. All entries are removed and inserted again, which preserves their order.
-fn rename_keys(table: &mut Table, path: &str, schema: &Schema) {
-    let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
-    for name in names {
-        let Some((key, mut item)) = table.remove_entry(&name) else {
-            continue;
-        };
-        let current = schema.current(&join(path, &name));
-        match &mut item {
-            Item::Table(inner) => rename_keys(inner, &current, schema),
-            Item::Value(Value::InlineTable(inner)) => rename_inline_keys(inner, &current, schema),
-            _ => {}
-        }
-        table.insert_formatted(&renamed(key, path, &current), item);
-    }
-}
-
-/// [`rename_keys`] of an inline table.
-fn rename_inline_keys(table: &mut InlineTable, path: &str, schema: &Schema) {
-    let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
-    for name in names {
-        let Some((key, mut value)) = table.remove_entry(&name) else {
-            continue;
-        };
-        let current = schema.current(&join(path, &name));
-        if let Value::InlineTable(inner) = &mut value {
-            rename_inline_keys(inner, &current, schema);
-        }
-        table.insert_formatted(&renamed(key, path, &current), value);
-    }
-}
-
-/// The key with its current path; the formatting is preserved. `table` is the path of its table.
-fn renamed(key: Key, table: &str, current: &str) -> Key {
-    if join(table, key.get()) == current {
-        return key;
-    }
-    Key::new(split(current).1)
-        .with_leaf_decor(key.leaf_decor().clone())
-        .with_dotted_decor(key.dotted_decor().clone())
 }
 
 pub fn syntax(error: &toml_edit::TomlError) -> Fault {

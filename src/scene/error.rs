@@ -291,31 +291,10 @@ pub(super) fn nearest<'c>(
         .map(|(_, candidate)| candidate)
 }
 
-/// A deprecated name of a key or table in a scene or an override. The display is one line with the old and
-/// the current name.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DeprecatedKey {
-    /// Position of the old name.
-    pub at: Location,
-    /// Dotted path as written.
-    pub old: String,
-    /// Current dotted path.
-    pub new: String,
-}
-
-impl fmt::Display for DeprecatedKey {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { at, old, new } = self;
-        write!(f, "{at}: the key `{old}` is deprecated; use `{new}`")
-    }
-}
-
 /// A warning about a valid scene: a property that is probably unintended.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SceneWarning {
-    /// The scene uses an old name of a key or table.
-    Deprecated(DeprecatedKey),
     /// The kinetic coefficient of friction exceeds the static one. Friction then increases with speed, and no
     /// negative slope excites vibration.
     KineticAboveStatic {
@@ -360,7 +339,6 @@ pub enum SceneWarning {
 impl fmt::Display for SceneWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Deprecated(key) => key.fmt(f),
             Self::KineticAboveStatic { mu_s, mu_d } => write!(
                 f,
                 "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, \

@@ -20,7 +20,7 @@ mod tables;
 mod tests;
 
 pub use accuracy::{AccuracySettings, GAUSS_NODES};
-pub use error::{DeprecatedKey, Fault, Location, SceneError, SceneWarning};
+pub use error::{Fault, Location, SceneError, SceneWarning};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;
 pub use presets::{DEFAULT_SCENE, PRESETS, Preset, preset};

@@ -3,7 +3,7 @@
 use toml_edit::Value;
 
 use super::edit::{remove, set};
-use super::error::{DeprecatedKey, Location, SceneError, SceneWarning};
+use super::error::{Location, SceneError, SceneWarning};
 use super::parameter::declared;
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
@@ -60,14 +60,13 @@ impl Scene {
         overrides: &[(impl AsRef<str>, impl AsRef<str>)],
     ) -> Result<Self, SceneError> {
         let mut document = self.document()?;
-        let mut deprecated = self.deprecated_keys.clone();
         for (name, value) in overrides {
             let (name, value) = (name.as_ref(), value.as_ref());
-            if value == ABSENT && SCHEMA.has_table(&SCHEMA.current(name)) {
-                remove(&mut document, &SCHEMA.current(name));
+            if value == ABSENT && SCHEMA.has_table(name) {
+                remove(&mut document, name);
                 continue;
             }
-            let (key, by_old_name) = declared(name, |_| true, || self.place_of_override())?;
+            let key = declared(name, |_| true, || self.place_of_override())?;
             let path = &key.path[..];
             for forms in [&LOAD, &TILT, &FACTOR] {
                 if forms.paths().any(|form| form == path) {
@@ -81,22 +80,11 @@ impl Scene {
                     set(document.as_table_mut(), path, value);
                 }
             }
-            if by_old_name {
-                deprecated.push(DeprecatedKey {
-                    at: self.place_of_override(),
-                    old: name.to_owned(),
-                    new: path.to_owned(),
-                });
-            }
         }
         // A line number would be that of the changed text, which the user has not seen.
-        let changed = self.with_document(&document).map_err(|error| match error {
+        self.with_document(&document).map_err(|error| match error {
             SceneError::Content { fault, .. } => fault.at(self.place_of_override()),
             other => other,
-        })?;
-        Ok(Self {
-            deprecated_keys: deprecated,
-            ..changed
         })
     }
 
@@ -144,10 +132,9 @@ impl Scene {
         self
     }
 
-    /// Properties of this valid scene that are probably unintended, and its deprecated names of keys.
+    /// Properties of this valid scene that are probably unintended.
     pub fn warnings(&self) -> Vec<SceneWarning> {
-        let deprecated = self.deprecated_keys.iter().cloned();
-        let mut warnings: Vec<_> = deprecated.map(SceneWarning::Deprecated).collect();
+        let mut warnings = Vec::new();
         let Ok(joint) = self.joint() else {
             return warnings;
         };

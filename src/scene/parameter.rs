@@ -6,8 +6,8 @@ use std::fmt;
 use toml_edit::{DocumentMut, Value};
 
 use super::edit::{number, remove, set, syntax};
-use super::error::{CLOSE, DeprecatedKey, Fault, Location, SceneError, nearest};
-use super::schema::{Declared, IfAbsent, join};
+use super::error::{CLOSE, Fault, Location, SceneError, nearest};
+use super::schema::{Declared, IfAbsent};
 use super::spec::Scene;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 use super::tables::{SCHEMA, joint, small};
@@ -28,32 +28,28 @@ const PAPER_AXIS: [f64; 3] = [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
 #[derive(Clone, Copy)]
 pub struct Parameter {
     key: &'static Declared,
-    /// Whether it was named by the old name of the key.
-    by_old_name: bool,
 }
 
 impl Parameter {
     /// Returns the parameter with a dotted path, such as `contact.stiffness_factor`, or with a key name that
-    /// occurs in one table only. Old names of keys are accepted; see [`Parameter::deprecation`].
+    /// occurs in one table only.
     ///
     /// # Errors
     /// If no scene has such a number. The error suggests the most similar one.
     pub fn named(name: &str) -> Result<Self, SceneError> {
         // A declared key that is not a number.
-        let path = SCHEMA.current(name);
-        if SCHEMA.find(&path).is_some_and(|key| !is_free(key)) {
+        if SCHEMA.find(name).is_some_and(|key| !is_free(key)) {
             let key = name.to_owned();
             return Err(Fault::NotANumber { key }.at(place()));
         }
-        let (key, by_old_name) = declared(name, is_free, place)?;
-        Ok(Self { key, by_old_name })
+        let key = declared(name, is_free, place)?;
+        Ok(Self { key })
     }
 
     /// The constant tilt of the load.
     pub fn tilt() -> Self {
         Self {
             key: SCHEMA.find(TILT_PATH).expect("a declared key"),
-            by_old_name: false,
         }
     }
 
@@ -73,16 +69,6 @@ impl Parameter {
         is_real || [ROTATION_PATH, DAMPING_PATH].contains(&self.path())
     }
 
-    /// The deprecated name, if the parameter was named by it.
-    pub fn deprecation(self) -> Option<DeprecatedKey> {
-        let old = self.key.key.old_name.filter(|_| self.by_old_name)?;
-        Some(DeprecatedKey {
-            at: place(),
-            old: join(&self.key.table, old),
-            new: self.key.path.clone(),
-        })
-    }
-
     /// Meaning, in one sentence.
     pub fn meaning(self) -> &'static str {
         self.key.key.meaning
@@ -94,8 +80,7 @@ impl Parameter {
     }
 }
 
-/// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only. Old
-/// names are accepted; returns whether it was one.
+/// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only.
 ///
 /// # Errors
 /// If there is no such key. The error suggests the most similar one.
@@ -103,18 +88,14 @@ pub(super) fn declared(
     name: &str,
     among: impl Fn(&Declared) -> bool,
     place: impl FnOnce() -> Location,
-) -> Result<(&'static Declared, bool), SceneError> {
+) -> Result<&'static Declared, SceneError> {
     let keys = || SCHEMA.0.iter().filter(|key| among(key));
-    let path = SCHEMA.current(name);
-    if let Some(key) = keys().find(|key| key.path == path) {
-        return Ok((key, path != name));
+    if let Some(key) = keys().find(|key| key.path == name) {
+        return Ok(key);
     }
     let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
-    let old_namesakes: Vec<_> = keys()
-        .filter(|key| key.key.old_name == Some(name))
-        .collect();
-    if let ([key], _) | ([], [key]) = (&namesakes[..], &old_namesakes[..]) {
-        return Ok((key, namesakes.is_empty()));
+    if let [key] = namesakes[..] {
+        return Ok(key);
     }
     let nearest = match namesakes.first() {
         Some(namesake) => Some(&namesake.path[..]),
@@ -216,10 +197,8 @@ impl Scene {
                 joint::TABLES.contains(&table) || small::names().any(|name| name == table);
             is_free(key) && is_system && !NUMERICAL.contains(&&key.path[..])
         };
-        let parameters = SCHEMA.0.iter().filter(is_physical).map(|key| Parameter {
-            key,
-            by_old_name: false,
-        });
+        let parameters = SCHEMA.0.iter().filter(is_physical);
+        let parameters = parameters.map(|key| Parameter { key });
         let with_values = parameters.filter_map(|parameter| {
             let value = parameter
                 .is_continuous()
@@ -285,7 +264,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let mut document = self.document()?;
         for (path, value) in entries {
-            let path = &SCHEMA.current(path.as_ref());
+            let path = path.as_ref();
             set(document.as_table_mut(), path, value);
             if path == TILT_PATH {
                 for form in TILT.paths().filter(|form| *form != TILT_PATH) {
@@ -299,10 +278,7 @@ impl Scene {
     /// The scene with a changed text.
     pub(super) fn with_document(&self, document: &DocumentMut) -> Result<Self, SceneError> {
         // The file of modes is unchanged and is not read again.
-        let mut scene =
-            Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())?;
-        scene.deprecated_keys.clone_from(&self.deprecated_keys);
-        Ok(scene)
+        Self::parse_changed(&self.name, &document.to_string(), self.imported_modes())
     }
 
     /// The text of the scene for editing.

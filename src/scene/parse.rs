@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::document::{Document, FromTable, line_of};
-use super::edit::{with_current_names, with_knots};
+use super::edit::with_knots;
 use super::error::{Fault, Location, SceneError};
 use super::spec::Scene;
 use super::subject::SystemSpec;
@@ -16,7 +16,7 @@ use crate::joint::ImportedModes;
 impl Scene {
     /// Parses and validates the content of a scene file. `file` names it in messages; its stem is the
     /// default name of the scene, and paths in the scene are relative to its folder. In [`Scene::text`] the
-    /// content of CSV files and the current names of keys replace the file names and old names.
+    /// content of CSV files replaces their names.
     ///
     /// # Errors
     /// The first fault found, in this order: not text, not TOML, an unknown key, a value that is missing, of
@@ -73,10 +73,6 @@ fn build(
             (SystemSpec::Joint(joint), tables)
         }
     };
-    let current = match document.deprecated.is_empty() {
-        true => text.to_owned(),
-        false => with_current_names(text, document.schema, || document.place_of([]))?,
-    };
     let start = run::start(document, &subject)?;
     let frames = Frames::read(document.table("time"))?;
     let scene = Scene {
@@ -84,7 +80,7 @@ fn build(
         about: header.about.unwrap_or_default(),
         mechanism: header.mechanism,
         name,
-        text: tables.iter().try_fold(current, |text, table| {
+        text: tables.iter().try_fold(text.to_owned(), |text, table| {
             with_knots(&text, table, || document.place_of([table.keys.table]))
         })?,
         start,
@@ -94,7 +90,6 @@ fn build(
         integrator: run::integrator(document)?,
         analysis: analysis::read(document, frames.sample_rate, subject.modes())?,
         record: run::record(document, frames.sample_rate, &subject)?,
-        deprecated_keys: document.deprecated.clone(),
         subject,
     };
     if let SystemSpec::Joint(joint) = &scene.subject {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::error::{DeprecatedKey, SceneError};
+use super::error::SceneError;
 use super::mechanism::Mechanism;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
@@ -20,8 +20,7 @@ pub struct Scene {
     pub about: String,
     /// The mechanism that the scene demonstrates, if it has a lesson.
     pub mechanism: Option<Mechanism>,
-    /// Complete text of the scene, with current names of keys. Overrides of the command line are appended
-    /// as comments.
+    /// Complete text of the scene. Overrides of the command line are appended as comments.
     pub text: String,
     /// The simulated system.
     pub subject: SystemSpec,
@@ -39,8 +38,6 @@ pub struct Scene {
     pub analysis: AnalysisSpec,
     /// Contents and rates of the recording.
     pub record: RecordSpec,
-    /// Old names of keys that the text used; see [`Scene::warnings`].
-    pub deprecated_keys: Vec<DeprecatedKey>,
 }
 
 impl Scene {

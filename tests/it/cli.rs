@@ -350,24 +350,6 @@ fn the_scene_is_not_overwritten() {
     );
 }
 
-/// An old option name works and prints one line of warning with the new name.
-#[test]
-fn old_options_work_with_a_warning() {
-    let test = folder();
-    let run = |option: &str| {
-        let words = ["lyapunov", "impact-oscillator", "--duration", "20", option];
-        squeakscope(test.path(), &words).success()
-    };
-    run("--average-time=0.01").stderr("");
-    run("--until=0.01").stderr("warning: `--until` is deprecated; use `--average-time`\n");
-    let refused = squeakscope(test.path(), &["sweep", "--most", "0"]).code(2);
-    refused
-        .stderr(predicate::str::starts_with(
-            "warning: `--most` is deprecated; use `--max-transient`\n",
-        ))
-        .stderr(predicate::str::contains("error: "));
-}
-
 #[test]
 fn help_groups_the_commands_and_ends_with_examples() {
     let test = folder();

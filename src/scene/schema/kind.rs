@@ -294,7 +294,6 @@ impl<T: VariantArray + Clone + Into<&'static str> + FromStr + Sync> Kind for Cho
 
     fn read(&self, value: &DeValue<'_>) -> Result<T, Mismatch> {
         let word = value.as_str().ok_or(Mismatch::Type)?;
-        // A variant can have a former name in addition to those of `names`.
         let unknown = |_| Mismatch::Choice(nearest(word, Self::names(), CLOSE));
         word.parse().map_err(unknown)
     }

@@ -19,8 +19,6 @@ pub struct Key<K: ?Sized> {
     pub meaning: &'static str,
     /// Behaviour if the key is absent.
     pub if_absent: IfAbsent,
-    /// Deprecated name, which scenes can still use.
-    pub old_name: Option<&'static str>,
     /// Type and range of the value.
     pub kind: K,
 }
@@ -58,12 +56,6 @@ impl<K: Kind + ?Sized> Key<K> {
     }
 }
 
-/// Renamed tables: the old and the current path. Scenes can still use the old path.
-const RENAMED_TABLES: [(&str, &str); 2] = [
-    ("analysis.exponents", "analysis.lyapunov"),
-    ("analysis.butterfly", "analysis.perturbed_trajectory"),
-];
-
 /// A declared key with its position in the schema.
 pub struct Declared {
     /// Dotted path of the table; empty for the top level.
@@ -90,21 +82,6 @@ impl Schema {
 
     pub fn find(&self, path: &str) -> Option<&Declared> {
         self.0.iter().find(|declared| declared.path == path)
-    }
-
-    /// Current path of a key or table; old names of both are replaced.
-    pub fn current(&self, path: &str) -> String {
-        let renamed = RENAMED_TABLES.iter().find_map(|(old, new)| {
-            let rest = path.strip_prefix(old)?;
-            (rest.is_empty() || rest.starts_with('.')).then(|| format!("{new}{rest}"))
-        });
-        let path = renamed.unwrap_or_else(|| path.to_owned());
-        let (table, name) = split(&path);
-        let is_renamed = |key: &&Declared| key.table == table && key.key.old_name == Some(name);
-        match self.0.iter().find(is_renamed) {
-            Some(key) => key.path.clone(),
-            None => path,
-        }
     }
 
     /// Names of the keys and subtables of a table, without duplicates.
@@ -153,27 +130,23 @@ pub fn join(table: &str, name: &str) -> String {
 /// size = "element_size_mm": number(MILLIMETRE, Closed(0.1, 100.0)), default 16.0;
 /// ```
 ///
-/// A renamed key also states its old name, which scenes can still use: `size = "element_size_mm" aka
-/// "size_mm": ...`. A key without a default is required. With `else "words"` it becomes an `Option`; the
-/// words describe in the guide what applies if it is absent. `..field: Type;` reads a field from the keys
-/// that `Type` declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a
-/// small struct in place.
+/// A key without a default is required. With `else "words"` it becomes an `Option`; the words describe in
+/// the guide what applies if it is absent. `..field: Type;` reads a field from the keys that `Type`
+/// declares, in the same table or in the table after `=>`. `..field: Type { keys }` fills a small struct
+/// in place.
 ///
 /// `struct Name` also defines the struct; its fields then need types. IfAbsent `Name` is a struct of
 /// another module with these fields, or `|table|` and `=> expression;` construct it. `static NAME: Kind`
 /// declares a single key.
 macro_rules! keys {
-    (@key $meaning:literal, $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)? $(, else $words:expr)?) => {
+    (@key $meaning:literal, $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?) => {
         Key {
             name: $key,
             meaning: $meaning.trim_ascii(),
             kind: $kind,
             if_absent: keys!(@if_absent $(default $default)? $(else $words)?),
-            old_name: keys!(@old $($old)?),
         }
     };
-    (@old) => { None };
-    (@old $old:literal) => { Some($old) };
     (@if_absent) => { IfAbsent::Required };
     (@if_absent default $default:tt) => { IfAbsent::Default(stringify!($default)) };
     (@if_absent else $words:expr) => { IfAbsent::Described($words) };
@@ -182,17 +155,17 @@ macro_rules! keys {
     (@value $table:ident, $key:expr, else $words:expr) => { $table.find($key)? };
 
     (@declare $schema:ident, $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)?;
+        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $($schema.add($table, const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)?) });)*
+        $($schema.add($table, const { &keys!(@key $meaning, $key: $kind $(, default $default)?) });)*
     };
     (@declare $schema:ident, $table:ident, $part:ty) => { <$part>::declare($schema, $table) };
     (@declare $schema:ident, $table:ident, $part:ty => $path:literal) => { <$part>::declare($schema, $path) };
 
     (@part $table:ident, $part:ident { $(
-        #[doc = $meaning:literal] $field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)?;
+        #[doc = $meaning:literal] $field:ident = $key:literal: $kind:expr $(, default $default:tt)?;
     )* }) => {
-        $part { $($field: $table.get(const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)?) })?),* }
+        $part { $($field: $table.get(const { &keys!(@key $meaning, $key: $kind $(, default $default)?) })?),* }
     };
     (@part $table:ident, $part:ty) => { <$part>::read($table)? };
     (@part $table:ident, $part:ty => $path:literal) => { <$part>::read($table.document.table($path))? };
@@ -203,7 +176,7 @@ macro_rules! keys {
     (
         @table $name:ident |$table:ident| { $(
             #[doc = $meaning:literal]
-            $($field:ident = $key:literal $(aka $old:literal)?: $kind:expr $(, default $default:tt)? $(, else $words:expr)?;)?
+            $($field:ident = $key:literal: $kind:expr $(, default $default:tt)? $(, else $words:expr)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
         $(=> $made:expr)?
@@ -213,7 +186,7 @@ macro_rules! keys {
             fn declare(schema: &mut Schema, table: &str) { $(
                 $(schema.add(
                     table,
-                    const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?) },
+                    const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) },
                 );)?
                 $(keys!(@declare schema, table, $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?);)?
             )* }
@@ -222,7 +195,7 @@ macro_rules! keys {
                 $(
                     $(let $field = keys!(
                         @value $table,
-                        const { &keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?) }
+                        const { &keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?) }
                         $(, else $words)?
                     );)?
                     $(let $part = keys!(
@@ -236,20 +209,20 @@ macro_rules! keys {
 
     (
         #[doc = $meaning:literal]
-        static $name:ident: $type:ty = $key:literal $(aka $old:literal)?: $kind:expr
+        static $name:ident: $type:ty = $key:literal: $kind:expr
             $(, default $default:tt)? $(, else $words:expr)?;
         $($rest:tt)*
     ) => {
         #[doc = $meaning]
         pub static $name: Key<$type> =
-            keys!(@key $meaning, $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?);
+            keys!(@key $meaning, $key: $kind $(, default $default)? $(, else $words)?);
         keys! { $($rest)* }
     };
     (
         $(#[$attribute:meta])*
         $visibility:vis struct $name:ident { $(
             #[doc = $meaning:literal]
-            $($field:ident: $type:ty = $key:literal $(aka $old:literal)?: $kind:expr
+            $($field:ident: $type:ty = $key:literal: $kind:expr
                 $(, default $default:tt)? $(, else $words:expr)?;)?
             $(..$part:ident: $part_type:ident $(<$inner:ty>)? $(=> $path:literal)? $({ $($part_keys:tt)* })?;)?
         )* }
@@ -266,7 +239,7 @@ macro_rules! keys {
         )* }
         keys! { $name { $(
             #[doc = $meaning]
-            $($field = $key $(aka $old)?: $kind $(, default $default)? $(, else $words)?;)?
+            $($field = $key: $kind $(, default $default)? $(, else $words)?;)?
             $(..$part: $part_type $(<$inner>)? $(=> $path)? $({ $($part_keys)* })?;)?
         )* } $($rest)* }
     };

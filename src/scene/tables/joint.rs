@@ -78,14 +78,14 @@ keys! {
         /// Length of the beam.
         beam_length = "beam_length_mm": number(MILLIMETRE, Closed(1.0, 5000.0)), default 200;
         /// End point of the beam length: the junction of beam and sphere, or the centre of the ball.
-        reading = "beam_length_to" aka "beam_reaches": choice::<LengthReading>(), default "sphere";
+        reading = "beam_length_to": choice::<LengthReading>(), default "sphere";
     }
 
     Material {
         /// Young's modulus of ball and beam.
-        young = "youngs_modulus_gpa" aka "young_gpa": YOUNG, default 207;
+        young = "youngs_modulus_gpa": YOUNG, default 207;
         /// Poisson's ratio of ball and beam.
-        poisson = "poissons_ratio" aka "poisson": POISSON, default 0.30;
+        poisson = "poissons_ratio": POISSON, default 0.30;
         /// Density of ball and beam.
         density = "density_kg_m3": number(KILOGRAM_PER_CUBIC_METRE, Closed(10.0, 30_000.0)), default 7800;
     }
@@ -101,18 +101,18 @@ keys! {
         /// Number of bending pairs, from the lowest frequency; each pair is two modes.
         bending_pairs = "bending_pairs": Count(0, 50), default 4;
         /// Number of torsion modes, from the lowest frequency.
-        torsion = "torsion_modes" aka "torsion": Count(0, 50), default 2;
+        torsion = "torsion_modes": Count(0, 50), default 2;
         /// Number of axial modes, from the lowest frequency.
-        axial = "axial_modes" aka "axial": Count(0, 50), default 1;
+        axial = "axial_modes": Count(0, 50), default 1;
     }
 
     Socket {
         /// Diameter of the socket; larger than that of the ball.
         diameter = "diameter_mm": number(MILLIMETRE, Closed(1.0, 1000.0)), default 31.95;
         /// Young's modulus of the socket.
-        young = "youngs_modulus_gpa" aka "young_gpa": YOUNG, default 70;
+        young = "youngs_modulus_gpa": YOUNG, default 70;
         /// Poisson's ratio of the socket.
-        poisson = "poissons_ratio" aka "poisson": POISSON, default 0.33;
+        poisson = "poissons_ratio": POISSON, default 0.33;
     }
 
     Contact |table| {
@@ -123,7 +123,7 @@ keys! {
         /// Factor on the Hertz contact stiffness 2 E\* a / (pi a^2).
         stiffness_factor = "stiffness_factor": number(ONE, Positive(1e4)), default 1.0;
         /// Distribution of the contact stiffness over the patch: uniform, or proportional to the pre-stress.
-        stiffness = "stiffness_distribution" aka "stiffness": choice::<StiffnessLaw>(), default "uniform";
+        stiffness = "stiffness_distribution": choice::<StiffnessLaw>(), default "uniform";
         /// Factor on the Hertz radius of the patch; load and total stiffness are unchanged.
         radius_factor = "radius_factor": number(ONE, Closed(0.1, 5.0)), default 1.0;
         /// Whether contact nodes can separate, Eq. (2).

@@ -167,7 +167,7 @@ keys! {
     static AZIMUTH: Number = "azimuth_deg": number(DEGREE, Closed(-360.0, 360.0)), default 0;
 
     /// Angular velocity vector of the ball, Omega of Eq. (4); not parallel to the load, where the centre of the patch would not slide. Zero is a joint at rest.
-    static ROTATION: Vector = "angular_velocity_rad_per_s" aka "rad_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
+    static ROTATION: Vector = "angular_velocity_rad_per_s": Vector(number(RADIAN_PER_SECOND, Closed(-1e4, 1e4))),
         default [0.7071067811865476, 0.7071067811865476, 0];
 
     /// Whether the rotation moves the contact patch over the ball: the load has a fixed direction in the socket, so that the tilt, from the constant `load.tilt_deg` at the start, and the azimuth follow from the rotation. Otherwise the patch stays at the tilt whatever the rotation.

@@ -100,7 +100,7 @@ keys! {
         /// Rate of energy samples; 0 for none, which also omits the work of friction and the energy audit.
         energy_rate: f64 = "energy_rate_khz": number(KILOHERTZ, Closed(0.0, 2000.0)), default 10;
         /// Scale factor of the displayed deformation.
-        deformation_scale: f64 = "deformation_scale" aka "exaggeration": number(ONE, Closed(1.0, 1e9)), default 2000;
+        deformation_scale: f64 = "deformation_scale": number(ONE, Closed(1.0, 1e9)), default 2000;
     }
 }
 

@@ -66,22 +66,22 @@ pub fn declare(schema: &mut Schema) {
 keys! {
     ImpactOscillator {
         /// Natural frequency.
-        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz": FREQUENCY;
         /// Damping ratio.
         damping = "damping_ratio": RATIO, default 0;
         /// Amplitude of the drive, as the acceleration of the mass.
-        drive = "drive_amplitude_m_per_s2" aka "drive_m_per_s2": DRIVE;
+        drive = "drive_amplitude_m_per_s2": DRIVE;
         /// Frequency of the drive, a cosine; 0 is a constant force.
         drive_omega = "drive_frequency_hz": DRIVE_FREQUENCY;
         /// Position of the wall; the mass moves above it.
-        wall = "wall_position_um" aka "wall_um": PLACE, default 0;
+        wall = "wall_position_um": PLACE, default 0;
         /// Coefficient of restitution: speed after an impact divided by the speed before it.
         restitution = "restitution": number(ONE, Closed(0.0, 1.0));
     }
 
     MassOnBelt {
         /// Natural frequency.
-        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz": FREQUENCY;
         /// Damping ratio.
         damping = "damping_ratio": RATIO, default 0;
         /// Normal force on the belt, divided by the mass.
@@ -91,7 +91,7 @@ keys! {
         /// Kinetic coefficient of friction, which applies while the mass slides; at most the static one.
         mu_d = "mu_d": friction::COEFFICIENT;
         /// Speed of the belt.
-        belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
+        belt = "belt_speed_mm_per_s": BELT;
         /// Slope factor of the decrease from the static to the kinetic coefficient with sliding speed; a larger value gives a steeper decrease.
         stribeck = "stribeck_slope_s_per_m": number(SECOND_PER_METRE, Positive(1e6)),
             else "a jump to the kinetic coefficient";
@@ -103,7 +103,7 @@ keys! {
         /// Natural frequency of the second mode out of contact; its direction is perpendicular to that of the first.
         second = "second_frequency_hz": FREQUENCY;
         /// Direction of the first mode: angle from the belt direction towards the belt normal.
-        angle = "mode_angle_deg" aka "angle_deg": number(DEGREE, Closed(-90.0, 90.0));
+        angle = "mode_angle_deg": number(DEGREE, Closed(-90.0, 90.0));
         /// Contact stiffness, as the natural frequency of the mass on this spring alone.
         contact = "contact_frequency_hz": FREQUENCY;
         /// Normal force on the belt, divided by the mass.
@@ -113,16 +113,16 @@ keys! {
         /// Slope factor of the increase from zero at rest; at least 20 divided by the belt speed.
         creep = "creep_slope_s_per_m": friction::CREEP, default 1000;
         /// Speed of the belt.
-        belt = "belt_speed_mm_per_s" aka "belt_mm_per_s": BELT;
+        belt = "belt_speed_mm_per_s": BELT;
     } => TwoModesOnBelt { omega: [first, second], angle, contact_stiffness: contact * contact, load, mu, creep, belt };
 
     DampedContact |table| {
         /// Natural frequency out of contact.
-        omega = "natural_frequency_hz" aka "frequency_hz": FREQUENCY;
+        omega = "natural_frequency_hz": FREQUENCY;
         /// Damping ratio out of contact.
         damping = "damping_ratio": RATIO, default 0;
         /// Amplitude of the drive, as the acceleration of the mass.
-        drive = "drive_amplitude_m_per_s2" aka "drive_m_per_s2": DRIVE;
+        drive = "drive_amplitude_m_per_s2": DRIVE;
         /// Frequency of the drive, a cosine; 0 is a constant force.
         drive_omega = "drive_frequency_hz": DRIVE_FREQUENCY;
         /// Contact stiffness below 0, as the natural frequency of the mass on this spring alone.

@@ -1,6 +1,5 @@
-//! Scene files: presets, ranges, error messages, deprecated keys.
+//! Scene files: presets, ranges, error messages.
 
-mod deprecated;
 mod effects;
 mod messages;
 mod moving_patch;

@@ -138,13 +138,13 @@ keys! {
             every = "every_ms": EVERY, default 20;
         };
         /// Maximum delay tested.
-        largest_lag: f64 = "max_lag_us" aka "largest_lag_us": LAG, default 300;
+        largest_lag: f64 = "max_lag_us": LAG, default 300;
         /// Maximum embedding dimension tested.
-        largest_dimension: usize = "max_dimension" aka "largest_dimension": DIMENSION, default 8;
+        largest_dimension: usize = "max_dimension": DIMENSION, default 8;
         /// Bins along each axis of the joint histogram for the mutual information.
         bins: usize = "bins": Count(2, 256), default 32;
         /// Maximum share of false nearest neighbours: the smallest dimension that does not exceed it is chosen.
-        false_share: f64 = "max_false_neighbour_share" aka "false_share": number(ONE, HalfOpen(0.0, 1.0)), default 0.01;
+        false_share: f64 = "max_false_neighbour_share": number(ONE, HalfOpen(0.0, 1.0)), default 0.01;
     }
 
     /// Delay vectors, Eq. (25).
@@ -171,11 +171,11 @@ keys! {
         /// Norm of the distance between states.
         norm = "norm": choice::<Norm>(), default "euclidean";
         /// Threshold of Eq. (26) by the share of recurrent pairs of states (recurrence rate).
-        rate = "recurrence_rate" aka "threshold_rate": number(ONE, Open(0.0, 1.0)), else ONE_THRESHOLD;
+        rate = "recurrence_rate": number(ONE, Open(0.0, 1.0)), else ONE_THRESHOLD;
         /// Threshold of Eq. (26) as a distance between delay vectors.
         distance = "threshold_um": number(MICROMETRE, Positive(1e6)), else ONE_THRESHOLD;
         /// Threshold of Eq. (26) as a multiple of the standard deviation of the displacement in the window.
-        spread = "threshold_std" aka "threshold_spread": number(ONE, Positive(100.0)), else ONE_THRESHOLD;
+        spread = "threshold_std": number(ONE, Positive(100.0)), else ONE_THRESHOLD;
         /// Number of nearest neighbours of each state, which gives each state an individual threshold.
         neighbours = "neighbours": Count(1, 10_000), else ONE_THRESHOLD;
     } => {
@@ -241,9 +241,9 @@ keys! {
         /// Theiler window: states closer in time are not compared; at least one step, so that no state is compared with itself.
         theiler: f64 = "theiler_us": THEILER, default 60;
         /// Minimum length of diagonal lines, in states; about one period distinguishes recurrence from smoothness.
-        least_diagonal: usize = "min_diagonal_length" aka "least_diagonal": Count(2, 10_000), default 24;
+        least_diagonal: usize = "min_diagonal_length": Count(2, 10_000), default 24;
         /// Minimum length of vertical lines, in states.
-        least_vertical: usize = "min_vertical_length" aka "least_vertical": Count(2, 10_000), default 2;
+        least_vertical: usize = "min_vertical_length": Count(2, 10_000), default 2;
     }
 
     /// Poincare section.
@@ -269,7 +269,7 @@ keys! {
         /// Offset of the plane, in sqrt(kg) um: the scalar product of normal and state on the plane.
         offset = "offset_um": number(MICROMETRE, Closed(-1e6, 1e6)), else "0, with a plane";
         /// The two coordinates of the section plot, such as `["q1", "qdot1"]`; modes are counted from 1 in order of frequency.
-        shown = "coordinates" aka "shown": Coordinates, else "required with a plane";
+        shown = "coordinates": Coordinates, else "required with a plane";
     } => if normal_q.is_none() && normal_qdot.is_none() {
         let problem = "this key applies to a plane in the modal state space, and the scene gives none";
         table.reject(&["offset_um", "coordinates"], &[], problem, "add plane_q or plane_qdot_ms, or remove this key")?;
@@ -353,7 +353,7 @@ keys! {
         /// Number of Lyapunov exponents, from the largest; there are twice as many as modes.
         count: usize = "count": all_or(Count(1, 1000)), default 3;
         /// Discarded transient: growth before this time does not contribute, so that the motion can reach its attractor.
-        settle: f64 = "transient_ms" aka "settle_ms": FROM_START, default 50;
+        settle: f64 = "transient_ms": FROM_START, default 50;
         /// Interval between results.
         every: f64 = "every_ms": EVERY, default 1;
     }
@@ -364,7 +364,7 @@ keys! {
         /// Start time of the perturbed trajectory.
         start: f64 = "start_ms": FROM_START, default 50;
         /// Initial distance in the energy norm, relative to the norm of the motion up to that time.
-        distance: f64 = "initial_distance" aka "distance": number(ONE, Closed(1e-12, 0.01)), default 1e-9;
+        distance: f64 = "initial_distance": number(ONE, Closed(1e-12, 0.01)), default 1e-9;
         /// Interval between results.
         every: f64 = "every_ms": EVERY, default 1;
     }
