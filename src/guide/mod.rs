@@ -70,7 +70,6 @@
 //! Cost:
 //!
 //! * [Cost of accuracy](explanation::cost): error against CPU time.
-//! * [Cost of disabled effects](explanation::off): compiled kernels compared with hand-written loops.
 //! * [Comparison with other programs](explanation::peers): analyses, right-hand side and integrators.
 //!
 //! # Reference
@@ -180,9 +179,6 @@ pub mod explanation {
 
     #[doc = include_str!("explanation/cost.md")]
     pub mod cost {}
-
-    #[doc = include_str!("explanation/off.md")]
-    pub mod off {}
 
     #[doc = include_str!("explanation/peers.md")]
     pub mod peers {}

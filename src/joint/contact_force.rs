@@ -415,32 +415,24 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         sums
     }
 
-    /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
+    /// The normal force and its derivative with respect to `u_r`, per node. The derivative is zero unless the
+    /// record needs it.
     ///
     /// Eq. (2): `N = max(0, p_n + k_c u_r)`, with `u_r` (m) from steady sliding.
-    ///
-    /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
-    ///
-    /// Eq. (6): the virtual work of both, summed over the nodes with their areas `Delta A` (m^2).
-    #[allow(
-        clippy::too_many_lines,
-        reason = "divided in two, it took more instructions than `off_is_free` allows"
-    )]
     #[inline(always)]
-    fn resistance<S: Simd, const K: usize>(
+    fn normal<S: Simd, const K: usize>(
         &mut self,
         simd: S,
         group: &Group<'_, K>,
-        motion: Motion<S, K>,
+        motion: &Motion<S, K>,
         power: &mut Vector<S>,
-    ) -> Resistance<S, K> {
-        let zero = Vector::splat(simd, 0.0);
+    ) -> [Vector<S, K>; 2] {
         let stiffness = group.load(simd, |block| &block.stiffness);
         let gap = stiffness.mul_add(motion.u_r, group.load(simd, |block| &block.pre_stress));
         let area = group.load(simd, |block| &block.area);
         let contact = self.query.contact;
         let mut stress = contact.stress(group.first, gap);
-        let mut pressing = zero;
+        let mut pressing = Vector::splat(simd, 0.0);
         if T::OPTIONAL_TERMS {
             let at = [gap, stress, stiffness, motion.rate];
             let damped = self.damping.stress(contact, group.first, at);
@@ -468,6 +460,24 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         if !T::OPTIONAL_TERMS && T::record(self.query).is_some() {
             pressing = contact.pressing(group.first, gap, stiffness * area);
         }
+        [normal, pressing]
+    }
+
+    /// Eq. (1): the normal force on the ball is `-N e_r`, per area.
+    ///
+    /// Eq. (3): the friction force is `-mu(V) N V_vec / V`, per area.
+    ///
+    /// Eq. (6): the virtual work of both, summed over the nodes with their areas `Delta A` (m^2).
+    #[inline(always)]
+    fn resistance<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        group: &Group<'_, K>,
+        motion: Motion<S, K>,
+        power: &mut Vector<S>,
+    ) -> Resistance<S, K> {
+        let zero = Vector::splat(simd, 0.0);
+        let [normal, pressing] = self.normal(simd, group, &motion, power);
         if !L::HAS_FRICTION {
             if let Some(record) = T::record(self.query) {
                 match T::OPTIONAL_TERMS {

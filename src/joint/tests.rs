@@ -13,7 +13,6 @@ mod derivative;
 mod evolving;
 mod hot_loop;
 mod measured;
-mod off_is_free;
 mod optional_terms;
 mod pushing;
 mod switching;
