@@ -1,5 +1,14 @@
 //! Formatting of numbers for sentences, tables and labels.
 
+/// An angle in degrees that gives the same radians again, if there is one.
+pub(crate) fn degrees(radians: f64) -> f64 {
+    let near = radians.to_degrees();
+    let rounded = (1e9 * near).round() / 1e9;
+    let candidates = [rounded, near, near.next_up(), near.next_down()];
+    let exact = candidates.into_iter().find(|d| d.to_radians() == radians);
+    exact.unwrap_or(near)
+}
+
 /// A value with `digits` significant digits and an SI prefix: `4.12 kHz`, `690 nm`.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     const PREFIXES: [&str; 8] = ["f", "p", "n", "µ", "m", "", "k", "M"];
@@ -238,5 +247,14 @@ mod tests {
         assert_eq!(with_error(-0.04, 0.35), "0.0 ± 0.3");
         assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");
         assert_eq!(uncertain(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
+    }
+
+    #[test]
+    fn degrees_give_the_same_radians_again() {
+        assert_eq!(degrees(2.5_f64.to_radians()), 2.5);
+        for k in -9000..=9000 {
+            let radians = (0.01 * f64::from(k)).to_radians();
+            assert_eq!(degrees(radians).to_radians(), radians, "{k}");
+        }
     }
 }

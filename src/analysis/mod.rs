@@ -14,7 +14,7 @@
 //! periodic signal gives unbroken diagonals one period apart; chaos breaks them into short pieces.
 //! [`quantify`] counts points and lines without storing the plot. [`Measures`] follow from the counts.
 //!
-//! *Poincaré sections.* [`delay_section`] and [`plane_section`] compute sections. [`section_shape`]
+//! *Poincaré sections.* [`delay_section`] computes the section of a signal, [`SectionFinder`] that of a stream. [`section_shape`]
 //! distinguishes points, closed curves and clouds; [`closed_curves`] counts the curves of a doubled torus.
 //!
 //! *Chaos.* [`divergence()`] computes the divergence of nearest neighbours. [`zero_one()`] applies the
@@ -51,7 +51,7 @@ mod regime;
 mod sliding;
 mod tones;
 
-pub use change_point::{BlockMeans, Channel, FALSE_ALARM, MAX_CHANNELS, change_points};
+pub use change_point::{BlockMeans, Channel, MAX_CHANNELS, change_points};
 pub use chaos::*;
 pub use condition::{RecordingCondition, recording_condition};
 pub use delay::*;
@@ -64,8 +64,8 @@ pub use moments::{deviation, mean, range};
 pub use neighbours::{Neighbour, NeighbourTree};
 pub use norm::Norm;
 pub use poincare::{
-    ClosedCurves, Clusters, Crossing, Direction, SectionFinder, SectionPoint, SectionShape,
-    closed_curves, clusters, delay_section, plane_section, return_map, section_shape,
+    ClosedCurves, Crossing, Direction, SectionFinder, SectionPoint, SectionShape, closed_curves,
+    delay_section, return_map, section_shape,
 };
 pub use recurrence::*;
 pub use regime::{BlindSpot, Evidence, Limitation, Regime, RegimeSearch, Verdict, classify};

@@ -311,7 +311,7 @@ mod tests {
     use std::ffi::OsString;
 
     use super::*;
-    use crate::cli::steps::StepsError;
+    use crate::cli::steps::RangeError;
 
     fn parse(line: &str) -> Result<Args, clap::Error> {
         crate::cli::parse(line.split(' ').map(OsString::from).collect())
@@ -321,7 +321,7 @@ mod tests {
     fn tilts_are_limited_to_90_degrees() {
         let values: Vec<f64> = tilts("-90:90:45").unwrap().values().collect();
         assert_eq!(values, [-90.0, -45.0, 0.0, 45.0, 90.0]);
-        assert_eq!(tilts("0:91:1"), Err(StepsError::TiltOutOfRange(91.0)));
+        assert_eq!(tilts("0:91:1"), Err(RangeError::TiltOutOfRange(91.0)));
     }
 
     #[test]

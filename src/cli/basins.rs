@@ -30,9 +30,7 @@ use crate::table::Table;
 pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     report::print_study_warnings(&plan.scene);
-    if let Ok(joint) = plan.scene.joint() {
-        report::print_held(joint.fixed_at_start());
-    }
+    report::print_fixed(&plan.scene, []);
     let scene = args.scene.input();
     let overwrite = args.outputs.overwrite.or(args.work.resume);
     let names = ["basins".to_owned()];

@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::branch_args::{BranchArgs, Interval, ParameterInterval};
+use super::branch_args::BranchArgs;
 use super::branch_text;
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
@@ -14,10 +14,11 @@ use super::progress::Progress;
 use super::report;
 use super::resources;
 use super::run::command_line;
+use super::steps::{Interval, Keyed};
 use crate::dynamics::equilibrium::EquilibriumError;
 use crate::plot::{Figure, branch_figure, map_figure, modes_figure, multipliers_figure};
 use crate::record::branch::{BranchStudy, save_branch};
-use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene};
+use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
     Branch, BranchError, BranchPlan, EquilibriumBranch, MapPlan, OrbitProgress, OrbitStarts,
     TiltDiagram, add_orbits, add_tori, equilibria, portraits, settled_responses, stability_map,
@@ -44,7 +45,7 @@ pub(super) fn execute(args: &BranchArgs, stop: &AtomicBool) -> Result<(), CliErr
     let scene = args.scene.load()?;
     let spans = spans(args, &scene)?;
     report::print_study_warnings(&scene);
-    report::print_held(held(&scene, &spans));
+    report::print_fixed(&scene, spans.iter().map(|span| span.0));
     match spans[..] {
         [one, two] => map(args, stop, scene, [one, two]),
         _ => branch(args, stop, scene, spans[0]),
@@ -261,8 +262,8 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
     if let Some(Interval(interval)) = args.tilt {
         spans.push((Parameter::tilt(), interval));
     }
-    for ParameterInterval { key, interval } in &args.param {
-        spans.push((Parameter::named(key)?, interval.0));
+    for Keyed { key, range } in &args.param {
+        spans.push((Parameter::named(key)?, range.0));
     }
     if spans.is_empty() {
         spans.push((Parameter::tilt(), TILTS));
@@ -289,17 +290,6 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
         }
     }
     Ok(spans)
-}
-
-/// The time-dependent quantities of the scene that the study holds constant; not a tilt that it varies.
-fn held(scene: &Scene, spans: &[Span]) -> FixedAt {
-    let joint = scene.joint();
-    let held = joint.map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
-    let varies_tilt = spans.iter().any(|span| span.0 == Parameter::tilt());
-    FixedAt {
-        tilt: held.tilt.filter(|_| !varies_tilt),
-        ..held
-    }
 }
 
 fn failed(source: BranchError) -> CliError {

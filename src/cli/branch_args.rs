@@ -2,14 +2,13 @@
 
 use std::num::NonZero;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args as Arguments, value_parser};
-use thiserror::Error;
 
 use super::common_args::SceneArgs;
 use super::figures::FigureArgs;
 use super::output::Overwrite;
+use super::steps::{Interval, Keyed};
 
 /// Arguments of `squeakscope branch`.
 #[derive(Debug, Arguments)]
@@ -27,7 +26,7 @@ pub struct BranchArgs {
     /// Follow the branches over this numeric key of the scene file, from A to B. Give two parameters, of which --tilt
     /// may be one, for a stability map.
     #[arg(long, value_name = "KEY=A:B", help_heading = "Parameters")]
-    pub param: Vec<ParameterInterval>,
+    pub param: Vec<Keyed<Interval>>,
     /// Number of points of the equilibria, or of each parameter of a map; more are inserted where modes change quickly
     /// [default: 81; for a map: 41].
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(2..=10_000),
@@ -92,91 +91,4 @@ pub struct BranchArgs {
     pub sweep: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,
-}
-
-/// An interval of a parameter, with ascending ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval(pub [f64; 2]);
-
-/// A key of the scene file and its interval.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParameterInterval {
-    /// Path or name of the key.
-    pub key: String,
-    /// Interval in the unit of the key.
-    pub interval: Interval,
-}
-
-/// Reason why a text is not an interval.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum IntervalError {
-    /// Not two numbers.
-    #[error("give A:B, such as 0:8")]
-    Form,
-    /// No `KEY=` before the numbers.
-    #[error("give KEY=A:B, such as contact.stiffness_factor=1:20")]
-    NoKey,
-    /// A part that is not a finite number.
-    #[error("`{0}` is not a number; give A:B, such as 0:8")]
-    NotANumber(String),
-    /// The ends are equal or in descending order.
-    #[error("{from}:{to} is not an interval; give A:B with A less than B")]
-    Empty {
-        /// First end.
-        from: f64,
-        /// Second end.
-        to: f64,
-    },
-}
-
-impl FromStr for Interval {
-    type Err = IntervalError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parts = text
-            .split(':')
-            .map(|part| match part.trim().parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(IntervalError::NotANumber(part.to_owned())),
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        match parts[..] {
-            [from, to] if from < to => Ok(Self([from, to])),
-            [from, to] => Err(IntervalError::Empty { from, to }),
-            _ => Err(IntervalError::Form),
-        }
-    }
-}
-
-impl FromStr for ParameterInterval {
-    type Err = IntervalError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (key, interval) = text.split_once('=').ok_or(IntervalError::NoKey)?;
-        Ok(Self {
-            key: key.trim().to_owned(),
-            interval: interval.parse()?,
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn intervals_are_ascending_numbers() {
-        assert_eq!("0:8".parse(), Ok(Interval([0.0, 8.0])));
-        assert_eq!("-1.5:1e1".parse(), Ok(Interval([-1.5, 10.0])));
-        let range: ParameterInterval = "contact.stiffness_factor=1:3".parse().unwrap();
-        assert_eq!(range.key, "contact.stiffness_factor");
-        assert_eq!(range.interval, Interval([1.0, 3.0]));
-        for text in ["0", "0:8:1", "8:0", "1:1", "a:2", "0:nan", ""] {
-            assert!(text.parse::<Interval>().is_err(), "{text}");
-        }
-        assert_eq!(
-            "0:8".parse::<ParameterInterval>(),
-            Err(IntervalError::NoKey)
-        );
-    }
 }

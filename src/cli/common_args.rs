@@ -6,7 +6,7 @@ use clap::Args as Arguments;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strum::VariantArray;
 
-use super::steps::{Steps, StepsError};
+use super::steps::{RangeError, Steps};
 use crate::scene::{AnalysisBudget, DEFAULT_SCENE, Scene, SceneError};
 
 /// The scene of a command.
@@ -125,10 +125,10 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Parses one tilt or A:B:STEP, -90 to 90 degrees.
-pub fn tilts(text: &str) -> Result<Steps, StepsError> {
+pub fn tilts(text: &str) -> Result<Steps, RangeError> {
     let steps: Steps = text.parse()?;
     match steps.values().find(|tilt| tilt.abs() > 90.0) {
         None => Ok(steps),
-        Some(tilt) => Err(StepsError::TiltOutOfRange(tilt)),
+        Some(tilt) => Err(RangeError::TiltOutOfRange(tilt)),
     }
 }

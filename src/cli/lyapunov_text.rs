@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::exponents::Classification;
-use super::report::{BAD, HEADING, WARNING, degrees};
+use super::report::{BAD, HEADING, WARNING};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
 use crate::escape;
-use crate::number::{uncertain, value_and_error};
+use crate::number::{degrees, uncertain, value_and_error};
 use crate::pipeline::message::MotionSegment;
 use crate::scene::FixedAt;
 use crate::study::lyapunov::{

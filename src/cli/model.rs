@@ -31,9 +31,9 @@ pub(super) struct Size {
 /// Bad input before any work; failure while assembling or writing.
 pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
     let scene = args.scene.load()?;
-    let held = scene.joint()?.fixed_at_start();
+    scene.joint()?;
     report::print_warnings(&scene.warnings());
-    report::print_held(held);
+    report::print_fixed(&scene, []);
     let [out, json] = args.overwrite.check_all(
         args.scene.input(),
         [

@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::output::OutputError;
 use crate::chain_of_causes;
 use crate::escape;
-use crate::scene::{FixedAt, Parameter, Scene, SceneError, SceneWarning};
+use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene, SceneWarning};
 use anstyle::{AnsiColor, Style};
 
 /// Errors, unstable modes, positive exponents.
@@ -15,11 +15,6 @@ pub(super) const BAD: Style = AnsiColor::Red.on_default().bold();
 pub(super) const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 /// Headings.
 pub(super) const HEADING: Style = Style::new().bold();
-
-/// Converts radians to the decimal number of degrees in the scene.
-pub(super) fn degrees(radians: f64) -> f64 {
-    (radians.to_degrees() * 1e9).round() / 1e9
-}
 
 /// Prints to the standard output, in colour if that is a terminal.
 ///
@@ -60,9 +55,16 @@ pub fn print_warning(warning: &str) {
     print_message(&format!("{WARNING}warning:{WARNING:#}"), warning);
 }
 
-/// Warns about quantities that vary with time in the scene, but are constant in this command.
-pub fn print_held(held: FixedAt) {
-    if let Some(values) = held.description() {
+/// Warns about quantities that vary with time in the scene, but are constant in this command; not about a tilt
+/// that the command varies.
+pub fn print_fixed(scene: &Scene, varied: impl IntoIterator<Item = Parameter>) {
+    let mut fixed = scene
+        .joint()
+        .map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
+    if varied.into_iter().any(|key| key == Parameter::tilt()) {
+        fixed.tilt = None;
+    }
+    if let Some(values) = fixed.description() {
         print_warning(&format!(
             "the scene changes with time; this command uses its initial values: {values}"
         ));

@@ -18,7 +18,7 @@ use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH};
 use crate::number::{fixed, significant};
 use crate::plot::{Figure, sensitivities_figure};
-use crate::scene::{FixedAt, Parameter, Scene, SceneError, Schedule};
+use crate::scene::{Parameter, Scene, SceneError, Schedule};
 use crate::study::branch::{ModeSensitivities, sensitivities};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
@@ -83,10 +83,8 @@ fn figure_name(tilt_deg: f64, of: usize) -> String {
 pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     report::print_warnings(&scene.warnings());
-    report::print_held(FixedAt {
-        tilt: None,
-        ..scene.joint()?.fixed_at_start()
-    });
+    scene.joint()?;
+    report::print_fixed(&scene, [Parameter::tilt()]);
     let tilts_deg: Vec<f64> = match &args.tilt {
         Some(steps) => steps.values().collect(),
         None => tilts_of(&scene.joint()?.tilt),
@@ -183,7 +181,7 @@ fn analyse(scene: &Scene, tilts: &[f64], causes: bool) -> Result<StabilityResult
 
 /// The distinct tilts of the knots of a schedule, degrees, in ascending order.
 fn tilts_of(tilt: &Schedule) -> Vec<f64> {
-    let mut tilts: Vec<_> = tilt.values().into_iter().map(report::degrees).collect();
+    let mut tilts: Vec<_> = tilt.values().into_iter().map(degrees).collect();
     tilts.sort_by(f64::total_cmp);
     tilts.dedup();
     tilts

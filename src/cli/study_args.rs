@@ -10,7 +10,7 @@ use clap::{Args as Arguments, ValueEnum, value_parser};
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
 use super::figures::FigureArgs;
 use super::output::Overwrite;
-use super::steps::{Steps, StepsError};
+use super::steps::{Keyed, Steps};
 use crate::study::sweep::{Shard, Start};
 
 /// Arguments of `squeakscope sweep`.
@@ -27,7 +27,7 @@ pub struct SweepArgs {
     /// Vary this numeric key of the scene file from A to B in steps of STEP. Give two parameters, of which
     /// --tilt may be one, for a map.
     #[arg(long, value_name = "KEY=A:B:STEP", help_heading = "Parameters")]
-    pub param: Vec<ParameterRange>,
+    pub param: Vec<Keyed<Steps>>,
     /// Initial state of each point.
     #[arg(long, value_enum, default_value_t = SweepStart::Both, help_heading = "Parameters")]
     pub start: SweepStart,
@@ -257,27 +257,6 @@ fn starts() -> impl TypedValueParser<Value = Start> {
     })
 }
 
-/// A key of the scene file and the values that it takes in a sweep.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParameterRange {
-    /// Path or name of the key.
-    pub key: String,
-    /// Values in the unit of the key.
-    pub values: Steps,
-}
-
-impl FromStr for ParameterRange {
-    type Err = StepsError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (key, values) = text.split_once('=').ok_or(StepsError::NoKey)?;
-        Ok(Self {
-            key: key.trim().to_owned(),
-            values: values.parse()?,
-        })
-    }
-}
-
 /// Parses the number of a shard and the number of shards.
 fn shard(text: &str) -> Result<Shard, String> {
     let parts = text.split_once('/');
@@ -301,11 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parameter_ranges_and_shards_are_parsed() {
-        let range: ParameterRange = "contact.stiffness_factor=1:3:0.5".parse().unwrap();
-        assert_eq!(range.key, "contact.stiffness_factor");
-        assert_eq!(range.values.values().count(), 5);
-        assert_eq!("1:3:0.5".parse::<ParameterRange>(), Err(StepsError::NoKey));
+    fn shards_are_parsed() {
         assert_eq!(shard("3/8"), Ok(Shard { number: 3, of: 8 }));
         for text in ["0/8", "9/8", "3", "a/b", "1/0", "-1/2"] {
             assert!(shard(text).is_err(), "{text}");

@@ -17,16 +17,15 @@ use super::progress::Progress;
 use super::report::{self, HEADING, WARNING};
 use super::resources;
 use super::run::command_line;
-use super::study_args::{
-    MergeArgs, ParameterRange, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs,
-};
+use super::steps::Keyed;
+use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
 use crate::dynamics::continuation::BifurcationKind;
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::number::{fixed, quantity, uncertain};
 use crate::plot::sweep_figures;
 use crate::record::sweep::{SweepStudy, save_sweep};
-use crate::scene::{FixedAt, LoadedJoint, Parameter};
+use crate::scene::Parameter;
 use crate::study::branch::hysteresis_ends;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
@@ -51,7 +50,7 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
     report::print_study_warnings(&plan.scene);
-    report::print_held(held(&plan));
+    report::print_fixed(&plan.scene, plan.axes.iter().map(Axis::parameter));
     let scene = args.scene.input();
     let overwrite = args.outputs.overwrite.or(args.work.resume);
     let files = Files::check(
@@ -353,17 +352,6 @@ fn warn_if_truncated(path: &Path, table: &SweepTable) {
     }
 }
 
-/// The time-dependent quantities of the scene that the sweep holds constant; not a tilt that it varies.
-fn held(plan: &SweepPlan) -> FixedAt {
-    let joint = plan.scene.joint();
-    let held = joint.map_or_else(|_| FixedAt::default(), LoadedJoint::fixed_at_start);
-    let sweeps_tilt = plan.axes.iter().any(|a| a.parameter() == Parameter::tilt());
-    FixedAt {
-        tilt: held.tilt.filter(|_| !sweeps_tilt),
-        ..held
-    }
-}
-
 /// The sweep that the arguments request.
 fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     let mut scene = args.scene.load()?;
@@ -381,8 +369,8 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
     if let Some(tilts) = &args.tilt {
         axes.push(Axis::new(Parameter::tilt(), tilts.values()));
     }
-    for ParameterRange { key, values } in &args.param {
-        axes.push(Axis::new(Parameter::named(key)?, values.values()));
+    for Keyed { key, range } in &args.param {
+        axes.push(Axis::new(Parameter::named(key)?, range.values()));
     }
     if scene.joint().is_err()
         && axes

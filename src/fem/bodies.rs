@@ -1,11 +1,11 @@
-//! Meshes of the available bodies.
+//! The mesh of a ball on a beam.
 //!
 //! ```text
 //!        N ___                 N north pole
 //!        |    `--. D           C corner where beam and sphere meet: re-entrant, so stresses
 //!        |-----/  \              are singular there and the mesh is graded towards it
 //!        | core|   |           the ball has four patches: core, below, right of and above the core
-//!      A |_____|__/ C          a sphere has an arc from its south pole instead of A-C
+//!      A |_____|__/ C
 //!        |       |
 //!        | beam  |
 //!        |_______|
@@ -36,60 +36,6 @@ impl Section {
     pub fn ball_on_beam(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
         Ok(BallOnBeam::mesh(geometry, elements)?.section)
     }
-
-    /// Meshes a cylinder of the given diameter and length (m) with its lower end at `z = 0`.
-    ///
-    /// # Errors
-    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
-    pub fn rod(diameter: f64, length: f64, elements: &Elements) -> Result<Self, FemError> {
-        check_positive("rod diameter", diameter)?;
-        check_positive("rod length", length)?;
-        let radius = 0.5 * diameter;
-        check_elements(radius * length, elements)?;
-        let mut builder = SectionBuilder::new(elements.order);
-        let across = Partition::new(radius, elements, Grading::Uniform);
-        let along = Partition::new(length, elements, Grading::Uniform);
-        let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
-        let [a, b, c, d] = corners.map(|p| builder.vertex(p));
-        let bottom = builder.line(a, b, &across);
-        let right = builder.line(b, c, &along);
-        let top = builder.line(d, c, &across);
-        let left = builder.line(a, d, &along);
-        builder.patch(&Sides {
-            bottom: &bottom,
-            right: &right,
-            top: &top,
-            left: &left,
-        });
-        Ok(builder.finish())
-    }
-
-    /// Meshes a sphere of the given diameter (m) about the origin.
-    ///
-    /// # Errors
-    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
-    pub fn sphere(diameter: f64, elements: &Elements) -> Result<Self, FemError> {
-        check_positive("sphere diameter", diameter)?;
-        let radius = 0.5 * diameter;
-        check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
-        let mut builder = SectionBuilder::new(elements.order);
-        let quarter = std::f64::consts::FRAC_PI_4;
-        let radial = Partition::new(radius * quarter, elements, Grading::Uniform);
-        let south = builder.vertex([0.0, -radius]);
-        let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
-        let base = builder.arc(south, corner, &radial);
-        ball(
-            &mut builder,
-            radius,
-            &base,
-            &radial,
-            &BallMesh {
-                elements,
-                grading: Grading::Uniform,
-            },
-        );
-        Ok(builder.finish())
-    }
 }
 
 impl BallOnBeam {
@@ -110,9 +56,9 @@ impl BallOnBeam {
         let radial = Partition::new(
             beam_radius.max(radius * polar * SHOULDER),
             elements,
-            Grading::End,
+            Grading::END,
         );
-        let along = Partition::new(corner - end, elements, Grading::End);
+        let along = Partition::new(corner - end, elements, Grading::END);
         let centre = builder.vertex([0.0, end]);
         let rim = builder.vertex([beam_radius, end]);
         let a = builder.vertex([0.0, corner]);
@@ -133,7 +79,7 @@ impl BallOnBeam {
             &radial,
             &BallMesh {
                 elements,
-                grading: Grading::Start,
+                grading: Grading::START,
             },
         );
         Ok(Self {
@@ -193,15 +139,15 @@ const SHOULDER: f64 = 1.0 / 3.0;
 const CORE: f64 = 0.5;
 
 /// Division of a ball into elements.
-struct BallMesh<'a> {
-    elements: &'a Elements,
+pub(super) struct BallMesh<'a> {
+    pub(super) elements: &'a Elements,
     /// Grading towards the corner, along the surface and in depth.
-    grading: Grading,
+    pub(super) grading: Grading,
 }
 
 /// Adds a ball about the origin on top of `base`, which runs from the axis to the corner and is divided
 /// as `radial`. Returns the nodes of its surface from the north pole to the corner.
-fn ball(
+pub(super) fn ball(
     builder: &mut SectionBuilder,
     radius: f64,
     base: &Curve,
@@ -266,7 +212,7 @@ fn ball(
 }
 
 /// Rejects a dimension that is not a positive number.
-fn check_positive(name: &'static str, value: f64) -> Result<(), FemError> {
+pub(super) fn check_positive(name: &'static str, value: f64) -> Result<(), FemError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
@@ -279,7 +225,7 @@ fn check_positive(name: &'static str, value: f64) -> Result<(), FemError> {
 
 /// Rejects an unavailable element order, an element size that is not a positive number, and too many
 /// elements.
-fn check_elements(area: f64, elements: &Elements) -> Result<(), FemError> {
+pub(super) fn check_elements(area: f64, elements: &Elements) -> Result<(), FemError> {
     let &Elements { size, order } = elements;
     if !Elements::ORDERS.contains(&order) {
         return Err(FemError::Order { order });

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! * [`Section`]: quadrilaterals of order 1 to 8 ([`Elements`]), curved on the sphere and graded towards
-//!   the re-entrant corner between ball and beam; also rods and spheres, whose modes are known.
+//!   the re-entrant corner between ball and beam.
 //! * [`Harmonic`]: strains and axis conditions of a family.
 //! * [`BodyModes`]: frequencies, labels and mass-normalised mode shapes on the surface.
 //!

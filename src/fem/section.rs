@@ -11,8 +11,7 @@ use std::slice::ChunksExact;
 use super::Elements;
 use super::element::EdgeNodes;
 
-/// A mesh of a meridian section. Constructors: [`Section::ball_on_beam`], [`Section::rod`] and
-/// [`Section::sphere`].
+/// A mesh of a meridian section, made by [`Section::ball_on_beam`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     pub(super) order: usize,
@@ -51,23 +50,30 @@ impl Section {
     }
 }
 
-/// End of a curve at which the elements are smaller.
+/// Elements that become smaller towards a corner at one end of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Grading {
-    /// Equal elements.
-    Uniform,
-    /// Smaller towards the start.
-    Start,
-    /// Smaller towards the end.
-    End,
+pub(super) struct Grading {
+    /// Number of divisions of the element next to the corner; 0 for equal elements.
+    pub(super) levels: i32,
+    /// Whether the corner is at the end of the curve.
+    pub(super) at_end: bool,
 }
 
-/// Size ratio of adjacent elements in a graded layer. Ratio and number of levels were determined by
-/// trial on the paper's body: without grading the fourth bending frequency is 5e-4 too high, with it
-/// 3e-6.
-const GRADING_RATIO: f64 = 0.25;
-/// Number of divisions of the element next to a corner by that ratio.
-const GRADING_LEVELS: i32 = 3;
+impl Grading {
+    /// Smaller towards the start. Ratio and number of levels were determined by trial on the paper's body:
+    /// without grading the fourth bending frequency is 5e-4 too high, with it 3e-6.
+    pub(super) const START: Self = Self {
+        levels: 3,
+        at_end: false,
+    };
+    /// Smaller towards the end.
+    pub(super) const END: Self = Self {
+        at_end: true,
+        ..Self::START
+    };
+    /// Size ratio of adjacent elements in a graded layer.
+    const RATIO: f64 = 0.25;
+}
 
 /// Division of a curve into elements: element boundaries and nodes as fractions of its length.
 #[derive(Clone, Debug)]
@@ -82,13 +88,11 @@ impl Partition {
         // The tolerance keeps 0.2 / 0.01 from giving 21 elements.
         let count = (length / elements.size - 1e-9).ceil().max(1.0);
         let mut boundaries: Vec<f64> = (0..=count as usize).map(|i| i as f64 / count).collect();
-        if grading != Grading::Uniform {
-            let graded = (1..=GRADING_LEVELS)
-                .rev()
-                .map(|level| GRADING_RATIO.powi(level) / count);
-            boundaries.splice(1..1, graded);
-        }
-        if grading == Grading::End {
+        let graded = (1..=grading.levels)
+            .rev()
+            .map(|level| Grading::RATIO.powi(level) / count);
+        boundaries.splice(1..1, graded);
+        if grading.at_end {
             boundaries.reverse();
             boundaries.iter_mut().for_each(|b| *b = 1.0 - *b);
         }

@@ -5,8 +5,67 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use super::bodies::{BallMesh, ball, check_elements, check_positive};
 use super::element::quadrature;
+use super::section::{Grading, Partition, SectionBuilder, Sides};
 use super::*;
+
+/// Equal elements.
+const UNIFORM: Grading = Grading {
+    levels: 0,
+    at_end: false,
+};
+
+/// Bodies whose modes are known.
+impl Section {
+    /// Meshes a cylinder of the given diameter and length (m) with its lower end at `z = 0`.
+    pub(super) fn rod(diameter: f64, length: f64, elements: &Elements) -> Result<Self, FemError> {
+        check_positive("rod diameter", diameter)?;
+        check_positive("rod length", length)?;
+        let radius = 0.5 * diameter;
+        check_elements(radius * length, elements)?;
+        let mut builder = SectionBuilder::new(elements.order);
+        let across = Partition::new(radius, elements, UNIFORM);
+        let along = Partition::new(length, elements, UNIFORM);
+        let corners = [[0.0, 0.0], [radius, 0.0], [radius, length], [0.0, length]];
+        let [a, b, c, d] = corners.map(|p| builder.vertex(p));
+        let bottom = builder.line(a, b, &across);
+        let right = builder.line(b, c, &along);
+        let top = builder.line(d, c, &across);
+        let left = builder.line(a, d, &along);
+        builder.patch(&Sides {
+            bottom: &bottom,
+            right: &right,
+            top: &top,
+            left: &left,
+        });
+        Ok(builder.finish())
+    }
+
+    /// Meshes a sphere of the given diameter (m) about the origin.
+    pub(super) fn sphere(diameter: f64, elements: &Elements) -> Result<Self, FemError> {
+        check_positive("sphere diameter", diameter)?;
+        let radius = 0.5 * diameter;
+        check_elements(std::f64::consts::FRAC_PI_2 * radius * radius, elements)?;
+        let mut builder = SectionBuilder::new(elements.order);
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let radial = Partition::new(radius * quarter, elements, UNIFORM);
+        let south = builder.vertex([0.0, -radius]);
+        let corner = builder.vertex([radius * quarter.sin(), -radius * quarter.cos()]);
+        let base = builder.arc(south, corner, &radial);
+        ball(
+            &mut builder,
+            radius,
+            &base,
+            &radial,
+            &BallMesh {
+                elements,
+                grading: UNIFORM,
+            },
+        );
+        Ok(builder.finish())
+    }
+}
 
 pub(super) const STEEL: Material = Material {
     young: 207e9,

@@ -22,14 +22,11 @@ use std::ops::Range;
 
 use crate::analysis::{deviation, mean};
 
-/// Probability of a false change in a test of up to [`MAX_CHANNELS`] channels of a stationary series.
-pub const FALSE_ALARM: f64 = 1e-3;
-
 /// Maximum number of channels in a test.
 pub const MAX_CHANNELS: usize = 10;
 
 /// Value that the largest statistic of one channel of independent blocks in any of the [`WINDOWS`] exceeds
-/// with a probability of `FALSE_ALARM / MAX_CHANNELS`: 252 in 64 blocks, 237 in 128 (200,000 series each).
+/// with a probability of `1e-3 / MAX_CHANNELS`: 252 in 64 blocks, 237 in 128 (200,000 series each).
 const CRITICAL: f64 = 245.0;
 
 /// Minimum number of blocks in a series to be tested.
@@ -101,7 +98,7 @@ impl Channel {
 
 /// First block of each new state, in ascending order; empty for a stationary series.
 ///
-/// A stationary series has a false change with a probability of about [`FALSE_ALARM`], if a block is at least
+/// A stationary series has a false change with a probability of about 1e-3, if a block is at least
 /// as long as the correlation time. A change by three standard deviations of a block is found once the new
 /// state has lasted for a sixth of the series. At most [`MAX_CHANNELS`] channels are tested, the first ones.
 ///

@@ -6,8 +6,8 @@
 //! which makes the points of a section as sharp as the motion.
 //!
 //! The shape of a section characterises the motion (Fig. 10): a periodic motion gives a few points, a
-//! torus a closed curve, chaos an arc or a cloud. [`SectionShape`] classifies it, [`clusters`] counts
-//! the points, [`closed_curves`] the curves of a doubled torus.
+//! torus a closed curve, chaos an arc or a cloud. [`SectionShape`] classifies it,
+//! [`closed_curves`] counts the curves of a doubled torus.
 
 mod crossing;
 mod curves;
@@ -23,7 +23,7 @@ use super::{AnalysisError, DelayVectors};
 pub use crossing::{Crossing, Direction};
 pub use curves::{ClosedCurves, closed_curves};
 pub use finder::SectionFinder;
-pub use shape::{Clusters, SectionShape, clusters, section_shape};
+pub use shape::{SectionShape, section_shape};
 
 /// A crossing as a point of the section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -33,22 +33,6 @@ pub struct SectionPoint {
     pub time: f64,
     /// The point at which the section is crossed: two coordinates.
     pub at: [f64; 2],
-}
-
-/// Crossings of the plane `normal . x = offset` by the trajectory with these `channels`, in the order of
-/// time. [`SectionFinder`] defines a crossing and its location.
-///
-/// # Errors
-/// [`AnalysisError::ZeroNormal`] if the normal is zero; [`AnalysisError::ChannelCount`] unless it has
-/// one component per channel; [`AnalysisError::ChannelLength`] if the channels differ in length.
-pub fn plane_section(
-    channels: &[&[f64]],
-    normal: &[f64],
-    offset: f64,
-    direction: Direction,
-) -> Result<Vec<Crossing>, AnalysisError> {
-    let finder = SectionFinder::plane(normal, offset, direction)?;
-    all_crossings(finder, channels)
 }
 
 /// Crossings of `y(t + lag) = level` by the delay trajectory of Fig. 10. The point of each is
@@ -65,17 +49,10 @@ pub fn delay_section(
     level: f64,
     direction: Direction,
 ) -> Result<Vec<Crossing>, AnalysisError> {
-    let finder = SectionFinder::delay(lag, dimension, level, direction)?;
+    let mut finder = SectionFinder::delay(lag, dimension, level, direction)?;
     DelayVectors::new(samples, lag, dimension)?;
-    all_crossings(finder, &[samples])
-}
-
-fn all_crossings(
-    mut finder: SectionFinder,
-    channels: &[&[f64]],
-) -> Result<Vec<Crossing>, AnalysisError> {
     let mut crossings = Vec::new();
-    finder.push(channels, |crossing| crossings.push(crossing))?;
+    finder.push(&[samples], |crossing| crossings.push(crossing))?;
     finder.finish(|crossing| crossings.push(crossing));
     Ok(crossings)
 }

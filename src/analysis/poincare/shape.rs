@@ -43,7 +43,7 @@ const MIN_LOOP_DIAMETER: f64 = 5e-3;
 
 /// Clusters of crossings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Clusters {
+pub(super) struct Clusters {
     /// Cluster of each point, 0, 1, ... in the order of first appearance.
     pub member: Vec<usize>,
     /// Number of clusters.
@@ -70,31 +70,21 @@ pub enum SectionShape {
     Cloud,
 }
 
-/// Clusters points (slices of equal length) that are closer to each other than to the rest. `size` is
-/// the size of the whole trajectory, the reference length for points.
-///
-/// The points are divided into the largest number of clusters such that each
-///
-/// * has at least 3 members,
-/// * has a bounding box with a diagonal of at most 5 % of `size`, and
-/// * is more than 4 such diagonals (of the largest, at least 1e-6 of `size`) from any other.
-///
-/// If there is no such division, they form one cluster; [`Clusters::compact`] is then true only if it
-/// meets these limits. Time is proportional to the square of the number of points; 1,200 points take
-/// about 3 ms.
-pub fn clusters(points: &[&[f64]], size: f64) -> Clusters {
-    Tree::new(points).clusters(points, size).0
-}
-
 /// Shape of a section with these points (slices of equal length) in any order, of a trajectory of the
 /// given `size`.
 ///
-/// [`SectionShape::Points`] counts the clusters of [`clusters`], unless each is a closed curve with a
-/// diameter of at least 0.5 % of `size`. Otherwise the points are divided at edges of the minimum
+/// For [`SectionShape::Points`] the points are divided into the largest number of clusters such that each
+///
+/// * has at least 3 members,
+/// * has a bounding box with a diagonal of at most 5 % of `size`, and
+/// * is more than 4 such diagonals (of the largest, at least 1e-6 of `size`) from any other,
+///
+/// and is not a closed curve with a diameter of at least 0.5 % of `size`. Otherwise the points are divided at edges of the minimum
 /// spanning tree longer than 30 times the median. A part is a curve if the longest path through its tree
 /// has at least 80 % of the tree's length. It is closed if it has at least 12 points and the distance
 /// between its ends is at most 2.5 times its longest edge. With fewer than 24 points only
-/// [`SectionShape::Points`] is possible. Time as for [`clusters`].
+/// [`SectionShape::Points`] is possible. Time is proportional to the square of the number of points;
+/// 1,200 points take about 3 ms.
 pub fn section_shape(points: &[&[f64]], size: f64) -> SectionShape {
     let tree = Tree::new(points);
     let (found, diameter) = tree.clusters(points, size);
@@ -129,7 +119,7 @@ struct Edge {
 }
 
 /// A minimum spanning tree; edges in the order in which the tree grew from point 0.
-struct Tree {
+pub(super) struct Tree {
     edges: Vec<Edge>,
 }
 
@@ -143,7 +133,7 @@ struct Path {
 
 impl Tree {
     /// Prim's algorithm (Bell Syst. Tech. J. 36, 1389, 1957).
-    fn new(points: &[&[f64]]) -> Self {
+    pub(super) fn new(points: &[&[f64]]) -> Self {
         let mut outside: Vec<Edge> = (1..points.len())
             .map(|to| Edge {
                 from: 0,
@@ -173,8 +163,9 @@ impl Tree {
         Self { edges }
     }
 
-    /// The clusters and, if they are points, the diameter of the largest.
-    fn clusters(&self, points: &[&[f64]], size: f64) -> (Clusters, f64) {
+    /// Clusters of points that are closer to each other than to the rest, see [`section_shape`]; one cluster if there
+    /// is no such division. [`Clusters::compact`] is then true only if it meets the limits. If they are points, the diameter of the largest.
+    pub(super) fn clusters(&self, points: &[&[f64]], size: f64) -> (Clusters, f64) {
         let resolution = RESOLUTION * size;
         let mut lengths: Vec<f64> = self.edges.iter().map(|edge| edge.length).collect();
         lengths.sort_by(|a, b| b.total_cmp(a));

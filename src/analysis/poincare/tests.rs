@@ -1,8 +1,27 @@
+use super::shape::{Clusters, Tree};
 use super::*;
 use crate::analysis::range;
 use crate::analysis::test_signals::{coordinate, lorenz, noise, roessler, sines};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
+
+/// Crossings of the plane `normal . x = offset` by the trajectory with these channels.
+fn plane_section(
+    channels: &[&[f64]],
+    normal: &[f64],
+    offset: f64,
+    direction: Direction,
+) -> Result<Vec<Crossing>, AnalysisError> {
+    let mut finder = SectionFinder::plane(normal, offset, direction)?;
+    let mut crossings = Vec::new();
+    finder.push(channels, |crossing| crossings.push(crossing))?;
+    finder.finish(|crossing| crossings.push(crossing));
+    Ok(crossings)
+}
+
+fn clusters(points: &[&[f64]], size: f64) -> Clusters {
+    Tree::new(points).clusters(points, size).0
+}
 
 /// Crossings of a level by one channel.
 fn level(signal: &[f64], level: f64, direction: Direction) -> Vec<Crossing> {

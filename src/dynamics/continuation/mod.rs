@@ -62,5 +62,4 @@ pub use follow::{OnBranchUpdate, continue_orbits};
 pub use multipliers::{SchurError, floquet_multipliers};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
-pub use shape::{OrbitSample, sample_orbit};
 pub use start::{BranchStart, HopfPoint, ReturnSearch, hopf_orbit, settled_orbit, switched_orbit};

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::ContinuationError;
 use super::flow::{Flow, SegmentEnds, slope_in};
 use super::newton::residuals;
 use super::shot::{Scale, Shot, sizes_of};
-use super::{ContinuationError, PeriodicOrbit};
 use crate::dynamics::{Switching, System};
 
 /// Samples per period from which ranges and minima are computed.
@@ -13,7 +13,7 @@ const SAMPLES: usize = 128;
 
 /// A state of an orbit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OrbitSample {
+pub(super) struct OrbitSample {
     /// Time from phase zero, s.
     pub time_s: f64,
     /// State, without quadratures.
@@ -60,26 +60,9 @@ impl Shape {
     }
 }
 
-/// Samples `count` states of an orbit at equal intervals, the first one at phase zero.
-///
-/// # Errors
-/// Errors of the family and the integration.
-pub fn sample_orbit(
-    family: &dyn super::Family,
-    orbit: &PeriodicOrbit,
-    count: usize,
-    options: &super::ContinuationOptions,
-) -> Result<Vec<OrbitSample>, ContinuationError> {
-    let mut flow = Flow::new(family, options)?;
-    let sys = flow.system(orbit.parameter)?;
-    Ok(flow
-        .samples(sys.as_ref(), &Shot::of(orbit), count, false)?
-        .states)
-}
-
 /// Samples of an orbit.
-struct Samples {
-    states: Vec<OrbitSample>,
+pub(super) struct Samples {
+    pub states: Vec<OrbitSample>,
     /// Guards crossed before each sample, from any origin.
     crossings: Vec<u64>,
     /// The ends of the segments.
@@ -87,8 +70,9 @@ struct Samples {
 }
 
 impl Flow<'_> {
-    /// Samples an orbit, and returns the ends of its segments.
-    fn samples(
+    /// Samples `count` states of an orbit at equal intervals, the first one at phase zero, and returns the ends of
+    /// its segments.
+    pub fn samples(
         &mut self,
         sys: &dyn System,
         shot: &Shot,

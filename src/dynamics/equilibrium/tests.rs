@@ -1,6 +1,7 @@
 use super::*;
 use crate::dynamics::tests::systems::Equations;
-use crate::systems::{Lorenz, MassOnBelt};
+use crate::systems::MassOnBelt;
+use crate::systems::tests::Lorenz;
 
 /// Two first-order equations with the normal form of a Hopf bifurcation.
 fn normal(growth: f64, omega: f64, [a, b]: [f64; 2]) -> impl System {

@@ -6,7 +6,8 @@ use super::*;
 use crate::dynamics::{
     Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Stability,
 };
-use crate::systems::{HenonHeiles, ImpactOscillator, Lorenz, MassOnBelt, Roessler};
+use crate::systems::tests::{HenonHeiles, Lorenz, Roessler};
+use crate::systems::{ImpactOscillator, MassOnBelt};
 
 /// Treatment of events.
 #[derive(Clone, Copy, Debug, PartialEq)]

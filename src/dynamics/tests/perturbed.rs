@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::dynamics::DynamicsError;
-use crate::systems::{ImpactOscillator, Lorenz};
+use crate::systems::ImpactOscillator;
+use crate::systems::tests::Lorenz;
 
 /// Initial distance: far below the tolerances, far above the rounding of the states.
 const INITIAL_DISTANCE: f64 = 1e-7;

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::dynamics::{Differentiable, Switching};
-use crate::systems::{DampedContact, ImpactOscillator, Lorenz, MassOnBelt};
+use crate::systems::tests::Lorenz;
+use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt};
 
 const IMPACTS: ImpactOscillator = ImpactOscillator {
     omega: 1.0,

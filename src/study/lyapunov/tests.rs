@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, Method};
-use crate::systems::Lorenz;
+use crate::systems::tests::Lorenz;
 use std::time::Duration;
 
 /// Its exponents are 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).

@@ -10,6 +10,7 @@ use arrow_schema::{DataType, Field, FieldRef, Schema, SchemaRef};
 
 use super::row::Row;
 use super::{SweepPlan, SweepPoint};
+use crate::number::degrees;
 use crate::study::table;
 
 /// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]).
@@ -110,27 +111,4 @@ fn converted(
     let columns: Vec<ArrayRef> = columns.collect();
     let fields: Vec<FieldRef> = fields.map(|field| renamed(field, names)).collect();
     RecordBatch::try_new(Arc::new(Schema::new(fields)), columns)
-}
-
-/// An angle in degrees that gives the same radians again, if there is one.
-fn degrees(radians: f64) -> f64 {
-    let near = radians.to_degrees();
-    let rounded = (1e9 * near).round() / 1e9;
-    let candidates = [rounded, near, near.next_up(), near.next_down()];
-    let exact = candidates.into_iter().find(|d| d.to_radians() == radians);
-    exact.unwrap_or(near)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn degrees_give_the_same_radians_again() {
-        assert_eq!(degrees(2.5_f64.to_radians()), 2.5);
-        for k in -9000..=9000 {
-            let radians = (0.01 * f64::from(k)).to_radians();
-            assert_eq!(degrees(radians).to_radians(), radians, "{k}");
-        }
-    }
 }

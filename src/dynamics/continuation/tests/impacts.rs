@@ -247,7 +247,7 @@ fn impact_velocity(
     options: &ContinuationOptions,
 ) -> f64 {
     // Energy methods would need the phase; the largest change of the velocity between dense samples is at the impact.
-    let samples = sample_orbit(family, orbit, 200_000, options).unwrap();
+    let samples = sample_orbit(family, orbit, 200_000, options);
     let jump = samples
         .windows(2)
         .max_by(|a, b| {

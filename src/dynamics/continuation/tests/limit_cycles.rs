@@ -82,7 +82,7 @@ fn van_der_pol_follows_its_branch_to_multipliers_of_any_size() {
     assert!((last.period_s - VAN_DER_POL[3].1).abs() < 1e-8);
     for orbit in &branch.points {
         let count = 4000;
-        let samples = sample_orbit(&family, orbit, count, &options).unwrap();
+        let samples = sample_orbit(&family, orbit, count, &options);
         // The trapezoidal rule converges fast for a periodic function, but the slopes are steep.
         let sum: f64 = samples
             .iter()
@@ -259,7 +259,8 @@ fn a_fold_of_cycles_is_passed_and_located() {
 fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
     let family = Smooth {
         build: |c| {
-            Box::new(crate::systems::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System + Send>
+            Box::new(crate::systems::tests::Roessler { a: 0.2, b: 0.2, c })
+                as Box<dyn System + Send>
         },
         drive: None,
         symmetry: None,
@@ -286,7 +287,8 @@ fn a_doubled_branch_ends_at_the_orbit_of_half_its_period() {
 fn period_doubling_of_roessler_is_located_and_switched_to() {
     let family = Smooth {
         build: |c| {
-            Box::new(crate::systems::Roessler { a: 0.2, b: 0.2, c }) as Box<dyn System + Send>
+            Box::new(crate::systems::tests::Roessler { a: 0.2, b: 0.2, c })
+                as Box<dyn System + Send>
         },
         drive: None,
         symmetry: None,

@@ -5,7 +5,7 @@ use nalgebra::{Complex, Matrix3, Vector3};
 use super::systems::Smooth;
 use super::*;
 use crate::dynamics::System;
-use crate::systems::Lorenz;
+use crate::systems::tests::Lorenz;
 
 const SIGMA: f64 = 10.0;
 const BETA: f64 = 8.0 / 3.0;

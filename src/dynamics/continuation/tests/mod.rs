@@ -12,6 +12,9 @@ mod stop;
 mod systems;
 mod torus;
 
+use super::flow::Flow;
+use super::shape::OrbitSample;
+use super::shot::Shot;
 use super::*;
 use crate::dynamics::{Accuracy, Method};
 
@@ -25,6 +28,19 @@ fn precise(bounds: [f64; 2], max_step: f64) -> ContinuationOptions {
         newton_tolerance: 1e-10,
         ..ContinuationOptions::new(bounds, max_step)
     }
+}
+
+/// States of an orbit at equal intervals, the first one at phase zero.
+fn sample_orbit(
+    family: &dyn Family,
+    orbit: &PeriodicOrbit,
+    count: usize,
+    options: &ContinuationOptions,
+) -> Vec<OrbitSample> {
+    let mut flow = Flow::new(family, options).expect("a family");
+    let sys = flow.system(orbit.parameter).expect("a system");
+    let samples = flow.samples(sys.as_ref(), &Shot::of(orbit), count, false);
+    samples.expect("a sound orbit").states
 }
 
 /// Follows a branch without watching it.

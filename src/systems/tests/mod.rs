@@ -1,4 +1,12 @@
-//! Derivatives compared with finite differences, and initial states on a guard.
+//! Derivatives compared with finite differences, and initial states on a guard. Systems with known exponents.
+
+mod henon_heiles;
+mod lorenz;
+mod roessler;
+
+pub use henon_heiles::HenonHeiles;
+pub use lorenz::Lorenz;
+pub use roessler::Roessler;
 
 use super::*;
 use crate::dynamics::{Differentiable, Switching};
