@@ -16,7 +16,7 @@ use super::progress::Progress;
 use super::report::{self, BAD, HEADING};
 use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH};
-use crate::number::{fixed, significant};
+use crate::number::{degrees, fixed, significant};
 use crate::plot::{Figure, sensitivities_figure};
 use crate::scene::{Parameter, Scene, SceneError, Schedule};
 use crate::study::branch::{ModeSensitivities, sensitivities};

@@ -212,7 +212,6 @@ pub static CURVE: KnotKeys = KnotKeys {
         meaning: "Measured friction curve: a smooth curve through these points, monotone between them and constant before the first and after the last. It is multiplied by the creep factor of Eq. (5), so that the friction vanishes at zero speed.",
         kind: Tables(MAX_POINTS),
         if_absent: ONE_CURVE,
-        old_name: None,
     },
     knot: [
         Key {
@@ -220,14 +219,12 @@ pub static CURVE: KnotKeys = KnotKeys {
             meaning: "Slip speed of the point; higher than that of the previous point.",
             kind: number(METRE_PER_SECOND, Closed(0.0, 1e3)),
             if_absent: IfAbsent::Required,
-            old_name: None,
         },
         Key {
             name: "mu",
             meaning: "Coefficient of friction at this speed.",
             kind: COEFFICIENT,
             if_absent: IfAbsent::Required,
-            old_name: None,
         },
     ],
     csv: Key {
@@ -235,7 +232,6 @@ pub static CURVE: KnotKeys = KnotKeys {
         meaning: "Measured friction curve as points from a CSV file, relative to the folder of the scene file: the line `speed_m_per_s,mu`, then one point on each line.",
         kind: Text,
         if_absent: ONE_CURVE,
-        old_name: None,
     },
     order: ["speed", "higher"],
 };

@@ -48,7 +48,6 @@ const fn key<K: Copy>(
         meaning,
         kind,
         if_absent,
-        old_name: None,
     }
 }
 
