@@ -6,11 +6,9 @@ mod counts;
 mod diagonals;
 mod line_counter;
 mod measures;
-mod modulation;
 mod period;
 mod plot;
 mod quantify;
-mod stripes;
 mod threshold;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
