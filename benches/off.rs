@@ -10,7 +10,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::dynamics::{Integrator, Method, System};
 use squeakscope::joint::{BallJoint, Constant, Friction, Joint, Model, Stribeck};
 use squeakscope::scene::Scene;
 

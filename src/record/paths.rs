@@ -104,10 +104,6 @@ pub const EMBEDDING_TRAIL: &str = "embedding/trail";
 pub const SPECTRUM: &str = "spectrum";
 /// Curve of the spectrum.
 pub const SPECTRUM_CURVE: &str = "spectrum/curve";
-/// Labels of the strongest lines of the spectrum.
-pub const SPECTRUM_NAMES: &str = "spectrum/names";
-/// Lines from the labels to the peaks.
-pub const SPECTRUM_STEMS: &str = "spectrum/stems";
 /// Peaks of the strongest lines of the spectrum.
 pub const SPECTRUM_PEAKS: &str = "spectrum/peaks";
 /// Computed frequencies of the unstable modes.
@@ -129,16 +125,8 @@ pub const RECURRENCE_IMAGE: &str = "recurrence/image";
 pub const DELAY_MUTUAL: &str = "delay/mutual_information";
 /// Average mutual information over the delay.
 pub const DELAY_MUTUAL_CURVE: &str = "delay/mutual_information/curve";
-/// The chosen delay.
-pub const DELAY_MUTUAL_CHOSEN: &str = "delay/mutual_information/chosen";
 /// False nearest neighbours.
 pub const DELAY_NEIGHBOURS: &str = "delay/false_neighbours";
-/// Share of false neighbours over the dimension, as a curve.
-pub const DELAY_NEIGHBOURS_CURVE: &str = "delay/false_neighbours/curve";
-/// Share of false neighbours over the dimension, as points.
-pub const DELAY_NEIGHBOURS_POINTS: &str = "delay/false_neighbours/points";
-/// The chosen dimension.
-pub const DELAY_NEIGHBOURS_CHOSEN: &str = "delay/false_neighbours/chosen";
 
 /// Poincaré section.
 pub const SECTION: &str = "poincare_section";
@@ -178,18 +166,12 @@ pub const TREND: &str = "quantification/trend";
 
 /// Divergence of nearby states.
 pub const DIVERGENCE: &str = "chaos/divergence";
-/// Mean logarithmic distance of nearby states over time.
-pub const DIVERGENCE_CURVE: &str = "chaos/divergence/curve";
-/// Line fitted to the scaling region.
-pub const DIVERGENCE_LINE: &str = "chaos/divergence/fit";
 /// Largest Lyapunov exponent of the signal, and the ends of its error interval, 1/s.
 pub const EXPONENT: &str = "chaos/largest_exponent";
 /// Result K of the 0-1 test.
 pub const ZERO_ONE: &str = "chaos/zero_one";
 /// Plot of the 0-1 test.
 pub const ZERO_ONE_PICTURE: &str = "chaos/translation";
-/// Path of the translation variables of the 0-1 test.
-pub const ZERO_ONE_PATH: &str = "chaos/translation/path";
 
 /// Running Lyapunov exponents and the ends of their intervals, 1/s.
 pub const EXPONENTS_RUNNING: &str = "lyapunov/running";
@@ -197,12 +179,6 @@ pub const EXPONENTS_RUNNING: &str = "lyapunov/running";
 pub const EXPONENTS_ZERO: &str = "lyapunov/zero";
 /// Plot of the current Lyapunov spectrum.
 pub const EXPONENTS_SPECTRUM: &str = "lyapunov/spectrum";
-/// The current exponents, as points.
-pub const EXPONENTS_POINTS: &str = "lyapunov/spectrum/points";
-/// Intervals of the current exponents.
-pub const EXPONENTS_BARS: &str = "lyapunov/spectrum/intervals";
-/// Zero line of the spectrum.
-pub const EXPONENTS_ZERO_LINE: &str = "lyapunov/spectrum/zero";
 /// Exponents and attractor, as text.
 pub const EXPONENTS_TEXT: &str = "lyapunov/text";
 

@@ -147,7 +147,7 @@ impl RecurrenceCounts {
         }
         let mut rates: Vec<f64> = (0..offsets.end).map(|k| self.rate_at(k)).collect();
         rates[..offsets.start].fill(0.0);
-        let Some(grid) = Grid::finest(&rates) else {
+        let Some(grid) = Grid::finest(&rates, offsets.start) else {
             return RecurrencePeriods::default();
         };
         let stripes = grid.stripes(self, points as f64);
@@ -280,13 +280,13 @@ struct Peak {
 }
 
 impl<'a> Grid<'a> {
-    /// The first peaks are tried as the spacing.
-    fn finest(rates: &'a [f64]) -> Option<Self> {
+    /// The grid whose spacing is one of the first peaks; the rates from the diagonal `first` on count.
+    fn finest(rates: &'a [f64], first: usize) -> Option<Self> {
         let level = 0.1 * mean(rates);
         // Beyond the decay from the line of identity.
-        let rise = (2..rates.len()).find(|&k| rates[k] > rates[k - 1].max(level))?;
+        let rise = (first + 1..rates.len()).find(|&k| rates[k] > rates[k - 1].max(level))?;
         let is_peak = |&k: &usize| {
-            let nearby = &rates[k - 2..(k + 3).min(rates.len())];
+            let nearby = &rates[k.saturating_sub(2)..(k + 3).min(rates.len())];
             rates[k] > rates[k - 1].max(level) && nearby.iter().all(|rate| *rate <= rates[k])
         };
         let grid = |k: usize| Self {

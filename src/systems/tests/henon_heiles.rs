@@ -8,15 +8,6 @@ use crate::dynamics::{Differentiable, System};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HenonHeiles;
 
-impl HenonHeiles {
-    /// Energy of a state, `(x'^2 + y'^2 + x^2 + y^2) / 2 + x^2 y - y^3 / 3`. Below 1/6 the star cannot
-    /// escape.
-    pub fn energy(z: &[f64]) -> f64 {
-        let squares: f64 = z.iter().map(|z| z * z).sum();
-        0.5 * squares + z[0] * z[0] * z[1] - z[1].powi(3) / 3.0
-    }
-}
-
 impl System for HenonHeiles {
     fn omega(&self) -> &[f64] {
         &[1.0, 1.0]
