@@ -5,6 +5,8 @@
 //! | `/` | the page of the viewer |
 //! | `/recording.rrd` | the file |
 //! | `/viewer.js`, `/viewer.wasm` | Rerun's web viewer, embedded in the binary |
+//!
+//! The content policy of the guard also stops the usage statistics that the viewer sends to its makers.
 
 use std::io;
 use std::path::{Path, PathBuf};
