@@ -6,7 +6,7 @@ use super::friction::FrictionLaw;
 use super::nodes::radial;
 use super::optional_terms::convected;
 use super::simd::{Eight, LANES};
-use super::vector::scale;
+use super::vector::{norm, scale};
 
 /// Action of the contact on a node at an instant: forces and velocities in its sliding frame `(e_s, e_t,
 /// e_r)`.
@@ -42,7 +42,28 @@ impl Joint {
     /// Returns forces and velocities of node `k` at modal coordinates `q`, velocities `v` and states of friction
     /// ([`Joint::parts`]).
     pub fn node_action(&self, k: usize, q: &[f64], v: &[f64], states: &[f64]) -> NodeAction {
-        self.action(k, &self.block_motion(k / LANES, q, v), states)
+        let mut action = self.pressed(k, &self.block_motion(k / LANES, q, v));
+        let (seen, normal) = (self.friction_velocity(&action), action.normal);
+        action.friction = match self.evolving() {
+            Some(evolving) => {
+                let response = evolving.law.response(seen, evolving.state_of(k, states));
+                scale(response.coefficient, -normal)
+            }
+            None => self.law.law().map_or([0.0; 3], |law| {
+                scale(seen, -normal * law.ratio(action.speed).value)
+            }),
+        };
+        action
+    }
+
+    /// Slip velocity in the friction law, m/s.
+    pub(super) fn friction_velocity(&self, action: &NodeAction) -> [f64; 3] {
+        let [s, t, r] = action.slip;
+        if self.law.radial() {
+            [s, t, r]
+        } else {
+            [s, t, 0.0]
+        }
     }
 
     /// Motion of the nodes of a block at modal coordinates `q` and velocities `v`.
@@ -74,8 +95,8 @@ impl Joint {
         motion
     }
 
-    /// Action of the contact on node `k` of a block with this motion.
-    pub(super) fn action(&self, k: usize, motion: &BlockMotion, states: &[f64]) -> NodeAction {
+    /// Action of the contact on node `k` of a block with this motion, without friction.
+    pub(super) fn pressed(&self, k: usize, motion: &BlockMotion) -> NodeAction {
         let lane = k % LANES;
         let block = &self.nodes.blocks[k / LANES];
         let (u_r, rate) = (motion.u_r[lane], motion.rate[lane]);
@@ -93,29 +114,16 @@ impl Joint {
         let pulls = self.unilateral && unclamped < 0.0;
         let stress = if pulls { 0.0 } else { unclamped };
         let (normal, dashpot) = (stress * area, (stress - spring) * area);
-        let seen = if self.law.radial() {
-            slip
-        } else {
-            [slip[0], slip[1], 0.0]
-        };
-        let speed = super::vector::norm(seen);
-        let friction = match self.evolving() {
-            Some(evolving) => {
-                let response = evolving.law.response(seen, evolving.state_of(k, states));
-                scale(response.coefficient, -normal)
-            }
-            None => self.law.law().map_or([0.0; 3], |law| {
-                scale(seen, -normal * law.ratio(speed).value)
-            }),
-        };
-        NodeAction {
+        let mut action = NodeAction {
             gap,
             normal,
             dashpot,
             slip,
-            speed,
-            friction,
-        }
+            speed: 0.0,
+            friction: [0.0; 3],
+        };
+        action.speed = norm(self.friction_velocity(&action));
+        action
     }
 
     /// Slip speed below which node `k` is classified as sticking, m/s; zero without friction.
