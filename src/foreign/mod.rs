@@ -10,12 +10,11 @@ pub(crate) mod table;
 
 use std::cell::Cell;
 use std::fmt::Display;
-#[cfg(any(feature = "record", feature = "table"))]
 use std::fs::File;
+use std::io;
 #[cfg(any(feature = "record", feature = "table"))]
-use std::io::{self, Read};
+use std::io::Read;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
-#[cfg(any(feature = "record", feature = "table"))]
 use std::path::Path;
 use std::sync::Once;
 
@@ -24,7 +23,6 @@ use std::sync::Once;
 ///
 /// # Errors
 /// If it is not a regular file or cannot be opened.
-#[cfg(any(feature = "record", feature = "table"))]
 pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
     // Checked before opening, which blocks on a pipe.
     let about = path.metadata()?;

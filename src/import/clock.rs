@@ -4,23 +4,8 @@ use std::cmp::Ordering;
 
 use super::Problem;
 
-/// Time information of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Clock {
-    /// None.
-    Unknown,
-    /// Sample rate, Hz; the first sample is at 0 s.
-    Rate(f64),
-    /// The time of each sample.
-    Times {
-        /// Times, s.
-        times: Vec<f64>,
-        /// Uncertainty of a time due to its number of digits, s.
-        resolution: f64,
-    },
-}
-
 /// Time information of a source.
+#[derive(Clone, Copy)]
 pub(super) enum Timing {
     /// None.
     Unknown,

@@ -16,8 +16,8 @@ use symphonia::core::meta::MetadataOptions;
 
 use super::clock::Timing;
 use super::table::{ColumnHeader, Source};
-use super::{Problem, format, wav};
-use crate::foreign::without_panic;
+use super::{Problem, wav};
+use crate::foreign::{open_file, without_panic};
 
 const FORMAT: &str = "sound";
 
@@ -87,10 +87,10 @@ impl Source for Compressed {
             first += frames;
             Ok(first < range.end)
         })?;
-        match first < range.end {
-            true => Err(Problem::Changed),
-            false => Ok(()),
+        if first < range.end {
+            return Err(Problem::Changed);
         }
+        Ok(())
     }
 }
 
@@ -108,7 +108,7 @@ fn decode(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
 }
 
 fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
-    let content = MediaSourceStream::new(Box::new(format::open(path)?), Default::default());
+    let content = MediaSourceStream::new(Box::new(open_file(path)?.0), Default::default());
     let mut file = symphonia::default::get_probe()
         .probe(
             &Hint::new(),

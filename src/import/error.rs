@@ -24,19 +24,10 @@ pub struct ImportError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The file does not exist.
-    #[error("the file does not exist; check the path")]
-    Missing,
-    /// The path is a directory.
-    #[error("the path is a directory; give the path of a file in it")]
-    Directory,
-    /// The path is a device, a pipe or a socket.
+    /// The file cannot be opened or read.
     #[error(
-        "the path is a device or a pipe, which cannot be read twice and may be infinite; copy the data to a file"
+        "cannot read the file ({0}); check its path and permissions, and copy the data of a pipe or a device to a file"
     )]
-    Device,
-    /// The operating system does not permit reading.
-    #[error("cannot read the file ({0}); check its permissions")]
     Unreadable(#[from] io::Error),
     /// The file has no content.
     #[error("the file is empty; record or export it again")]
@@ -239,25 +230,11 @@ pub enum Problem {
         /// End of the file, s.
         last: f64,
     },
-    /// A sample that is not finite.
+    /// A sample that is not finite, or whose square overflows.
     #[error(
-        "sample {index} (at {time} s) of `{column}` is {value}; exclude it with --from and --to, or correct it"
+        "sample {index} (at {time} s) of `{column}` is {value:e}; samples are finite numbers below 1e150: exclude it with --from and --to, or correct it"
     )]
-    NotFinite {
-        /// Index of the sample in the file, from 0.
-        index: usize,
-        /// Its time, s.
-        time: f64,
-        /// Name of the column.
-        column: String,
-        /// `NaN`, `inf` or `-inf`.
-        value: f64,
-    },
-    /// A sample whose square overflows.
-    #[error(
-        "sample {index} (at {time} s) of `{column}` is {value:e}, and its square overflows; use a larger unit, or exclude it with --from and --to"
-    )]
-    TooLarge {
+    InvalidSample {
         /// Index of the sample in the file, from 0.
         index: usize,
         /// Its time, s.

@@ -5,6 +5,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::Problem;
+use crate::foreign::open_file;
 
 /// Block size for reading, bytes.
 pub(super) const BLOCK: usize = 1 << 16;
@@ -37,7 +38,7 @@ impl Format {
     /// # Errors
     /// If the file cannot be read, is empty or has no known format.
     pub fn of(path: &Path) -> Result<Self, Problem> {
-        Self::of_content(&mut open(path)?, path)
+        Self::of_content(&mut open_file(path)?.0, path)
     }
 
     /// The format of a content, which is then rewound; `path` is used for the message.
@@ -106,23 +107,6 @@ fn is_text(bytes: &[u8]) -> bool {
     !bytes.iter().any(control)
 }
 
-/// Opens a file.
-pub(super) fn open(path: &Path) -> Result<File, Problem> {
-    let failed = |error: io::Error| match error.kind() {
-        io::ErrorKind::NotFound => Problem::Missing,
-        _ => Problem::Unreadable(error),
-    };
-    // Checked before opening, which blocks on a pipe.
-    let about = path.metadata().map_err(failed)?;
-    if about.is_dir() {
-        return Err(Problem::Directory);
-    }
-    if !about.is_file() {
-        return Err(Problem::Device);
-    }
-    File::open(path).map_err(failed)
-}
-
 /// A file that reports the fraction, 0 to 1, that has been read.
 pub(super) struct Reported<'a> {
     file: File,
@@ -132,9 +116,8 @@ pub(super) struct Reported<'a> {
 }
 
 impl<'a> Reported<'a> {
-    pub fn new(mut file: File, progress: &'a mut dyn FnMut(f64)) -> io::Result<Self> {
-        let length = file.seek(SeekFrom::End(0))?;
-        file.seek(SeekFrom::Start(0))?;
+    pub fn open(path: &Path, progress: &'a mut dyn FnMut(f64)) -> io::Result<Self> {
+        let (file, length) = open_file(path)?;
         Ok(Self {
             file,
             length,

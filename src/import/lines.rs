@@ -33,10 +33,8 @@ pub(super) fn each_line(
             Some(text) => text.strip_suffix('\r').unwrap_or(text),
             None => &text,
         };
-        let text = match line {
-            1 => text.trim_start_matches('\u{feff}'),
-            _ => text,
-        };
+        // A byte order mark.
+        let text = text.trim_start_matches('\u{feff}');
         if !text.trim().is_empty() && !each(line, text)? {
             break;
         }

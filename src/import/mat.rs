@@ -6,9 +6,9 @@ use std::io::Read;
 
 use matfile::{Array, MatFile, NumericData};
 
-use super::clock::Clock;
-use super::npy::{RATES, check_column_count};
-use super::table::{Column, Table};
+use super::clock::Timing;
+use super::npy::RATES;
+use super::table::{ColumnHeader, Table, check_column_count};
 use super::{Problem, units};
 use crate::foreign::{one_line, without_panic};
 
@@ -31,7 +31,8 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
     let file = file.map_err(|error| damaged(one_line(error)))?;
     let mut table = Table {
         columns: Vec::new(),
-        clock: Clock::Unknown,
+        times: Vec::new(),
+        timing: Timing::Unknown,
     };
     let mut count = 0;
     for array in file.arrays() {
@@ -44,37 +45,32 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
         })?;
         match (&columns[..], second) {
             ([(_, value)], _) if value.len() == 1 => {
-                if RATES.contains(&name) && matches!(table.clock, Clock::Unknown) {
-                    table.clock = Clock::Rate(value[0]);
+                if RATES.contains(&name) && matches!(table.timing, Timing::Unknown) {
+                    table.timing = Timing::Rate(value[0]);
                 }
             }
             ([(_, times)], Some(second)) => {
-                table.clock = Clock::Times {
-                    times: times.iter().map(|time| time * second).collect(),
+                table.times = times.iter().map(|time| time * second).collect();
+                table.timing = Timing::Times {
+                    count: times.len(),
                     resolution: 0.0,
+                    relative: 0.0,
                 };
             }
             _ => {
                 count += columns.len();
                 check_column_count(count)?;
-                table
-                    .columns
-                    .extend(columns.into_iter().map(|(header, values)| {
-                        let (name, unit) = units::split(&header);
-                        Column {
-                            name: name.to_owned(),
-                            unit: unit.to_owned(),
-                            header: header.clone(),
-                            values,
-                        }
-                    }));
+                let columns = columns
+                    .into_iter()
+                    .map(|(header, values)| (ColumnHeader::new(header, values.len()), values));
+                table.columns.extend(columns);
             }
         }
     }
-    match table.columns.is_empty() {
-        true => Err(Problem::NoSamples("no array of real numbers")),
-        false => Ok(table),
+    if table.columns.is_empty() {
+        return Err(Problem::NoSamples("no array of real numbers"));
     }
+    Ok(table)
 }
 
 /// Checks that the elements of a file, which begin with their lengths, are complete: the library would leave out a
@@ -87,9 +83,10 @@ fn check_lengths(bytes: &[u8]) -> Result<(), Problem> {
             break;
         };
         let length = [tag[4], tag[5], tag[6], tag[7]];
-        let length = match is_little {
-            true => u32::from_le_bytes(length),
-            false => u32::from_be_bytes(length),
+        let length = if is_little {
+            u32::from_le_bytes(length)
+        } else {
+            u32::from_be_bytes(length)
         };
         let Some(after) = content.get(length as usize..) else {
             return Err(Problem::Truncated {

@@ -47,11 +47,10 @@ mod wav;
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
-pub use clock::Clock;
 pub use error::{ImportError, Problem};
 pub use format::Format;
 pub use signal::{MAX_SAMPLES, Selection, Signal};
-pub use table::{Column, Table};
+pub use table::Table;
 
 /// Reads a signal from a file.
 ///
@@ -83,7 +82,7 @@ fn read(
     selection: &Selection,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Signal, Problem> {
-    let file = format::Reported::new(format::open(path)?, progress)?;
+    let file = format::Reported::open(path, progress)?;
     decode(
         BufReader::with_capacity(format::BLOCK, file),
         path,

@@ -7,7 +7,7 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::clock::Timing;
-use super::table::{ColumnHeader, MAX_COLUMNS, Source};
+use super::table::{ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 use crate::numpy::{ArrayError, ArrayReader};
 
@@ -30,10 +30,10 @@ impl<R: Read + Seek> Npy<R> {
             layout,
             stem: stem.to_owned(),
         };
-        match array.layout.columns {
-            0 => Err(Problem::NoSamples("a single number")),
-            _ => Ok(array),
+        if array.layout.columns == 0 {
+            return Err(Problem::NoSamples("a single number"));
         }
+        Ok(array)
     }
 }
 
@@ -49,10 +49,8 @@ fn open_file<'a, R: Read + Seek>(
 
 impl<R: Read + Seek> Source for Npy<R> {
     fn headings(&self) -> Vec<ColumnHeader> {
-        match self.layout.is_lone {
-            true => self.layout.headings(&self.stem),
-            false => self.layout.headings(""),
-        }
+        let name = if self.layout.is_lone { &self.stem } else { "" };
+        self.layout.headings(name)
     }
 
     fn timing(&self) -> Timing {
@@ -77,7 +75,9 @@ pub(super) struct Npz<R> {
     zip: ZipArchive<R>,
     /// Arrays with columns.
     arrays: Vec<Entry>,
-    clock: EntryClock,
+    /// The array of times with its unit, s.
+    times: Option<(Entry, f64)>,
+    timing: Timing,
 }
 
 /// An array in an archive.
@@ -87,24 +87,11 @@ struct Entry {
     layout: Layout,
 }
 
-/// Time information of an archive.
-enum EntryClock {
-    Unknown,
-    Rate(f64),
-    Times {
-        entry: Entry,
-        /// Unit, s.
-        second: f64,
-        /// Relative rounding error of the number type.
-        rounding: f64,
-    },
-}
-
 impl<R: Read + Seek> Npz<R> {
     pub fn open(content: R) -> Result<Self, Problem> {
         let mut zip = ZipArchive::new(content).map_err(archive)?;
         let mut arrays = Vec::new();
-        let mut clock = EntryClock::Unknown;
+        let (mut times, mut timing) = (None, Timing::Unknown);
         let mut columns = 0;
         for index in 0..zip.len() {
             let entry = zip.by_index(index).map_err(archive)?;
@@ -116,7 +103,6 @@ impl<R: Read + Seek> Npz<R> {
             let mut array = open_entry(&mut zip, index, name)?;
             let (bare, unit) = units::split(name);
             let second = units::seconds(unit).filter(|_| units::is_time(bare));
-            let rounding = array.rounding();
             let entry = Entry {
                 index,
                 name: name.to_owned(),
@@ -124,15 +110,16 @@ impl<R: Read + Seek> Npz<R> {
             };
             match (array.shape().len(), second) {
                 (1, Some(second)) => {
-                    clock = EntryClock::Times {
-                        entry,
-                        second,
-                        rounding,
+                    timing = Timing::Times {
+                        count: entry.layout.length,
+                        resolution: 0.0,
+                        relative: array.rounding(),
                     };
+                    times = Some((entry, second));
                 }
-                (0, _) if RATES.contains(&name) && matches!(clock, EntryClock::Unknown) => {
+                (0, _) if RATES.contains(&name) && matches!(timing, Timing::Unknown) => {
                     if let Some(rate) = array.next() {
-                        clock = EntryClock::Rate(rate.map_err(|p| problem(p, name))?);
+                        timing = Timing::Rate(rate.map_err(|p| problem(p, name))?);
                     }
                 }
                 _ => {
@@ -145,7 +132,12 @@ impl<R: Read + Seek> Npz<R> {
         if columns == 0 {
             return Err(Problem::NoSamples("an archive without an array of samples"));
         }
-        Ok(Self { zip, arrays, clock })
+        Ok(Self {
+            zip,
+            arrays,
+            times,
+            timing,
+        })
     }
 }
 
@@ -167,21 +159,11 @@ impl<R: Read + Seek> Source for Npz<R> {
     }
 
     fn timing(&self) -> Timing {
-        match &self.clock {
-            EntryClock::Unknown => Timing::Unknown,
-            EntryClock::Rate(rate) => Timing::Rate(*rate),
-            EntryClock::Times {
-                entry, rounding, ..
-            } => Timing::Times {
-                count: entry.layout.length,
-                resolution: 0.0,
-                relative: *rounding,
-            },
-        }
+        self.timing
     }
 
     fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
-        let EntryClock::Times { entry, second, .. } = &self.clock else {
+        let Some((entry, second)) = &self.times else {
             return Ok(());
         };
         for time in open_entry(&mut self.zip, entry.index, &entry.name)? {
@@ -258,9 +240,10 @@ impl Layout {
 
     /// Index of a sample of a column in the file.
     fn index(&self, column: usize, sample: usize) -> usize {
-        match self.interleaved {
-            true => sample * self.columns + column,
-            false => column * self.length + sample,
+        if self.interleaved {
+            sample * self.columns + column
+        } else {
+            column * self.length + sample
         }
     }
 
@@ -283,16 +266,6 @@ impl Layout {
             }
         }
         Ok(())
-    }
-}
-
-pub(super) fn check_column_count(columns: usize) -> Result<(), Problem> {
-    match columns > MAX_COLUMNS {
-        true => Err(Problem::TooManyColumns {
-            have: columns,
-            most: MAX_COLUMNS,
-        }),
-        false => Ok(()),
     }
 }
 

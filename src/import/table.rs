@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::clock::Timing;
-use super::{Clock, MAX_SAMPLES, Problem, Selection, Signal, units};
+use super::{MAX_SAMPLES, Problem, Selection, Signal, units};
 use crate::memory;
 
 /// Maximum magnitude of a sample: the sum of the squares of all samples does not overflow.
@@ -12,39 +12,13 @@ const MAX_MAGNITUDE: f64 = 1e150;
 /// Maximum number of columns, as in a spreadsheet.
 pub(super) const MAX_COLUMNS: usize = 16_384;
 
-/// Named samples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Name as in the file.
-    pub header: String,
-    /// Name without the unit.
-    pub name: String,
-    /// Unit, empty if unknown.
-    pub unit: String,
-    /// The samples.
-    pub values: Vec<f64>,
-}
-
-impl Column {
-    /// A column whose name does not contain its unit.
-    pub fn new(name: impl Into<String>, unit: &str, values: Vec<f64>) -> Self {
-        let name = name.into();
-        Self {
-            header: name.clone(),
-            name,
-            unit: unit.to_owned(),
-            values,
-        }
-    }
-}
-
 /// Content of a file.
-#[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Signals, without the times.
-    pub columns: Vec<Column>,
-    /// Times of the samples.
-    pub clock: Clock,
+    /// Signals with their samples, without the times.
+    pub(super) columns: Vec<(ColumnHeader, Vec<f64>)>,
+    /// Times of the samples, s, if there are any.
+    pub(super) times: Vec<f64>,
+    pub(super) timing: Timing,
 }
 
 /// Resolution of time in a recording, s.
@@ -53,12 +27,15 @@ const NANOSECOND: f64 = 1e-9;
 impl Table {
     /// The series of a recording, with times (s) and values, as a table of one column.
     pub fn of_series(name: String, unit: &str, times: Vec<f64>, values: Vec<f64>) -> Self {
+        let header = ColumnHeader::with_unit(name, unit, values.len());
         Self {
-            columns: vec![Column::new(name, unit, values)],
-            clock: Clock::Times {
-                times,
+            columns: vec![(header, values)],
+            timing: Timing::Times {
+                count: times.len(),
                 resolution: NANOSECOND,
+                relative: 0.0,
             },
+            times,
         }
     }
 
@@ -69,41 +46,24 @@ impl Table {
     /// missing or not uniform, the time range is outside the file or too long, or a sample in it is not
     /// finite.
     pub fn signal(mut self, selection: &Selection) -> Result<Signal, Problem> {
-        let choice = Choice::new(&mut self, selection)?;
-        let mut samples = self.columns.swap_remove(choice.column).values;
-        samples.truncate(choice.range.end);
-        samples.drain(..choice.range.start);
-        choice.signal(samples)
+        read(&mut self, selection)
     }
 }
 
 impl Source for Table {
     fn headings(&self) -> Vec<ColumnHeader> {
-        let heading = |column: &Column| ColumnHeader {
-            header: column.header.clone(),
-            name: column.name.clone(),
-            unit: column.unit.clone(),
-            count: column.values.len(),
-        };
-        self.columns.iter().map(heading).collect()
+        self.columns
+            .iter()
+            .map(|(header, _)| header.clone())
+            .collect()
     }
 
     fn timing(&self) -> Timing {
-        match &self.clock {
-            Clock::Unknown => Timing::Unknown,
-            Clock::Rate(rate) => Timing::Rate(*rate),
-            Clock::Times { times, resolution } => Timing::Times {
-                count: times.len(),
-                resolution: *resolution,
-                relative: 0.0,
-            },
-        }
+        self.timing
     }
 
     fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
-        if let Clock::Times { times, .. } = &self.clock {
-            times.iter().for_each(|time| each(*time));
-        }
+        self.times.iter().for_each(|time| each(*time));
         Ok(())
     }
 
@@ -113,14 +73,13 @@ impl Source for Table {
         range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        self.columns[column].values[range]
-            .iter()
-            .for_each(|x| each(*x));
+        self.columns[column].1[range].iter().for_each(|x| each(*x));
         Ok(())
     }
 }
 
 /// Properties of a column that are known before its samples are read.
+#[derive(Clone)]
 pub(super) struct ColumnHeader {
     /// Name as in the file.
     pub header: String,
@@ -133,7 +92,17 @@ pub(super) struct ColumnHeader {
 }
 
 impl ColumnHeader {
-    /// ColumnHeader of a column whose name may contain the unit.
+    /// The header of a column whose name does not contain the unit.
+    pub fn with_unit(name: String, unit: &str, count: usize) -> Self {
+        Self {
+            header: name.clone(),
+            name,
+            unit: unit.to_owned(),
+            count,
+        }
+    }
+
+    /// The header of a column whose name may contain the unit.
     pub fn new(header: String, count: usize) -> Self {
         let (name, unit) = units::split(&header);
         Self {
@@ -169,90 +138,60 @@ pub(super) trait Source {
 
 /// Reads the selected signal; only its samples are stored.
 pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Signal, Problem> {
-    let choice = Choice::new(source, selection)?;
-    let range = choice.range.clone();
-    let samples = memory::allocate(range.len());
-    let mut samples = samples.map_err(|shortage| Problem::Memory {
-        samples: range.len(),
+    let mut headings = source.headings();
+    let column = find_column(&headings, selection.column.as_deref())?;
+    let heading = headings.swap_remove(column);
+    let timing = source.timing();
+    if let Timing::Times { count, .. } = timing
+        && count != heading.count
+    {
+        return Err(Problem::CountMismatch {
+            column: heading.name,
+            times: count,
+            samples: heading.count,
+        });
+    }
+    let (rate, start) = timing.rate_and_start(selection.rate, &mut |each| source.times(each))?;
+    let range = range(selection, rate, start, heading.count)?;
+    let (have, most) = (range.len(), selection.max_samples.unwrap_or(MAX_SAMPLES));
+    if have > most {
+        return Err(Problem::TooManySamples { have, most });
+    }
+    let mut samples = memory::allocate(have).map_err(|shortage| Problem::Memory {
+        samples: have,
         shortage,
     })?;
-    source.samples(choice.column, range, &mut |x| samples.push(x))?;
-    choice.signal(samples)
+    source.samples(column, range.clone(), &mut |x| samples.push(x))?;
+    if samples.len() != have {
+        return Err(Problem::Changed);
+    }
+    let time = |index: usize| start + index as f64 / rate;
+    let is_invalid = |x: &f64| !x.is_finite() || x.abs() > MAX_MAGNITUDE;
+    if let Some(bad) = samples.iter().position(is_invalid) {
+        let index = range.start + bad;
+        return Err(Problem::InvalidSample {
+            index,
+            time: time(index),
+            column: heading.name,
+            value: samples[bad],
+        });
+    }
+    Ok(Signal {
+        start: time(range.start),
+        name: heading.name,
+        unit: heading.unit,
+        rate,
+        samples,
+    })
 }
 
-/// The selected part of a source.
-struct Choice {
-    heading: ColumnHeader,
-    column: usize,
-    rate: f64,
-    start: f64,
-    range: Range<usize>,
-}
-
-impl Choice {
-    fn new(source: &mut dyn Source, selection: &Selection) -> Result<Self, Problem> {
-        let mut headings = source.headings();
-        let column = find_column(&headings, selection.column.as_deref())?;
-        let heading = headings.swap_remove(column);
-        let timing = source.timing();
-        if let Timing::Times { count, .. } = timing
-            && count != heading.count
-        {
-            return Err(Problem::CountMismatch {
-                column: heading.name,
-                times: count,
-                samples: heading.count,
-            });
-        }
-        let (rate, start) =
-            timing.rate_and_start(selection.rate, &mut |each| source.times(each))?;
-        let range = range(selection, rate, start, heading.count)?;
-        let most = selection.max_samples.unwrap_or(MAX_SAMPLES);
-        if range.len() > most {
-            let have = range.len();
-            return Err(Problem::TooManySamples { have, most });
-        }
-        Ok(Self {
-            heading,
-            column,
-            rate,
-            start,
-            range,
-        })
+/// Checks the number of columns of a file.
+pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
+    if have > MAX_COLUMNS {
+        let most = MAX_COLUMNS;
+        return Err(Problem::TooManyColumns { have, most });
     }
-
-    /// Checks the samples and returns the signal.
-    fn signal(self, samples: Vec<f64>) -> Result<Signal, Problem> {
-        if samples.len() != self.range.len() {
-            return Err(Problem::Changed);
-        }
-        let time = |index: usize| self.start + index as f64 / self.rate;
-        if let Some(bad) = samples.iter().position(|value| !value.is_finite()) {
-            let index = self.range.start + bad;
-            return Err(Problem::NotFinite {
-                index,
-                time: time(index),
-                column: self.heading.name,
-                value: samples[bad],
-            });
-        }
-        if let Some(bad) = samples.iter().position(|value| value.abs() > MAX_MAGNITUDE) {
-            let index = self.range.start + bad;
-            return Err(Problem::TooLarge {
-                index,
-                time: time(index),
-                column: self.heading.name,
-                value: samples[bad],
-            });
-        }
-        Ok(Signal {
-            start: time(self.range.start),
-            name: self.heading.name,
-            unit: self.heading.unit,
-            rate: self.rate,
-            samples,
-        })
-    }
+    Ok(())
 }
 
 /// Index of the selected column: by its full header, by its name, or by its index from 0.

@@ -12,22 +12,20 @@
 use std::io::{BufRead, Seek};
 use std::ops::Range;
 
-use super::clock::{Timing, Uniform, uniform};
+use super::clock::{Timing, uniform};
 use super::lines::{Separator, each_line};
 use super::preamble::Preamble;
-use super::table::{ColumnHeader, MAX_COLUMNS, Source};
+use super::table::{ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 
 /// A text whose columns are known.
 pub(super) struct Text<R> {
     content: R,
-    separator: Separator,
-    /// Number of the line with the first row of numbers, from 1.
-    first: u64,
-    rows: usize,
     /// Columns of numbers, without the times.
-    columns: Vec<Named>,
-    time: Option<Time>,
+    scan: Scan,
+    /// Field of the time column, and its unit, s.
+    time: Option<(usize, f64)>,
+    timing: Timing,
     /// Name of a single column.
     stem: String,
 }
@@ -36,95 +34,69 @@ pub(super) struct Text<R> {
 struct Named {
     /// Index among the fields of a row.
     field: usize,
-    header: String,
-    name: String,
-    unit: String,
+    heading: ColumnHeader,
     seen: ColumnStatistics,
-}
-
-/// The time column.
-struct Time {
-    field: usize,
-    /// Unit, s.
-    second: f64,
-    /// Uncertainty of a time due to its number of digits, s.
-    resolution: f64,
-    /// Sample rate and start, if they have been evaluated.
-    uniform: Option<Uniform>,
 }
 
 impl<R: BufRead + Seek> Text<R> {
     pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
         let preamble = Preamble::of(&mut content)?.unwrap_or_default();
-        let scan = Scan::of(&mut content, &preamble)?;
-        let (separator, first, rows) = (scan.separator, scan.first, scan.rows);
-        let mut columns = scan.columns;
+        let mut scan = Scan::of(&mut content, &preamble)?;
         // Columns of words are ignored if there are others.
-        if columns.iter().any(|c| c.seen.count > 0) {
-            columns.retain(|c| c.seen.count > 0);
+        if scan.columns.iter().any(|c| c.seen.count > 0) {
+            scan.columns.retain(|c| c.seen.count > 0);
         }
-        for column in &mut columns {
+        for column in &mut scan.columns {
             if let Some((line, text)) = column.seen.fault.take() {
                 return Err(Problem::NotANumber {
                     line,
-                    column: column.header.clone(),
+                    column: column.heading.header.clone(),
                     text,
                 });
             }
         }
         let mut text = Self {
             content,
-            separator,
-            first,
-            rows,
-            columns,
+            scan,
             time: None,
+            timing: Timing::Unknown,
             stem: stem.to_owned(),
         };
-        if text.columns.len() > 1 {
+        if text.scan.columns.len() > 1 {
             text.find_time();
         }
         if let Some(clock) = preamble.clock {
-            text.time = Some(Time {
-                field: 0,
-                second: 1.0,
-                resolution: 0.0,
-                uniform: Some(clock),
-            });
+            text.timing = Timing::Uniform(clock);
         }
         Ok(text)
     }
 
     /// Removes the time column from the columns, if there is one.
     fn find_time(&mut self) {
-        let second = |c: &Named| units::seconds(&c.unit).filter(|_| units::is_time(&c.name));
-        let mut seconds = self.columns.iter().map(second).enumerate();
+        let columns = &mut self.scan.columns;
+        let second =
+            |c: &Named| units::seconds(&c.heading.unit).filter(|_| units::is_time(&c.heading.name));
+        let mut seconds = columns.iter().map(second).enumerate();
         let by_name = seconds.find_map(|(place, second)| Some((place, second?)));
-        let first = &self.columns[0];
+        let first = &columns[0];
         let (field, resolution) = (first.field, first.seen.resolution());
         if let Some((place, second)) = by_name {
-            let column = self.columns.remove(place);
-            self.time = Some(Time {
-                field: column.field,
-                second,
+            let column = columns.remove(place);
+            self.time = Some((column.field, second));
+            self.timing = Timing::Times {
+                count: self.scan.rows,
                 resolution: column.seen.resolution() * second,
-                uniform: None,
-            });
-        } else if first.seen.is_row_index {
-            self.columns.remove(0);
-        } else {
-            let all = 0..self.rows;
-            let mut values = |each: &mut dyn FnMut(f64)| self.values(field, all.clone(), each);
-            let Ok(uniform) = uniform(&mut values, resolution, 0.0) else {
-                return;
+                relative: 0.0,
             };
-            self.columns.remove(0);
-            self.time = Some(Time {
-                field,
-                second: 1.0,
-                resolution,
-                uniform: Some(uniform),
-            });
+        } else if first.seen.is_row_index {
+            columns.remove(0);
+        } else {
+            let all = 0..self.scan.rows;
+            let mut values = |each: &mut dyn FnMut(f64)| self.values(field, all.clone(), each);
+            if let Ok(uniform) = uniform(&mut values, resolution, 0.0) {
+                self.scan.columns.remove(0);
+                self.timing = Timing::Uniform(uniform);
+            }
         }
     }
 
@@ -135,7 +107,7 @@ impl<R: BufRead + Seek> Text<R> {
         rows: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        let (separator, first) = (self.separator, self.first);
+        let (separator, first) = (self.scan.separator, self.scan.first);
         let mut row = 0;
         each_line(&mut self.content, |line, text| {
             if line < first || is_comment(text) {
@@ -153,46 +125,34 @@ impl<R: BufRead + Seek> Text<R> {
 
 impl<R: BufRead + Seek> Source for Text<R> {
     fn headings(&self) -> Vec<ColumnHeader> {
-        let lone = self.columns.len() == 1;
-        let named = self.columns.iter().enumerate().map(|(place, c)| {
-            let name = match (c.name.is_empty(), lone) {
-                (false, _) => c.name.clone(),
-                (true, true) => self.stem.clone(),
-                (true, false) => place.to_string(),
+        let is_lone = self.scan.columns.len() == 1;
+        let named = self.scan.columns.iter().enumerate().map(|(place, c)| {
+            let mut heading = ColumnHeader {
+                count: self.scan.rows,
+                ..c.heading.clone()
             };
-            ColumnHeader {
-                header: match c.header.is_empty() {
-                    true => name.clone(),
-                    false => c.header.clone(),
-                },
-                name,
-                unit: c.unit.clone(),
-                count: self.rows,
+            if heading.header.is_empty() {
+                heading.name = if is_lone {
+                    self.stem.clone()
+                } else {
+                    place.to_string()
+                };
+                heading.header.clone_from(&heading.name);
             }
+            heading
         });
         named.collect()
     }
 
     fn timing(&self) -> Timing {
-        match &self.time {
-            None => Timing::Unknown,
-            Some(Time {
-                uniform: Some(uniform),
-                ..
-            }) => Timing::Uniform(*uniform),
-            Some(time) => Timing::Times {
-                count: self.rows,
-                resolution: time.resolution,
-                relative: 0.0,
-            },
-        }
+        self.timing
     }
 
     fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
-        let Some(Time { field, second, .. }) = self.time else {
+        let Some((field, second)) = self.time else {
             return Ok(());
         };
-        self.values(field, 0..self.rows, &mut |time| each(time * second))
+        self.values(field, 0..self.scan.rows, &mut |time| each(time * second))
     }
 
     fn samples(
@@ -201,7 +161,7 @@ impl<R: BufRead + Seek> Source for Text<R> {
         range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        self.values(self.columns[column].field, range, each)
+        self.values(self.scan.columns[column].field, range, each)
     }
 }
 
@@ -230,9 +190,10 @@ impl Scan {
                 Some(_) if is_comment(text) => {}
                 Some(scan) => scan.take(line, text)?,
                 None if !is_comment(text) && is_row_of_numbers(text) => {
-                    let begun = match preamble.columns.is_empty() {
-                        true => Self::begin(line, text, &above, &last)?,
-                        false => Self::after_preamble(line, text, preamble),
+                    let begun = if preamble.columns.is_empty() {
+                        Self::begin(line, text, &above, &last)?
+                    } else {
+                        Self::after_preamble(line, text, preamble)
                     };
                     scan.insert(begun).take(line, text)?;
                 }
@@ -257,9 +218,7 @@ impl Scan {
             let (name, unit) = preamble.columns.get(field).cloned().unwrap_or_default();
             Named {
                 field,
-                header: name.clone(),
-                name,
-                unit,
+                heading: ColumnHeader::with_unit(name, &unit, 0),
                 seen: ColumnStatistics::default(),
             }
         };
@@ -292,21 +251,16 @@ impl Scan {
         if separator.fields(sample).last() == Some("") && names.as_deref().is_none_or(named_empty) {
             count -= 1;
         }
-        if count > MAX_COLUMNS {
-            return Err(Problem::TooManyColumns {
-                have: count,
-                most: MAX_COLUMNS,
-            });
-        }
+        check_column_count(count)?;
         let named = |field: usize| {
             let header = *names.as_ref().and_then(|n| n.get(field)).unwrap_or(&"");
-            let (name, own_unit) = units::split(header);
-            let unit = units_row.as_ref().and_then(|u| bracketed(u.get(field)?));
+            let mut heading = ColumnHeader::new(header.to_owned(), 0);
+            if let Some(unit) = units_row.as_ref().and_then(|u| bracketed(u.get(field)?)) {
+                heading.unit = unit.to_owned();
+            }
             Named {
                 field,
-                header: header.to_owned(),
-                name: name.to_owned(),
-                unit: unit.unwrap_or(own_unit).to_owned(),
+                heading,
                 seen: ColumnStatistics::default(),
             }
         };
@@ -378,6 +332,7 @@ fn headings(
 }
 
 /// Statistics of a column from the first pass.
+#[derive(Default)]
 struct ColumnStatistics {
     /// Number of numbers and empty fields before the first invalid field.
     count: usize,
@@ -392,20 +347,6 @@ struct ColumnStatistics {
     decimals: i32,
     /// Largest number of significant digits.
     digits: i32,
-}
-
-impl Default for ColumnStatistics {
-    fn default() -> Self {
-        Self {
-            count: 0,
-            fault: None,
-            first: f64::NAN,
-            largest: 0.0,
-            is_row_index: true,
-            decimals: 0,
-            digits: 0,
-        }
-    }
 }
 
 impl ColumnStatistics {

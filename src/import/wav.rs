@@ -7,7 +7,7 @@
 //! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has 64-bit
 //! lengths in a separate chunk (EBU Tech 3306, 2009).
 
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use super::Problem;
@@ -25,26 +25,20 @@ const MAX_CHUNK_READ: u64 = 40;
 
 /// Coding of the samples.
 struct Coding {
-    float: bool,
     channels: usize,
     rate: u32,
     /// Bytes per sample of one channel.
     width: usize,
-}
-
-impl Coding {
     /// Bytes per instant.
-    fn frame(&self) -> usize {
-        self.channels * self.width
-    }
+    frame: usize,
+    /// Converts the bytes of one sample to a number.
+    number: fn(&[u8]) -> f64,
 }
 
 /// A file whose header has been read.
 pub(super) struct Wav<R> {
     content: R,
     coding: Coding,
-    /// Converts the bytes of one sample to a number.
-    number: fn(&[u8]) -> f64,
     /// Position of the first sample, bytes.
     begin: u64,
     /// Number of samples per channel.
@@ -56,20 +50,14 @@ pub(super) struct Wav<R> {
 impl<R: Read + Seek> Wav<R> {
     pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
         let (coding, begin, length) = chunks(&mut content)?;
-        let frame = coding.frame() as u64;
+        let frame = coding.frame as u64;
         if !length.is_multiple_of(frame) {
-            return Err(Problem::Truncated {
-                format: FORMAT,
-                what: "the last sample".to_owned(),
-                have: length % frame,
-                need: frame,
-            });
+            return Err(cut_short("the last sample", length % frame, frame));
         }
         if length == 0 {
             return Err(Problem::NoSamples("a header"));
         }
         Ok(Self {
-            number: number(&coding)?,
             content,
             begin,
             frames: (length / frame) as usize,
@@ -94,8 +82,13 @@ impl<R: Read + Seek> Source for Wav<R> {
         range: Range<usize>,
         each: &mut dyn FnMut(f64),
     ) -> Result<(), Problem> {
-        let frame = self.coding.frame();
-        let place = column * self.coding.width;
+        let Coding {
+            width,
+            frame,
+            number,
+            ..
+        } = self.coding;
+        let place = column * width;
         let begin = self.begin + (range.start * frame) as u64;
         self.content.seek(SeekFrom::Start(begin))?;
         let mut block = vec![0; (BLOCK / frame).max(1) * frame];
@@ -104,7 +97,7 @@ impl<R: Read + Seek> Source for Wav<R> {
             let count = left.min(block.len());
             self.content.read_exact(&mut block[..count])?;
             for frame in block[..count].chunks_exact(frame) {
-                each((self.number)(&frame[place..place + self.coding.width]));
+                each(number(&frame[place..place + width]));
             }
             left -= count;
         }
@@ -114,19 +107,15 @@ impl<R: Read + Seek> Source for Wav<R> {
 
 /// Headings of the channels of a sound; a single one has the name `stem`.
 pub(super) fn channel_headings(channels: usize, stem: &str, count: usize) -> Vec<ColumnHeader> {
-    let name = |channel| match (channels, channel) {
+    let name = |channel: usize| match (channels, channel) {
         (1, _) => stem.to_owned(),
         (2, 0) => "left".to_owned(),
         (2, _) => "right".to_owned(),
         _ => channel.to_string(),
     };
-    let heading = |channel| ColumnHeader {
-        header: name(channel),
-        name: name(channel),
-        unit: "FS".to_owned(),
-        count,
-    };
-    (0..channels).map(heading).collect()
+    (0..channels)
+        .map(|channel| ColumnHeader::with_unit(name(channel), "FS", count))
+        .collect()
 }
 
 /// Finds the coding, and position and length of the samples, bytes.
@@ -139,25 +128,19 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
     while at + 8 <= end {
         let mut head = [0; 8];
         content.read_exact(&mut head)?;
-        let length = u32_at(&head, 4);
         let rest = end - at - 8;
-        if &head[..4] == b"data" {
-            let coding =
-                coding.ok_or_else(|| damaged("the `fmt ` chunk before the data is missing"))?;
-            let need = match (length, long_data) {
-                (OPEN_END, Some(long)) => long,
-                (OPEN_END, None) => rest,
-                _ => u64::from(length),
-            };
-            if need > rest {
-                return Err(cut_short("data", rest, need));
-            }
-            return Ok((coding, at + 8, need));
-        }
-        let name = String::from_utf8_lossy(&head[..4]);
-        let length = u64::from(length);
+        let is_data = &head[..4] == b"data";
+        let length = match u32_at(&head, 4) {
+            OPEN_END if is_data => long_data.unwrap_or(rest),
+            length => length.into(),
+        };
         if length > rest {
-            return Err(cut_short(&name, rest, length));
+            let name = String::from_utf8_lossy(&head[..4]);
+            return Err(cut_short(&format!("the chunk `{name}`"), rest, length));
+        }
+        if is_data {
+            let coding = coding.ok_or_else(|| damaged("the data have no `fmt ` chunk"))?;
+            return Ok((coding, at + 8, length));
         }
         let mut chunk = Vec::new();
         let read = length.min(MAX_CHUNK_READ);
@@ -172,13 +155,8 @@ fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Proble
         }
         // Chunks start at even positions.
         at += 8 + length + length % 2;
-        let skip = length + length % 2 - read;
-        // A seek discards the buffer, which would then be refilled for each of many small chunks.
-        if skip > BLOCK as u64 {
-            content.seek(SeekFrom::Start(at))?;
-        } else {
-            io::copy(&mut content.by_ref().take(skip), &mut io::sink())?;
-        }
+        // Keeps the buffer, which would otherwise be refilled for each of many small chunks.
+        content.seek_relative((length + length % 2 - read) as i64)?;
     }
     Err(damaged("the `data` chunk is missing"))
 }
@@ -192,55 +170,36 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
         0xFFFE if chunk.len() >= 26 => u16_at(chunk, 24),
         tag => tag,
     };
-    let float = match tag {
-        1 => false,
-        3 => true,
-        tag => {
+    let channels = usize::from(u16_at(chunk, 2));
+    let frame = usize::from(u16_at(chunk, 12));
+    let width = frame.checked_div(channels).unwrap_or(0);
+    let number: fn(&[u8]) -> f64 = match (tag, width) {
+        (1, 1) => |b| (f64::from(b[0]) - 128.0) / 128.0,
+        (1, 2..=4) => integer,
+        (3, 4) => |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        (3, 8) => |b| f64::from_le_bytes(b.try_into().unwrap_or_default()),
+        _ => {
             return Err(Problem::Unsupported {
-                what: format!("compressed sound (WAV coding {tag})"),
-                remedy: "save it as uncompressed PCM",
+                what: format!("the WAV coding {tag} with {width} bytes per sample"),
+                remedy: "save it as PCM of 8 to 32 bits, or as float of 32 or 64 bits",
             });
         }
     };
-    let channels = usize::from(u16_at(chunk, 2));
-    let block = usize::from(u16_at(chunk, 12));
-    if channels == 0 || block == 0 || !block.is_multiple_of(channels) {
-        let what = format!("{channels} channels in blocks of {block} bytes");
-        return Err(damaged(&what));
-    }
-    let (width, bits) = (block / channels, usize::from(u16_at(chunk, 14)));
+    let bits = usize::from(u16_at(chunk, 14));
     // Integers may not use the lowest bits of their bytes.
-    let fits = match float {
-        true => bits == 8 * width,
-        false => bits <= 8 * width,
-    };
-    if !fits {
-        let what = format!("it declares {bits} bits in {width} bytes per sample");
+    let fits = bits == 8 * width || (tag == 1 && bits < 8 * width);
+    if !fits || frame != channels * width {
+        let what = format!(
+            "it declares {bits} bits in {width} bytes per sample, and {channels} channels in {frame} bytes"
+        );
         return Err(damaged(&what));
     }
     Ok(Coding {
-        float,
         channels,
         rate: u32_at(chunk, 4),
         width,
-    })
-}
-
-/// Converts the bytes of one sample to a number.
-fn number(coding: &Coding) -> Result<fn(&[u8]) -> f64, Problem> {
-    Ok(match (coding.float, coding.width) {
-        (false, 1) => |b| (f64::from(b[0]) - 128.0) / 128.0,
-        (false, 2) => |b| integer(b),
-        (false, 3) => |b| integer(b),
-        (false, 4) => |b| integer(b),
-        (true, 4) => |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        (true, 8) => |b| f64::from_le_bytes(b.try_into().unwrap_or_default()),
-        (_, width) => {
-            return Err(Problem::Unsupported {
-                what: format!("a sample of {width} bytes"),
-                remedy: "save it with 8 to 32 bits, or as 32- or 64-bit float",
-            });
-        }
+        frame,
+        number,
     })
 }
 
@@ -266,10 +225,10 @@ fn damaged(what: &str) -> Problem {
     }
 }
 
-fn cut_short(name: &str, have: u64, need: u64) -> Problem {
+fn cut_short(what: &str, have: u64, need: u64) -> Problem {
     Problem::Truncated {
         format: FORMAT,
-        what: format!("the chunk `{name}`"),
+        what: what.to_owned(),
         have,
         need,
     }

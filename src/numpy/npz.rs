@@ -11,6 +11,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::{Array, ArrayError, ArrayReader};
+use crate::foreign::open_file;
 
 /// Maximum number of values that [`Npz::array`] reads from one file, all arrays together (1 GiB of
 /// `f64`): far above a sparse mass matrix, far below what a few bytes of a compressed file can announce.
@@ -50,11 +51,7 @@ impl Npz {
     /// # Errors
     /// If it cannot be read or is not an archive.
     pub fn open(path: &Path) -> Result<Self, NpzError> {
-        // A pipe would block, and a directory can be opened without an error.
-        let file = match std::fs::metadata(path).map_err(NpzError::Unreadable)? {
-            meta if meta.is_file() => File::open(path).map_err(NpzError::Unreadable)?,
-            _ => return Err(NpzError::NotNpz("it is not a regular file".to_owned())),
-        };
+        let (file, _) = open_file(path).map_err(NpzError::Unreadable)?;
         let zip = ZipArchive::new(BufReader::new(file));
         Ok(Self {
             zip: zip.map_err(|error| NpzError::NotNpz(error.to_string()))?,
@@ -265,7 +262,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let rejected = |path: &Path| read_npz(path).unwrap_err().to_string();
         assert!(rejected(&folder.path().join("none.npz")).contains("check its path"));
-        assert!(rejected(folder.path()).contains("not a regular file"));
+        assert!(rejected(folder.path()).contains("is a directory"));
         let plain = folder.path().join("plain.npz");
         std::fs::write(&plain, b"not a zip").unwrap();
         assert!(rejected(&plain).contains("numpy.savez"));

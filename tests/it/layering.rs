@@ -12,13 +12,13 @@ const EDGES: &[(&str, &[&str])] = &[
     ("dynamics", &[]),
     ("memory", &[]),
     ("analysis", &["memory"]),
-    ("numpy", &["memory"]),
+    ("numpy", &["foreign", "memory"]),
     ("foreign", &[]),
     ("joint", &["fem", "dynamics", "numpy"]),
     ("systems", &["dynamics"]),
     (
         "scene",
-        &["fem", "joint", "systems", "dynamics", "analysis"],
+        &["fem", "joint", "systems", "dynamics", "analysis", "foreign"],
     ),
     (
         "pipeline",

@@ -1,15 +1,16 @@
 //! Knots of a curve from a CSV file.
 
-use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
+use std::path::Path;
 
 use super::knots::{KnotKeys, MAX_POINTS, out_of_order};
+use crate::foreign::open_file;
 use crate::scene::document::Document;
 use crate::scene::error::{Fault, Location, SceneError};
 use crate::scene::schema::kind::{Kind, Mismatch, Number};
 use crate::scene::schema::{Key, join};
 
-/// Size limit, bytes; a larger file, such as an endless device, is rejected before it is read completely.
+/// Size limit, bytes.
 const MAX_BYTES: u64 = 4 << 20;
 
 /// Reads the knots of the CSV file that a scene names, in the units of the file: variable (such as time in ms), and
@@ -37,20 +38,13 @@ pub fn knots(document: &Document<'_>, keys: &KnotKeys) -> Result<Vec<[f64; 2]>, 
     KnotFile { file, keys }.knots(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
 
-fn read(path: &std::path::Path) -> Result<String, String> {
-    let mut bytes = Vec::new();
-    // Reading a pipe could block forever.
-    let there = std::fs::metadata(path).map_err(|fault| format!("cannot be read ({fault})"))?;
-    if !there.is_file() {
-        return Err("is not a regular file".to_owned());
-    }
-    File::open(path)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|fault| format!("cannot be read ({fault})"))?;
-    if bytes.len() as u64 > MAX_BYTES {
+fn read(path: &Path) -> Result<String, String> {
+    let unreadable = |fault: io::Error| format!("cannot be read ({fault})");
+    let (file, length) = open_file(path).map_err(unreadable)?;
+    if length > MAX_BYTES {
         return Err(format!("is larger than {MAX_BYTES} bytes"));
     }
-    String::from_utf8(bytes).map_err(|_| "is not UTF-8 text".to_owned())
+    io::read_to_string(file.take(MAX_BYTES)).map_err(unreadable)
 }
 
 /// The content of a CSV file with its name.
@@ -91,25 +85,15 @@ impl KnotFile<'_> {
     fn check_heading(&self, first: Option<(usize, String)>) -> Result<(), SceneError> {
         let (line, heading) = first.unwrap_or((1, String::new()));
         let names = self.keys.knot.each_ref().map(|key| key.name);
-        let is_separated_by = |sign: char| heading.split(sign).map(str::trim).eq(names);
-        if is_separated_by(',') {
+        if heading.split(',').map(str::trim).eq(names) {
             return Ok(());
         }
-        let signs = [(';', "semicolons"), ('\t', "tabs")];
-        Err(
-            match signs.into_iter().find(|(sign, _)| is_separated_by(*sign)) {
-                Some((_, signs)) => self.error(
-                    line,
-                    &format!("its columns are separated by {signs}"),
-                    "separate them by commas, and write numbers with a decimal point",
-                ),
-                None => self.error(
-                    line,
-                    "the first line does not contain the names of the columns",
-                    &format!("begin with the line `{}`", names.join(",")),
-                ),
-            },
-        )
+        let problem = "the first line does not contain the names of the columns";
+        let names = names.join(",");
+        let remedy = format!(
+            "begin with the line `{names}`, separate columns by commas, and write numbers with a decimal point"
+        );
+        Err(self.error(line, problem, &remedy))
     }
 
     fn knot(&self, line: usize, row: &str) -> Result<[f64; 2], SceneError> {

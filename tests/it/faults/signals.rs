@@ -194,10 +194,13 @@ fn a_pipe_is_valid_as_a_scene_but_not_as_a_table() {
         .status();
     assert!(made.expect("mkfifo").success());
     for (load, message) in [
-        ("load_csv = \"pipe.csv\"", "pipe.csv` is not a regular file"),
+        (
+            "load_csv = \"pipe.csv\"",
+            "pipe.csv` cannot be read (this is a pipe or a device",
+        ),
         (
             "load_csv = \"/dev/null\"",
-            "/dev/null` is not a regular file",
+            "/dev/null` cannot be read (this is a pipe or a device",
         ),
     ] {
         let scene = SLOW_FRAMES.replace("load_n = 150", load);
