@@ -5,10 +5,8 @@
 
 mod file;
 mod model;
-mod npz;
 mod samples;
 
 pub use file::{OutputError, is_protected, replace_file, try_folder_of};
 pub use model::{MODEL_VERSION, ModelArrays, encode_model, read_model, write_model};
-pub use npz::write_npz;
 pub use samples::SamplesSink;

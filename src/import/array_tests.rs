@@ -6,8 +6,7 @@ use npyz::WriterBuilder;
 
 use super::tests::{TestFolder, selection, wave};
 use super::*;
-use crate::export::write_npz;
-use crate::numpy::Array;
+use crate::numpy::{Array, encode_npz};
 
 pub(super) fn npy<T: npyz::AutoSerialize + Copy>(
     shape: &[u64],
@@ -118,7 +117,7 @@ fn archives_contain_names_and_a_clock() {
         ("u", Array::vector(u.clone())),
         ("short", Array::vector(vec![1.0, 2.0])),
     ];
-    write_npz(&path, &arrays).unwrap();
+    encode_npz(std::fs::File::create(&path).unwrap(), &arrays).unwrap();
     let asked = |words: &[(&str, &str)]| read_signal(&path, &selection(words));
     let signal = asked(&[("column", "u")]).unwrap();
     assert_eq!(
@@ -140,7 +139,7 @@ fn archives_contain_names_and_a_clock() {
         ("fs", Array::number(48_000.0)),
         ("x", Array::vector(u.clone())),
     ];
-    write_npz(&path, &arrays).unwrap();
+    encode_npz(std::fs::File::create(&path).unwrap(), &arrays).unwrap();
     assert_eq!(asked(&[]).unwrap().rate, 48_000.0);
     let whole = std::fs::read(&path).unwrap();
     folder.put("run.npz", &whole[..whole.len() / 2]);

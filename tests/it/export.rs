@@ -5,7 +5,7 @@ use squeakscope::export::{ModelArrays, SamplesSink, read_model, write_model};
 use squeakscope::joint::{
     BallJoint, Constant, ContactDamping, Friction, FrictionTable, Joint, Model,
 };
-use squeakscope::numpy::read_npz;
+use squeakscope::numpy::{encode_npz, read_npz};
 use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::Scene;
 
@@ -113,7 +113,7 @@ fn other_models_and_incomplete_files() {
     assert_eq!(back.friction, measured.friction);
     std::fs::write(&path, b"not a zip").unwrap();
     assert!(read_model(&path).is_err());
-    squeakscope::export::write_npz(&path, &[]).unwrap();
+    encode_npz(std::fs::File::create(&path).unwrap(), &[]).unwrap();
     let fault = read_model(&path).unwrap_err();
     assert!(fault.to_string().contains("`areas` is missing"), "{fault}");
 }

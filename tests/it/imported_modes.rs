@@ -4,9 +4,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use squeakscope::export::{ModelArrays, write_model, write_npz};
+use squeakscope::export::{ModelArrays, write_model};
 use squeakscope::joint::{BallJoint, Model};
-use squeakscope::numpy::read_npz;
+use squeakscope::numpy::{encode_npz, read_npz};
 use squeakscope::pipeline::message::Record;
 use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::{Parameter, Scene};
@@ -157,7 +157,7 @@ fn the_default_probe_is_the_centre_of_the_patch() {
     let kept: Vec<_> = kept
         .map(|(name, array)| (name.as_str(), array.clone()))
         .collect();
-    write_npz(&path, &kept).unwrap();
+    encode_npz(std::fs::File::create(&path).unwrap(), &kept).unwrap();
     let found = model(&folder.scene("own.toml")).probe;
     for (found, expected) in found.iter().zip(&beam.probe) {
         assert!((found - expected).abs() < 1e-12, "{found} {expected}");
@@ -298,7 +298,7 @@ fn the_identity_of_a_sweep_includes_its_modes() {
         .iter()
         .map(|(name, array)| (name.as_str(), array.clone()))
         .collect();
-    write_npz(&path, &arrays).unwrap();
+    encode_npz(std::fs::File::create(&path).unwrap(), &arrays).unwrap();
     assert_ne!(plan(folder.scene("own.toml")).identity(), before);
     assert!(
         !plan(folder.scene("beam.toml"))

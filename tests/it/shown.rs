@@ -5,8 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use assert_cmd::assert::Assert;
 use serde_json::Value;
-use squeakscope::export::write_npz;
-use squeakscope::numpy::Array;
+use squeakscope::numpy::{Array, encode_npz};
 
 /// Clears the terminal, sets a colour in two notations, reverses the line, and fakes a message.
 const NAME: &str = "a\u{1b}[2J\u{1b}[35mb\u{9b}35m\u{202e}c\u{2066}\nerror: faked\rd";
@@ -80,7 +79,8 @@ fn names_of_arrays_are_escaped() {
         .collect::<Vec<_>>();
     let array = || Array::vector(samples.clone());
     let arrays = [(NAME, array()), ("other", array())];
-    write_npz(&folder.path().join("a.npz"), &arrays).expect("written");
+    let npz = std::fs::File::create(folder.path().join("a.npz")).expect("created");
+    encode_npz(npz, &arrays).expect("written");
     assert_error(squeakscope(folder.path(), &["analyse", "a.npz"]), 2, SHOWN);
     let args = [
         "analyse",
