@@ -11,7 +11,6 @@ use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
 use super::figures::{PIXELS, write_figures};
 use super::interrupt;
-use super::levels_text::levels_text;
 use super::output::{Kind, OutputFile};
 use super::progress::Progress;
 use super::resources;
@@ -78,7 +77,7 @@ pub(super) fn execute(
     files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
     let mut text = signal_text::text(file, report);
     if let Some(levels) = &analysed.sound_levels {
-        text = format!("{}\n{text}", levels_text(levels));
+        text = format!("{}\n{text}", signal_text::levels_text(levels));
     }
     if !files.is_empty() {
         text.push('\n');

@@ -30,7 +30,6 @@ mod figures;
 mod friction;
 mod help;
 mod interrupt;
-mod levels_text;
 mod live;
 mod live_args;
 mod lyapunov;
@@ -55,12 +54,11 @@ mod steps;
 mod study_args;
 mod sweep;
 mod view;
-mod words;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use clap::FromArgMatches;
 
@@ -72,12 +70,16 @@ use args::{Args, Command, RunArgs};
 
 pub use error::CliError;
 
+/// The arguments, of which the first is the name or path of the program. Those of the process differ if another
+/// program, such as Python, runs the command line.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
 /// Runs the program with arguments, of which the first is the name of the program, and returns its exit code.
 ///
 /// Results go to the standard output, messages to the standard error. The module source documents the exit
 /// codes: 0 success, 1 failure, 2 invalid input, 130 interrupted.
 pub fn main(words: Vec<OsString>) -> u8 {
-    words::set_words(&words);
+    let _ = WORDS.set(words.clone());
     let args = match parse(words.clone()) {
         Ok(args) => args,
         // `--help` and `--version` also end here, with exit code 0.

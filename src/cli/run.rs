@@ -19,7 +19,6 @@ use super::output::{Kind, OutputFile};
 use super::progress::{Notifier, Progress};
 use super::report::{self, HEADING, WARNING};
 use super::resources::start_thread_pool;
-use super::words::words;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
@@ -244,7 +243,7 @@ fn report_partial_recording(part: &Path, fault: &PipelineError, notify: &Notifie
 /// The command line that started the program.
 pub(super) fn command_line() -> String {
     let name = std::iter::once("squeakscope".to_owned());
-    let words = words().iter().skip(1);
+    let words = super::WORDS.get().into_iter().flatten().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     name.chain(words).collect::<Vec<_>>().join(" ")
 }
