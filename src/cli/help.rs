@@ -1,10 +1,15 @@
-//! The help: commands grouped by task, with examples at the end of each command's help.
+//! The help: commands grouped by task, with examples at the end of each command's help; the same as pages of `man`, and
+//! completions for shells.
 
 use std::fmt::Write as _;
+use std::fs;
 
 use clap::{Arg, CommandFactory};
 
-use super::args::Args;
+use super::args::{Args, CompletionsArgs, ManArgs};
+use super::error::CliError;
+use super::output::OutputError;
+use super::report;
 
 /// Commands for one kind of task.
 struct Task {
@@ -101,6 +106,36 @@ pub(super) fn command() -> clap::Command {
         examples(&FIRST_STEPS)
     );
     command.help_template(template).after_help(more)
+}
+
+/// Prints the completion script of a shell.
+///
+/// # Errors
+/// If the standard output cannot be written.
+pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command(), "squeakscope", &mut script);
+    Ok(report::print(&String::from_utf8_lossy(&script))?)
+}
+
+/// Writes `squeakscope.1`, and `squeakscope-COMMAND.1` for each command.
+///
+/// # Errors
+/// Bad input if the directory cannot be created; failure if a page cannot be written.
+pub(super) fn man(args: &ManArgs) -> Result<(), CliError> {
+    let directory = &args.directory;
+    let command = command();
+    let pages = command.get_subcommands();
+    let pages = pages.map(|command| format!("squeakscope-{}.1", command.get_name()));
+    let pages: Vec<String> = pages.chain(["squeakscope.1".to_owned()]).collect();
+    args.overwrite.check_directory(directory, "DIR", &pages)?;
+    fs::create_dir_all(directory)
+        .and_then(|()| clap_mangen::generate_to(command, directory))
+        .map_err(|source| OutputError::Failed {
+            path: directory.clone(),
+            source,
+        })?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -87,3 +87,20 @@ fn the_main_help_fits_the_terminal() {
         assert!(help.contains(&format!("\n{}:\n", task.title)), "{help}");
     }
 }
+
+#[test]
+fn every_command_has_a_man_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("man1");
+    man(&ManArgs {
+        directory: directory.clone(),
+        overwrite: Default::default(),
+    })
+    .unwrap();
+    let page = |name: &str| fs::read_to_string(directory.join(name)).unwrap();
+    assert!(page("squeakscope.1").contains(".TH squeakscope 1"));
+    for command in command().get_subcommands() {
+        let text = page(&format!("squeakscope-{}.1", command.get_name()));
+        assert!(text.contains("Examples"), "{text}");
+    }
+}

@@ -44,7 +44,6 @@ mod resources;
 mod run;
 mod scenes;
 mod schema;
-mod shell;
 mod signal;
 mod signal_text;
 mod sound_args;
@@ -144,8 +143,8 @@ fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Friction(args) => friction::execute(&args),
         Command::Analyse(args) => interruptible(|stop| analyse_files::execute(&args, stop)),
         Command::Schema(args) => schema::schema(&args),
-        Command::Completions(args) => shell::completions(&args),
-        Command::Man(args) => shell::man(&args),
+        Command::Completions(args) => help::completions(&args),
+        Command::Man(args) => help::man(&args),
     }
 }
 

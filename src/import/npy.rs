@@ -44,7 +44,7 @@ fn open_file<'a, R: Read + Seek>(
 ) -> Result<ArrayReader<&'a mut R>, Problem> {
     let length = content.seek(SeekFrom::End(0))?;
     content.seek(SeekFrom::Start(0))?;
-    opened(ArrayReader::open(content, length), name)
+    ArrayReader::open(content, length).map_err(|p| problem(p, name))
 }
 
 impl<R: Read + Seek> Source for Npy<R> {
@@ -149,7 +149,7 @@ fn open_entry<'a, R: Read + Seek>(
 ) -> Result<ArrayReader<ZipFile<'a, R>>, Problem> {
     let entry = zip.by_index(index).map_err(archive)?;
     let length = entry.size();
-    opened(ArrayReader::open(entry, length), name)
+    ArrayReader::open(entry, length).map_err(|p| problem(p, name))
 }
 
 impl<R: Read + Seek> Source for Npz<R> {
@@ -267,10 +267,6 @@ impl Layout {
         }
         Ok(())
     }
-}
-
-fn opened<T>(array: Result<T, ArrayError>, name: &str) -> Result<T, Problem> {
-    array.map_err(|p| problem(p, name))
 }
 
 fn archive(error: impl std::fmt::Display) -> Problem {

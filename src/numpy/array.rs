@@ -1,6 +1,6 @@
 //! Reads one array from the bytes of a `.npy` file.
 
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read};
 
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar};
 
@@ -92,13 +92,10 @@ pub struct ArrayReader<R> {
     fortran: bool,
     rounding: f64,
     element: ElementType,
-    source: R,
+    source: BufReader<R>,
     /// Bytes of values announced in the header, and bytes read.
     need: u64,
     have: u64,
-    block: Vec<u8>,
-    /// Index of the next value in the block.
-    next: usize,
 }
 
 /// Binary format of a value.
@@ -134,11 +131,9 @@ impl<R: Read> ArrayReader<R> {
             fortran: header.order() == Order::Fortran,
             rounding,
             element,
-            source,
+            source: BufReader::with_capacity(BLOCK, source),
             need,
             have: 0,
-            block: Vec::new(),
-            next: 0,
         })
     }
 
@@ -198,51 +193,37 @@ impl<R: Read> ArrayReader<R> {
         }
         Ok(Array { shape, values })
     }
-
-    /// Reads the next block; false after the last.
-    fn fill(&mut self) -> Result<bool, ArrayError> {
-        let full = BLOCK - BLOCK % self.element.size;
-        let requested = (self.need - self.have).min(full as u64);
-        self.block.clear();
-        self.next = 0;
-        let mut part = self.source.by_ref().take(requested);
-        part.read_to_end(&mut self.block).map_err(damaged)?;
-        self.have += self.block.len() as u64;
-        if (self.block.len() as u64) < requested {
-            return Err(ArrayError::CutShort {
-                have: self.have,
-                need: self.need,
-            });
-        }
-        if requested > 0 && self.have == self.need {
-            // An archive verifies its checksum at the end of the data.
-            self.source.read(&mut [0]).map_err(damaged)?;
-        }
-        Ok(requested > 0)
-    }
 }
 
 impl<R: Read> Iterator for ArrayReader<R> {
     type Item = Result<f64, ArrayError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.next == self.block.len() {
-            match self.fill() {
-                Ok(true) => {}
-                Ok(false) => return None,
-                Err(problem) => {
-                    self.have = self.need;
-                    self.block.clear();
-                    return Some(Err(problem));
-                }
-            }
+        if self.have == self.need {
+            return None;
         }
-        let bytes = &self.block[self.next..self.next + self.element.size];
-        self.next += self.element.size;
+        let mut bytes = [0; 8];
+        let bytes = &mut bytes[..self.element.size];
+        if let Err(error) = self.source.read_exact(bytes) {
+            let (have, need) = (self.have, self.need);
+            self.have = need;
+            return Some(Err(match error.kind() {
+                io::ErrorKind::UnexpectedEof => ArrayError::CutShort { have, need },
+                _ => damaged(error),
+            }));
+        }
+        self.have += self.element.size as u64;
+        // An archive verifies its checksum at the end of the data.
+        if self.have == self.need
+            && let Err(error) = self.source.read(&mut [0])
+        {
+            return Some(Err(damaged(error)));
+        }
         let join = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        let bits = match self.element.big_endian {
-            true => bytes.iter().fold(0, join),
-            false => bytes.iter().rev().fold(0, join),
+        let bits = if self.element.big_endian {
+            bytes.iter().fold(0, join)
+        } else {
+            bytes.iter().rev().fold(0, join)
         };
         Some(Ok((self.element.number)(bits)))
     }
