@@ -13,7 +13,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group};
-use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, MethodName, System};
 use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -27,13 +27,13 @@ const SPAN: f64 = 0.2e-3;
 /// Rounds of a table.
 const ROUNDS: usize = 61;
 
-const METHOD: Method = Method::Lawson54 {
-    accuracy: Accuracy {
+const METHOD: Method = MethodName::Lawson54.with(
+    Accuracy {
         floor: 1e-12,
         ..Accuracy::relative(1e-5)
     },
-    max_step: 20e-6,
-};
+    20e-6,
+);
 
 /// The joint of `torus-3deg` and its state just after a kick, m/s.
 fn kicked(kick: f64) -> (Joint, Vec<f64>) {

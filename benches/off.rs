@@ -10,7 +10,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use squeakscope::dynamics::{Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
 use squeakscope::joint::{BallJoint, Constant, Friction, Joint, Model, Stribeck};
 use squeakscope::scene::Scene;
 
@@ -116,7 +116,8 @@ impl<L: Law, const UNILATERAL: bool, const RADIAL: bool> System
 
 /// Time of one run, s.
 fn time(system: &impl System, start: &[f64]) -> f64 {
-    let mut integrator = Integrator::new(Method::Rk4 { step: STEP }, system).expect("a step");
+    let method = MethodName::Rk4.with(Accuracy::relative(1e-6), STEP);
+    let mut integrator = Integrator::new(method, system).expect("a step");
     integrator
         .start(system, 0.0, start)
         .expect("a finite state");

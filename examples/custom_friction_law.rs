@@ -11,7 +11,7 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
 use squeakscope::joint::{BallJoint, Friction, FrictionLaw, Joint, Ratio, Stribeck};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -109,10 +109,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Half the peak-to-peak displacement (m), Eq. (24), over 20 ms, starting 80 ms after a small kick.
 fn settled(joint: &Joint, scene: &Scene) -> Result<f64, Box<dyn Error>> {
     let accuracy = Accuracy::relative(scene.integrator.tolerance);
-    let method = Method::Lawson54 {
-        accuracy,
-        max_step: scene.integrator.max_step,
-    };
+    let method = MethodName::Lawson54.with(accuracy, scene.integrator.max_step);
     let mut integrator = Integrator::new(method, joint)?;
     let mut z = initial_state(scene, joint.modes());
     integrator.start(joint, 0.0, &z)?;

@@ -11,7 +11,7 @@
 
 use std::error::Error;
 
-use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
 use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -25,7 +25,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let tilted = scene.joint()?;
     let joint = BallJoint::new(&tilted.spec)?.joint(tilted.tilt.at(0.0))?;
     let start = initial_state(&scene, joint.modes());
-    let reference = integrate(&joint, &start, Method::Rk4 { step: 0.05e-6 })?;
+    let reference = integrate(
+        &joint,
+        &start,
+        MethodName::Rk4.with(Accuracy::relative(1e-6), 0.05e-6),
+    )?;
     let max_separated_nodes = max_separated(&joint, &start)?;
     println!(
         "up to {max_separated_nodes} of {} nodes separated",
@@ -34,36 +38,18 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let max_step = scene.integrator.max_step;
     let accuracies = [1e-4, 1e-6, 1e-8];
-    let adaptive = |method: fn(Accuracy, f64) -> Method| {
-        accuracies.map(|x| (x, method(Accuracy::relative(x), max_step)))
-    };
-    let classical = [1.6e-6, 0.8e-6, 0.4e-6].map(|step| (step, Method::Rk4 { step }));
+    let adaptive =
+        |method: MethodName| accuracies.map(|x| (x, method.with(Accuracy::relative(x), max_step)));
+    let classical = [1.6e-6, 0.8e-6, 0.4e-6]
+        .map(|step| (step, MethodName::Rk4.with(Accuracy::relative(1e-6), step)));
     println!("method    tolerance or step  steps  rejected   evals  error at 4 ms");
     for (name, methods) in [
-        (
-            "lawson54",
-            adaptive(|accuracy, max_step| Method::Lawson54 { accuracy, max_step }),
-        ),
-        (
-            "lawson853",
-            adaptive(|accuracy, max_step| Method::Lawson853 { accuracy, max_step }),
-        ),
-        (
-            "tsit5",
-            adaptive(|accuracy, max_step| Method::Tsit5 { accuracy, max_step }),
-        ),
-        (
-            "dop853",
-            adaptive(|accuracy, max_step| Method::Dop853 { accuracy, max_step }),
-        ),
-        (
-            "rodas5p",
-            adaptive(|accuracy, max_step| Method::Rodas5P { accuracy, max_step }),
-        ),
-        (
-            "auto",
-            adaptive(|accuracy, max_step| Method::Auto { accuracy, max_step }),
-        ),
+        ("lawson54", adaptive(MethodName::Lawson54)),
+        ("lawson853", adaptive(MethodName::Lawson853)),
+        ("tsit5", adaptive(MethodName::Tsit5)),
+        ("dop853", adaptive(MethodName::Dop853)),
+        ("rodas5p", adaptive(MethodName::Rodas5P)),
+        ("auto", adaptive(MethodName::Auto)),
         ("rk4", classical),
     ] {
         for (parameter, method) in methods {
@@ -101,7 +87,10 @@ fn distance(joint: &Joint, a: &[f64], b: &[f64]) -> f64 {
 
 /// Maximum number of separated contact nodes, sampled every 5 us.
 fn max_separated(joint: &Joint, start: &[f64]) -> Result<u32, DynamicsError> {
-    let mut integrator = Integrator::new(Method::Rk4 { step: 0.5e-6 }, joint)?;
+    let mut integrator = Integrator::new(
+        MethodName::Rk4.with(Accuracy::relative(1e-6), 0.5e-6),
+        joint,
+    )?;
     integrator.start(joint, 0.0, start)?;
     let mut z = start.to_vec();
     let mut open = vec![0; joint.contact_nodes().div_ceil(8)];

@@ -17,13 +17,13 @@
 //!
 //! | [`Method`] | composition | step | order | order of dense output |
 //! |---|---|---|---|---|
-//! | [`Method::Lawson54`] (default) | Tsitouras 5(4), integrating factor | adaptive | 5 | 4 |
-//! | [`Method::Lawson853`] | Dormand and Prince 8(5, 3), integrating factor | adaptive | 8 | 7, with three more evaluations |
-//! | [`Method::Tsit5`] | Tsitouras 5(4), plain | adaptive | 5 | 4 |
-//! | [`Method::Dop853`] | Dormand and Prince 8(5, 3), plain | adaptive | 8 | 7, with three more evaluations |
-//! | [`Method::Rodas5P`] | linearly implicit, Steinebach | adaptive | 5 | 4 |
-//! | [`Method::Auto`] | Lawson54, and Rodas5P while the system is stiff | adaptive | 5 | 4 |
-//! | [`Method::Rk4`] | classical, plain | fixed | 4 | 4 in value (cubic Hermite) |
+//! | [`MethodName::Lawson54`] (default) | Tsitouras 5(4), integrating factor | adaptive | 5 | 4 |
+//! | [`MethodName::Lawson853`] | Dormand and Prince 8(5, 3), integrating factor | adaptive | 8 | 7, with three more evaluations |
+//! | [`MethodName::Tsit5`] | Tsitouras 5(4), plain | adaptive | 5 | 4 |
+//! | [`MethodName::Dop853`] | Dormand and Prince 8(5, 3), plain | adaptive | 8 | 7, with three more evaluations |
+//! | [`MethodName::Rodas5P`] | linearly implicit, Steinebach | adaptive | 5 | 4 |
+//! | [`MethodName::Auto`] | Lawson54, and Rodas5P while the system is stiff | adaptive | 5 | 4 |
+//! | [`MethodName::Rk4`] | classical, plain | fixed | 4 | 4 in value (cubic Hermite) |
 //!
 //! Integration runs forward in time only. All methods support event location, tangent vectors and a
 //! perturbed trajectory. During implicit steps the tangent vectors follow the flow, not the numerical
@@ -46,7 +46,7 @@
 //! One oscillator with a hardening spring, `q'' + 4 q = -q^3`, sampled every 0.1 s:
 //!
 //! ```
-//! use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+//! use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
 //!
 //! struct Duffing;
 //!
@@ -59,7 +59,7 @@
 //!     }
 //! }
 //!
-//! let method = Method::Lawson54 { accuracy: Accuracy::relative(1e-8), max_step: 1.0 };
+//! let method = MethodName::Lawson54.with(Accuracy::relative(1e-8), 1.0);
 //! let mut integrator = Integrator::new(method, &Duffing)?;
 //! integrator.start(&Duffing, 0.0, &[1.0, 0.0])?;
 //! let mut z = [0.0; 2];

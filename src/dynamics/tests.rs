@@ -15,12 +15,12 @@ mod springs;
 pub(super) mod systems;
 mod tangents;
 
-use super::{Accuracy, Integrator, Method, System};
+use super::{Accuracy, Integrator, Method, MethodName, System};
 
 /// A method and its theoretical properties.
 struct Properties {
     name: &'static str,
-    method: fn(Accuracy, f64) -> Method,
+    method: MethodName,
     /// Order of the global error on a smooth problem.
     order: f64,
     /// Order of the dense output.
@@ -33,49 +33,49 @@ struct Properties {
 const METHODS: [Properties; 7] = [
     Properties {
         name: "lawson54",
-        method: |accuracy, max_step| Method::Lawson54 { accuracy, max_step },
+        method: MethodName::Lawson54,
         order: 5.0,
         dense: 4.0,
         step: 0.1,
     },
     Properties {
         name: "tsit5",
-        method: |accuracy, max_step| Method::Tsit5 { accuracy, max_step },
+        method: MethodName::Tsit5,
         order: 5.0,
         dense: 4.0,
         step: 0.1,
     },
     Properties {
         name: "dop853",
-        method: |accuracy, max_step| Method::Dop853 { accuracy, max_step },
+        method: MethodName::Dop853,
         order: 8.0,
         dense: 7.0,
         step: 0.2,
     },
     Properties {
         name: "lawson853",
-        method: |accuracy, max_step| Method::Lawson853 { accuracy, max_step },
+        method: MethodName::Lawson853,
         order: 8.0,
         dense: 7.0,
         step: 0.2,
     },
     Properties {
         name: "rodas5p",
-        method: |accuracy, max_step| Method::Rodas5P { accuracy, max_step },
+        method: MethodName::Rodas5P,
         order: 5.0,
         dense: 4.0,
         step: 0.1,
     },
     Properties {
         name: "auto",
-        method: |accuracy, max_step| Method::Auto { accuracy, max_step },
+        method: MethodName::Auto,
         order: 5.0,
         dense: 4.0,
         step: 0.1,
     },
     Properties {
         name: "rk4",
-        method: |_, step| Method::Rk4 { step },
+        method: MethodName::Rk4,
         order: 4.0,
         dense: 3.0,
         step: 0.05,
@@ -84,14 +84,21 @@ const METHODS: [Properties; 7] = [
 
 /// The adaptive methods at one relative tolerance.
 fn adaptive_methods(relative: f64, max_step: f64) -> [Method; 6] {
-    std::array::from_fn(|k| (METHODS[k].method)(Accuracy::relative(relative), max_step))
+    std::array::from_fn(|k| {
+        METHODS[k]
+            .method
+            .with(Accuracy::relative(relative), max_step)
+    })
 }
 
 /// The adaptive methods at one relative tolerance, and the fixed-step method at a step of similar
 /// accuracy.
 fn all_methods(relative: f64, max_step: f64, step: f64) -> [Method; 7] {
-    let adaptive = adaptive_methods(relative, max_step);
-    std::array::from_fn(|k| adaptive.get(k).copied().unwrap_or(Method::Rk4 { step }))
+    let accuracy = Accuracy::relative(relative);
+    METHODS.map(|properties| {
+        let is_fixed = properties.method.has_fixed_step();
+        (properties.method).with(accuracy, if is_fixed { step } else { max_step })
+    })
 }
 
 /// All methods with constant steps, whatever the error.
@@ -100,7 +107,7 @@ fn equal_steps(step: f64) -> [Method; 7] {
         relative: 0.1,
         floor: 1e9,
     };
-    std::array::from_fn(|k| (METHODS[k].method)(accuracy, step))
+    METHODS.map(|properties| properties.method.with(accuracy, step))
 }
 
 /// Integrates from `z0` at time zero to a step that ends at time `t`.

@@ -1,7 +1,7 @@
 //! The integrators on the paper's joint: agreement with each other and with an independent high-order
 //! method, and convergence orders.
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Integrator, Method, MethodName, System};
 use squeakscope::joint::{BallJoint, Joint, Quadrature};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -97,7 +97,11 @@ fn the_integrators_agree_with_an_independent_method() {
         let (accuracy, max_step) = adaptive(relative);
         distance(
             &joint,
-            &integrate(&joint, &start, Method::Lawson54 { accuracy, max_step }),
+            &integrate(
+                &joint,
+                &start,
+                MethodName::Lawson54.with(accuracy, max_step),
+            ),
             &exact,
         )
     };
@@ -105,14 +109,18 @@ fn the_integrators_agree_with_an_independent_method() {
         let (accuracy, max_step) = adaptive(relative);
         distance(
             &joint,
-            &integrate(&joint, &start, Method::Tsit5 { accuracy, max_step }),
+            &integrate(&joint, &start, MethodName::Tsit5.with(accuracy, max_step)),
             &exact,
         )
     };
     let rk4 = |step| {
         distance(
             &joint,
-            &integrate(&joint, &start, Method::Rk4 { step }),
+            &integrate(
+                &joint,
+                &start,
+                MethodName::Rk4.with(Accuracy::relative(1e-6), step),
+            ),
             &exact,
         )
     };
@@ -120,7 +128,7 @@ fn the_integrators_agree_with_an_independent_method() {
         let (accuracy, max_step) = adaptive(relative);
         distance(
             &joint,
-            &integrate(&joint, &start, Method::Rodas5P { accuracy, max_step }),
+            &integrate(&joint, &start, MethodName::Rodas5P.with(accuracy, max_step)),
             &exact,
         )
     };
@@ -147,10 +155,7 @@ fn the_integrators_agree_with_an_independent_method() {
 #[test]
 fn samples_agree_with_step_ends() {
     let (joint, start) = strongly_kicked();
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-9),
-        max_step: 1e-4,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-9), 1e-4);
     let mut sampled = Integrator::new(method, &joint).unwrap();
     let mut at_step_ends = Integrator::new(method, &joint).unwrap();
     sampled.start(&joint, 0.0, &start).unwrap();
@@ -187,8 +192,8 @@ fn auto_switches_to_implicit_steps_while_the_joint_sticks() {
         let state = integrator.state()[..2 * joint.modes()].to_vec();
         (integrator.stats(), state, joint)
     };
-    let lawson = Method::Lawson54 { accuracy, max_step };
-    let auto = Method::Auto { accuracy, max_step };
+    let lawson = MethodName::Lawson54.with(accuracy, max_step);
+    let auto = MethodName::Auto.with(accuracy, max_step);
     let (explicit, explicit_state, joint) = run(100.0, lawson);
     let (switched, auto_state, _) = run(100.0, auto);
     assert!(

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method};
+use squeakscope::dynamics::{Accuracy, Integrator, MethodName};
 use squeakscope::joint::{ContactDamping, Friction, FrictionLaw, Joint, Model, Ratio, Stribeck};
 
 /// The exact limit cycle for unit mass, stiffness and normal load on a belt at 0.2. The coefficient of
@@ -39,10 +39,7 @@ struct Cycle {
 /// The settled stick-slip cycle, started with the mass sticking.
 fn cycle(joint: &Joint) -> Cycle {
     // The errors must be small compared with the creep speed, not only with the motion.
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-9),
-        max_step: 0.01,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-9), 0.01);
     let mut integrator = Integrator::new(method, joint).unwrap();
     integrator.start(joint, 0.0, &[0.0, 0.2]).unwrap();
     let dt = 1e-3;

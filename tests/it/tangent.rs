@@ -3,7 +3,9 @@
 
 use std::cell::RefCell;
 
-use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, Switching, System};
+use squeakscope::dynamics::{
+    Accuracy, Differentiable, Integrator, Method, MethodName, Switching, System,
+};
 use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
@@ -30,10 +32,7 @@ enum ContactChanges {
 
 /// The default method at a tolerance.
 fn lawson(tolerance: f64) -> Method {
-    Method::Lawson54 {
-        accuracy: Accuracy::relative(tolerance),
-        max_step: 20e-6,
-    }
+    MethodName::Lawson54.with(Accuracy::relative(tolerance), 20e-6)
 }
 
 fn integrator<Y: System>(sys: &Y, changes: ContactChanges, method: Method) -> Integrator {
@@ -147,7 +146,7 @@ fn tangents_with_event_location_are_the_derivative_of_the_flow() {
 #[test]
 fn tangents_through_kinks_are_the_derivative_of_the_numerical_flow() {
     let (joint, z) = kicked(100, 30e-3);
-    let method = Method::Rk4 { step: 0.4e-6 };
+    let method = MethodName::Rk4.with(Accuracy::relative(1e-6), 0.4e-6);
     let (error, _) = tangent_error(&joint, ContactChanges::Through, method, &z, 1e-3, 1e-9);
     println!("{error:.1e}");
     assert!(error < 1e-6, "{error:e}");

@@ -1,7 +1,7 @@
 //! Options of the continuation.
 
 use super::ContinuationError;
-use crate::dynamics::{Accuracy, Method};
+use crate::dynamics::{Accuracy, Method, MethodName};
 
 /// Limits of the steps along a branch, in units of the scaled arclength: a step of 1 changes the state by the size of
 /// the orbit, or the period by itself, or the parameter by the distance of its bounds.
@@ -61,10 +61,7 @@ impl ContinuationOptions {
     pub fn new(bounds: [f64; 2], max_step: f64) -> Self {
         Self {
             bounds,
-            method: Method::Lawson853 {
-                accuracy: Accuracy::relative(1e-11),
-                max_step,
-            },
+            method: MethodName::Lawson853.with(Accuracy::relative(1e-11), max_step),
             locate_kinks: true,
             newton_tolerance: 1e-9,
             max_iterations: 8,

@@ -1,6 +1,6 @@
 //! The workspaces of all methods in one enum.
 
-use super::Method;
+use super::{Method, MethodName};
 use crate::dynamics::auto::Auto;
 use crate::dynamics::integrating_factor::IntegratingFactor;
 use crate::dynamics::plain::Plain;
@@ -54,17 +54,17 @@ impl Engine {
             let form = IntegratingFactor::new(sys, TSIT5.nodes.len());
             RungeKutta::new(&TSIT5, form, sys)
         };
-        Ok(match method {
-            Method::Lawson54 { .. } => Self::Lawson54(lawson54()),
-            Method::Tsit5 { .. } => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::new(sys), sys)),
-            Method::Rk4 { .. } => Self::Rk4(RungeKutta::new(&RK4, Plain::new(sys), sys)),
-            Method::Dop853 { .. } => Self::Dop853(RungeKutta::new(&DOP853, Plain::new(sys), sys)),
-            Method::Lawson853 { .. } => {
+        Ok(match method.name {
+            MethodName::Lawson54 => Self::Lawson54(lawson54()),
+            MethodName::Tsit5 => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::new(sys), sys)),
+            MethodName::Rk4 => Self::Rk4(RungeKutta::new(&RK4, Plain::new(sys), sys)),
+            MethodName::Dop853 => Self::Dop853(RungeKutta::new(&DOP853, Plain::new(sys), sys)),
+            MethodName::Lawson853 => {
                 let form = IntegratingFactor::new(sys, DOP853.nodes.len());
                 Self::Lawson853(RungeKutta::new(&DOP853, form, sys))
             }
-            Method::Rodas5P { .. } => Self::Rodas5P(Rosenbrock::new(sys, derivative()?)),
-            Method::Auto { .. } => {
+            MethodName::Rodas5P => Self::Rodas5P(Rosenbrock::new(sys, derivative()?)),
+            MethodName::Auto => {
                 let implicit = Rosenbrock::new(sys, derivative()?);
                 Self::Auto(Auto::new(lawson54(), implicit, sys.tangent_dim()))
             }

@@ -5,69 +5,45 @@ use strum::VariantArray;
 use crate::dynamics::DynamicsError;
 use crate::dynamics::error_control::{Accuracy, PiController, StepSizeControl};
 
-/// An integration method with its parameters.
-#[derive(Clone, Copy, Debug, PartialEq, strum::EnumDiscriminants)]
-#[strum_discriminants(
-    name(MethodName),
-    doc = "The name of a [`Method`], without parameters.",
-    derive(strum::VariantArray, strum::IntoStaticStr, strum::EnumString),
-    strum(serialize_all = "kebab-case")
+/// An integration method with its parameters: [`MethodName::with`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// The method.
+    pub name: MethodName,
+    /// Error tolerance per step. A method with a fixed step has none.
+    pub accuracy: Accuracy,
+    /// Maximum step, s. The integration fails if it needs less than 1e-10 of this. A method with a fixed
+    /// step takes this step.
+    pub max_step: f64,
+}
+
+/// An integration method.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, strum::VariantArray, strum::IntoStaticStr, strum::EnumString,
 )]
-pub enum Method {
+#[strum(serialize_all = "kebab-case")]
+pub enum MethodName {
     /// Exponential pair of order 5(4) with exact free vibration: Lawson's integrating factor with the
     /// pair of Tsitouras. The default.
-    Lawson54 {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
+    Lawson54,
     /// Exponential method of order 8(5, 3) with exact free vibration: Lawson's integrating factor with
-    /// the tableau of [`Method::Dop853`]; dense output of order 7.
-    Lawson853 {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
+    /// the tableau of [`MethodName::Dop853`]; dense output of order 7.
+    Lawson853,
     /// Embedded pair of order 5(4) of Tsitouras, plain form.
-    Tsit5 {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
+    Tsit5,
     /// Embedded method of order 8(5, 3) of Dormand and Prince, plain form, with dense output of order 7.
     /// More efficient than order 5 below relative errors of about 1e-8 on a smooth problem.
-    Dop853 {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
+    Dop853,
     /// Rodas5P, a linearly implicit (Rosenbrock) method of order 5(4), for systems that are stiff throughout.
     /// Needs [`System::differentiable`](crate::dynamics::System::differentiable).
-    #[strum_discriminants(strum(to_string = "rodas5p"))]
-    Rodas5P {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
-    /// [`Method::Lawson54`], and [`Method::Rodas5P`] while stiffness limits the explicit step, for
+    #[strum(to_string = "rodas5p")]
+    Rodas5P,
+    /// [`MethodName::Lawson54`], and [`MethodName::Rodas5P`] while stiffness limits the explicit step, for
     /// example during the transition from sliding to sticking. Needs
     /// [`System::differentiable`](crate::dynamics::System::differentiable).
-    Auto {
-        /// Error tolerance per step.
-        accuracy: Accuracy,
-        /// Maximum step, s. The integration fails if it needs less than 1e-10 of this.
-        max_step: f64,
-    },
-    /// Classical Runge–Kutta method of order 4.
-    Rk4 {
-        /// Step length, s.
-        step: f64,
-    },
+    Auto,
+    /// Classical Runge–Kutta method of order 4, with a fixed step.
+    Rk4,
 }
 
 impl MethodName {
@@ -86,14 +62,10 @@ impl MethodName {
 
     /// The method with the given parameters. A fixed-step method uses `max_step` (s) as its step.
     pub const fn with(self, accuracy: Accuracy, max_step: f64) -> Method {
-        match self {
-            Self::Lawson54 => Method::Lawson54 { accuracy, max_step },
-            Self::Lawson853 => Method::Lawson853 { accuracy, max_step },
-            Self::Tsit5 => Method::Tsit5 { accuracy, max_step },
-            Self::Dop853 => Method::Dop853 { accuracy, max_step },
-            Self::Rodas5P => Method::Rodas5P { accuracy, max_step },
-            Self::Auto => Method::Auto { accuracy, max_step },
-            Self::Rk4 => Method::Rk4 { step: max_step },
+        Method {
+            name: self,
+            accuracy,
+            max_step,
         }
     }
 }
@@ -101,35 +73,26 @@ impl MethodName {
 impl Method {
     /// The step-size control, with checked parameters.
     pub(super) fn control(self) -> Result<StepSizeControl, DynamicsError> {
-        let positive = |name, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(())
-            } else {
-                Err(DynamicsError::Parameter {
-                    name,
-                    value,
-                    allowed: "positive and finite",
-                })
-            }
-        };
-        match self {
-            Self::Lawson54 { accuracy, max_step }
-            | Self::Tsit5 { accuracy, max_step }
-            | Self::Dop853 { accuracy, max_step }
-            | Self::Lawson853 { accuracy, max_step }
-            | Self::Rodas5P { accuracy, max_step }
-            | Self::Auto { accuracy, max_step } => {
-                accuracy.check()?;
-                positive("the maximum step", max_step)?;
-                Ok(StepSizeControl::Adaptive(PiController::new(
-                    accuracy, max_step,
-                )))
-            }
-            Self::Rk4 { step } => {
-                positive("the step", step)?;
-                Ok(StepSizeControl::Fixed(step))
-            }
+        let is_fixed = self.name.has_fixed_step();
+        if !is_fixed {
+            self.accuracy.check()?;
         }
+        if !(self.max_step > 0.0 && self.max_step.is_finite()) {
+            return Err(DynamicsError::Parameter {
+                name: if is_fixed {
+                    "the step"
+                } else {
+                    "the maximum step"
+                },
+                value: self.max_step,
+                allowed: "positive and finite",
+            });
+        }
+        Ok(if is_fixed {
+            StepSizeControl::Fixed(self.max_step)
+        } else {
+            StepSizeControl::Adaptive(PiController::new(self.accuracy, self.max_step))
+        })
     }
 }
 

@@ -171,10 +171,7 @@ fn a_thousand_crossings_per_millisecond_are_all_located() {
     let (z0, end) = ([0.6, 0.0], 3e-3);
     let exact = thousand_exact(&springs, z0, end);
     let relative = 1e-11;
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(relative),
-        max_step: 1e-4,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(relative), 1e-4);
     let integrator = run_exact(method, &springs, &z0, end);
     let stats = integrator.stats();
     let state = integrator.state();
@@ -198,10 +195,7 @@ fn a_thousand_crossings_per_millisecond_are_all_located() {
 fn continuous_chatter_suspends_event_location_for_one_window() {
     let omega = 1e6;
     let springs = Springs::new(&[omega], &[1.0], &[0.0], 1e-3 * omega * omega);
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-7),
-        max_step: 1.0,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-7), 1.0);
     let integrator = run_exact(method, &springs, &[1.0, 0.0], 0.035);
     let stats = integrator.stats();
     assert!(
@@ -304,7 +298,7 @@ proptest! {
         start in prop::collection::vec(-1.0..1.0_f64, 4),
     ) {
         let springs = Springs::new(&[1.0, 3.1], &shapes, &press, 4.0);
-        let tiny = run(Method::Rk4 { step: 2e-5 }, &springs, &start, 6.0);
+        let tiny = run(MethodName::Rk4.with(Accuracy::relative(1e-6), 2e-5), &springs, &start, 6.0);
         for method in &all_methods(1e-10, 0.5, 1e-3) {
             let exact = run_exact(*method, &springs, &start, 6.0);
             let error = distance(exact.state(), tiny.state());

@@ -92,7 +92,7 @@ fn the_exponents_of_a_linear_system_are_its_decay_rates() {
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        let rounding = if matches!(method, Method::Rk4 { .. } | Method::Rodas5P { .. }) {
+        let rounding = if matches!(method.name, MethodName::Rk4 | MethodName::Rodas5P) {
             1e-6
         } else {
             1e-9
@@ -120,7 +120,7 @@ fn lorenz_exponents_agree_with_published_values() {
             );
         }
         let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
-        let implicit = matches!(method, Method::Rodas5P { .. });
+        let implicit = method.name == MethodName::Rodas5P;
         let allowed = if implicit { 1e-4 } else { 1e-6 };
         assert!((sum + 41.0 / 3.0).abs() < allowed, "{method:?}: {sum}");
         assert_eq!(

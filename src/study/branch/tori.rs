@@ -20,7 +20,7 @@ use crate::dynamics::continuation::{
     BifurcationKind, ContinuationError, ContinuationOptions, Criticality, Family, OrbitBranch,
     PeriodicOrbit, ReturnSearch, continue_orbits, settled_orbit,
 };
-use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, System};
+use crate::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName, System};
 
 /// Beats of the window of the frequencies, and between two looks at the amplitude of the second tone while it settles.
 const BEATS: [f64; 2] = [128.0, 32.0];
@@ -55,10 +55,7 @@ pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrb
     let family = SceneFamily::new(plan);
     let max_step = plan.scene.integrator.max_step;
     let options = ContinuationOptions::new(plan.interval, max_step);
-    let method = Method::Lawson853 {
-        accuracy: Accuracy::relative(TOLERANCE),
-        max_step,
-    };
+    let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), max_step);
     let mut tori = Vec::new();
     for found in result.orbit_bifurcations() {
         let point = &found.bifurcation;

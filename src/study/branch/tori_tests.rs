@@ -82,10 +82,7 @@ impl Family for OverFrequency {
 
 /// The torus of a drive over some frequencies.
 fn torus(drive: f64, values: &[f64]) -> Torus {
-    let method = Method::Dop853 {
-        accuracy: Accuracy::relative(1e-10),
-        max_step: 0.5,
-    };
+    let method = MethodName::Dop853.with(Accuracy::relative(1e-10), 0.5);
     let options = ContinuationOptions {
         method,
         ..ContinuationOptions::new([0.5, 1.5], 0.5)

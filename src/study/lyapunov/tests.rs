@@ -1,7 +1,7 @@
 //! Exponents of small systems: goals, stops, and the sum that equals the mean trace.
 
 use super::*;
-use crate::dynamics::{Accuracy, Differentiable, Method};
+use crate::dynamics::{Accuracy, Differentiable, MethodName};
 use crate::systems::tests::Lorenz;
 use std::time::Duration;
 
@@ -65,10 +65,7 @@ fn study<Y: System>(
 
 /// An integrator with tangent vectors, started at a state.
 fn integrator<Y: System>(sys: &Y, width: usize, start: &[f64]) -> Integrator {
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-8),
-        max_step: 0.1,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-8), 0.1);
     let integrator = Integrator::new(method, sys).unwrap();
     let mut integrator = integrator.with_tangents(sys, width, 1).unwrap();
     integrator.start(sys, 0.0, start).unwrap();
@@ -150,7 +147,7 @@ fn a_stop_keeps_the_exponents_so_far() {
 
 #[test]
 fn an_integrator_without_tangent_vectors_has_no_exponents() {
-    let method = Method::Rk4 { step: 0.01 };
+    let method = MethodName::Rk4.with(Accuracy::relative(1e-6), 0.01);
     let mut integrator = Integrator::new(method, &LORENZ).unwrap();
     let found = lyapunov(
         &LORENZ,

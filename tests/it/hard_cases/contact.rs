@@ -1,6 +1,6 @@
 //! The contact: number of nodes, stiffness, load, position.
 
-use squeakscope::dynamics::{Accuracy, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Integrator, MethodName, System};
 use squeakscope::fem::FemError;
 use squeakscope::joint::{AssemblyError, BallJoint};
 use squeakscope::pipeline::PipelineError;
@@ -221,10 +221,7 @@ fn load_azimuths_of_a_full_turn() {
             spec.rotation = [cos * x - sin * y, sin * x + cos * y, z];
             spec.azimuth = angle;
             let joint = BallJoint::new(spec).unwrap().joint(0.05).unwrap();
-            let method = Method::Auto {
-                accuracy: Accuracy::relative(1e-9),
-                max_step: 20e-6,
-            };
+            let method = MethodName::Auto.with(Accuracy::relative(1e-9), 20e-6);
             let mut integrator = Integrator::new(method, &joint).unwrap();
             integrator
                 .start(&joint, 0.0, &rotated_state(&start, angle))

@@ -1,6 +1,8 @@
 //! Simultaneous, grazing and accumulating contact changes; extreme initial states.
 
-use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, Method, Switching, System};
+use squeakscope::dynamics::{
+    Accuracy, DynamicsError, Integrator, Method, MethodName, Switching, System,
+};
 use squeakscope::joint::{ContactDamping, Friction, Joint, Model};
 use squeakscope::pipeline::PipelineError;
 use squeakscope::scene::Scene;
@@ -17,10 +19,7 @@ fn accuracy(tolerance: f64) -> Accuracy {
 }
 
 fn lawson(tolerance: f64) -> Method {
-    Method::Lawson54 {
-        accuracy: Accuracy::relative(tolerance),
-        max_step: 0.1,
-    }
+    MethodName::Lawson54.with(Accuracy::relative(tolerance), 0.1)
 }
 
 /// A mass on one preloaded contact spring without friction, with unit parameters: `q'' = -2 q` in
@@ -231,12 +230,12 @@ fn flights_much_shorter_than_the_steps() {
     };
     let (accuracy, max_step) = (accuracy(1e-6), 20e-6);
     for method in [
-        Method::Lawson54 { accuracy, max_step },
-        Method::Lawson853 { accuracy, max_step },
-        Method::Tsit5 { accuracy, max_step },
-        Method::Dop853 { accuracy, max_step },
-        Method::Rodas5P { accuracy, max_step },
-        Method::Auto { accuracy, max_step },
+        MethodName::Lawson54.with(accuracy, max_step),
+        MethodName::Lawson853.with(accuracy, max_step),
+        MethodName::Tsit5.with(accuracy, max_step),
+        MethodName::Dop853.with(accuracy, max_step),
+        MethodName::Rodas5P.with(accuracy, max_step),
+        MethodName::Auto.with(accuracy, max_step),
     ] {
         let integrator = Integrator::new(method, &system).unwrap();
         let mut integrator = integrator.with_events(&system).unwrap();
@@ -297,10 +296,7 @@ fn an_initial_state_out_of_contact() {
     let energy = joint.energy(&start).total();
     let ends = ["1e-6", "1e-8", "1e-10"].map(|tolerance| {
         let tolerance: f64 = tolerance.parse().unwrap();
-        let method = Method::Auto {
-            accuracy: accuracy(tolerance),
-            max_step: 20e-6,
-        };
+        let method = MethodName::Auto.with(accuracy(tolerance), 20e-6);
         [false, true].map(|stops| {
             let mut integrator = Integrator::new(method, &joint).unwrap();
             if stops {
@@ -352,9 +348,9 @@ fn an_initial_state_with_extreme_energy() {
         for name in ["lawson54", "rodas5p", "auto"] {
             let (accuracy, max_step) = (accuracy(1e-5), 20e-6);
             let method = match name {
-                "lawson54" => Method::Lawson54 { accuracy, max_step },
-                "rodas5p" => Method::Rodas5P { accuracy, max_step },
-                _ => Method::Auto { accuracy, max_step },
+                "lawson54" => MethodName::Lawson54.with(accuracy, max_step),
+                "rodas5p" => MethodName::Rodas5P.with(accuracy, max_step),
+                _ => MethodName::Auto.with(accuracy, max_step),
             };
             let mut integrator = Integrator::new(method, &joint).unwrap();
             let end = integrator

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, Method, System};
+use squeakscope::dynamics::{Accuracy, Differentiable, Integrator, MethodName, System};
 use squeakscope::joint::{BallJoint, ContactDamping, Friction, Joint, Model, Stribeck};
 use squeakscope::pipeline::message::NodeState;
 
@@ -180,8 +180,8 @@ fn slip_velocity_exactly_zero() {
             integrator.integrate_to(&joint, 10.0).unwrap();
             (integrator.state().to_vec(), integrator.stats())
         };
-        let (implicit, work) = run(Method::Rodas5P { accuracy, max_step });
-        let (auto, both) = run(Method::Auto { accuracy, max_step });
+        let (implicit, work) = run(MethodName::Rodas5P.with(accuracy, max_step));
+        let (auto, both) = run(MethodName::Auto.with(accuracy, max_step));
         assert!(implicit.iter().all(|x| x.abs() < 1.0), "{implicit:?}");
         let error = (auto[0] - implicit[0]).hypot(auto[1] - implicit[1]);
         println!(

@@ -48,10 +48,7 @@ impl Family for TiltFamily {
 fn joint_options() -> ContinuationOptions {
     let max_step = 2e-5;
     ContinuationOptions {
-        method: Method::Lawson54 {
-            accuracy: Accuracy::relative(1e-8),
-            max_step,
-        },
+        method: MethodName::Lawson54.with(Accuracy::relative(1e-8), max_step),
         newton_tolerance: 1e-6,
         ..ContinuationOptions::new([0.0, 8.0], max_step)
     }
@@ -71,10 +68,7 @@ fn tone(
     for v in &mut z[m..2 * m] {
         *v = kick * rng.random_range(-1.0..1.0);
     }
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-5),
-        max_step: 1e-4,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-5), 1e-4);
     let mut run = Integrator::new(method, sys.as_ref()).unwrap();
     run.start(sys.as_ref(), 0.0, &z).unwrap();
     run.integrate_to(sys.as_ref(), 0.3).unwrap();
@@ -92,10 +86,7 @@ fn distance_from_differences(family: &TiltFamily, orbit: &PeriodicOrbit) -> f64 
     let sys = family.system(orbit.parameter).unwrap();
     let sys = sys.as_ref();
     let (n, m) = (sys.tangent_dim(), sys.modes());
-    let method = Method::Dop853 {
-        accuracy: Accuracy::relative(1e-12),
-        max_step: 1e-5,
-    };
+    let method = MethodName::Dop853.with(Accuracy::relative(1e-12), 1e-5);
     let end = |z: &[f64]| {
         let mut run = Integrator::new(method, sys).unwrap();
         run.start(sys, 0.0, z).unwrap();
@@ -167,10 +158,7 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
     assert!((torus.torus_frequency_hz.unwrap() - 268.0087).abs() < 1e-3);
     // The exponents of a long simulation.
     let sys = family.system(2.0).unwrap();
-    let method = Method::Lawson54 {
-        accuracy: Accuracy::relative(1e-7),
-        max_step: 1e-4,
-    };
+    let method = MethodName::Lawson54.with(Accuracy::relative(1e-7), 1e-4);
     let mut run = Integrator::new(method, sys.as_ref())
         .and_then(|run| run.with_tangents(sys.as_ref(), 3, 1))
         .unwrap();

@@ -16,15 +16,12 @@ use super::flow::Flow;
 use super::shape::OrbitSample;
 use super::shot::Shot;
 use super::*;
-use crate::dynamics::{Accuracy, Method};
+use crate::dynamics::{Accuracy, MethodName};
 
 /// Options for small smooth systems: order 8 at a tight tolerance.
 fn precise(bounds: [f64; 2], max_step: f64) -> ContinuationOptions {
     ContinuationOptions {
-        method: Method::Dop853 {
-            accuracy: Accuracy::relative(1e-12),
-            max_step,
-        },
+        method: MethodName::Dop853.with(Accuracy::relative(1e-12), max_step),
         newton_tolerance: 1e-10,
         ..ContinuationOptions::new(bounds, max_step)
     }
