@@ -28,7 +28,6 @@
 //! A switch costs one evaluation of the right-hand side. Both methods have dense output of order 4.
 
 use super::error_control::{MethodTraits, StateNorm};
-use super::integrating_factor::IntegratingFactor;
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
 use super::stepper::{Step, Stepper};
@@ -74,7 +73,7 @@ const MIN_EXPLICIT_PHASE: f64 = 1e-3;
 /// Both methods, one of which is active.
 #[derive(Clone, Debug)]
 pub(super) struct Auto {
-    explicit: RungeKutta<IntegratingFactor, 7>,
+    explicit: RungeKutta<7>,
     implicit: Rosenbrock,
     is_implicit: bool,
     detector: StiffnessDetector,
@@ -199,7 +198,7 @@ macro_rules! with_active {
 }
 
 impl Auto {
-    pub fn new(explicit: RungeKutta<IntegratingFactor, 7>, implicit: Rosenbrock, n: usize) -> Self {
+    pub fn new(explicit: RungeKutta<7>, implicit: Rosenbrock, n: usize) -> Self {
         Self {
             explicit,
             implicit,
@@ -300,7 +299,7 @@ impl Stepper for Auto {
         with_active!(self, stepper => stepper.reinitialise(sys, status, stats));
     }
 
-    fn begin_step<Y: System + ?Sized>(
+    fn choose<Y: System + ?Sized>(
         &mut self,
         sys: &Y,
         status: Option<&[u8]>,
@@ -315,7 +314,10 @@ impl Stepper for Auto {
         {
             self.switch(sys, status, stats);
         }
-        with_active!(self, stepper => stepper.begin_step(sys, status, stats));
+    }
+
+    fn begin_step(&mut self) {
+        with_active!(self, stepper => stepper.begin_step());
     }
 
     fn reject_step(&mut self) {

@@ -1,7 +1,7 @@
 //! Linear combinations of slopes, in the widest available SIMD vectors.
 //!
 //! Slopes are stored in rows of whole vectors that begin at a boundary of the cache lines, so that no load crosses
-//! one. [`Form`](super::runge_kutta::Form) defines the order of the components in a row.
+//! one. [`IntegratingFactor`](super::integrating_factor::IntegratingFactor) defines the order of the components in a row.
 //!
 //! Sums are not fused with products: the result is the same on every machine.
 
@@ -73,13 +73,13 @@ pub(super) fn lanes(arch: Arch) -> usize {
     arch.dispatch(Lanes)
 }
 
-/// `start + h sum_j weights[j] slopes[j]`. The slopes are rows of the length of `start`.
-#[derive(Clone, Copy, Debug)]
+/// `start + h sum_j weights[j] slopes[j]`. The slopes are rows of the length of `start`; the last one may still have to be
+/// written.
 pub(super) struct Combination<'a> {
     pub start: &'a [f64],
     /// Length of the step, s.
     pub h: f64,
-    pub slopes: &'a [f64],
+    pub slopes: &'a mut [f64],
     pub weights: &'a [f64],
 }
 
@@ -88,7 +88,7 @@ impl Combination<'_> {
     #[inline(always)]
     pub fn vectors<S: Simd, const N: usize>(&self, simd: S, first: usize) -> [S::f64s; N] {
         let mut sums = [simd.splat_f64s(0.0); N];
-        let mut rows = self.slopes;
+        let mut rows = &*self.slopes;
         for &weight in self.weights {
             let (row, rest) = rows.split_at(self.start.len());
             rows = rest;
@@ -119,20 +119,5 @@ impl Combination<'_> {
         if at < count {
             [out[at - first]] = self.vectors::<S, 1>(simd, at);
         }
-    }
-}
-
-/// The kernel that writes all components of a combination to `out`.
-pub(super) struct Write<'a> {
-    pub combination: Combination<'a>,
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for Write<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.combination.write(simd, 0, self.out);
     }
 }

@@ -21,13 +21,18 @@
 //!
 //! First-order components have no linear part and are unchanged.
 //!
+//! The plain form treats all components as such: without a mode that is integrated exactly, `y = z`, `N` is the
+//! whole right-hand side, and a tableau is the standard explicit Runge–Kutta method (Hairer, Norsett and Wanner,
+//! Solving Ordinary Differential Equations I, 2nd ed., Section II.1). Its step must resolve the highest natural
+//! frequency, even if that mode is not excited.
+//!
 //! The last slope of a step is stored before its transformation to `y'`. Because the coordinates of each
 //! step refer to its own start, this slope is also the first slope of the next step.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::combination::{Aligned, Combination, lanes};
-use super::runge_kutta::{Form, Rows};
+use super::system::add_linear;
 use super::{System, trigonometry};
 use crate::instruction_set::instruction_set;
 
@@ -35,8 +40,8 @@ use crate::instruction_set::instruction_set;
 /// prevents overflow. The forward map compensates the amplification, so long steps lose no accuracy.
 const MAX_EXPONENT: f64 = 300.0;
 
-/// Order of the components in a row: for each vector of modes the coordinates, then the velocities; then the
-/// first-order components.
+/// Order of the components in a row: for each vector of modes that are integrated exactly the coordinates, then the
+/// velocities; then all other components, called first-order here.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     modes: usize,
@@ -88,13 +93,13 @@ impl LinearModes {
             fastest: 0.0,
             is_damped: false,
         };
-        linear.read(sys);
+        linear.read(sys, layout.modes);
         linear
     }
 
     /// Reads the linear part of a system with an unchanged number of modes.
-    fn read<Y: System + ?Sized>(&mut self, sys: &Y) {
-        for (i, &omega) in sys.omega().iter().enumerate() {
+    fn read<Y: System + ?Sized>(&mut self, sys: &Y, modes: usize) {
+        for (i, &omega) in sys.omega()[..modes].iter().enumerate() {
             let zeta = sys.damping().get(i).copied().unwrap_or(0.0);
             self.stiffness[i] = omega * omega;
             self.decay[i] = zeta * omega;
@@ -270,7 +275,7 @@ impl LinearModes {
 /// The kernel that applies `exp(t L)` to a combination of slopes, the last of which may be due.
 struct Advance<'a> {
     propagator: &'a Propagator,
-    rows: Rows<'a>,
+    rows: Combination<'a>,
     /// What the last slope is computed from, unless it is known.
     due: Option<PullBack<'a>>,
     out: &'a mut [f64],
@@ -291,7 +296,7 @@ impl WithSimd for Advance<'_> {
             let last = (rows.weights.len() - 1) * rows.start.len();
             due.write(simd, &mut rows.slopes[last..][..rows.start.len()]);
         }
-        propagator.advance(simd, &rows.combination(), out);
+        propagator.advance(simd, &rows, out);
     }
 }
 
@@ -375,7 +380,12 @@ impl WithSimd for WriteSlope<'_> {
     }
 }
 
-/// Coordinates that are constant in free vibration.
+/// The coordinates `y` in which a Runge–Kutta method is applied. `y` equals the state `z` at the start of the step.
+///
+/// States `z` and slopes of `y` enter combinations as rows of whole vectors. Outputs `out` and forces have
+/// [`MAX_LANES`](super::combination::MAX_LANES) numbers more than needed, which are arbitrary.
+///
+/// The transformation is linear and also applies to tangent vectors, `width` of them stored component by component.
 #[derive(Clone, Debug)]
 pub(super) struct IntegratingFactor {
     layout: Layout,
@@ -392,12 +402,13 @@ pub(super) struct IntegratingFactor {
 }
 
 impl IntegratingFactor {
-    /// The integrating-factor form of a system for a method with `stages` stages.
-    pub fn new<Y: System + ?Sized>(sys: &Y, stages: usize) -> Self {
+    /// The form of a system for a method with `stages` stages that integrates `modes` modes exactly: all of them, or
+    /// none.
+    pub fn new<Y: System + ?Sized>(sys: &Y, stages: usize, modes: usize) -> Self {
         let arch = instruction_set();
         let layout = Layout {
-            modes: sys.modes(),
-            first_order: sys.first_order(),
+            modes,
+            first_order: sys.dim() - 2 * modes,
             lanes: lanes(arch),
         };
         Self {
@@ -435,15 +446,20 @@ impl IntegratingFactor {
             propagators: std::slice::from_mut(&mut self.sample),
         });
     }
-}
 
-impl Form for IntegratingFactor {
-    fn row_len(&self) -> usize {
+    /// Number of modes that are integrated exactly.
+    pub fn modes(&self) -> usize {
+        self.layout.modes
+    }
+
+    /// Length of a row.
+    pub fn row_len(&self) -> usize {
         let Layout { lanes, .. } = self.layout;
         (2 * self.layout.pairs() + self.layout.rest()) * lanes
     }
 
-    fn position(&self, component: usize) -> usize {
+    /// Position of a component of the state in a row.
+    pub fn position(&self, component: usize) -> usize {
         let Layout { modes, lanes, .. } = self.layout;
         match component {
             q if q < modes => q / lanes * 2 * lanes + q % lanes,
@@ -455,7 +471,8 @@ impl Form for IntegratingFactor {
         }
     }
 
-    fn pack(&self, z: &[f64], row: &mut [f64]) {
+    /// Writes a state or slope to a row.
+    pub fn pack(&self, z: &[f64], row: &mut [f64]) {
         let Layout { modes, lanes, .. } = self.layout;
         let (motion, rest) = row.split_at_mut(2 * self.layout.pairs() * lanes);
         let (q, others) = z.split_at(modes);
@@ -469,17 +486,24 @@ impl Form for IntegratingFactor {
         rest.iter_mut().zip(w).for_each(|(to, w)| *to = *w);
     }
 
-    fn add_linear_part<Y: System + ?Sized>(
+    /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
+    /// Components that are integrated exactly become zero.
+    pub fn add_linear_part<Y: System + ?Sized>(
         &self,
-        _: &Y,
-        _: &[f64],
+        sys: &Y,
+        z: &[f64],
         slope: &mut [f64],
         width: usize,
     ) {
-        slope[..self.layout.modes * width].fill(0.0);
+        if self.layout.modes < sys.modes() {
+            add_linear(sys.omega(), sys.damping(), z, slope, width);
+        } else {
+            slope[..self.layout.modes * width].fill(0.0);
+        }
     }
 
-    fn prepare(&mut self, nodes: &[f64], h: f64) {
+    /// Prepares a step of length `h` (s) with stages at the fractions `nodes` of it.
+    pub fn prepare(&mut self, nodes: &[f64], h: f64) {
         if h == self.h {
             return;
         }
@@ -495,35 +519,28 @@ impl Form for IntegratingFactor {
         });
     }
 
-    fn advance(&self, stage: usize, rows: Rows<'_>, out: &mut [f64]) {
-        self.arch.dispatch(Advance {
-            propagator: &self.stages[stage],
-            rows,
-            due: None,
-            out,
-        });
-    }
-
-    fn advance_from<Y: System + ?Sized>(
+    /// Writes the state `z` at a stage for a combination `y`. The last slope of the combination is written first if it is
+    /// `due`: that of another stage with the given force.
+    pub fn advance(
         &self,
-        _: &Y,
-        [from, stage]: [usize; 2],
-        force: &[f64],
-        rows: Rows<'_>,
-        state: &mut [f64],
+        stage: usize,
+        due: Option<(usize, &[f64])>,
+        rows: Combination<'_>,
+        out: &mut [f64],
     ) {
         self.arch.dispatch(Advance {
             propagator: &self.stages[stage],
             rows,
-            due: Some(PullBack {
+            due: due.map(|(from, force)| PullBack {
                 propagator: &self.stages[from],
                 force,
             }),
-            out: state,
+            out,
         });
     }
 
-    fn advance_by(&mut self, offset: f64, rows: Rows<'_>, out: &mut [f64]) {
+    /// Writes the state `z` at `offset` (s) after the start of the step for a combination `y`.
+    pub fn advance_by(&mut self, offset: f64, rows: Combination<'_>, out: &mut [f64]) {
         self.prepare_sample(offset);
         self.arch.dispatch(Advance {
             propagator: &self.sample,
@@ -533,14 +550,8 @@ impl Form for IntegratingFactor {
         });
     }
 
-    fn slope<Y: System + ?Sized>(
-        &self,
-        _: &Y,
-        stage: usize,
-        _: &[f64],
-        force: &[f64],
-        slope: &mut [f64],
-    ) {
+    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first to a row.
+    pub fn slope(&self, stage: usize, force: &[f64], slope: &mut [f64]) {
         self.arch.dispatch(WriteSlope {
             pull_back: PullBack {
                 propagator: &self.stages[stage],
@@ -550,31 +561,30 @@ impl Form for IntegratingFactor {
         });
     }
 
-    fn first_slope<Y: System + ?Sized>(&self, _: &Y, _: &[f64], force: &[f64], slope: &mut [f64]) {
-        let (q, rest) = slope.split_at_mut(self.layout.modes);
-        q.fill(0.0);
-        rest.copy_from_slice(&force[..rest.len()]);
-    }
-
-    fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
+    /// Transforms slopes of tangent vectors at a stage into slopes of `y`, in place.
+    pub fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
         self.map_vectors(&self.stages[stage], slope, width, VectorMap::Backward);
     }
 
-    fn push_forward(&self, stage: usize, y: &mut [f64], width: usize) {
+    /// Transforms tangent vectors from `y` to `z` at a stage, in place.
+    pub fn push_forward(&self, stage: usize, y: &mut [f64], width: usize) {
         self.map_vectors(&self.stages[stage], y, width, VectorMap::Forward);
     }
 
-    fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
+    /// Transforms tangent vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
+    pub fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
         self.prepare_sample(offset);
         self.map_vectors(&self.sample, y, width, VectorMap::Forward);
     }
 
-    fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
-        self.linear.read(sys);
+    /// Updates the linear part for a changed system with the same number of modes.
+    pub fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+        self.linear.read(sys, self.layout.modes);
         self.h = f64::NAN;
     }
 
-    fn max_step_of_linear_part(&self) -> f64 {
+    /// Maximum step that the linear part allows, s.
+    pub fn max_step_of_linear_part(&self) -> f64 {
         let decay = self.linear.decay.iter();
         let fastest = decay.fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
         MAX_EXPONENT / fastest

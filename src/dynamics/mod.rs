@@ -81,7 +81,6 @@ mod events;
 mod integrating_factor;
 mod integrator;
 mod lyapunov;
-mod plain;
 mod rosenbrock;
 mod runge_kutta;
 mod stats;

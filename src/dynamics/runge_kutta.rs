@@ -1,6 +1,6 @@
 //! Explicit Runge–Kutta methods: step and dense output.
 //!
-//! One implementation of the step serves all [`Tableau`]s and both [`Form`]s.
+//! One implementation of the step serves all [`Tableau`]s and both forms of [`IntegratingFactor`].
 //!
 //! The stages of a step define a polynomial in the coordinates of the form, `y(t_n + theta h) = y_n + h
 //! sum_i b_i(theta) k_i`. In the integrating-factor form the polynomial approximates only the effect of
@@ -11,133 +11,21 @@ use pulp::{Simd, WithSimd};
 
 use super::combination::{Aligned, Combination, MAX_LANES};
 use super::error_control::{MethodTraits, StateNorm};
+use super::integrating_factor::IntegratingFactor;
 use super::stepper::{Step, Stepper, differentiable, force, switching};
+use super::system::add_linear;
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
 use crate::instruction_set::instruction_set;
 
-/// A [`Combination`] whose last slope may still have to be written.
-pub(super) struct Rows<'a> {
-    pub start: &'a [f64],
-    /// Length of the step, s.
-    pub h: f64,
-    pub slopes: &'a mut [f64],
-    pub weights: &'a [f64],
-}
-
-impl Rows<'_> {
-    /// The combination of the slopes as they are.
-    #[inline(always)]
-    pub fn combination(&self) -> Combination<'_> {
-        Combination {
-            start: self.start,
-            h: self.h,
-            slopes: self.slopes,
-            weights: self.weights,
-        }
-    }
-}
-
-/// The coordinates `y` in which a Runge–Kutta method is applied. `y` equals the state `z` at the start
-/// of the step.
-///
-/// States `z` and slopes of `y` enter combinations as rows of whole vectors, whose order the form chooses.
-/// Outputs `out` and forces have [`MAX_LANES`] numbers more than needed, which are arbitrary.
-///
-/// The transformation is linear and also applies to tangent vectors, `width` of them stored component by
-/// component.
-pub(super) trait Form {
-    /// Length of a row.
-    fn row_len(&self) -> usize;
-
-    /// Position of a component of the state in a row.
-    fn position(&self, component: usize) -> usize;
-
-    /// Writes a state or slope to a row.
-    fn pack(&self, z: &[f64], row: &mut [f64]);
-
-    /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
-    /// Components that the form integrates exactly become zero.
-    fn add_linear_part<Y: System + ?Sized>(
-        &self,
-        sys: &Y,
-        z: &[f64],
-        slope: &mut [f64],
-        width: usize,
-    );
-
-    /// Prepares a step of length `h` (s) with stages at the fractions `nodes` of it.
-    fn prepare(&mut self, nodes: &[f64], h: f64);
-
-    /// Writes the state `z` at a stage for a combination `y`.
-    fn advance(&self, stage: usize, rows: Rows<'_>, out: &mut [f64]);
-
-    /// Writes the last slope of a combination `y`, that at the stage `from` with the given force and state, then
-    /// replaces the state by that at `stage`.
-    fn advance_from<Y: System + ?Sized>(
-        &self,
-        sys: &Y,
-        [from, stage]: [usize; 2],
-        force: &[f64],
-        rows: Rows<'_>,
-        state: &mut [f64],
-    ) {
-        let len = rows.start.len();
-        let last = (rows.weights.len() - 1) * len;
-        self.slope(sys, from, state, force, &mut rows.slopes[last..][..len]);
-        self.advance(stage, rows, state);
-    }
-
-    /// Writes the state `z` at `offset` (s) after the start of the step for a combination `y`.
-    fn advance_by(&mut self, offset: f64, rows: Rows<'_>, out: &mut [f64]);
-
-    /// Writes the slope of `y` for the state `z` at a stage after the first and the force `[f | g]` there to a row.
-    fn slope<Y: System + ?Sized>(
-        &self,
-        sys: &Y,
-        stage: usize,
-        z: &[f64],
-        force: &[f64],
-        slope: &mut [f64],
-    );
-
-    /// Writes the slope of `y` at the start of a step, component by component.
-    fn first_slope<Y: System + ?Sized>(
-        &self,
-        sys: &Y,
-        z: &[f64],
-        force: &[f64],
-        slope: &mut [f64],
-    ) {
-        self.slope(sys, 0, z, force, slope);
-    }
-
-    /// Transforms slopes of tangent vectors at a stage into slopes of `y`, in place.
-    fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize);
-
-    /// Transforms tangent vectors from `y` to `z` at a stage, in place.
-    fn push_forward(&self, stage: usize, y: &mut [f64], width: usize);
-
-    /// Transforms tangent vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
-    fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize);
-
-    /// Updates the linear part for a changed system with the same number of modes.
-    fn update_linear_part<Y: System + ?Sized>(&mut self, _sys: &Y) {}
-
-    /// Maximum step that the linear part allows, s.
-    fn max_step_of_linear_part(&self) -> f64 {
-        f64::INFINITY
-    }
-}
-
 /// A tableau in a form.
 #[derive(Clone, Debug)]
-pub(super) struct RungeKutta<P, const S: usize> {
+pub(super) struct RungeKutta<const S: usize> {
     /// The method's coefficients.
     pub tableau: &'static Tableau<S>,
     /// Coordinates of the method.
-    pub form: P,
+    pub form: IntegratingFactor,
     pub step: Step,
     /// Start of the step, as a row.
     start: Aligned,
@@ -147,7 +35,7 @@ pub(super) struct RungeKutta<P, const S: usize> {
     start_slope: Vec<f64>,
     /// State at the present stage.
     state: Aligned,
-    /// Force `[f | g]` at the present stage.
+    /// Force `[f | g]` at the present stage; the whole right-hand side if the form integrates no mode exactly.
     force: Aligned,
     /// The start of a combination that is a difference, as a row.
     zeros: Aligned,
@@ -159,9 +47,10 @@ pub(super) struct RungeKutta<P, const S: usize> {
     records: Vec<Vec<f64>>,
 }
 
-impl<P: Form, const S: usize> RungeKutta<P, S> {
-    /// A workspace for a system.
-    pub fn new<Y: System + ?Sized>(tableau: &'static Tableau<S>, form: P, sys: &Y) -> Self {
+impl<const S: usize> RungeKutta<S> {
+    /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
+    pub fn new<Y: System + ?Sized>(tableau: &'static Tableau<S>, sys: &Y, modes: usize) -> Self {
+        let form = IntegratingFactor::new(sys, S, modes);
         let (dim, len) = (sys.dim(), form.row_len());
         Self {
             tableau,
@@ -171,7 +60,7 @@ impl<P: Form, const S: usize> RungeKutta<P, S> {
             slopes: Aligned::zeros(S * len),
             start_slope: vec![0.0; dim],
             state: Aligned::zeros(dim + MAX_LANES),
-            force: Aligned::zeros(dim - sys.modes() + MAX_LANES),
+            force: Aligned::zeros(dim - modes + MAX_LANES),
             zeros: Aligned::zeros(len),
             coarse_error: vec![0.0; dim],
             is_dense: false,
@@ -211,72 +100,67 @@ impl<P: Form, const S: usize> RungeKutta<P, S> {
         }
     }
 
-    /// Writes the state at a stage.
-    fn advance(&mut self, stage: usize) {
-        let rows = Rows {
+    /// Writes the state at a stage, and before it the slope of the stage `due`.
+    fn advance(&mut self, stage: usize, due: Option<usize>) {
+        let rows = Combination {
             start: &self.start,
             h: self.step.length(),
             slopes: &mut self.slopes,
             weights: &self.tableau.stages[stage][..stage],
         };
-        self.form.advance(stage, rows, &mut self.state);
-    }
-
-    /// Writes the slope of the stage before, then the state at a stage.
-    fn advance_from_previous<Y: System + ?Sized>(&mut self, sys: &Y, stage: usize) {
-        let rows = Rows {
-            start: &self.start,
-            h: self.step.length(),
-            slopes: &mut self.slopes,
-            weights: &self.tableau.stages[stage][..stage],
-        };
-        let stages = [stage - 1, stage];
-        (self.form).advance_from(sys, stages, &self.force, rows, &mut self.state);
+        let due = due.map(|from| (from, &self.force[..]));
+        self.form.advance(stage, due, rows, &mut self.state);
     }
 
     /// Evaluates the force at a stage.
     fn evaluate<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, stage: usize) {
         let dim = self.step.dim();
-        let (z, out) = (&self.state[..dim], &mut self.force[..dim - sys.modes()]);
+        let modes = self.form.modes();
+        let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
+        let out = &mut slope[sys.modes() - modes..];
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
             None => force(sys, status, time, z, out),
             Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
         }
+        if modes < sys.modes() {
+            add_linear(sys.omega(), sys.damping(), z, slope, 1);
+        }
     }
 
     /// Writes the slope at the end of the step in the coordinates of the next step.
-    fn write_end_slope<Y: System + ?Sized>(&mut self, sys: &Y) {
-        let z = &self.state[..self.step.dim()];
-        let slope = &mut self.step.end_slope;
-        self.form.first_slope(sys, z, &self.force, slope);
+    fn write_end_slope(&mut self) {
+        let (q, rest) = self.step.end_slope.split_at_mut(self.form.modes());
+        q.fill(0.0);
+        rest.copy_from_slice(&self.force[..rest.len()]);
     }
 
     /// Writes the error estimates and the slope at the end of the step, which they need.
-    fn estimate_errors<Y: System + ?Sized>(&mut self, sys: &Y) {
+    fn estimate_errors(&mut self) {
         let (dim, end, h) = (self.step.dim(), self.tableau.end, self.step.length());
-        let rows = Rows {
+        let rows = Combination {
             start: &self.zeros,
             h,
             slopes: &mut self.slopes,
             weights: &self.tableau.error[..=end],
         };
-        (self.form).advance_from(sys, [end, end], &self.force, rows, &mut self.state);
+        let due = Some((end, &self.force[..]));
+        self.form.advance(end, due, rows, &mut self.state);
         self.step.error.copy_from_slice(&self.state[..dim]);
         if let Some(weights) = &self.tableau.coarse_error {
-            let rows = Rows {
+            let rows = Combination {
                 start: &self.zeros,
                 h,
                 slopes: &mut self.slopes,
                 weights: &weights[..=end],
             };
-            self.form.advance(end, rows, &mut self.state);
+            self.form.advance(end, None, rows, &mut self.state);
             self.coarse_error.copy_from_slice(&self.state[..dim]);
         }
     }
 }
 
-impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
+impl<const S: usize> Stepper for RungeKutta<S> {
     fn step(&self) -> &Step {
         &self.step
     }
@@ -310,17 +194,12 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         self.state[..dim].copy_from_slice(&self.step.end);
         // The record stays at the end; the next step takes it from there.
         self.evaluate(sys, status, self.tableau.end);
-        self.write_end_slope(sys);
+        self.write_end_slope();
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
     }
 
-    fn begin_step<Y: System + ?Sized>(
-        &mut self,
-        _sys: &Y,
-        _status: Option<&[u8]>,
-        _tally: &mut SolverStats,
-    ) {
+    fn begin_step(&mut self) {
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
         let len = self.start.len();
@@ -348,18 +227,16 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         let (dim, end) = (self.step.dim(), self.tableau.end);
         self.form.prepare(&self.tableau.nodes, self.step.length());
         for stage in 1..=end {
-            match stage {
-                1 => self.advance(stage),
-                _ => self.advance_from_previous(sys, stage),
-            }
+            // The slope of the first stage is known.
+            self.advance(stage, (stage > 1).then_some(stage - 1));
             if let (true, Some(status)) = (stage == end, status) {
                 switching(sys).settle(status, end_time, &mut self.state[..dim]);
             }
             self.evaluate(sys, status, stage);
         }
         self.step.end.copy_from_slice(&self.state[..dim]);
-        self.write_end_slope(sys);
-        self.estimate_errors(sys);
+        self.write_end_slope();
+        self.estimate_errors();
         stats.rhs_evals += end as u64;
     }
 
@@ -383,13 +260,12 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
             return;
         }
         self.is_dense = true;
-        let (dim, len) = (self.step.dim(), self.start.len());
+        let len = self.start.len();
         for stage in tableau.end + 1..S {
-            self.advance(stage);
+            self.advance(stage, None);
             self.evaluate(sys, status, stage);
             let slope = &mut self.slopes[stage * len..][..len];
-            let z = &self.state[..dim];
-            self.form.slope(sys, stage, z, &self.force, slope);
+            self.form.slope(stage, &self.force, slope);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -401,7 +277,7 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         }
         let h = self.step.length();
         let offset = t - self.step.start_time;
-        let rows = Rows {
+        let rows = Combination {
             start: &self.start,
             h,
             slopes: &mut self.slopes,
@@ -427,7 +303,7 @@ impl<P: Form, const S: usize> Stepper for RungeKutta<P, S> {
         sys: &Y,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
-        _tally: &mut SolverStats,
+        _stats: &mut SolverStats,
     ) {
         let width = block.width;
         let numbers = block.end.len();

@@ -88,7 +88,8 @@ impl StepController {
         Y: System + ?Sized,
         M: Stepper,
     {
-        stepper.begin_step(sys, status, &mut self.stats);
+        stepper.choose(sys, status, &mut self.stats);
+        stepper.begin_step();
         let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
         let start_size = self.size;
         loop {

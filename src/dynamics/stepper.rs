@@ -105,13 +105,17 @@ pub(super) trait Stepper {
         stats: &mut SolverStats,
     );
 
-    /// Moves the start of the next step to the end of the last one.
-    fn begin_step<Y: System + ?Sized>(
+    /// Chooses the method of the next step, if there is a choice.
+    fn choose<Y: System + ?Sized>(
         &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    );
+        _sys: &Y,
+        _status: Option<&[u8]>,
+        _stats: &mut SolverStats,
+    ) {
+    }
+
+    /// Moves the start of the next step to the end of the last one.
+    fn begin_step(&mut self);
 
     /// Reverts the last step.
     fn reject_step(&mut self);
@@ -132,10 +136,11 @@ pub(super) trait Stepper {
     /// Evaluates the additional stages that the dense output needs.
     fn prepare_dense_output<Y: System + ?Sized>(
         &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    );
+        _sys: &Y,
+        _status: Option<&[u8]>,
+        _stats: &mut SolverStats,
+    ) {
+    }
 
     /// Writes the state at time `t` (s) within the last step by dense output.
     fn interpolate(&mut self, t: f64, out: &mut [f64]);
@@ -156,7 +161,7 @@ pub(super) trait Stepper {
     fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
 
     /// Disables tangent vectors.
-    fn disable_tangents(&mut self);
+    fn disable_tangents(&mut self) {}
 
     /// Propagates tangent vectors from the start of the step to its end, shortened or not.
     fn propagate_tangents<Y: System + ?Sized>(

@@ -2,8 +2,6 @@
 
 use super::{Method, MethodName};
 use crate::dynamics::auto::Auto;
-use crate::dynamics::integrating_factor::IntegratingFactor;
-use crate::dynamics::plain::Plain;
 use crate::dynamics::rosenbrock::Rosenbrock;
 use crate::dynamics::runge_kutta::RungeKutta;
 use crate::dynamics::tableau::{DOP853, RK4, TSIT5};
@@ -13,29 +11,25 @@ use crate::dynamics::{DynamicsError, System};
 macro_rules! with_stepper {
     ($engine:expr, $stepper:ident => $body:expr) => {
         match $engine {
-            Engine::Lawson54($stepper) => $body,
-            Engine::Tsit5($stepper) => $body,
-            Engine::Rk4($stepper) => $body,
-            Engine::Dop853($stepper) => $body,
-            Engine::Lawson853($stepper) => $body,
+            Engine::Classical($stepper) => $body,
+            Engine::Order5($stepper) => $body,
+            Engine::Order8($stepper) => $body,
             Engine::Rodas5P($stepper) => $body,
             Engine::Auto($stepper) => $body,
         }
     };
 }
 
-/// One workspace per method: a tableau and a form, or an implicit method.
+/// One workspace per tableau and implicit method.
 #[derive(Clone, Debug)]
 #[allow(
     clippy::large_enum_variant,
     reason = "a run has a single integrator, so its size is irrelevant"
 )]
 pub(super) enum Engine {
-    Lawson54(RungeKutta<IntegratingFactor, 7>),
-    Tsit5(RungeKutta<Plain, 7>),
-    Rk4(RungeKutta<Plain, 5>),
-    Dop853(RungeKutta<Plain, 16>),
-    Lawson853(RungeKutta<IntegratingFactor, 16>),
+    Classical(RungeKutta<5>),
+    Order5(RungeKutta<7>),
+    Order8(RungeKutta<16>),
     Rodas5P(Rosenbrock),
     Auto(Auto),
 }
@@ -50,23 +44,19 @@ impl Engine {
     /// Creates the workspace of a method for a system.
     pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
         let derivative = || sys.differentiable().ok_or(NO_DERIVATIVE);
-        let lawson54 = || {
-            let form = IntegratingFactor::new(sys, TSIT5.nodes.len());
-            RungeKutta::new(&TSIT5, form, sys)
-        };
+        let modes = sys.modes();
+        let order5 = |modes| RungeKutta::new(&TSIT5, sys, modes);
+        let order8 = |modes| RungeKutta::new(&DOP853, sys, modes);
         Ok(match method.name {
-            MethodName::Lawson54 => Self::Lawson54(lawson54()),
-            MethodName::Tsit5 => Self::Tsit5(RungeKutta::new(&TSIT5, Plain::new(sys), sys)),
-            MethodName::Rk4 => Self::Rk4(RungeKutta::new(&RK4, Plain::new(sys), sys)),
-            MethodName::Dop853 => Self::Dop853(RungeKutta::new(&DOP853, Plain::new(sys), sys)),
-            MethodName::Lawson853 => {
-                let form = IntegratingFactor::new(sys, DOP853.nodes.len());
-                Self::Lawson853(RungeKutta::new(&DOP853, form, sys))
-            }
+            MethodName::Lawson54 => Self::Order5(order5(modes)),
+            MethodName::Tsit5 => Self::Order5(order5(0)),
+            MethodName::Lawson853 => Self::Order8(order8(modes)),
+            MethodName::Dop853 => Self::Order8(order8(0)),
+            MethodName::Rk4 => Self::Classical(RungeKutta::new(&RK4, sys, 0)),
             MethodName::Rodas5P => Self::Rodas5P(Rosenbrock::new(sys, derivative()?)),
             MethodName::Auto => {
                 let implicit = Rosenbrock::new(sys, derivative()?);
-                Self::Auto(Auto::new(lawson54(), implicit, sys.tangent_dim()))
+                Self::Auto(Auto::new(order5(modes), implicit, sys.tangent_dim()))
             }
         })
     }

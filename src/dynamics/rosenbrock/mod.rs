@@ -10,7 +10,6 @@
 mod coefficients;
 mod quadrature;
 mod resolvent;
-mod sdirk;
 mod tangents;
 
 use super::error_control::{MethodTraits, StateNorm};
@@ -189,12 +188,7 @@ impl Stepper for Rosenbrock {
         self.start_slope.copy_from_slice(&self.step.end_slope);
     }
 
-    fn begin_step<Y: System + ?Sized>(
-        &mut self,
-        _sys: &Y,
-        _status: Option<&[u8]>,
-        _tally: &mut SolverStats,
-    ) {
+    fn begin_step(&mut self) {
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
         self.records.swap(0, 1);
@@ -249,14 +243,6 @@ impl Stepper for Rosenbrock {
         StateNorm::of(&self.step.error, omega, quadratures)
     }
 
-    fn prepare_dense_output<Y: System + ?Sized>(
-        &mut self,
-        _sys: &Y,
-        _status: Option<&[u8]>,
-        _tally: &mut SolverStats,
-    ) {
-    }
-
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
         if let Some(state) = self.step.at_end(t) {
             out.copy_from_slice(state);
@@ -276,10 +262,8 @@ impl Stepper for Rosenbrock {
     }
 
     fn enable_tangents<Y: System + ?Sized>(&mut self, _sys: &Y) -> usize {
-        sdirk::STAGES
+        tangents::STAGES
     }
-
-    fn disable_tangents(&mut self) {}
 
     fn propagate_tangents<Y: System + ?Sized>(
         &mut self,

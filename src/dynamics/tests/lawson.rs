@@ -1,21 +1,8 @@
 //! Properties of the exponential methods.
 
 use super::reference::extrapolated;
-use super::systems::{Free, Lorenz};
+use super::systems::Free;
 use super::*;
-
-#[test]
-fn without_modes_plain_and_lawson_forms_agree() {
-    let [lawson, tsit, dop, lawson8, ..] = adaptive_methods(1e-7, 0.1);
-    for (exponential, plain) in [(lawson, tsit), (lawson8, dop)] {
-        let (exponential, plain) = (
-            run(exponential, &Lorenz, &Lorenz::START, 5.0),
-            run(plain, &Lorenz, &Lorenz::START, 5.0),
-        );
-        assert_eq!(exponential.state(), plain.state());
-        assert_eq!(exponential.stats(), plain.stats());
-    }
-}
 
 #[test]
 fn lawson_is_exact_for_free_vibration_at_very_long_steps() {
