@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::shot::Shot;
 use super::{BranchStats, ContinuationError, ContinuationOptions, Family};
 use crate::dynamics::system::add_linear;
-use crate::dynamics::{Integrator, SolverStats, System};
+use crate::dynamics::{Integrator, System};
 
 /// A system of the family.
 pub(super) type Member = Box<dyn System + Send>;
@@ -107,7 +107,6 @@ impl<'a> Flow<'a> {
         let failed = |source| ContinuationError::Integration { parameter, source };
         let (n, period) = (sys.tangent_dim(), self.period(shot));
         let mut integrator = self.take_integrator(sys, with_maps).map_err(failed)?;
-        let before = integrator.stats();
         let mut found = SegmentEnds {
             ends: Vec::with_capacity(shot.len()),
             slopes: Vec::with_capacity(shot.len()),
@@ -141,9 +140,9 @@ impl<'a> Flow<'a> {
                 found.maps.push(DMatrix::from_row_slice(n, n, vectors));
             }
         }
-        let stats = integrator.stats();
-        found.crossings = stats.crossings - before.crossings;
-        self.count(before, stats);
+        let stats = integrator.take_stats();
+        found.crossings = stats.crossings;
+        self.stats.solver += stats;
         self.integrators[usize::from(with_maps)] = Some(integrator);
         Ok(found)
     }
@@ -168,21 +167,6 @@ impl<'a> Flow<'a> {
             true => integrator.with_tangents(sys, sys.tangent_dim(), 0),
             false => Ok(integrator),
         }
-    }
-
-    /// Counts the work between two readings of the counters of an integrator.
-    fn count(&mut self, before: SolverStats, after: SolverStats) {
-        let total = &mut self.stats.solver;
-        total.steps += after.steps - before.steps;
-        total.rejections += after.rejections - before.rejections;
-        total.rhs_evals += after.rhs_evals - before.rhs_evals;
-        total.jacobians += after.jacobians - before.jacobians;
-        total.switches += after.switches - before.switches;
-        total.crossings += after.crossings - before.crossings;
-        total.events += after.events - before.events;
-        total.grazings += after.grazings - before.grazings;
-        total.steps_without_event_location +=
-            after.steps_without_event_location - before.steps_without_event_location;
     }
 
     /// The derivatives of the segment ends with respect to the parameter, by central differences of the flow, or by a

@@ -3,12 +3,10 @@
 #[macro_use]
 mod engine;
 
-mod checks;
 mod method;
 mod nearby;
 mod perturbed;
 
-use checks::{check_modes, check_size};
 use engine::{Engine, NO_DERIVATIVE};
 pub use method::{Method, MethodName};
 
@@ -207,7 +205,7 @@ impl Integrator {
             self.step_controller.reinitialise(stepper, sys, status)
         })?;
         match &mut self.perturbed {
-            Some(perturbed) => perturbed.restart(sys),
+            Some(perturbed) => perturbed.integrator.restart(sys),
             None => Ok(()),
         }
     }
@@ -227,7 +225,7 @@ impl Integrator {
             }
         });
         match &mut self.perturbed {
-            Some(perturbed) => perturbed.translate(by),
+            Some(perturbed) => perturbed.integrator.translate(by),
             None => Ok(()),
         }
     }
@@ -281,10 +279,10 @@ impl Integrator {
         if self.time() > t {
             with_stepper!(&mut self.engine, stepper => self.step_controller.reject_step(stepper));
             if let Some(perturbed) = &mut self.perturbed {
-                perturbed.reject_step();
+                // If it has already taken that step, integrating to the end of the replacement reverts it.
+                perturbed.ends.pop_back();
             }
-            self.perturbed
-                .take_if(|perturbed| perturbed.start_time() > t);
+            self.perturbed.take_if(|perturbed| perturbed.start_time > t);
             let start = self.time();
             if let Some(tangents) = &mut self.tangents {
                 tangents.reject_step(start);
@@ -386,6 +384,11 @@ impl Integrator {
     /// Work done since [`Integrator::new`].
     pub fn stats(&self) -> SolverStats {
         self.step_controller.stats
+    }
+
+    /// Takes the counters of the work, which then start at zero.
+    pub(in crate::dynamics) fn take_stats(&mut self) -> SolverStats {
+        std::mem::take(&mut self.step_controller.stats)
     }
 
     /// The largest local error estimate of the steps accepted since the last call, or since
@@ -538,5 +541,40 @@ impl Integrator {
             let longest = with_stepper!(&self.engine, stepper => stepper.max_step_of_linear_part());
             controller.set_max_step(self.max_step.min(longest));
         }
+    }
+}
+
+/// Checks that every mode is an oscillator.
+fn check_modes<Y: System + ?Sized>(sys: &Y) -> Result<(), DynamicsError> {
+    if !sys.damping().is_empty() {
+        check_size(
+            "the list of damping ratios",
+            sys.modes(),
+            sys.damping().len(),
+        )?;
+    }
+    for (mode, &omega) in sys.omega().iter().enumerate() {
+        let damping = sys.damping().get(mode).copied().unwrap_or(0.0);
+        if !(omega >= 0.0 && omega.is_finite() && damping.abs() < 1.0) {
+            return Err(DynamicsError::Mode {
+                mode,
+                omega,
+                damping,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Checks the length of a slice.
+fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), DynamicsError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(DynamicsError::Size {
+            what,
+            expected,
+            found,
+        })
     }
 }

@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::checks::check_size;
-use super::{Engine, Integrator, PerturbedTrajectory};
+use super::{Engine, Integrator, PerturbedTrajectory, check_size};
 use crate::dynamics::lyapunov::Growth;
 use crate::dynamics::step_controller::{Progress, StepController};
 use crate::dynamics::stepper::Stepper;
@@ -140,7 +139,7 @@ impl Integrator {
     /// Start time of the perturbed trajectory, s; `None` before [`Integrator::add_perturbed`] and after
     /// [`Integrator::integrate_to`] to an earlier time.
     pub fn perturbed_since(&self) -> Option<f64> {
-        self.perturbed.as_ref().map(PerturbedTrajectory::start_time)
+        Some(self.perturbed.as_ref()?.start_time)
     }
 
     /// Writes the perturbed state at time `t` (s) to `out` (length [`System::dim`]), like

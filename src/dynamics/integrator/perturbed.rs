@@ -32,11 +32,6 @@ impl PerturbedTrajectory {
         })
     }
 
-    /// Time of its start, s.
-    pub fn start_time(&self) -> f64 {
-        self.start_time
-    }
-
     /// Stores a step of the reference trajectory that ended at `end` (s).
     pub fn push_step<Y: System + ?Sized>(
         &mut self,
@@ -49,12 +44,6 @@ impl PerturbedTrajectory {
             self.take_next_step(sys)?;
         }
         Ok(())
-    }
-
-    /// Discards the last step of the reference trajectory.
-    pub fn reject_step(&mut self) {
-        // If that step was already taken, integrating to the end of its replacement reverts it.
-        self.ends.pop_back();
     }
 
     /// Writes the perturbed state at time `t` (s), which the reference trajectory has reached, to `out`.
@@ -81,16 +70,6 @@ impl PerturbedTrajectory {
             self.take_next_step(sys)?;
         }
         self.integrator.integrate_to(sys, t)
-    }
-
-    /// Continues with a changed system.
-    pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
-        self.integrator.restart(sys)
-    }
-
-    /// Adds constants to the first components of the present state.
-    pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
-        self.integrator.translate(by)
     }
 
     fn take_next_step<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {

@@ -3,15 +3,29 @@
 //! Tangent vectors are propagated after a step is accepted. An explicit method uses the stages of the
 //! state; an implicit method uses a separate method along the dense output of the step.
 
-mod block;
 mod frame;
 mod saltation;
 
 use super::stepper::Stepper;
 use super::{DynamicsError, SolverStats, Switching, System, lyapunov::Growth};
-pub(super) use block::TangentBlock;
 use frame::Frame;
 pub(super) use saltation::{Crossing, Saltation};
+
+/// Tangent vectors during a step, stored component by component: component `c` of vector `l` is at `c *
+/// width + l`.
+#[derive(Clone, Debug)]
+pub(super) struct TangentBlock {
+    /// Number of vectors.
+    pub width: usize,
+    /// At the start of the last step.
+    pub start: Vec<f64>,
+    /// At the end of the last step, `tangent_dim x width`.
+    pub end: Vec<f64>,
+    /// At a stage.
+    pub stage: Vec<f64>,
+    /// Slopes at the stages, `stages x tangent_dim x width`.
+    pub slopes: Vec<f64>,
+}
 
 /// Tangent vectors with orthonormalisation and growth statistics.
 #[derive(Clone, Debug)]
