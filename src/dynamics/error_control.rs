@@ -117,31 +117,31 @@ impl StateNorm {
         }
     }
 
+    /// Combines each part with that of another norm.
+    fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            vibration: combine(self.vibration, other.vibration),
+            first_order: combine(self.first_order, other.first_order),
+            quadratures: combine(self.quadratures, other.quadratures),
+        }
+    }
+
     /// Maximum of each part.
     pub fn max(self, other: Self) -> Self {
-        Self {
-            vibration: self.vibration.max(other.vibration),
-            first_order: self.first_order.max(other.first_order),
-            quadratures: self.quadratures.max(other.quadratures),
-        }
+        self.zip(other, f64::max)
     }
 
     /// Combines this estimate with a coarser one into an estimate of higher order in the step: `e^2 /
     /// sqrt(e^2 + (f / 10)^2)`, as in DOP853.
     pub fn sharpened(self, coarse: Self) -> Self {
-        let sharpen = |error: f64, coarse: f64| {
+        self.zip(coarse, |error, coarse| {
             let scale = error.hypot(0.1 * coarse);
             if scale == 0.0 {
                 0.0
             } else {
                 error * (error / scale)
             }
-        };
-        Self {
-            vibration: sharpen(self.vibration, coarse.vibration),
-            first_order: sharpen(self.first_order, coarse.first_order),
-            quadratures: sharpen(self.quadratures, coarse.quadratures),
-        }
+        })
     }
 
     /// Whether all norms are finite.

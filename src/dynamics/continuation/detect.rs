@@ -33,12 +33,8 @@ impl Test {
         let orbit = &point.orbit;
         match self {
             Self::Turn => point.tangent.parameter / point.scale.parameter,
-            Self::One => product(orbit.nontrivial_multipliers(), |m| {
-                (1.0 - m.re(), m.im()).into()
-            }),
-            Self::MinusOne => product(orbit.nontrivial_multipliers(), |m| {
-                (1.0 + m.re(), m.im()).into()
-            }),
+            Self::One => product(orbit, |m| 1.0 - m.re()),
+            Self::MinusOne => product(orbit, |m| 1.0 + m.re()),
             Self::Pair => pairs(orbit),
             Self::Guard => lowest_guard(point).map_or(1.0, |(_, least)| least),
         }
@@ -66,28 +62,17 @@ impl Test {
     }
 }
 
-/// A complex number: real and imaginary part.
-struct Factor {
-    re: f64,
-    im: f64,
-}
-
-impl From<(f64, f64)> for Factor {
-    fn from((re, im): (f64, f64)) -> Self {
-        Self { re, im }
-    }
-}
-
-/// A product over real multipliers and conjugate pairs, each factor divided by `1 + |multiplier|`. It is real.
-fn product(multipliers: impl Iterator<Item = Multiplier>, factor: fn(Multiplier) -> Factor) -> f64 {
+/// A product over real multipliers and conjugate pairs, each factor divided by `1 + |multiplier|`. It is real. `real` is the
+/// real part of a factor, whose imaginary part is that of the multiplier.
+fn product(orbit: &PeriodicOrbit, real: fn(Multiplier) -> f64) -> f64 {
     let mut product = 1.0;
-    for multiplier in multipliers {
+    for multiplier in orbit.nontrivial_multipliers() {
         let scale = 1.0 + multiplier.magnitude().min(1e150);
-        let value = factor(multiplier);
+        let re = real(multiplier);
         product *= match (multiplier.is_real(), multiplier.angle > 0.0) {
-            (true, _) => (value.re / scale).clamp(-1.0, 1.0),
+            (true, _) => (re / scale).clamp(-1.0, 1.0),
             // The product of both of a pair.
-            (false, true) => (value.re.hypot(value.im) / scale).powi(2),
+            (false, true) => (re.hypot(multiplier.im()) / scale).powi(2),
             (false, false) => 1.0,
         };
     }
@@ -139,19 +124,16 @@ pub(super) fn lowest_guard(point: &Point) -> Option<(usize, f64)> {
 /// fold.
 pub(super) fn changed(from: &Point, to: &Point) -> Vec<Test> {
     let turns = Test::Turn.changes(from, to);
-    let mut found = Vec::new();
-    if turns {
-        found.push(Test::Turn);
-    }
-    if Test::One.changes(from, to) && !turns {
-        found.push(Test::One);
-    }
-    for test in [Test::MinusOne, Test::Pair, Test::Guard] {
-        if test.changes(from, to) {
-            found.push(test);
-        }
-    }
-    found
+    [
+        Test::Turn,
+        Test::One,
+        Test::MinusOne,
+        Test::Pair,
+        Test::Guard,
+    ]
+    .into_iter()
+    .filter(|test| test.changes(from, to) && !(*test == Test::One && turns))
+    .collect()
 }
 
 /// Whether bifurcations between two points explain the change of the number of multipliers outside the unit circle.
