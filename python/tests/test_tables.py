@@ -44,6 +44,8 @@ def test_arrow_files_and_their_units(folder: Path) -> None:
     assert units["amplitude_m"] == b"m"
     assert units["exponent_1_per_s"] == b"1/s"
     assert not any(name.endswith("_rad") for name in units)
+    modes = table["linear"].to_pylist()[0]["modes"]
+    assert sum(mode["unstable"] for mode in modes) == 4
     again = pyarrow.parquet.read_table(folder / "sweep.parquet")
     assert again.to_pydict() == table.to_pydict()
 

@@ -94,7 +94,7 @@ fn a_sweep_writes_tables_figures_and_json() {
         Some(true)
     );
     assert_eq!(
-        report["points"][0]["exponent_per_s"]
+        report["points"][0]["exponents"]["exponents_per_s"]
             .as_array()
             .unwrap()
             .len(),

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Joint;
 use crate::dynamics::{Differentiable, System};
@@ -50,7 +50,7 @@ impl LinearMode {
 }
 
 /// A linear mode with the name of the dominant mode of the body.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NamedMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,

@@ -1,7 +1,7 @@
 //! Linear stability over a range of tilts: Fig. 4a to 7a of the paper.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
 
@@ -28,7 +28,7 @@ pub enum StudyError {
 }
 
 /// Linear stability at one tilt of the load: the linear modes of steady sliding.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StabilityAt {
     /// Tilt of the load, rad.
     #[serde(rename = "tilt_rad")]

@@ -1,7 +1,7 @@
 //! Tables on disk: an Arrow file, Parquet or CSV, by the ending of the name.
 //!
 //! Each column has its unit in its name and in the metadata of its field (`unit`). Columns of one value come first,
-//! lists after them; a CSV table has the columns of one value only.
+//! lists and structs after them; a CSV table has the columns of one value only.
 
 use std::collections::HashMap;
 use std::io::{self, Write};

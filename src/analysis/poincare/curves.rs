@@ -12,7 +12,7 @@
 //! divided correctly. It does not matter how close the two parts are to each other.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::shape::distance;
 use crate::analysis::{LineCriterion, Spectrum, SpectrumAnalyser, Window};
@@ -47,7 +47,7 @@ const REACHES: [i32; 4] = [6, 2, 2, 2];
 const WINDOW: Window = Window::BlackmanHarris;
 
 /// Closed curves of a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub struct ClosedCurves {
     /// Number of curves: 1 for a torus, 2 or more if the motion visits several in turn.
     pub count: usize,

@@ -1,7 +1,7 @@
 //! Measures of recurrence quantification analysis, computed from counts.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{LineHistogram, RecurrenceCounts};
 
@@ -23,7 +23,7 @@ pub enum RateBase {
 ///
 /// Lengths and times are counted in states. [`in_seconds`](Measures::in_seconds) converts them to times,
 /// the unit used in output.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measures {
     /// Recurrence rate RR: recurrent points over pairs, 0 to 1; 0 without pairs.
     pub recurrence_rate: f64,

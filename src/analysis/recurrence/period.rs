@@ -39,18 +39,7 @@ const MIN_RETURNS: usize = 2;
 const MIN_RATE: f64 = 0.85;
 
 /// What a recurrence period is in relation to the shorter ones of the same plot.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    Serialize,
-    Deserialize,
-    JsonSchema,
-    strum::Display,
-    strum::EnumString,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum RecurrenceKind {
@@ -63,7 +52,7 @@ pub enum RecurrenceKind {
 }
 
 /// A spacing of the diagonals of a recurrence plot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RecurrencePeriod {
     /// Relation to the shorter periods.
     pub kind: RecurrenceKind,
@@ -86,7 +75,7 @@ pub struct RecurrencePeriod {
 /// has none, chaos none or the finest: it returns by chance, and less with time. A doubling of less than a fifth
 /// of the amplitude may be missed, and of two beats only the shorter one is found. Kang et al. (2022) read the
 /// periods from the plots in this way.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct RecurrencePeriods {
     /// The recurrence periods, shortest first.

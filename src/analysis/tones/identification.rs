@@ -1,12 +1,12 @@
 //! Names of a list of spectral lines.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Bases, Combination, Line};
 
 /// A spectral line with its name.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpectralLine {
     /// Frequency, interpolated between bins, Hz.
     #[serde(rename = "frequency_hz")]

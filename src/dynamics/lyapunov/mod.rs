@@ -5,13 +5,13 @@ mod growth;
 mod interval;
 
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 pub(super) use growth::Growth;
 pub(crate) use interval::student;
 
 /// A Lyapunov exponent with its confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Exponent {
     /// Estimate of the value, 1/s unless stated otherwise.
     #[schemars(with = "Option<f64>")]
@@ -56,7 +56,7 @@ pub enum Sign {
 pub const MIN_PERIODS_FOR_ZERO: f64 = 1000.0;
 
 /// The largest Lyapunov exponents of a trajectory, or all of them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LyapunovSpectrum {
     /// The exponents in the order of the orthonormal vectors. The order is descending after the vectors
     /// have converged to their directions. Exponents that differ by less than their intervals may be in

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use arrow_schema::FieldRef;
-use serde::Serialize;
+use arrow_schema::{DataType, Field, FieldRef};
+use serde::{Deserialize, Serialize};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
 
 use super::at::At;
@@ -13,10 +13,10 @@ use crate::export::OutputError;
 use crate::study::table;
 
 /// A row: an equilibrium or a periodic orbit. Values that one of them does not have are null.
-#[derive(Serialize)]
+#[derive(Default, Serialize, Deserialize)]
 struct Row {
     /// `equilibrium` or `periodic orbit`.
-    kind: &'static str,
+    kind: String,
     /// Number of the branch of periodic orbits.
     branch: Option<u32>,
     /// Whether the motion is stable: it attracts.
@@ -39,9 +39,15 @@ struct Row {
     mode_growth_per_s: Vec<f64>,
     /// Numbers of the modes of an equilibrium.
     mode_number: Vec<u32>,
-    /// Value of the parameter, under the name of its key.
+}
+
+/// A row with the value of the parameter, under the name of its key.
+#[derive(Serialize)]
+struct RowAt<'a> {
     #[serde(flatten)]
-    at: At,
+    row: Row,
+    #[serde(flatten)]
+    at: &'a At,
 }
 
 /// Writes the points of branches: Parquet or CSV if the name ends so, otherwise an Arrow file. An existing file is
@@ -51,8 +57,9 @@ struct Row {
 /// If the file cannot be written; an existing file is then unchanged.
 pub fn write_branch(path: &Path, branch: &Branch) -> Result<(), OutputError> {
     let batch = || {
-        let options = TracingOptions::default().map_as_struct(true);
-        let fields = Vec::<FieldRef>::from_samples(samples(branch), options)?;
+        let mut fields = Vec::<FieldRef>::from_type::<Row>(TracingOptions::default())?;
+        let parameter = Field::new(branch.name(), DataType::Float64, false);
+        fields.push(parameter.into());
         let fields = table::columns(fields);
         serde_arrow::to_record_batch(&fields, &rows(branch))
     };
@@ -63,67 +70,33 @@ pub fn write_branch(path: &Path, branch: &Branch) -> Result<(), OutputError> {
     table::write(path, &batch.schema(), &[batch])
 }
 
-fn rows(branch: &Branch) -> Vec<Row> {
-    let equilibria = branch.equilibria.iter().map(|point| Row {
-        kind: "equilibrium",
-        stable: point.unstable_modes == 0,
-        unstable: point.unstable_modes as u32,
-        mode_hz: point.modes.iter().map(|m| m.mode.frequency_hz).collect(),
-        mode_growth_per_s: point.modes.iter().map(|m| m.mode.growth).collect(),
-        mode_number: point.modes.iter().map(|m| m.number as u32).collect(),
-        ..empty(point.at.clone())
+fn rows(branch: &Branch) -> Vec<RowAt<'_>> {
+    let equilibria = branch.equilibria.iter().map(|point| RowAt {
+        at: &point.at,
+        row: Row {
+            kind: "equilibrium".to_owned(),
+            stable: point.unstable_modes == 0,
+            unstable: point.unstable_modes as u32,
+            mode_hz: point.modes.iter().map(|m| m.mode.frequency_hz).collect(),
+            mode_growth_per_s: point.modes.iter().map(|m| m.mode.growth).collect(),
+            mode_number: point.modes.iter().map(|m| m.number as u32).collect(),
+            ..Row::default()
+        },
     });
-    let orbits = branch.points.iter().map(|point| Row {
-        kind: "periodic orbit",
-        branch: Some(point.branch as u32),
-        stable: point.orbit.stable,
-        unstable: point.orbit.unstable_multipliers as u32,
-        period_s: Some(point.orbit.period_s),
-        amplitude_m: Some(point.orbit.amplitude),
-        multiplier_real: point.orbit.multipliers.iter().map(|m| m.re()).collect(),
-        multiplier_imaginary: point.orbit.multipliers.iter().map(|m| m.im()).collect(),
-        state: point.orbit.state.clone(),
-        ..empty(point.at.clone())
+    let orbits = branch.points.iter().map(|point| RowAt {
+        at: &point.at,
+        row: Row {
+            kind: "periodic orbit".to_owned(),
+            branch: Some(point.branch as u32),
+            stable: point.orbit.stable,
+            unstable: point.orbit.unstable_multipliers as u32,
+            period_s: Some(point.orbit.period_s),
+            amplitude_m: Some(point.orbit.amplitude),
+            multiplier_real: point.orbit.multipliers.iter().map(|m| m.re()).collect(),
+            multiplier_imaginary: point.orbit.multipliers.iter().map(|m| m.im()).collect(),
+            state: point.orbit.state.clone(),
+            ..Row::default()
+        },
     });
     equilibria.chain(orbits).collect()
-}
-
-/// A row without values.
-fn empty(at: At) -> Row {
-    Row {
-        kind: "equilibrium",
-        branch: None,
-        stable: false,
-        unstable: 0,
-        period_s: None,
-        amplitude_m: None,
-        multiplier_real: Vec::new(),
-        multiplier_imaginary: Vec::new(),
-        state: Vec::new(),
-        mode_hz: Vec::new(),
-        mode_growth_per_s: Vec::new(),
-        mode_number: Vec::new(),
-        at,
-    }
-}
-
-/// Rows with and without values, which determine the types of the columns.
-fn samples(branch: &Branch) -> [Row; 2] {
-    let at = At {
-        name: branch.name().to_owned(),
-        value: 0.0,
-    };
-    let full = Row {
-        branch: Some(0),
-        period_s: Some(0.0),
-        amplitude_m: Some(0.0),
-        multiplier_real: vec![0.0],
-        multiplier_imaginary: vec![0.0],
-        state: vec![0.0],
-        mode_hz: vec![0.0],
-        mode_growth_per_s: vec![0.0],
-        mode_number: vec![0],
-        ..empty(at.clone())
-    };
-    [full, empty(at)]
 }

@@ -167,7 +167,7 @@ impl Samples {
         Ok(periods.in_seconds(step as f64 / self.rate))
     }
 
-    /// Recurrence measures of the newest states.
+    /// Recurrence measures of the newest states, lengths in s.
     fn recurrence(&self, lag: usize) -> Result<Option<Measures>, AnalysisError> {
         let step = (lag / STATES_PER_LAG).max(1);
         let lag = (lag as f64 / step as f64).round() as usize;
@@ -190,12 +190,8 @@ impl Samples {
             theiler: lag,
         };
         let counts = quantify(&vectors, &rule)?;
-        let least = MIN_DIAGONAL_LAGS * lag;
-        Ok(Some(counts.measures(
-            least,
-            MIN_VERTICAL,
-            RateBase::Counted,
-        )))
+        let measures = counts.measures(MIN_DIAGONAL_LAGS * lag, MIN_VERTICAL, RateBase::Counted);
+        Ok(Some(measures.in_seconds(step as f64 / self.rate)))
     }
 
     fn portrait(&self, spectrum: &[f64], bin: f64) -> PhasePortrait {

@@ -5,7 +5,6 @@
 //! this window; the Lyapunov exponents come from tangent vectors integrated with it, or from the Floquet multipliers of
 //! the stable periodic orbit that the motion follows.
 
-mod columns;
 mod measure;
 mod orbit;
 mod recurrence;

@@ -3,13 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::columns;
 use crate::analysis::{Bases, ClosedCurves, Measures, RecurrencePeriods, Regime, SpectralLine};
 use crate::dynamics::{LyapunovSpectrum, SolverStats};
 use crate::study::StabilityAt;
 
-/// A settled response of a scene, in SI units. Measures that could not be computed are empty. Serialised, it
-/// is a row of a table whose column names carry the units.
+/// A settled response of a scene, in SI units. Measures that could not be computed are empty. Each field is a column of
+/// the table of a sweep, which is derived from this type: so no field may be flattened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettledResponse {
     /// Transient time before the measurement, s. It includes earlier windows in which the motion changed.
@@ -36,44 +35,30 @@ pub struct SettledResponse {
     #[serde(rename = "maxima_m")]
     pub maxima: Vec<f64>,
     /// Newest points of the section: `y(t)` and `y(t + 2 tau)` where `y(t + tau)` crosses zero upwards, m.
-    #[serde(flatten, with = "columns::section")]
-    #[schemars(with = "columns::Section")]
+    #[serde(rename = "section_m")]
     pub section: Vec<[f64; 2]>,
     /// Closed curves of the section: the motion is on a torus; `None` if there are none.
-    #[serde(flatten, with = "columns::curves")]
-    #[schemars(with = "Option<columns::Curves>")]
     pub curves: Option<ClosedCurves>,
     /// Doubling order of a periodic or quasi-periodic motion: 0; 1 if it has lines at halves of the
     /// combinations of its base frequencies, 2 if at quarters.
     pub doubling: u32,
     /// Spectral lines in descending order of amplitude.
-    #[serde(flatten, with = "columns::lines")]
-    #[schemars(with = "columns::Lines")]
     pub lines: Vec<SpectralLine>,
     /// Leading Lyapunov exponents; `None` if none were computed.
-    #[serde(flatten, with = "columns::exponents")]
-    #[schemars(with = "Option<columns::Exponents>")]
     pub exponents: Option<LyapunovSpectrum>,
     /// Recurrence quantification; `None` for a silent motion.
-    #[serde(flatten, with = "columns::recurrence")]
-    #[schemars(with = "Option<columns::Recurrence>")]
     pub recurrence: Option<Measures>,
     /// Periods of the diagonal lines of the recurrence plot: finest, beat, doubled; s.
-    #[serde(flatten, with = "columns::periods")]
-    #[schemars(with = "columns::Periods")]
     pub recurrence_periods: RecurrencePeriods,
     /// Linear modes at steady sliding; `None` for a system other than the joint.
-    #[serde(flatten, with = "columns::linear")]
-    #[schemars(with = "Option<columns::Linear>")]
     pub linear: Option<StabilityAt>,
     /// Final state `[q | dq/dt]`, for continuation.
     pub state: Vec<f64>,
     /// Solver statistics.
-    #[serde(flatten)]
     pub stats: SolverStats,
     /// Samples and spectrum for plots, if requested.
     // JSON does not have them, see `SweepPoint`.
-    #[serde(flatten)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(skip)]
     pub portrait: Option<PhasePortrait>,
 }
@@ -117,13 +102,13 @@ impl SettledResponse {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhasePortrait {
     /// Sampling interval `dt` of the portrait, s.
-    #[serde(rename = "portrait_dt_s")]
+    #[serde(rename = "dt_s")]
     pub dt: f64,
     /// Newest displacements `u` of the probe for the portrait, m.
-    #[serde(rename = "portrait_u_m")]
+    #[serde(rename = "u_m")]
     pub displacement: Vec<f32>,
     /// Velocities `v` of the probe for the portrait, at the same times, m/s.
-    #[serde(rename = "portrait_v_m_per_s")]
+    #[serde(rename = "v_m_per_s")]
     pub velocity: Vec<f32>,
     /// Bin width of the spectrum, Hz; the first bin is at 0 Hz.
     #[serde(rename = "spectrum_bin_hz")]

@@ -81,7 +81,7 @@ pub struct SweepPlan {
 }
 
 /// The place of a point in a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Place {
     /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     pub index: usize,

@@ -1,29 +1,31 @@
-//! A sweep point as a table row: one column per field of a [`SettledResponse`].
+//! A sweep point as a table row and as an object in JSON.
 
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use arrow_schema::{DataType, FieldRef};
+use arrow_schema::{DataType, Field, FieldRef};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_arrow::schema::{SchemaLike, TracingOptions};
+use serde_json::json;
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::{
-    ClosedCurves, Measures, RecurrenceKind, RecurrencePeriod, Regime, SpectralLine,
-};
-use crate::dynamics::{Exponent, LyapunovSpectrum, SolverStats};
-use crate::joint::NamedMode;
-use crate::study::StabilityAt;
-use crate::study::response::{PhasePortrait, SettledResponse};
+use crate::analysis::RecurrencePeriod;
+use crate::dynamics::Exponent;
+use crate::number::degrees;
+use crate::study::response::SettledResponse;
 
-/// A table row without the values of the parameters; missing values are null.
-#[derive(Serialize, Deserialize)]
+/// A point; missing values are null.
+#[derive(Serialize, Deserialize, JsonSchema)]
 pub(super) struct Row {
     /// Index of the point, from 0; the first axis varies fastest, the start slowest.
     index: usize,
     /// Start of the point.
     start: Start,
+    /// Values of the axes, in the units of the scene file.
+    // In a table each axis has a column of its own instead.
+    #[schemars(with = "Vec<f64>")]
+    values: Option<Vec<f64>>,
     /// Error message of a point without a response.
     error: Option<String>,
     #[serde(flatten)]
@@ -33,7 +35,7 @@ pub(super) struct Row {
 }
 
 /// The first entries of the lists of a response, and numbers that follow from them: for readers that have no lists.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
 struct Leading {
     /// Frequency of line 1, the strongest, Hz.
     line_1_hz: Option<f64>,
@@ -65,31 +67,22 @@ struct Leading {
     recurrence_period_beat_s: Option<f64>,
     /// Doubled recurrence period, s.
     recurrence_period_doubled_s: Option<f64>,
+    /// Kaplan-Yorke dimension; `null` if too few exponents are known.
+    kaplan_yorke: Option<f64>,
+    /// Half-width of the 95 % interval of the Kaplan-Yorke dimension.
+    kaplan_yorke_half_width: Option<f64>,
+    /// Tilt of the load, degrees.
+    tilt_deg: Option<f64>,
     /// Number of unstable linear modes.
     unstable_modes: Option<u64>,
 }
 
 impl Leading {
-    /// Every value, where the response has one line and one exponent.
-    fn complete(found: &SettledResponse) -> Self {
-        Self {
-            line_2_hz: Some(0.0),
-            line_2_amplitude_m: Some(0.0),
-            line_2_name: Some(String::new()),
-            exponent_2_per_s: Some(0.0),
-            exponent_2_half_width_per_s: Some(0.0),
-            exponent_3_per_s: Some(0.0),
-            exponent_3_half_width_per_s: Some(0.0),
-            recurrence_period_beat_s: Some(0.0),
-            recurrence_period_doubled_s: Some(0.0),
-            ..Self::of(found)
-        }
-    }
-
     fn of(found: &SettledResponse) -> Self {
         let line = |k: usize| found.lines.get(k);
         let exponent = |k: usize| found.exponents.as_ref()?.exponents.get(k);
         let period = |found: Option<&RecurrencePeriod>| found.map(|found| found.period);
+        let dimension = found.exponents.as_ref().and_then(|all| all.kaplan_yorke);
         let linear = found.linear.as_ref();
         Self {
             line_1_hz: line(0).map(|line| line.frequency),
@@ -107,6 +100,9 @@ impl Leading {
             recurrence_period_finest_s: period(found.recurrence_periods.finest()),
             recurrence_period_beat_s: period(found.recurrence_periods.beat()),
             recurrence_period_doubled_s: period(found.recurrence_periods.doubled()),
+            kaplan_yorke: dimension.map(|d| d.value),
+            kaplan_yorke_half_width: dimension.map(|d| d.half_width),
+            tilt_deg: linear.map(|linear| degrees(linear.tilt)),
             unstable_modes: linear.map(|linear| linear.unstable().count() as u64),
         }
     }
@@ -114,189 +110,86 @@ impl Leading {
 
 impl Row {
     /// The row of a point.
-    pub fn new(point: &SweepPoint) -> Self {
-        let found = point.outcome.as_ref().ok();
+    pub fn new(point: SweepPoint) -> Self {
+        let (found, error) = match point.outcome {
+            Ok(found) => (Some(found), None),
+            Err(error) => (None, Some(error)),
+        };
         Self {
             index: point.place.index,
             start: point.place.start,
-            error: point.outcome.as_ref().err().cloned(),
-            leading: found.map(Leading::of).unwrap_or_default(),
-            found: found.cloned(),
+            values: Some(point.place.values),
+            error,
+            leading: found.as_ref().map(Leading::of).unwrap_or_default(),
+            found,
         }
     }
 
     /// The point of a row with these values of the parameters, or the reason why the row is invalid.
     pub fn into_point(self, values: Vec<f64>) -> Result<SweepPoint, String> {
+        let outcome = match (self.error, self.found) {
+            (Some(error), _) => Err(error),
+            (None, Some(mut found)) => {
+                let dimension = self.leading.kaplan_yorke;
+                let dimension = dimension.zip(self.leading.kaplan_yorke_half_width);
+                if let Some(exponents) = &mut found.exponents {
+                    exponents.kaplan_yorke =
+                        dimension.map(|(value, half_width)| Exponent { value, half_width });
+                }
+                Ok(found)
+            }
+            (None, None) => {
+                return Err(format!(
+                    "the response of point {} is incomplete",
+                    self.index
+                ));
+            }
+        };
         let place = Place {
             index: self.index,
             start: self.start,
             values,
         };
-        point(place, self.error, self.found)
+        Ok(SweepPoint { place, outcome })
     }
 
-    /// The columns of all rows.
+    /// The columns of all rows without the values of the axes. Those of a response are null for a failed point.
     pub fn fields() -> Result<Vec<FieldRef>, serde_arrow::Error> {
+        // Words are plain text: the batches of an Arrow file may not differ in a dictionary.
+        let word = |name| json!({"name": name, "data_type": "LargeUtf8"});
+        let pair = json!([{"name": "element", "data_type": "F64"}]);
+        let pairs = json!([{"name": "element", "data_type": "LargeList", "children": pair}]);
         let options = TracingOptions::default()
-            .map_as_struct(true)
-            .enums_without_data_as_strings(true);
-        let fields = Vec::<FieldRef>::from_samples(&[Self::complete(), Self::empty()], options)?;
-        // Words as plain text: the batches of an Arrow file may not differ in a dictionary.
-        let plain = |field: FieldRef| match field.data_type() {
-            DataType::Dictionary(..) => {
-                Arc::new(field.as_ref().clone().with_data_type(DataType::LargeUtf8))
-            }
-            _ => field,
-        };
-        Ok(fields.into_iter().map(plain).collect())
-    }
-
-    /// A row without a response; it determines which columns are nullable.
-    fn empty() -> Self {
-        Self {
-            index: 0,
-            start: Start::Fresh,
-            error: None,
-            leading: Leading::default(),
-            found: None,
-        }
-    }
-
-    /// A row with every value; it determines the types of the columns.
-    fn complete() -> Self {
-        let exponent = Exponent {
-            value: 0.0,
-            half_width: 0.0,
-        };
-        let found = SettledResponse {
-            transient: 0.0,
-            settled: true,
-            amplitude: 0.0,
-            rms_velocity: 0.0,
-            peak_velocity: 0.0,
-            regime: Regime::Silent,
-            confidence: 0.0,
-            broadband_share: 0.0,
-            maxima: vec![0.0],
-            section: vec![[0.0; 2]],
-            curves: Some(ClosedCurves {
-                count: 1,
-                windings: 1,
-            }),
-            doubling: 0,
-            lines: vec![SpectralLine {
-                frequency: 0.0,
-                amplitude: 0.0,
-                label: String::new(),
-            }],
-            exponents: Some(LyapunovSpectrum {
-                exponents: vec![exponent],
-                time: 0.0,
-                dimension: 0,
-                resolution: 0.0,
-                kaplan_yorke: Some(exponent),
-            }),
-            recurrence: Some(Measures {
-                recurrence_rate: 0.0,
-                determinism: Some(0.0),
-                mean_diagonal: Some(0.0),
-                longest_diagonal: 0.0,
-                divergence: Some(0.0),
-                entropy: Some(0.0),
-                trend: Some(0.0),
-                laminarity: Some(0.0),
-                trapping_time: Some(0.0),
-                longest_vertical: 0.0,
-                recurrence_time_1: Some(0.0),
-                recurrence_time_2: Some(0.0),
-            }),
-            recurrence_periods: [RecurrencePeriod {
-                kind: RecurrenceKind::Finest,
-                period: 0.0,
-                uncertainty: 0.0,
-                share: 0.0,
-            }]
-            .into_iter()
-            .collect(),
-            linear: Some(StabilityAt {
-                tilt: 0.0,
-                modes: vec![NamedMode {
-                    frequency_hz: 0.0,
-                    growth: 0.0,
-                    label: String::new(),
-                    unstable: false,
-                }],
-            }),
-            state: vec![0.0],
-            stats: SolverStats::default(),
-            portrait: Some(PhasePortrait {
-                dt: 0.0,
-                displacement: vec![0.0],
-                velocity: vec![0.0],
-                bin: 0.0,
-                spectrum: vec![0.0],
-            }),
-        };
-        Self {
-            error: Some(String::new()),
-            leading: Leading::complete(&found),
-            found: Some(found),
-            ..Self::empty()
-        }
+            .overwrite("regime", word("regime"))?
+            .overwrite("recurrence_periods.element.kind", word("kind"))?
+            .overwrite(
+                "section_m",
+                json!({"name": "section_m", "data_type": "LargeList", "children": pairs}),
+            )?;
+        let found = Vec::<FieldRef>::from_type::<SettledResponse>(options)?;
+        let nullable = |field: FieldRef| Arc::new(field.as_ref().clone().with_nullable(true));
+        let mut fields: Vec<FieldRef> = vec![
+            Arc::new(Field::new("index", DataType::UInt64, false)),
+            Arc::new(Field::new("start", DataType::LargeUtf8, false)),
+            Arc::new(Field::new("error", DataType::LargeUtf8, true)),
+        ];
+        fields.extend(Vec::<FieldRef>::from_type::<Leading>(
+            TracingOptions::default(),
+        )?);
+        fields.extend(found.into_iter().map(nullable));
+        Ok(fields)
     }
 }
 
-/// The point of an error or of a response.
-fn point(
-    place: Place,
-    error: Option<String>,
-    found: Option<SettledResponse>,
-) -> Result<SweepPoint, String> {
-    let outcome = match (error, found) {
-        (Some(error), _) => Err(error),
-        (None, Some(found)) => Ok(found),
-        (None, None) => {
-            return Err(format!(
-                "the response of point {} is incomplete",
-                place.index
-            ));
-        }
-    };
-    Ok(SweepPoint { place, outcome })
-}
-
-/// A point in JSON: without the portrait and the final state, which only the table has.
-#[derive(Serialize, JsonSchema)]
-struct Record {
-    #[serde(flatten)]
-    place: Place,
-    /// Error message of a point without a response.
-    error: Option<String>,
-    #[serde(flatten)]
-    found: Option<SettledResponse>,
-    /// Number of unstable linear modes.
-    unstable_modes: Option<usize>,
-}
-
+/// In JSON a point has no portrait and no final state; only the table has them.
 impl Serialize for SweepPoint {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let SweepPoint { place, outcome } = self.clone();
-        let error = outcome.as_ref().err().cloned();
-        let mut found = outcome.ok();
-        let mut unstable_modes = None;
-        if let Some(found) = &mut found {
-            let linear = found.linear.as_ref();
-            unstable_modes = linear.map(|linear| linear.unstable().count());
+        let mut point = self.clone();
+        if let Ok(found) = &mut point.outcome {
             found.portrait = None;
             found.state.clear();
         }
-        let record = Record {
-            place,
-            error,
-            found,
-            unstable_modes,
-        };
-        record.serialize(to)
+        Row::new(point).serialize(to)
     }
 }
 
@@ -306,6 +199,6 @@ impl JsonSchema for SweepPoint {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Record::json_schema(generator)
+        Row::json_schema(generator)
     }
 }

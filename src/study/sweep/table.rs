@@ -20,6 +20,9 @@ use crate::foreign::table::TableBatches;
 use crate::foreign::{one_line, open_file, without_panic};
 use crate::study::{ThreadSpawnError, table};
 
+/// [`IDENTITY`] of the first version of the format.
+const FIRST_IDENTITY: &str = "squeakscope sweep";
+
 /// Number of points in a batch of a finished table.
 const BATCH: usize = 1024;
 
@@ -204,8 +207,16 @@ fn read_points(path: &Path) -> Result<SweepTable, TableError> {
         ));
     }
     let mut batches = TableBatches::new(file).map_err(|fault| foreign(fault.to_string()))?;
-    let identity = batches.schema().metadata().get(IDENTITY).cloned();
-    let identity = identity.ok_or_else(|| foreign("its metadata has no sweep plan".into()))?;
+    let schema = batches.schema();
+    let identity = schema.metadata().get(IDENTITY).cloned();
+    let identity = identity.ok_or_else(|| {
+        let reason = if schema.metadata().contains_key(FIRST_IDENTITY) {
+            "it has the format of an earlier version; repeat the sweep with another --out"
+        } else {
+            "its metadata has no sweep plan"
+        };
+        foreign(reason.to_owned())
+    })?;
     let mut found = SweepTable {
         identity,
         points: Vec::new(),
