@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
+use super::line_counter::LineCounter;
 use crate::analysis::{DelayVectors, Norm};
 use crate::instruction_set::{instruction_set, lane_bits, vectorised};
 
@@ -24,8 +25,6 @@ const GROUP: usize = 8;
 pub(super) enum Limits<'a> {
     /// The same limit for all pairs.
     One(f64),
-    /// Two limits: the first for the upper bits, the second for the lower bits.
-    Two(f64, f64),
     /// One limit per column (state), padded with at least 64 unused values.
     Columns(&'a [f64]),
 }
@@ -43,12 +42,6 @@ pub(super) struct Diagonal<'a> {
     pub upper_before: &'a [u64],
     /// `lower` of the previous diagonal.
     pub lower_before: &'a [u64],
-}
-
-/// Processes diagonals in order.
-pub(super) trait Visitor {
-    /// Processes the next diagonal. Inline it, for the instruction set of the machine.
-    fn visit(&mut self, diagonal: &Diagonal<'_>);
 }
 
 /// The pairs of delay vectors outside a Theiler window.
@@ -126,33 +119,32 @@ impl<'a> Pairs<'a> {
         blocks.filter(|block| !block.is_empty()).collect()
     }
 
-    /// Passes the diagonals with these offsets to the visitor, in order. Offset `n` is an empty
-    /// diagonal.
-    pub fn visit(&self, offsets: Range<usize>, limits: Limits<'_>, visitor: &mut impl Visitor) {
+    /// Counts the diagonals with these offsets, in order. Offset `n` is an empty diagonal.
+    pub fn count(&self, offsets: Range<usize>, limits: Limits<'_>, counter: &mut LineCounter) {
         let arch = instruction_set();
         match self.norm {
-            Norm::Euclidean => arch.dispatch(Sweep(self, offsets, limits, visitor, SumOfSquares)),
-            Norm::Maximum => arch.dispatch(Sweep(self, offsets, limits, visitor, Maximum)),
+            Norm::Euclidean => arch.dispatch(Sweep(self, offsets, limits, counter, SumOfSquares)),
+            Norm::Maximum => arch.dispatch(Sweep(self, offsets, limits, counter, Maximum)),
             Norm::Manhattan => {
-                arch.dispatch(Sweep(self, offsets, limits, visitor, SumOfMagnitudes))
+                arch.dispatch(Sweep(self, offsets, limits, counter, SumOfMagnitudes))
             }
         }
     }
 
-    /// [`Pairs::visit`] with a given instruction set.
+    /// [`Pairs::count`] with a given instruction set.
     #[cfg(test)]
-    pub fn visit_with(
+    pub fn count_with(
         &self,
         simd: impl Simd,
         offsets: Range<usize>,
         limits: Limits<'_>,
-        visitor: &mut impl Visitor,
+        counter: &mut LineCounter,
     ) {
         match self.norm {
-            Norm::Euclidean => simd.vectorize(Sweep(self, offsets, limits, visitor, SumOfSquares)),
-            Norm::Maximum => simd.vectorize(Sweep(self, offsets, limits, visitor, Maximum)),
+            Norm::Euclidean => simd.vectorize(Sweep(self, offsets, limits, counter, SumOfSquares)),
+            Norm::Maximum => simd.vectorize(Sweep(self, offsets, limits, counter, Maximum)),
             Norm::Manhattan => {
-                simd.vectorize(Sweep(self, offsets, limits, visitor, SumOfMagnitudes))
+                simd.vectorize(Sweep(self, offsets, limits, counter, SumOfMagnitudes))
             }
         }
     }
@@ -204,15 +196,15 @@ impl VectorNorm for SumOfMagnitudes {
     }
 }
 
-/// [`Pairs::visit`] for one instruction set.
-struct Sweep<'a, V, E>(&'a Pairs<'a>, Range<usize>, Limits<'a>, &'a mut V, E);
+/// [`Pairs::count`] for one instruction set.
+struct Sweep<'a, E>(&'a Pairs<'a>, Range<usize>, Limits<'a>, &'a mut LineCounter, E);
 
-impl<V: Visitor, E: VectorNorm> WithSimd for Sweep<'_, V, E> {
+impl<E: VectorNorm> WithSimd for Sweep<'_, E> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self(pairs, offsets, limits, visitor, norm) = self;
+        let Self(pairs, offsets, limits, counter, norm) = self;
         let comparison = Comparison { pairs, limits };
         let mut bits = BitRows::new(pairs);
         // If the diagonal before the first counts, it is computed with the first block.
@@ -223,7 +215,7 @@ impl<V: Visitor, E: VectorNorm> WithSimd for Sweep<'_, V, E> {
             bits.fill(simd, norm, comparison, first, known..count + 1);
             known = 1;
             for r in 1..=count {
-                visitor.visit(&Diagonal {
+                counter.count(&Diagonal {
                     offset: first + r,
                     upper: &bits.upper[bits.row(r)],
                     lower: &bits.lower[bits.row(r)],
@@ -342,11 +334,6 @@ impl Chunk {
             start,
             length,
         } = self;
-        // The same limit for all vectors, which remains in a register.
-        let one = |limit: f64| {
-            let limit = simd.splat_f64s(limit);
-            move |_| limit
-        };
         let span = (pairs.dimension - 1) * pairs.lag;
         let here = &pairs.samples[start..][..length + span];
         let there = &pairs.samples[start + offset..][..length + span];
@@ -366,13 +353,10 @@ impl Chunk {
                 }
                 let (u, l) = match limits {
                     Limits::One(limit) => {
-                        let bits = bits_within(simd, &sums, one(limit));
+                        let limit = simd.splat_f64s(limit);
+                        let bits = bits_within(simd, &sums, |_| limit);
                         (bits, bits)
                     }
-                    Limits::Two(u, l) => (
-                        bits_within(simd, &sums, one(u)),
-                        bits_within(simd, &sums, one(l)),
-                    ),
                     Limits::Columns(limits) => {
                         let row = start + at + first;
                         let of = |column: usize| {

@@ -4,7 +4,7 @@
 //! or a gap starts or ends only where a diagonal differs from the previous one, and per column only the
 //! start and end of its last line are stored.
 
-use super::diagonals::{Diagonal, Visitor};
+use super::diagonals::Diagonal;
 use super::{LineHistogram, RecurrenceCounts};
 
 /// Marks an absent offset. It cannot occur: so many states would have 10^19 pairs.
@@ -223,9 +223,10 @@ impl LineCounter {
     }
 }
 
-impl Visitor for LineCounter {
+impl LineCounter {
+    /// Counts the next diagonal. Inlined for the instruction set of the machine.
     #[inline(always)]
-    fn visit(&mut self, diagonal: &Diagonal<'_>) {
+    pub fn count(&mut self, diagonal: &Diagonal<'_>) {
         let offset = diagonal.offset as u32;
         // The previous diagonal has one more pair.
         let words = (self.above.last.len() + 1 - diagonal.offset).div_ceil(64);

@@ -33,7 +33,7 @@ pub fn quantify(
             || None,
             |counter: Option<LineCounter>, block| {
                 let mut counter = counter.unwrap_or_else(new);
-                pairs.visit(block, limits, &mut counter);
+                pairs.count(block, limits, &mut counter);
                 Some(counter)
             },
         )
@@ -152,7 +152,7 @@ mod tests {
         fn with(simd: impl pulp::Simd, pairs: &Pairs<'_>, limits: Limits<'_>) -> RecurrenceCounts {
             let mut counter = LineCounter::new(pairs.states, matches!(limits, Limits::One(_)));
             for block in pairs.blocks() {
-                pairs.visit_with(simd, block, limits, &mut counter);
+                pairs.count_with(simd, block, limits, &mut counter);
             }
             counter.finish(pairs.theiler)
         }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::diagonals::{Diagonal, Limits, Pairs, Visitor};
+use super::diagonals::{Limits, Pairs};
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// Threshold for the recurrence of two states.
@@ -163,6 +163,9 @@ fn column_limits(pairs: &Pairs<'_>, count: usize) -> Vec<f64> {
     limits
 }
 
+/// Distances that are sorted at most: 8 MB for any length of the signal.
+const MAX_KEPT: u64 = 1 << 20;
+
 /// Distance for a recurrence rate, as defined in [`find_threshold`].
 fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
     let n = pairs.states as u64;
@@ -178,227 +181,75 @@ fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
     match count.checked_sub(1) {
         Some(rank) => pairs
             .norm
-            .distance_of_unrooted(order_statistic(pairs, upper, rank)),
+            .distance_of_unrooted(order_statistic(pairs, rank, MAX_KEPT)),
         None => 0.0,
     }
 }
 
-/// The unrooted distance with this rank (0 the smallest) among the `upper` counted pairs of the upper
-/// triangle.
+/// The unrooted distance with this rank (0 the smallest) among the counted pairs of the upper triangle.
 ///
-/// A sample of the pairs gives a first bracket. A pass over all pairs counts those below the bracket and
-/// keeps those inside. If there are too many to keep, it counts them in bins, one of which becomes the
-/// next bracket. Brackets are ranges of the bit patterns, which have the order of the numbers, so a
-/// bracket can shrink to a single value.
-fn order_statistic(pairs: &Pairs<'_>, upper: u64, rank: u64) -> f64 {
-    /// 8 MB for any length of the signal.
-    const MAX_KEPT: usize = 1 << 20;
-    let bracket = Bracket::from_sample(pairs, rank as f64 / upper as f64);
-    narrow_down(pairs, bracket, rank, MAX_KEPT)
-}
-
-/// The unrooted distance with this rank, starting from any bracket and keeping at most `max_kept`
-/// values.
-fn narrow_down(pairs: &Pairs<'_>, mut bracket: Bracket, rank: u64, max_kept: usize) -> f64 {
-    while bracket.first < bracket.last {
-        let scan = Scan::of(pairs, bracket, max_kept);
-        bracket = match rank.checked_sub(scan.below) {
-            None => Bracket {
-                first: 0,
-                last: bracket.first - 1,
-            },
-            Some(rank) if rank >= scan.inside.count() => Bracket {
-                first: bracket.last + 1,
-                last: Bracket::ALL.last,
-            },
-            Some(rank) => scan.inside.narrow(bracket, rank),
+/// Non-negative floating-point numbers have the order of their bit patterns. A pass over all pairs counts the
+/// patterns by their leading bits, and the next pass counts those in the bin that contains the rank by the
+/// following bits, until so few remain that they can be sorted.
+fn order_statistic(pairs: &Pairs<'_>, mut rank: u64, max_kept: u64) -> f64 {
+    /// Bits that a pass decides.
+    const DIGIT: u32 = 16;
+    let (mut prefix, mut undecided) = (0, u64::BITS);
+    while undecided > 0 {
+        let leading = |bits: u64| bits >> (undecided - DIGIT);
+        let is_inside = |bits: u64| leading(bits) >> DIGIT == prefix;
+        let new = || vec![0_u64; 1 << DIGIT];
+        let count = |mut bins: Vec<u64>, bits: u64| {
+            if is_inside(bits) {
+                bins[(leading(bits) & ((1 << DIGIT) - 1)) as usize] += 1;
+            }
+            bins
         };
-    }
-    f64::from_bits(bracket.first)
-}
-
-/// Range of unrooted distances from `first` to `last` inclusive, as bit patterns.
-#[derive(Clone, Copy, Debug)]
-struct Bracket {
-    first: u64,
-    last: u64,
-}
-
-impl Bracket {
-    const ALL: Self = Self {
-        first: 0,
-        last: f64::INFINITY.to_bits(),
-    };
-    /// Number of bins per bracket.
-    const BINS: usize = 1 << 16;
-
-    /// Bracket that probably contains the quantile `share`.
-    fn from_sample(pairs: &Pairs<'_>, share: f64) -> Self {
-        const DRAWS: usize = 1 << 16;
-        // Successive multiples of these, modulo 1, fill a square evenly (1/p and 1/p^2 with p^3 = p +
-        // 1).
-        const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-        let n = pairs.states as f64;
-        let state = |draw: usize, step: f64| ((draw as f64 * step).fract() * n) as usize;
-        let draws = (1..=DRAWS).map(|draw| STEPS.map(|step| state(draw, step)));
-        let counted = draws.filter(|[i, j]| pairs.offsets().contains(&i.abs_diff(*j)));
-        let mut sample: Vec<u64> = counted
-            .map(|[i, j]| pairs.unrooted(i, j).to_bits())
-            .collect();
-        sample.sort_unstable();
-        // Five standard deviations of the number of sampled values below the quantile.
-        let middle = share * sample.len() as f64;
-        let margin = 5.0 + 5.0 * (middle * (1.0 - share)).sqrt();
-        let at = |place: f64| sample.get(place as usize).copied();
-        Self {
-            first: if middle < margin {
-                Self::ALL.first
-            } else {
-                at(middle - margin).unwrap_or(Self::ALL.first)
-            },
-            last: at(middle + margin).unwrap_or(Self::ALL.last),
-        }
-    }
-
-    /// Number of low bits that locate a value within a bin.
-    fn shift(self) -> u32 {
-        let bins = Self::BINS.ilog2();
-        (u64::BITS - (self.last - self.first).leading_zeros()).saturating_sub(bins)
-    }
-
-    fn bin(self, bits: u64) -> usize {
-        ((bits - self.first) >> self.shift()) as usize
-    }
-}
-
-/// Unrooted distances inside a bracket.
-enum Inside {
-    /// All values.
-    Kept(Vec<u64>),
-    /// Number of values per bin.
-    Binned(Vec<u64>),
-}
-
-impl Inside {
-    fn add(&mut self, bracket: Bracket, max_kept: usize, bits: u64) {
-        match self {
-            Self::Kept(kept) if kept.len() < max_kept => kept.push(bits),
-            Self::Kept(kept) => {
-                let mut bins = vec![0; Bracket::BINS];
-                kept.iter().for_each(|&bits| bins[bracket.bin(bits)] += 1);
-                bins[bracket.bin(bits)] += 1;
-                *self = Self::Binned(bins);
-            }
-            Self::Binned(bins) => bins[bracket.bin(bits)] += 1,
-        }
-    }
-
-    fn merge(self, other: Self, bracket: Bracket, max_kept: usize) -> Self {
-        match (self, other) {
-            (Self::Binned(mut a), Self::Binned(b)) => {
-                a.iter_mut().zip(b).for_each(|(sum, count)| *sum += count);
-                Self::Binned(a)
-            }
-            (mut sum, Self::Kept(kept)) | (Self::Kept(kept), mut sum) => {
-                kept.into_iter()
-                    .for_each(|bits| sum.add(bracket, max_kept, bits));
-                sum
-            }
-        }
-    }
-
-    fn count(&self) -> u64 {
-        match self {
-            Self::Kept(kept) => kept.len() as u64,
-            Self::Binned(bins) => bins.iter().sum(),
-        }
-    }
-
-    /// The part of the bracket that contains the value with this rank.
-    fn narrow(self, bracket: Bracket, mut rank: u64) -> Bracket {
-        match self {
-            Self::Kept(mut kept) => {
-                let bits = *kept.select_nth_unstable(rank as usize).1;
-                Bracket {
-                    first: bits,
-                    last: bits,
-                }
-            }
-            Self::Binned(bins) => {
-                let mut bin = 0;
-                while rank >= bins[bin] {
-                    rank -= bins[bin];
-                    bin += 1;
-                }
-                let width = 1 << bracket.shift();
-                let first = bracket.first + bin as u64 * width;
-                Bracket {
-                    first,
-                    last: bracket.last.min(first + (width - 1)),
-                }
-            }
-        }
-    }
-}
-
-/// Result of a pass over all pairs.
-struct Scan<'a> {
-    pairs: &'a Pairs<'a>,
-    bracket: Bracket,
-    /// Maximum number of values kept.
-    max_kept: usize,
-    /// Number of pairs below the bracket.
-    below: u64,
-    inside: Inside,
-}
-
-impl<'a> Scan<'a> {
-    fn new(pairs: &'a Pairs<'a>, bracket: Bracket, max_kept: usize) -> Self {
-        Self {
-            pairs,
-            bracket,
-            max_kept,
-            below: 0,
-            inside: Inside::Kept(Vec::new()),
-        }
-    }
-
-    fn of(pairs: &'a Pairs<'a>, bracket: Bracket, max_kept: usize) -> Self {
-        let below = bracket.first.checked_sub(1).map_or(-1.0, f64::from_bits);
-        let limits = Limits::Two(f64::from_bits(bracket.last), below);
-        let new = || Self::new(pairs, bracket, max_kept);
-        let scan = |mut scan: Self, block| {
-            pairs.visit(block, limits, &mut scan);
-            scan
-        };
-        let merge = |mut a: Self, b: Self| {
-            a.below += b.below;
-            a.inside = a.inside.merge(b.inside, bracket, max_kept);
+        let add = |mut a: Vec<u64>, b: Vec<u64>| {
+            a.iter_mut().zip(b).for_each(|(sum, count)| *sum += count);
             a
         };
-        pairs
-            .blocks()
-            .into_par_iter()
-            .fold(new, scan)
-            .reduce(new, merge)
-    }
-}
-
-impl Visitor for Scan<'_> {
-    #[inline(always)]
-    fn visit(&mut self, diagonal: &Diagonal<'_>) {
-        for (word, (&upto, &below)) in diagonal.upper.iter().zip(diagonal.lower).enumerate() {
-            self.below += u64::from(below.count_ones());
-            let mut inside = upto & !below;
-            while inside != 0 {
-                let i = 64 * word + inside.trailing_zeros() as usize;
-                let unrooted = self.pairs.unrooted(i, i + diagonal.offset);
-                self.inside
-                    .add(self.bracket, self.max_kept, unrooted.to_bits());
-                inside &= inside - 1;
-            }
+        let bins = fold_pairs(pairs, new, count, add);
+        let mut bin = 0;
+        while rank >= bins[bin] {
+            rank -= bins[bin];
+            bin += 1;
+        }
+        prefix = prefix << DIGIT | bin as u64;
+        undecided -= DIGIT;
+        if bins[bin] <= max_kept {
+            let keep = |mut kept: Vec<u64>, bits: u64| {
+                if bits >> undecided == prefix {
+                    kept.push(bits);
+                }
+                kept
+            };
+            let mut kept = fold_pairs(pairs, Vec::new, keep, |a, b| [a, b].concat());
+            return f64::from_bits(*kept.select_nth_unstable(rank as usize).1);
         }
     }
+    f64::from_bits(prefix)
+}
+
+/// Folds the bit patterns of the unrooted distances of all counted pairs of the upper triangle, in parallel.
+fn fold_pairs<T: Send>(
+    pairs: &Pairs<'_>,
+    new: impl Fn() -> T + Sync,
+    add: impl Fn(T, u64) -> T + Sync,
+    merge: impl Fn(T, T) -> T + Sync,
+) -> T {
+    let (n, first) = (pairs.states, pairs.offsets().start);
+    let fold = |(sum, mut distances): (T, Vec<f64>), i: usize| {
+        distances.clear();
+        pairs.unrooted_row(i, i + first..n, &mut distances);
+        let sum = distances.iter().fold(sum, |sum, e| add(sum, e.to_bits()));
+        (sum, distances)
+    };
+    (0..n.saturating_sub(first))
+        .into_par_iter()
+        .fold(|| (new(), Vec::new()), fold)
+        .map(|(sum, _)| sum)
+        .reduce(&new, &merge)
 }
 
 #[cfg(test)]
@@ -454,7 +305,7 @@ mod tests {
         }
     }
 
-    /// Compares the search by sample and bins with sorting all values.
+    /// Compares the search by leading bits with sorting all values.
     #[test]
     fn order_statistics_are_exact_with_any_ties() {
         let rough = noise(4, 520, 1.0);
@@ -466,12 +317,9 @@ mod tests {
             let distances = distances(&pairs);
             let last = distances.len() - 1;
             for rank in [0, 1, 700, last / 20, last / 2, last - 1, last] {
-                let found = order_statistic(&pairs, distances.len() as u64, rank as u64);
-                assert_eq!(found, distances[rank], "{rank}");
-                // Any bracket works, even one that misses the value.
-                for bracket in [Bracket::ALL, Bracket { first: 1, last: 2 }] {
-                    let found = narrow_down(&pairs, bracket, rank as u64, 100);
-                    assert_eq!(found, distances[rank], "{rank} {bracket:?}");
+                for max_kept in [MAX_KEPT, 100, 0] {
+                    let found = order_statistic(&pairs, rank as u64, max_kept);
+                    assert_eq!(found, distances[rank], "{rank}, {max_kept} kept");
                 }
             }
         }
