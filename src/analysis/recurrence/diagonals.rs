@@ -67,13 +67,6 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Unrooted distance between two states.
-    pub fn unrooted(&self, i: usize, j: usize) -> f64 {
-        let coordinates = (0..self.dimension).map(|c| c * self.lag);
-        let difference = |c: usize| self.samples[i + c] - self.samples[j + c];
-        self.norm.unrooted(coordinates.map(difference))
-    }
-
     /// Appends the unrooted distances between state `j` and others, in order.
     pub fn unrooted_row(&self, j: usize, others: Range<usize>, sums: &mut Vec<f64>) {
         let from = sums.len();
@@ -197,7 +190,13 @@ impl VectorNorm for SumOfMagnitudes {
 }
 
 /// [`Pairs::count`] for one instruction set.
-struct Sweep<'a, E>(&'a Pairs<'a>, Range<usize>, Limits<'a>, &'a mut LineCounter, E);
+struct Sweep<'a, E>(
+    &'a Pairs<'a>,
+    Range<usize>,
+    Limits<'a>,
+    &'a mut LineCounter,
+    E,
+);
 
 impl<E: VectorNorm> WithSimd for Sweep<'_, E> {
     type Output = ();

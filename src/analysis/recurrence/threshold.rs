@@ -268,8 +268,11 @@ mod tests {
 
     /// All unrooted distances of the upper triangle, sorted.
     fn distances(pairs: &Pairs<'_>) -> Vec<f64> {
-        let of_offset = |k: usize| (0..pairs.states - k).map(move |i| pairs.unrooted(i, i + k));
-        let mut distances: Vec<f64> = pairs.offsets().flat_map(of_offset).collect();
+        let (n, first) = (pairs.states, pairs.offsets().start);
+        let mut distances = Vec::new();
+        for i in 0..n.saturating_sub(first) {
+            pairs.unrooted_row(i, i + first..n, &mut distances);
+        }
         distances.sort_by(f64::total_cmp);
         distances
     }
