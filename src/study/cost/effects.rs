@@ -143,7 +143,7 @@ pub fn effects_of(scene: &Scene) -> Vec<Switched> {
                     effects.push((part, effect, Some(other)));
                 }
                 // A small system has no such key.
-                Err(_) if part == Part::Motion => {}
+                Err(_) if matches!(part, Part::Motion | Part::Recording) => {}
                 Err(error) => {
                     effect.unavailable = Some(error.to_string());
                     effects.push((part, effect, None));
