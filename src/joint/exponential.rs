@@ -83,8 +83,8 @@ impl<S: Simd, const K: usize> Exponential<S, K> {
 mod tests {
     use pulp::WithSimd;
 
-    use super::super::simd::machines;
     use super::*;
+    use crate::joint::tests::machines;
 
     /// Evaluates `exp(-rate x)` and `1 - exp(-rate x)` of each number.
     struct Both<'a>(&'a [f64], f64);

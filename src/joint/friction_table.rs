@@ -208,8 +208,9 @@ fn first_slope(h: &[f64], d: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::Stribeck;
-    use super::super::simd::{LANES, machines, parts};
+    use super::super::simd::{LANES, parts};
     use super::*;
+    use crate::joint::tests::machines;
 
     const STRIBECK: Stribeck = Stribeck {
         mu_s: 0.55,

@@ -340,15 +340,3 @@ impl<S: Simd> Vector<S> {
         simd.reduce_sum_f64s(simd.select_f64s(negative, own, zero)) as u8
     }
 }
-
-/// The instruction sets that this machine supports, starting with none.
-#[cfg(test)]
-pub(crate) fn machines() -> Vec<pulp::Arch> {
-    let mut machines = vec![pulp::Arch::Scalar];
-    #[cfg(target_arch = "x86_64")]
-    {
-        machines.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
-        machines.extend(pulp::x86::V4::try_new().map(pulp::Arch::V4));
-    }
-    machines
-}

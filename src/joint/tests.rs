@@ -340,3 +340,14 @@ fn hoffmann_mode_coupling() {
     }
     assert_eq!(modes.iter().filter(|m| m.unstable()).count(), 1);
 }
+
+/// The instruction sets that this machine supports, starting with none.
+pub(crate) fn machines() -> Vec<pulp::Arch> {
+    let mut machines = vec![pulp::Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    {
+        machines.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
+        machines.extend(pulp::x86::V4::try_new().map(pulp::Arch::V4));
+    }
+    machines
+}

@@ -222,12 +222,24 @@ fn plot(x: Axis, y: Axis) -> Plot {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use rerun::log::LogMsg;
+
     use super::*;
-    use crate::record::{stream::in_memory, tests::demo};
+    use crate::record::stream::MessageSink;
+    use crate::record::tests::demo;
+
+    /// A sink that keeps nothing.
+    struct Discarded;
+
+    impl MessageSink for Discarded {
+        fn send(&self, _: LogMsg) {}
+    }
 
     #[test]
     fn axes_have_the_same_scale_and_contain_the_latest_intersections() {
-        let (rec, _) = in_memory();
+        let rec = RecordingStream::new("test", Arc::new(Discarded)).unwrap();
         let mut section = Section::new(&rec, &demo::header(0.1)).unwrap();
         let point = |k: usize| SectionPoint {
             time: 1e-4 * k as f64,
@@ -260,7 +272,7 @@ mod tests {
 
     #[test]
     fn modal_coordinates_have_separate_axes() {
-        let (rec, _) = in_memory();
+        let rec = RecordingStream::new("test", Arc::new(Discarded)).unwrap();
         let header = Header {
             section: [SectionCoordinate::Q(2), SectionCoordinate::Qdot(2)],
             ..demo::header(0.1)

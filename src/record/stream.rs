@@ -218,20 +218,3 @@ where
     let index = TimeColumn::new_duration_nanos(paths::TIMELINE, times.iter().copied());
     rec.send_columns(path, index, columns?)
 }
-
-#[cfg(test)]
-type Messages = Arc<std::sync::Mutex<Vec<LogMsg>>>;
-
-/// A recording stream into memory.
-#[cfg(test)]
-pub fn in_memory() -> (RecordingStream, Messages) {
-    struct Kept(Messages);
-    impl MessageSink for Kept {
-        fn send(&self, message: LogMsg) {
-            self.0.lock().unwrap().push(message);
-        }
-    }
-    let kept = Messages::default();
-    let rec = RecordingStream::new("test", Arc::new(Kept(Arc::clone(&kept)))).unwrap();
-    (rec, kept)
-}

@@ -61,7 +61,7 @@ pub fn fill(name: &str, values: Value) -> Result<String, Error> {
     }
 }
 
-fn environment() -> Result<Environment<'static>, Error> {
+pub(super) fn environment() -> Result<Environment<'static>, Error> {
     let mut environment = Environment::new();
     // A line that contains only a tag produces no output.
     let mut syntax = SyntaxConfig::builder();
@@ -157,14 +157,6 @@ fn words(x: &Value, words: impl Fn(f64) -> String) -> Result<Value, Error> {
         return Ok(x.clone());
     }
     Ok(Value::from(words(f64::try_from(x.clone())?)))
-}
-
-/// The variables that a template expects from outside.
-#[cfg(test)]
-pub fn variables(name: &str) -> std::collections::HashSet<String> {
-    let environment = environment().unwrap();
-    let template = environment.get_template(name).unwrap();
-    template.undeclared_variables(false)
 }
 
 #[cfg(test)]

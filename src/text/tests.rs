@@ -1,7 +1,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::template::variables;
+use super::template::environment;
 use super::*;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::NamedMode;
@@ -65,6 +65,13 @@ const APPEARANCES: [Appearance; 9] = [
     Appearance::Unsettled,
     Appearance::AtRest,
 ];
+
+/// The variables that a template expects from outside.
+fn variables(name: &str) -> HashSet<String> {
+    let environment = environment().unwrap();
+    let template = environment.get_template(name).unwrap();
+    template.undeclared_variables(false)
+}
 
 #[test]
 fn every_appearance_has_a_text() {

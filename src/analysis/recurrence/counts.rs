@@ -5,13 +5,9 @@
 /// ```
 /// use squeakscope::analysis::LineHistogram;
 ///
-/// let mut lines: LineHistogram = [3, 3, 1].into_iter().collect();
+/// let lines = LineHistogram::from(vec![0, 1, 0, 2]);
 /// assert_eq!(lines.iter().collect::<Vec<_>>(), [(1, 1), (3, 2)]);
 /// assert_eq!((lines.lines(), lines.points(), lines.longest()), (3, 7, 3));
-/// // A line of three loses a point.
-/// lines.remove(3);
-/// lines.add(2);
-/// assert_eq!(lines, LineHistogram::from(vec![0, 1, 1, 1]));
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct LineHistogram {
@@ -20,48 +16,6 @@ pub struct LineHistogram {
 }
 
 impl LineHistogram {
-    /// Adds a line. Ignores length 0.
-    pub fn add(&mut self, length: usize) {
-        self.add_many(length, 1);
-    }
-
-    /// Adds `lines` lines of the same length.
-    pub fn add_many(&mut self, length: usize, lines: u64) {
-        if length == 0 {
-            return;
-        }
-        if self.counts.len() <= length {
-            self.counts.resize(length + 1, 0);
-        }
-        self.counts[length] += lines;
-    }
-
-    /// Removes a line. Ignores length 0.
-    ///
-    /// # Panics
-    /// If there is no line of this length.
-    pub fn remove(&mut self, length: usize) {
-        if length > 0 {
-            let count = self.counts.get_mut(length).filter(|count| **count > 0);
-            *count.expect("cannot remove a line that was not added") -= 1;
-        }
-    }
-
-    /// Adds all lines of another histogram.
-    pub fn merge(&mut self, other: &Self) {
-        if self.counts.len() < other.counts.len() {
-            self.counts.resize(other.counts.len(), 0);
-        }
-        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
-            *sum += count;
-        }
-    }
-
-    /// Number of lines of a length.
-    pub fn of_length(&self, length: usize) -> u64 {
-        self.counts.get(length).copied().unwrap_or(0)
-    }
-
     /// Lengths that occur, with their numbers, shortest first.
     pub fn iter(&self) -> impl Iterator<Item = (usize, u64)> + '_ {
         let all = self.counts.iter().copied().enumerate();
@@ -103,15 +57,6 @@ impl From<Vec<u64>> for LineHistogram {
             *zero = 0;
         }
         Self { counts }
-    }
-}
-
-/// From the lengths of lines.
-impl FromIterator<usize> for LineHistogram {
-    fn from_iter<I: IntoIterator<Item = usize>>(lengths: I) -> Self {
-        let mut lines = Self::default();
-        lengths.into_iter().for_each(|length| lines.add(length));
-        lines
     }
 }
 
@@ -173,84 +118,101 @@ pub struct RecurrenceCounts {
     pub by_offset: Vec<u64>,
 }
 
-impl RecurrenceCounts {
-    /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
-    /// rectangular and asymmetric.
-    ///
-    /// This is the definition in code, for user-defined plots and as the reference for the faster
-    /// algorithms. [`quantify`](super::quantify) counts delay vectors.
-    pub fn of_matrix(
-        rows: usize,
-        columns: usize,
-        theiler: usize,
-        recurrent: impl Fn(usize, usize) -> bool,
-    ) -> Self {
-        let mut counts = Self {
-            rows,
-            columns,
-            theiler,
-            by_offset: vec![0; columns],
-            ..Self::default()
-        };
-        let outside = |i: usize, j: usize| i.abs_diff(j) >= theiler;
-        let counted = |i: usize, j: usize| outside(i, j) && recurrent(i, j);
-
-        for i in 0..rows {
-            for j in (0..columns).filter(|&j| counted(i, j)) {
-                counts.recurrent += 1;
-                if let Some(offset) = j.checked_sub(i) {
-                    counts.by_offset[offset] += 1;
-                }
-            }
-        }
-
-        let left_edge = (1..rows).map(|i| (i, 0));
-        let top_edge = (0..columns).map(|j| (0, j));
-        for (i, j) in left_edge.chain(top_edge) {
-            let mut length = 0;
-            for step in 0..(rows - i).min(columns - j) {
-                if counted(i + step, j + step) {
-                    length += 1;
-                } else {
-                    counts.diagonal.add(length);
-                    length = 0;
-                }
-            }
-            counts.diagonal.add(length);
-        }
-
-        for j in 0..columns {
-            // Start and end (exclusive) of the last line of the column. The Theiler window separates the
-            // parts above and below it.
-            let mut last: Option<(usize, usize)> = None;
-            for i in 0..rows {
-                if !outside(i, j) {
-                    last = None;
-                } else if recurrent(i, j) {
-                    match &mut last {
-                        Some((_, end)) if *end == i => *end += 1,
-                        _ => {
-                            if let Some((begin, end)) = last {
-                                counts.gaps.add(i - end);
-                                counts.recurrence_times.add(i - begin);
-                            }
-                            last = Some((i, i + 1));
-                        }
-                    }
-                    if i + 1 == rows || !counted(i + 1, j) {
-                        let (begin, end) = last.expect("a line has started");
-                        counts.vertical.add(end - begin);
-                    }
-                }
-            }
-        }
-        counts
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+
+    impl LineHistogram {
+        /// Adds a line. Ignores length 0.
+        fn add(&mut self, length: usize) {
+            if length == 0 {
+                return;
+            }
+            if self.counts.len() <= length {
+                self.counts.resize(length + 1, 0);
+            }
+            self.counts[length] += 1;
+        }
+
+        /// Number of lines of a length.
+        pub fn of_length(&self, length: usize) -> u64 {
+            self.counts.get(length).copied().unwrap_or(0)
+        }
+    }
+
+    impl RecurrenceCounts {
+        /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
+        /// rectangular and asymmetric.
+        ///
+        /// This is the definition in code, which the faster algorithm is tested against.
+        pub fn of_matrix(
+            rows: usize,
+            columns: usize,
+            theiler: usize,
+            recurrent: impl Fn(usize, usize) -> bool,
+        ) -> Self {
+            let mut counts = Self {
+                rows,
+                columns,
+                theiler,
+                by_offset: vec![0; columns],
+                ..Self::default()
+            };
+            let outside = |i: usize, j: usize| i.abs_diff(j) >= theiler;
+            let counted = |i: usize, j: usize| outside(i, j) && recurrent(i, j);
+
+            for i in 0..rows {
+                for j in (0..columns).filter(|&j| counted(i, j)) {
+                    counts.recurrent += 1;
+                    if let Some(offset) = j.checked_sub(i) {
+                        counts.by_offset[offset] += 1;
+                    }
+                }
+            }
+
+            let left_edge = (1..rows).map(|i| (i, 0));
+            let top_edge = (0..columns).map(|j| (0, j));
+            for (i, j) in left_edge.chain(top_edge) {
+                let mut length = 0;
+                for step in 0..(rows - i).min(columns - j) {
+                    if counted(i + step, j + step) {
+                        length += 1;
+                    } else {
+                        counts.diagonal.add(length);
+                        length = 0;
+                    }
+                }
+                counts.diagonal.add(length);
+            }
+
+            for j in 0..columns {
+                // Start and end (exclusive) of the last line of the column. The Theiler window separates the
+                // parts above and below it.
+                let mut last: Option<(usize, usize)> = None;
+                for i in 0..rows {
+                    if !outside(i, j) {
+                        last = None;
+                    } else if recurrent(i, j) {
+                        match &mut last {
+                            Some((_, end)) if *end == i => *end += 1,
+                            _ => {
+                                if let Some((begin, end)) = last {
+                                    counts.gaps.add(i - end);
+                                    counts.recurrence_times.add(i - begin);
+                                }
+                                last = Some((i, i + 1));
+                            }
+                        }
+                        if i + 1 == rows || !counted(i + 1, j) {
+                            let (begin, end) = last.expect("a line has started");
+                            counts.vertical.add(end - begin);
+                        }
+                    }
+                }
+            }
+            counts
+        }
+    }
 
     /// The hand-drawn matrix of RecurrenceAnalysis.jl (`test/rqa_rna_analytic.jl`), 10 rows by 11
     /// columns.
@@ -314,30 +276,5 @@ pub(super) mod tests {
         assert_eq!(counts.diagonal, lines([2, 2, 2, 2]));
         assert_eq!(counts.vertical, lines([2, 2, 2, 2]));
         assert_eq!(counts.gaps, LineHistogram::default());
-    }
-
-    #[test]
-    fn lines_can_be_added_and_removed() {
-        let mut a = lines([3, 0, 1]);
-        let b = lines([1, 1]);
-        a.merge(&b);
-        assert_eq!(a, lines([4, 1, 1]));
-        assert_eq!((a.lines(), a.points(), a.longest()), (6, 9, 3));
-        a.remove(3);
-        assert_eq!(a, lines([4, 1]));
-        assert_eq!(a.longest(), 2);
-        a.add(0);
-        a.remove(0);
-        a.add_many(2, 2);
-        assert_eq!(a, [2, 1, 2, 1, 1, 1, 2].into_iter().collect());
-        assert_eq!(a.of_length(7), 0);
-        assert_eq!(LineHistogram::from(vec![9, 4, 3]), a);
-        assert_eq!(LineHistogram::default().longest(), 0);
-    }
-
-    #[test]
-    #[should_panic(expected = "was not added")]
-    fn removing_a_missing_line_panics() {
-        lines([0, 1]).remove(1);
     }
 }

@@ -11,10 +11,10 @@
 //! judged with others again, among them families used for neither.
 
 /// Probability of a right verdict at equal odds, as the logarithm of its odds, and its slope.
-const PARAMETERS: [f64; 2] = [0.78, 2.31];
+pub(super) const PARAMETERS: [f64; 2] = [0.78, 2.31];
 
 /// Limit of the confidence: the rule of succession for the 24 families of the calibration.
-const LIMIT: f64 = 25.0 / 26.0;
+pub(super) const LIMIT: f64 = 25.0 / 26.0;
 
 /// Largest logarithm of the odds of a share that is distinguished.
 pub(super) const MAX_ODDS: f64 = 6.0;
@@ -28,52 +28,4 @@ pub(super) fn confidence(share: f64) -> f64 {
 pub(super) fn logistic([a, b]: [f64; 2], share: f64) -> f64 {
     let odds = (share / (1.0 - share)).ln().clamp(-MAX_ODDS, MAX_ODDS);
     1.0 / (1.0 + (-a - b * odds).exp())
-}
-
-#[cfg(test)]
-pub(super) mod fitting {
-    use super::*;
-
-    /// Logarithm of the odds of the share that has this confidence.
-    pub fn odds(confidence: f64) -> f64 {
-        let [a, b] = PARAMETERS;
-        let p = confidence / LIMIT;
-        (((p / (1.0 - p)).ln() - a) / b).clamp(-MAX_ODDS, MAX_ODDS)
-    }
-
-    /// Share with these odds.
-    pub fn share(odds: f64) -> f64 {
-        1.0 / (1.0 + (-odds).exp())
-    }
-
-    /// Maximum-likelihood parameters for verdicts with these logarithms of odds, by Newton's method.
-    pub fn parameters(verdicts: &[(f64, bool)]) -> [f64; 2] {
-        let right = verdicts.iter().filter(|(_, right)| *right).count() as f64;
-        let wrong = verdicts.len() as f64 - right;
-        let target = |is_right| match is_right {
-            true => (right + 1.0) / (right + 2.0),
-            false => 1.0 / (wrong + 2.0),
-        };
-        let mut parameters = [0.0, 1.0];
-        for _ in 0..50 {
-            let (mut gradient, mut curvature) = ([0.0; 2], [[1e-9, 0.0], [0.0, 1e-9]]);
-            for (odds, is_right) in verdicts {
-                let x = [1.0, *odds];
-                let p = logistic(parameters, share(*odds));
-                for r in 0..2 {
-                    gradient[r] += x[r] * (target(*is_right) - p);
-                    for c in 0..2 {
-                        curvature[r][c] += x[r] * x[c] * p * (1.0 - p);
-                    }
-                }
-            }
-            let [[a, b], [c, d]] = curvature;
-            let determinant = a * d - b * c;
-            parameters[0] += (d * gradient[0] - b * gradient[1]) / determinant;
-            parameters[1] += (a * gradient[1] - c * gradient[0]) / determinant;
-        }
-        parameters
-    }
-
-    pub const FITTED: [f64; 2] = PARAMETERS;
 }

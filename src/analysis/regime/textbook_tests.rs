@@ -1,5 +1,6 @@
 //! Verdicts on textbook signals that served neither for limits and weights nor for the confidence.
 
+use super::calibration::{LIMIT, MAX_ODDS, PARAMETERS, logistic};
 use super::*;
 use crate::analysis::test_signals::textbook::{CALIBRATION, JUDGING, TEXTBOOK, Textbook};
 use Regime::Undetermined;
@@ -133,6 +134,47 @@ fn table_of_verdicts() {
     }
 }
 
+/// Logarithm of the odds of the share that has this confidence.
+fn odds(confidence: f64) -> f64 {
+    let [a, b] = PARAMETERS;
+    let p = confidence / LIMIT;
+    (((p / (1.0 - p)).ln() - a) / b).clamp(-MAX_ODDS, MAX_ODDS)
+}
+
+/// Share with these odds.
+fn share(odds: f64) -> f64 {
+    1.0 / (1.0 + (-odds).exp())
+}
+
+/// Maximum-likelihood parameters for verdicts with these logarithms of odds, by Newton's method.
+fn parameters(verdicts: &[(f64, bool)]) -> [f64; 2] {
+    let right = verdicts.iter().filter(|(_, right)| *right).count() as f64;
+    let wrong = verdicts.len() as f64 - right;
+    let target = |is_right| match is_right {
+        true => (right + 1.0) / (right + 2.0),
+        false => 1.0 / (wrong + 2.0),
+    };
+    let mut parameters = [0.0, 1.0];
+    for _ in 0..50 {
+        let (mut gradient, mut curvature) = ([0.0; 2], [[1e-9, 0.0], [0.0, 1e-9]]);
+        for (odds, is_right) in verdicts {
+            let x = [1.0, *odds];
+            let p = logistic(parameters, share(*odds));
+            for r in 0..2 {
+                gradient[r] += x[r] * (target(*is_right) - p);
+                for c in 0..2 {
+                    curvature[r][c] += x[r] * x[c] * p * (1.0 - p);
+                }
+            }
+        }
+        let [[a, b], [c, d]] = curvature;
+        let determinant = a * d - b * c;
+        parameters[0] += (d * gradient[0] - b * gradient[1]) / determinant;
+        parameters[1] += (a * gradient[1] - c * gradient[0]) / determinant;
+    }
+    parameters
+}
+
 /// The parameters of the confidence, from the signals for it.
 #[test]
 #[ignore = "the fit takes a minute"]
@@ -141,13 +183,13 @@ fn the_confidence_is_fitted_to_its_signals() {
         .iter()
         .filter(|judged| judged.is_decided())
         .map(|judged| {
-            let odds = calibration::fitting::odds(judged.verdict.confidence);
+            let odds = odds(judged.verdict.confidence);
             (odds, judged.is_right())
         })
         .collect();
-    let fitted = calibration::fitting::parameters(&verdicts);
+    let fitted = parameters(&verdicts);
     println!("{fitted:?}");
-    for (fitted, used) in fitted.iter().zip(calibration::fitting::FITTED) {
+    for (fitted, used) in fitted.iter().zip(PARAMETERS) {
         assert!((fitted - used).abs() < 0.02, "{fitted} {used}");
     }
 }

@@ -3,7 +3,6 @@
 
 use super::*;
 use crate::dynamics::Switching;
-use crate::joint::simd::machines;
 
 /// A model in which every third node has no steady slip.
 fn model(nodes: usize, modes: usize, friction: Friction, unilateral: bool) -> Model {
