@@ -462,7 +462,6 @@ fn dependencies_stay_in_their_modules() {
         ("matfile", "import"),
         ("axum", "live"),
         ("tokio", "live"),
-        ("ratatui", "cli"),
         ("rubato", "sound"),
     ] {
         let users = modules.iter().filter(|module| module.names.contains(what));
