@@ -327,7 +327,7 @@ mod tests {
                 .zip(spun_again)
                 .all(|(a, b)| (a - b).abs() < 1e-15)
         );
-        let word = Parameter::named("contact.stiffness")
+        let word = Parameter::named("contact.stiffness_distribution")
             .unwrap_err()
             .to_string();
         assert!(word.contains("is not a single number"), "{word}");

@@ -125,7 +125,7 @@ fn only_effects_that_are_on_are_listed() {
         "torus-3deg",
         &[
             ("contact_damping.law", "kelvin-voigt"),
-            ("contact_damping.time_us", "0.1"),
+            ("contact_damping.retardation_time_us", "0.1"),
         ],
     );
     assert!(has(&damped, "contact damping"), "{damped:?}");
