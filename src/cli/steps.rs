@@ -48,7 +48,7 @@ pub enum RangeError {
     #[error("give {0}")]
     Form(&'static str),
     /// No `KEY=` before the numbers.
-    #[error("give a key and its range, such as contact.stiffness_factor={0}")]
+    #[error("`{0}` has no key; give KEY=RANGE, such as contact.stiffness_factor=1:3")]
     NoKey(String),
     /// A part that is not a finite number.
     #[error("`{0}` is not a number; give {1}")]

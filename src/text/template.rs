@@ -171,7 +171,6 @@ mod tests {
         let mut files = 0;
         for folder in [
             folder.clone(),
-            folder.join("cost"),
             folder.join("lesson"),
             folder.join("narration"),
             folder.join("paper"),

@@ -429,7 +429,7 @@ fn each_invalid_file_has_a_specific_message() {
     fs::write(dir.path("hole.csv"), "t,u\n0,1\n1,nan\n2,0\n").expect("written");
     fs::write(dir.path("gap.csv"), "t,u\n0,1\n1,2\n2,0\n4,1\n5,1\n").expect("written");
     for (args, expected) in [
-        ("absent.wav", "does not exist"),
+        ("absent.wav", "cannot read the file (No such file"),
         ("empty.csv", "empty"),
         ("bytes.wav", "unknown file format"),
         ("bytes.rrd", "is not a recording"),

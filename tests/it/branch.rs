@@ -110,7 +110,7 @@ fn bad_intervals_and_parameters_are_refused() {
         (&["--tilt", "8:0"][..], "8:0 is not an interval"),
         (&["--tilt", "0"], "give A:B"),
         (&["--tilt", "0:91"], "`load.tilt_deg` = 91"),
-        (&["--param", "mu_s"], "give KEY=A:B"),
+        (&["--param", "mu_s"], "give KEY=RANGE"),
         (
             &["--param", "contact.nodes=10:20"],
             "`contact.nodes` is a count or a seed",

@@ -183,7 +183,7 @@ fn texts_of_scenes_are_escaped() {
         "--tilt",
         "2:3:1",
         "--start",
-        "cold",
+        "fresh",
         "--max-transient",
         "50",
         "--measure",

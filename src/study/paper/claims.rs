@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::criterion::Criterion;
 use super::evidence::Evidence;
-use super::subject::Subject;
 use super::verdict::Verdict;
 
 /// The claims as TOML.
@@ -38,13 +37,6 @@ pub struct Claim {
 #[derive(Deserialize)]
 struct Claims {
     claim: Vec<Claim>,
-}
-
-impl Claim {
-    /// What the claim is about.
-    pub fn subject(&self) -> Subject {
-        self.criterion.subject()
-    }
 }
 
 /// All claims, in the order of the paper.

@@ -4,7 +4,6 @@ mod claims;
 mod criterion;
 mod evidence;
 mod study;
-mod subject;
 mod verdict;
 
 #[cfg(test)]
@@ -18,5 +17,4 @@ pub use study::{
     EMBEDDING_TILT_DEG, FIGURE_TILTS_DEG, RECURRENCE_TILTS_DEG, embedding, paper_evidence,
     paper_plan, short_average_plan,
 };
-pub use subject::Subject;
 pub use verdict::Verdict;

@@ -48,11 +48,11 @@ pub fn keys() -> Vec<(&'static str, BoxedStrategy<String>)> {
     vec![
         ("body.beam_length_to", word(&["sphere", "centre"])),
         ("body.youngs_modulus_gpa", positive(0.001, 2000.0)),
-        ("body.poisson", number(-0.99, 0.49)),
+        ("body.poissons_ratio", number(-0.99, 0.49)),
         ("body.density_kg_m3", positive(10.0, 30_000.0)),
         ("body.element_order", count(1, 6)),
         ("socket.youngs_modulus_gpa", positive(0.001, 2000.0)),
-        ("socket.poisson", number(-0.99, 0.49)),
+        ("socket.poissons_ratio", number(-0.99, 0.49)),
         ("load.azimuth_deg", number(-360.0, 360.0)),
         (
             "rotation.angular_velocity_rad_per_s",
@@ -305,19 +305,19 @@ pub fn small_scene() -> BoxedStrategy<String> {
         ]
     };
     let mut impact = vec![
-        ("frequency_hz", positive(1e-3, 1e5)),
+        ("natural_frequency_hz", positive(1e-3, 1e5)),
         ("wall_position_um", number(-1e6, 1e6)),
         ("restitution", number(0.0, 1.0)),
     ];
     impact.extend(drive());
     let mut damped = vec![
-        ("frequency_hz", positive(1e-3, 1e5)),
+        ("natural_frequency_hz", positive(1e-3, 1e5)),
         ("contact_frequency_hz", positive(1e-3, 1e5)),
         ("contact_damping_ratio", number(0.0, 0.99)),
     ];
     damped.extend(drive());
     let belt = vec![
-        ("frequency_hz", positive(1e-3, 1e5)),
+        ("natural_frequency_hz", positive(1e-3, 1e5)),
         ("damping_ratio", number(0.0, 0.99)),
         ("load_n_per_kg", positive(1e-6, 1e6)),
         ("mu_s", number(0.0, 10.0)),

@@ -19,7 +19,7 @@ const SWEEP: [&str; 13] = [
     "--tilt",
     "1:3:0.5",
     "--start",
-    "cold",
+    "fresh",
     "--max-transient",
     "50",
     "--measure",

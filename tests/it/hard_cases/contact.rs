@@ -13,7 +13,7 @@ use super::{Case, assert_stable, distance, joint, run_scene, scene, try_run};
 fn all_nodes_separate_at_once() {
     let changes = [
         ("body.bending_pairs", "0"),
-        ("body.torsion", "0"),
+        ("body.torsion_modes", "0"),
         ("load.tilt_deg", "0"),
         ("start.kick_mm_per_s", "300"),
         ("time.duration_ms", "2"),

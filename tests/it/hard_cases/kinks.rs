@@ -129,7 +129,7 @@ fn grazing_impacts() {
 fn simultaneous_crossings_by_symmetry() {
     let changes = [
         ("body.bending_pairs", "0"),
-        ("body.torsion", "0"),
+        ("body.torsion_modes", "0"),
         ("load.tilt_deg", "0"),
         ("contact.quadrature", "\"gauss\""),
         ("start.kick_mm_per_s", "100"),
@@ -277,7 +277,7 @@ fn an_initial_position_behind_the_wall_is_rejected() {
 fn an_initial_state_out_of_contact() {
     let scene = scene(&[
         ("body.bending_pairs", "0"),
-        ("body.torsion", "0"),
+        ("body.torsion_modes", "0"),
         ("load.tilt_deg", "0"),
     ]);
     let joint = joint(&scene).with_audit();
