@@ -96,12 +96,12 @@ fn records(scene: &Scene) -> Vec<Record> {
     sink
 }
 
-/// Samples, patch and energies of a run.
+/// Samples and energies of a run. The shown nodes differ: a file fixes its nodes, the ball has more in rings.
 fn motion(records: &[Record]) -> Vec<String> {
     let frames = records.iter().filter_map(|record| match record {
         Record::Samples(frame) => Some(format!(
-            "{:?} {:?} {:?} {:?} {:?}",
-            frame.q, frame.qdot, frame.velocity, frame.patch, frame.energy
+            "{:?} {:?} {:?} {:?}",
+            frame.q, frame.qdot, frame.velocity, frame.energy
         )),
         _ => None,
     });

@@ -42,8 +42,8 @@ const EDGES: &[(&str, &[&str])] = &[
     (
         "study",
         &[
-            "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "export", "foreign",
-            "import", "memory",
+            "joint", "dynamics", "analysis", "scene", "pipeline", "export", "foreign", "import",
+            "memory",
         ],
     ),
     // Figures are functions of results: they compute nothing, and do not depend on their backend.
@@ -51,15 +51,13 @@ const EDGES: &[(&str, &[&str])] = &[
     ("sound", &["pipeline", "export"]),
     (
         "live",
-        &[
-            "joint", "scene", "pipeline", "text", "record", "sound", "study",
-        ],
+        &["scene", "pipeline", "text", "record", "sound", "study"],
     ),
     (
         "cli",
         &[
             "fem", "joint", "dynamics", "analysis", "scene", "pipeline", "record", "study",
-            "export", "foreign", "import", "plot", "sound", "live", "memory", "text",
+            "export", "import", "plot", "sound", "live", "memory", "text",
         ],
     ),
 ];
@@ -300,87 +298,10 @@ fn wrong_edges(modules: &[Module], allowed: &[(&str, &[&str])]) -> Vec<String> {
     wrong
 }
 
-/// Cyclic dependencies between files, each cycle once.
-///
-/// A re-exported name belongs to the file that defines it. The declaration of a child module does not count
-/// as a use.
-fn cycles(modules: &[Module]) -> Vec<Vec<String>> {
-    let by_name: BTreeMap<&[String], usize> = modules
-        .iter()
-        .enumerate()
-        .map(|(k, module)| (&module.module[..], k))
-        .collect();
-    let uses: Vec<BTreeSet<usize>> = modules
-        .iter()
-        .enumerate()
-        .map(|(k, module)| {
-            let targets = module.paths.iter();
-            let targets = targets.filter_map(|path| home(modules, &by_name, path, 0));
-            targets.filter(|target| *target != k).collect()
-        })
-        .collect();
-    let reach = |from: usize| {
-        let mut seen = BTreeSet::new();
-        let mut open: Vec<usize> = uses[from].iter().copied().collect();
-        while let Some(next) = open.pop() {
-            if seen.insert(next) {
-                open.extend(&uses[next]);
-            }
-        }
-        seen
-    };
-    let reached: Vec<BTreeSet<usize>> = (0..modules.len()).map(reach).collect();
-    let mut found = BTreeSet::new();
-    for (k, targets) in reached.iter().enumerate().filter(|(k, r)| r.contains(k)) {
-        let circle: Vec<usize> = targets
-            .iter()
-            .copied()
-            .filter(|other| reached[*other].contains(&k))
-            .collect();
-        found.insert(circle);
-    }
-    let name = |k: &usize| modules[*k].module.join("::");
-    found
-        .into_iter()
-        .map(|circle| circle.iter().map(name).collect())
-        .collect()
-}
-
-/// The file that defines the target of a path.
-fn home(
-    modules: &[Module],
-    by_name: &BTreeMap<&[String], usize>,
-    path: &[String],
-    depth: usize,
-) -> Option<usize> {
-    let length = (0..=path.len())
-        .rev()
-        .find(|n| by_name.contains_key(&path[..*n]))?;
-    let file = by_name[&path[..length]];
-    let Some(name) = path.get(length).filter(|_| depth < 8) else {
-        // The module itself; its names are used one by one.
-        return None;
-    };
-    match modules[file].exports.get(name) {
-        Some(meant) => {
-            let meant = [meant, &path[length + 1..]].concat();
-            home(modules, by_name, &meant, depth + 1).or(Some(file))
-        }
-        None => Some(file),
-    }
-}
-
 #[test]
 fn modules_use_exactly_the_allowed_modules() {
     let wrong = wrong_edges(&modules(), EDGES);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
-
-#[test]
-fn files_have_no_cyclic_dependencies() {
-    let cycles = cycles(&modules());
-    let cycles: Vec<String> = cycles.iter().map(|circle| circle.join(", ")).collect();
-    assert!(cycles.is_empty(), "{}", cycles.join("\n"));
 }
 
 #[test]
@@ -424,12 +345,6 @@ fn paths_are_found_in_every_form() {
     assert_eq!(unused, ["`a` is allowed to use `b`, but does not"]);
     let test = "#[cfg(test)] mod tests { use crate::b::X; }";
     assert!(wrong_edges(&[read("a", test)], &[("a", &[]), ("b", &[])]).is_empty());
-    let circle = [
-        read("a", "pub use c::X;"),
-        read("a::b", "use super::X;"),
-        read("a::c", "use super::b::Y; struct X;"),
-    ];
-    assert_eq!(cycles(&circle), [["a::b", "a::c"]]);
 }
 
 /// Rerun, clap, threads and other dependencies are confined to few modules.
