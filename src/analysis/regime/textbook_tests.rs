@@ -142,7 +142,7 @@ fn odds(confidence: f64) -> f64 {
 }
 
 /// Share with these odds.
-fn share(odds: f64) -> f64 {
+fn share_of(odds: f64) -> f64 {
     1.0 / (1.0 + (-odds).exp())
 }
 
@@ -159,7 +159,7 @@ fn parameters(verdicts: &[(f64, bool)]) -> [f64; 2] {
         let (mut gradient, mut curvature) = ([0.0; 2], [[1e-9, 0.0], [0.0, 1e-9]]);
         for (odds, is_right) in verdicts {
             let x = [1.0, *odds];
-            let p = logistic(parameters, share(*odds));
+            let p = logistic(parameters, share_of(*odds));
             for r in 0..2 {
                 gradient[r] += x[r] * (target(*is_right) - p);
                 for c in 0..2 {
