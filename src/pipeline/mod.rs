@@ -31,7 +31,6 @@ mod small;
 mod small_tests;
 mod source;
 mod stages;
-mod start;
 #[cfg(test)]
 mod stop_tests;
 
@@ -49,7 +48,6 @@ pub use run::{Monitor, drive, run};
 pub use simulate::Simulation;
 pub use sink::{Delivery, Sink, SinkError, Tee};
 pub use small::SmallSimulation;
-pub use source::{ControllableSource, Source};
+pub use source::{ControllableSource, Source, controllable_source, source};
 #[cfg(test)]
 pub(crate) use stages::synthetic_tests::header as synthetic_header;
-pub use start::{controllable_source, source};

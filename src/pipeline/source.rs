@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::PipelineError;
 use super::message::{
     AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
 };
+use super::{PipelineError, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SystemSpec};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
@@ -153,4 +153,23 @@ pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2]
         }),
         Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
     }
+}
+
+/// Builds the simulation of a scene for an interactive run.
+///
+/// # Errors
+/// As [`Simulation::new`] and [`SmallSimulation::new`].
+pub fn controllable_source(scene: &Scene) -> Result<Box<dyn ControllableSource>, PipelineError> {
+    Ok(match scene.subject {
+        SystemSpec::Joint(_) => Box::new(Simulation::new(scene)?),
+        SystemSpec::Small(_) => Box::new(SmallSimulation::new(scene)?),
+    })
+}
+
+/// Builds the simulation of a scene.
+///
+/// # Errors
+/// As [`controllable_source`].
+pub fn source(scene: &Scene) -> Result<Box<dyn Source>, PipelineError> {
+    Ok(controllable_source(scene)?)
 }

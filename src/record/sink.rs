@@ -171,11 +171,6 @@ impl RerunSink {
         self
     }
 
-    /// Whether the viewer is disconnected while the recording is being saved.
-    pub fn viewer_lost(&self) -> bool {
-        self.destination.feed().is_some_and(Feed::is_away)
-    }
-
     /// Reports the loss and the return of the viewer.
     fn report_viewer_status(&mut self) {
         let Some(feed) = self.destination.feed() else {

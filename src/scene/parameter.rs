@@ -210,15 +210,6 @@ impl Scene {
         with_values.collect()
     }
 
-    /// Returns the scene with other choices for some keys, such as `"pre-stress"` for
-    /// `contact.stiffness_distribution`.
-    ///
-    /// # Errors
-    /// As [`Scene::parse`].
-    pub fn with_words(&self, words: &[(&str, &str)]) -> Result<Self, SceneError> {
-        self.with_entries(words.iter().map(|&(path, word)| (path, Value::from(word))))
-    }
-
     /// Returns the scene with another description.
     ///
     /// # Errors

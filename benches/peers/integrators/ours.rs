@@ -45,7 +45,7 @@ fn with_numbers(scene: &Scene, numbers: &[(&str, f64)]) -> Result<Scene, SceneEr
 /// The scene's joint with a method and a tolerance, or a step (s) if the step is fixed.
 fn prepared(scene: &Scene, method: &str, setting: f64) -> Result<Prepared, Box<dyn Error>> {
     let scene = with_numbers(scene, &[("max_step_us", 1.0)])?;
-    let scene = scene.with_words(&[("time.method", method)])?;
+    let scene = scene.with_overrides(&[("time.method", method)])?;
     let is_fixed = prepare(&scene)?.integrator.tolerance().is_none();
     let numbers = if is_fixed {
         vec![("max_step_us", 1e6 * setting)]

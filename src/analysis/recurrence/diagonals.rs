@@ -123,38 +123,20 @@ impl<'a> Pairs<'a> {
             }
         }
     }
-
-    /// [`Pairs::count`] with a given instruction set.
-    #[cfg(test)]
-    pub fn count_with(
-        &self,
-        simd: impl Simd,
-        offsets: Range<usize>,
-        limits: Limits<'_>,
-        counter: &mut LineCounter,
-    ) {
-        match self.norm {
-            Norm::Euclidean => simd.vectorize(Sweep(self, offsets, limits, counter, SumOfSquares)),
-            Norm::Maximum => simd.vectorize(Sweep(self, offsets, limits, counter, Maximum)),
-            Norm::Manhattan => {
-                simd.vectorize(Sweep(self, offsets, limits, counter, SumOfMagnitudes))
-            }
-        }
-    }
 }
 
 /// Vectorised [`Norm::unrooted`].
-trait VectorNorm: Copy {
+pub(super) trait VectorNorm: Copy {
     fn term<S: Simd>(self, simd: S, difference: S::f64s) -> S::f64s;
     fn combine<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s;
 }
 
 #[derive(Clone, Copy)]
-struct SumOfSquares;
+pub(super) struct SumOfSquares;
 #[derive(Clone, Copy)]
-struct Maximum;
+pub(super) struct Maximum;
 #[derive(Clone, Copy)]
-struct SumOfMagnitudes;
+pub(super) struct SumOfMagnitudes;
 
 impl VectorNorm for SumOfSquares {
     #[inline(always)]
@@ -190,12 +172,12 @@ impl VectorNorm for SumOfMagnitudes {
 }
 
 /// [`Pairs::count`] for one instruction set.
-struct Sweep<'a, E>(
-    &'a Pairs<'a>,
-    Range<usize>,
-    Limits<'a>,
-    &'a mut LineCounter,
-    E,
+pub(super) struct Sweep<'a, E>(
+    pub &'a Pairs<'a>,
+    pub Range<usize>,
+    pub Limits<'a>,
+    pub &'a mut LineCounter,
+    pub E,
 );
 
 impl<E: VectorNorm> WithSimd for Sweep<'_, E> {

@@ -47,6 +47,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    use super::super::diagonals::{Maximum, SumOfMagnitudes, SumOfSquares, Sweep};
     use super::*;
     use crate::analysis::test_signals::{noise, sines};
     use crate::analysis::{Norm, RateBase, Threshold, find_threshold};
@@ -152,7 +153,16 @@ mod tests {
         fn with(simd: impl pulp::Simd, pairs: &Pairs<'_>, limits: Limits<'_>) -> RecurrenceCounts {
             let mut counter = LineCounter::new(pairs.states, matches!(limits, Limits::One(_)));
             for block in pairs.blocks() {
-                pairs.count_with(simd, block, limits, &mut counter);
+                let counter = &mut counter;
+                match pairs.norm {
+                    Norm::Euclidean => {
+                        simd.vectorize(Sweep(pairs, block, limits, counter, SumOfSquares));
+                    }
+                    Norm::Maximum => simd.vectorize(Sweep(pairs, block, limits, counter, Maximum)),
+                    Norm::Manhattan => {
+                        simd.vectorize(Sweep(pairs, block, limits, counter, SumOfMagnitudes));
+                    }
+                }
             }
             counter.finish(pairs.theiler)
         }

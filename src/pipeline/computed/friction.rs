@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::curves::{POINTS, friction_curves};
-use super::modes::linear_modes;
+use super::{POINTS, friction_curves, linear_modes};
 use crate::joint::{
     BallJoint, DynamicFriction, Friction, FrictionLaw, FrictionTable, NamedMode, Stribeck,
 };

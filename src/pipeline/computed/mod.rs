@@ -1,8 +1,6 @@
 //! Linear prediction for a scene's mechanism before the run: complex eigenvalues and curves.
 
-mod curves;
 mod friction;
-mod modes;
 mod torus;
 mod turning;
 
@@ -14,8 +12,28 @@ use super::message::{Coupling, CurveQuantity, MechanismPrediction, PredictedCurv
 use crate::joint::{BallJoint, Friction, Joint, NamedMode, is_unstable};
 use crate::scene::{LoadedJoint, Mechanism, Scene, SmallSystem, SystemSpec};
 use crate::systems::{MassOnBelt, TwoModesOnBelt};
-use curves::{POINTS, friction_curves};
-use modes::linear_modes;
+
+/// Number of intervals of a computed curve.
+const POINTS: usize = 120;
+
+/// Coefficient of friction versus sliding speed, up to three times the speed of the run, with the operating
+/// point.
+fn friction_curves(speed: f64, laws: &[&dyn Fn(f64) -> f64]) -> PredictedCurves {
+    let speeds = (0..=POINTS).map(|k| 3.0 * speed * k as f64 / POINTS as f64);
+    let curve = |mu: &&dyn Fn(f64) -> f64| speeds.clone().map(|v| [1e3 * v, mu(v)]).collect();
+    PredictedCurves {
+        subject: CurveQuantity::Friction,
+        curves: laws.iter().map(curve).collect(),
+        marks: laws.iter().map(|mu| [1e3 * speed, mu(speed)]).collect(),
+    }
+}
+
+/// The linearised modes of a joint, with their names.
+fn linear_modes(ball: &BallJoint, joint: &Joint) -> Result<Vec<NamedMode>, PipelineError> {
+    let families = ball.family_labels();
+    let modes = joint.linear_modes()?.into_iter();
+    Ok(modes.map(|mode| mode.named(&families)).collect())
+}
 
 /// Prediction for a scene with a joint; `joint` is the joint at the start. `None` if the scene has no
 /// mechanism.

@@ -1,8 +1,8 @@
 //! Prediction for a joint that turns to and fro: where its modes grow in each pass.
 
-use super::curves::POINTS;
+use super::POINTS;
 use super::friction::speed;
-use super::modes::linear_modes;
+use super::linear_modes;
 use crate::joint::BallJoint;
 use crate::pipeline::error::PipelineError;
 use crate::pipeline::loading::set_loading;

@@ -2,9 +2,18 @@
 
 use serde::Serialize;
 
-use super::direction::TiltDirection;
 use crate::joint::NamedMode;
 use crate::scene::{Mechanism, Start};
+
+/// Direction in which a tilt changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TiltDirection {
+    /// Rising, or at the maximum.
+    Up,
+    /// Falling, or at the minimum after a fall.
+    Down,
+}
 
 /// Predictions for a scene that demonstrates a mechanism.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::computed::MechanismPrediction;
-use super::direction::TiltDirection;
+use super::computed::TiltDirection;
 use super::frame::{Exponents, Kick};
 use super::observation::TrajectoryDivergence;
 use crate::analysis::{Regime, SpectralLine};

@@ -1,7 +1,6 @@
 //! Messages of a run: frames from the simulation, records to a sink.
 
 mod computed;
-mod direction;
 mod frame;
 mod header;
 mod lesson;
@@ -13,9 +12,8 @@ pub use crate::analysis::{Regime, SectionPoint, SpectralLine};
 pub use crate::fem::{SurfaceMesh, vertex_normals};
 pub use computed::{
     Coupling, CurveQuantity, FrictionMemory, FrictionReading, MechanismPrediction, PredictedCurves,
-    SecondToneGrowth, TableReading, TorusBirth, UnstablePass,
+    SecondToneGrowth, TableReading, TiltDirection, TorusBirth, UnstablePass,
 };
-pub use direction::TiltDirection;
 pub use frame::{
     ContactSample, DisplayRates, EnergySample, Exponents, Frame, Kick, NodeState, PatchGeometry,
     PatchSnapshot, PerturbedSamples,

@@ -82,13 +82,15 @@ fn a_lost_viewer_does_not_affect_the_file() {
         connect: Some(format!("rerun+http://{address}/proxy")),
         ..to_file(&path)
     };
-    let mut sink = RerunSink::new(&output, demo::spec()).unwrap();
+    let (notice, notices) = std::sync::mpsc::channel();
+    let sink = RerunSink::new(&output, demo::spec()).unwrap();
+    let mut sink = sink.with_notice(move |text| notice.send(text.to_owned()).unwrap());
     hang_up.join().unwrap();
     for record in demo::records(0.005) {
         sink.accept(record).unwrap();
     }
     sink.finish().unwrap();
-    assert!(sink.viewer_lost());
+    assert!(notices.try_recv().unwrap().contains("the viewer at"));
     assert_eq!(
         read(&path, paths::TIMELINE).0[paths::VELOCITY].rows,
         demo::samples(0.005)
