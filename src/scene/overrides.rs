@@ -118,15 +118,11 @@ impl Scene {
     /// Returns the scene without Lyapunov exponents and perturbed trajectory, the most expensive analyses. A
     /// mechanism that requires one of them is removed.
     pub fn without_lyapunov(mut self) -> Self {
-        let paths = [
-            (self.analysis.exponents.take().is_some(), "lyapunov"),
-            (
-                self.analysis.perturbed_trajectory.take().is_some(),
-                "perturbed_trajectory",
-            ),
-        ];
-        for (_, name) in paths.into_iter().filter(|(was_there, _)| *was_there) {
-            self.note(&format!("[analysis.{name}]"), "omitted");
+        if self.analysis.exponents.take().is_some() {
+            self.note("[analysis.lyapunov]", "omitted");
+        }
+        if self.analysis.perturbed_trajectory.take().is_some() {
+            self.note("[analysis.perturbed_trajectory]", "omitted");
         }
         self.mechanism = demonstrated_mechanism(&self);
         self
