@@ -134,6 +134,8 @@ impl Source for SmallSimulation {
             let [displacement, velocity] = observe(z);
             frame.displacement.push(displacement);
             frame.velocity.push(velocity);
+            // Of a stopped run, without the events after its last sample.
+            frame.transitions = integrator.stats().crossings - self.crossings;
             // Discrete state during the step that contains the sample.
             frame.status.extend(integrator.status());
             let reached = Reached { index, time, z };
@@ -146,8 +148,7 @@ impl Source for SmallSimulation {
         }
         frame.stats = integrator.stats();
         frame.error = integrator.take_error_estimate();
-        frame.transitions = frame.stats.crossings - self.crossings;
-        self.crossings = frame.stats.crossings;
+        self.crossings += frame.transitions;
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
