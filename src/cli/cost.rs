@@ -48,15 +48,12 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
         })?,
     };
     // The report is printed even if a file cannot be written.
-    let drawn = args.figures.as_ref().map(|directory| {
+    let drawn = args.figures.as_ref().map_or(Ok(Vec::new()), |directory| {
         let figures = [cost_figure(&scene.name, &study)];
         write_figures(directory, "--figures", &figures, (&args.drawn, &STUDY))
     });
-    let (files, drawn) = match drawn.transpose() {
-        Ok(files) => (files.unwrap_or_default(), Ok(())),
-        Err(fault) => (Vec::new(), Err(fault)),
-    };
-    Document::new(&study, &files)
+    let files = drawn.as_deref().unwrap_or_default();
+    Document::new(&study, files)
         .with_scene(&scene.name)
         .deliver(&text(&scene.name, &study), json.as_ref())?;
     drawn?;
@@ -140,20 +137,14 @@ fn text(scene: &str, study: &Cost) -> String {
 fn motion(motion: &Motion) -> String {
     let mut words = motion.regime.to_string();
     if let (Some(frequency), Some(amplitude)) = (motion.frequency_hz, motion.amplitude_m) {
-        let _ = write!(
-            words,
-            ", {frequency:.1} Hz with {}",
-            quantity(amplitude, 4, "m")
-        );
+        let amplitude = quantity(amplitude, 4, "m");
+        let _ = write!(words, ", {frequency:.1} Hz with {amplitude}");
     }
     let rms = quantity(motion.rms_velocity_m_per_s, 4, "m/s");
     let _ = write!(words, ", rms velocity {rms}");
     if let Some(exponent) = motion.exponent_per_s {
-        let _ = write!(
-            words,
-            ", largest exponent {} 1/s",
-            uncertain(exponent.value, exponent.half_width)
-        );
+        let value = uncertain(exponent.value, exponent.half_width);
+        let _ = write!(words, ", largest exponent {value} 1/s");
     }
     words
 }
