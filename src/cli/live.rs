@@ -17,8 +17,8 @@ use super::resources;
 use super::run::command_line;
 use crate::escape;
 use crate::live::{
-    BoundListener, Page, PageContent, SPEED_RANGE, SavedFile, Session, SessionOptions,
-    SessionThread, Tour, bind,
+    BoundListener, Command, Page, SPEED_RANGE, SavedFile, Session, SessionOptions, SessionThread,
+    Tour, bind,
 };
 use crate::pipeline::PipelineError;
 use crate::pipeline::message::Summary;
@@ -38,15 +38,18 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
-    let mut content = content(args)?;
     let plan = plan(args, scene)?;
     resources::check_memory()?;
     resources::start_thread_pool()?;
     let serving = bound(args.host, args.port)?;
     let is_local = serving.address.ip().is_loopback();
-    content.second = Some(Arc::new(Session::new(second(&plan))));
+    let second = Arc::new(Session::new(second(&plan)));
     let session = Arc::new(Session::new(plan));
-    let page = Page::open(serving, Arc::clone(&session), content);
+    if args.tour.is_some() {
+        let first = session.apply(&Command::Tour { step: Some(0) });
+        first.map_err(|fault| failed(fault.into()))?;
+    }
+    let page = Page::open(serving, Arc::clone(&session), Some(second));
     let page = page.map_err(|source| CliError::Threads {
         purpose: "the page",
         source: source.into(),
@@ -174,6 +177,10 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         save: save.map(|file| file.path().to_owned()),
         wav: wav.map(|file| file.path().to_owned()),
         source: args.audio.source(),
+        tour: match &args.tour {
+            Some(Some(path)) => Some(Tour::read(path)?),
+            Some(None) | None => Tour::shipped(),
+        },
     })
 }
 
@@ -185,19 +192,6 @@ fn viewer(args: &LiveArgs) -> Option<Output> {
         spawn: args.spawn,
     };
     (output != Output::default()).then_some(output)
-}
-
-/// What the page shows besides the run.
-fn content(args: &LiveArgs) -> Result<PageContent, CliError> {
-    let tour = match &args.tour {
-        Some(Some(path)) => Some(Tour::read(path)?),
-        Some(None) | None => Tour::shipped(),
-    };
-    Ok(PageContent {
-        tour,
-        starts_tour: args.tour.is_some(),
-        second: None,
-    })
 }
 
 /// The second run of the page: as the first one, but without its files, its viewer and what is expensive.
@@ -213,5 +207,6 @@ fn second(plan: &SessionOptions) -> SessionOptions {
         save: None,
         wav: None,
         source: plan.source,
+        tour: None,
     }
 }

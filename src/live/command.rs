@@ -52,10 +52,75 @@ pub enum Command {
         /// Name of a preset, or of the first scene of the session.
         name: String,
     },
+    /// Start a scene with these settings from its first instant: the motion does not depend on what ran before.
+    Open(Opening),
+    /// Show a step of the tour, from 0, with its scene and settings; without a step the tour ends.
+    Tour {
+        /// The step.
+        step: Option<usize>,
+    },
+    /// Show a black screen on all pages, or the run again.
+    Blank {
+        /// Whether the screen is black.
+        on: bool,
+    },
     /// Start a recording.
     Record {},
     /// Stop the recording.
     StopRecording {},
+}
+
+/// A scene with its settings, and the motion that they lead to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Opening {
+    /// Name of a preset, or of the first scene of the session.
+    pub scene: String,
+    /// Tilt of the load, degrees; that of the scene by default.
+    #[serde(default)]
+    pub tilt_deg: Option<f64>,
+    /// Playback speed, ms of simulated time per second; unchanged by default.
+    #[serde(default)]
+    pub speed_ms_per_s: Option<f64>,
+    /// Kick at the start in addition to that of the scene, mm/s; none by default.
+    #[serde(default)]
+    pub kick_mm_per_s: Option<f64>,
+    /// The motion that it leads to, if known.
+    #[serde(default)]
+    pub promise: Option<Promise>,
+}
+
+/// A settled motion that is expected from some time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Promise {
+    /// Type of motion, as in the panel of the page.
+    pub motion: String,
+    /// Frequency of the strongest line, kHz; any by default.
+    #[serde(default)]
+    pub line_khz: Option<f64>,
+    /// Simulated time from which the motion is settled, ms.
+    pub after_ms: f64,
+}
+
+impl Promise {
+    /// Tolerance of the frequency.
+    const TOLERANCE: f64 = 0.02;
+
+    /// Whether a motion is the promised one: its type, and the frequency of its strongest line, Hz.
+    pub fn is_kept(&self, motion: &str, line_hz: Option<f64>) -> bool {
+        let close =
+            |khz: f64| line_hz.is_some_and(|hz| (1e-3 * hz / khz - 1.0).abs() <= Self::TOLERANCE);
+        motion == self.motion && self.line_khz.is_none_or(close)
+    }
+}
+
+impl std::fmt::Display for Promise {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.motion)?;
+        self.line_khz
+            .map_or(Ok(()), |khz| write!(f, ", {khz:.2} kHz"))
+    }
 }
 
 /// A rejected command, with the reason.

@@ -9,7 +9,8 @@ use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
 use crate::scene::Scene;
 use crate::study::branch::{
-    DiagramProgress, OrbitProgress, TiltDiagram, shipped_diagram, tilt_diagram,
+    DiagramBifurcation, DiagramBifurcationKind, DiagramProgress, OrbitProgress, TiltDiagram,
+    shipped_diagram, tilt_diagram,
 };
 
 /// The store of the diagram of the present scene.
@@ -220,6 +221,8 @@ pub(super) struct BifurcationEvents<S> {
     diagrams: Arc<DiagramStore>,
     /// Tilt of the last frame, degrees.
     tilt_deg: Option<f64>,
+    /// Base frequencies of the motion, Hz: the branch that the run is on has one of them.
+    base_hz: Vec<f64>,
 }
 
 impl<S: Sink> BifurcationEvents<S> {
@@ -229,6 +232,19 @@ impl<S: Sink> BifurcationEvents<S> {
             sink,
             diagrams,
             tilt_deg: None,
+            base_hz: Vec::new(),
+        }
+    }
+
+    /// Whether a bifurcation concerns the motion of the run: its frequency is a base frequency to 2 %. Bifurcations of steady
+    /// sliding concern a joint without spectral lines.
+    fn concerns(&self, found: &DiagramBifurcation) -> bool {
+        match found.kind {
+            DiagramBifurcationKind::Steady(_) => self.base_hz.is_empty(),
+            DiagramBifurcationKind::Orbit(_) => {
+                let mut bases = self.base_hz.iter();
+                bases.any(|hz| (hz / found.frequency_hz - 1.0).abs() < 0.02)
+            }
         }
     }
 
@@ -239,6 +255,7 @@ impl<S: Sink> BifurcationEvents<S> {
         };
         let diagram = self.diagrams.diagram();
         let passed = diagram.iter().flat_map(|it| it.passed(before, tilt_deg));
+        let passed = passed.filter(|found| self.concerns(found));
         let way = if tilt_deg > before { "rises" } else { "falls" };
         let events = passed.map(|found| Record::Event {
             time,
@@ -255,6 +272,13 @@ impl<S: Sink> Sink for BifurcationEvents<S> {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
         let events = match &record {
             Record::Samples(frame) => self.events(frame.tilt.to_degrees(), frame.t0),
+            Record::Spectrum { peaks, .. } => {
+                let bases = peaks
+                    .iter()
+                    .filter(|line| ["f1", "f2"].contains(&&*line.label));
+                self.base_hz = bases.map(|line| line.frequency).collect();
+                Vec::new()
+            }
             _ => Vec::new(),
         };
         self.sink.accept(record)?;
@@ -285,7 +309,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
-    use crate::pipeline::message::Frame;
+    use crate::pipeline::message::{Frame, SpectralLine};
     use crate::scene::Parameter;
 
     fn shown(scene: &Scene, interval: [f64; 2]) -> Arc<DiagramStore> {
@@ -304,8 +328,23 @@ mod tests {
     fn the_tilt_of_a_run_passes_the_birth_of_the_torus_in_both_directions() {
         let scene = Scene::load("torus-birth").unwrap();
         let mut sink = BifurcationEvents::new(Vec::new(), shown(&scene, [0.0, 10.0]));
-        let tilts = [0.1, 0.2, 0.34, 0.35, 0.35, 0.5, 0.3];
+        let tilts = [0.1, 0.2, 0.34, 0.35, 0.35, 0.5, 0.3, 0.4, 2.5];
+        let tone = |frequency| Record::Spectrum {
+            time: 0.0,
+            bin: 1.0,
+            amplitude: Vec::new(),
+            peaks: vec![SpectralLine {
+                frequency,
+                amplitude: 1e-3,
+                label: "f1".to_owned(),
+            }],
+        };
+        sink.accept(tone(4104.0)).unwrap();
         for (k, tilt) in tilts.into_iter().enumerate() {
+            if tilt == 0.4 {
+                // The run is on another branch, on which nothing happens here.
+                sink.accept(tone(12_430.0)).unwrap();
+            }
             let frame = Frame {
                 t0: k as f64,
                 tilt: f64::to_radians(tilt),

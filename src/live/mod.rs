@@ -25,10 +25,10 @@ mod tour;
 mod views;
 
 pub use audio::AudioStream;
-pub use command::{Command, HARD_KICK, KICK_RANGE, Rejected, SPEED_RANGE};
+pub use command::{Command, HARD_KICK, KICK_RANGE, Opening, Promise, Rejected, SPEED_RANGE};
 pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
-pub use server::{BoundListener, Page, PageContent, RecordingPage, bind};
+pub use server::{BoundListener, Page, RecordingPage, bind};
 pub use session::{Session, SessionOptions};
 pub use session_thread::SessionThread;
 pub use tour::{Tour, TourError, TourQuantity, TourStep, TourView};

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
+use super::command::Promise;
 use crate::escape;
 use crate::pipeline::message::{ContactSample, Frame, Header, Record, SpectralLine, Subject};
 use crate::pipeline::{RunStatus, Sink, SinkError};
@@ -36,6 +37,9 @@ pub struct Panel {
     pub measured_speed: Option<f64>,
     /// Whether the run is paused.
     pub paused: bool,
+    /// Whether the tilt has changed within the last 40 ms of simulated time: the type of motion is that of a window in which it
+    /// moved.
+    pub tilt_moves: bool,
     /// Present tilt, degrees; `None` for a scene without tilt.
     pub tilt_deg: Option<f64>,
     /// Range of tilts, degrees.
@@ -71,6 +75,25 @@ pub struct Panel {
     pub diagram: Option<u64>,
     /// Note on the diagram: what is computed at present, or why the scene has none; `None` for a complete one.
     pub diagram_note: Option<String>,
+    /// Step of the tour, from 0, while it is shown.
+    pub tour_step: Option<usize>,
+    /// Whether all pages are black.
+    pub blank: bool,
+    /// How the motion reached differs from the one that was promised.
+    pub departure: Option<String>,
+}
+
+impl Panel {
+    /// How the settled motion differs from a promised one; `None` before it is settled and classified.
+    pub(super) fn departure_from(&self, promise: &Promise) -> Option<String> {
+        let motion = self.regime.as_deref()?;
+        let line = self.lines.first().map(|line| line.frequency);
+        if 1e3 * self.time_s < promise.after_ms || promise.is_kept(motion, line) {
+            return None;
+        }
+        let line = line.map_or_else(String::new, |hz| format!(", {:.2} kHz", 1e-3 * hz));
+        Some(format!("expected here: {promise}; reached: {motion}{line}"))
+    }
 }
 
 /// Samples of the last 5 ms of simulated time, from which the numbers of the panel are computed: they do not
@@ -79,18 +102,29 @@ pub struct Panel {
 struct RecentSamples {
     /// Peak velocity below which the vibration is at rest, m/s.
     rest_speed: f64,
+    /// Peak velocity below which the lines are not named, m/s.
+    silence: f64,
     /// Scheduled tilts of the scene, degrees.
     scheduled_deg: Option<[f64; 2]>,
     /// Magnitude of the probe's velocity, m/s.
     speeds: VecDeque<f64>,
     contacts: VecDeque<ContactSample>,
+    /// The last tilt, rad, and the end of the first frame with it, s.
+    tilt: Option<(f64, f64)>,
 }
 
 impl RecentSamples {
     /// Span of time, s: some periods of a low squeak.
     const SPAN: f64 = 5e-3;
+    /// Time after which a tilt counts as held, s: a window of the classification.
+    const HOLD: f64 = 40e-3;
 
     fn push(&mut self, frame: &Frame) {
+        match self.tilt {
+            Some((tilt, _)) if tilt == frame.tilt => {}
+            None => self.tilt = Some((frame.tilt, f64::NEG_INFINITY)),
+            Some(_) => self.tilt = Some((frame.tilt, frame.end())),
+        }
         self.speeds.extend(frame.velocity.iter().map(|v| v.abs()));
         let length = (Self::SPAN / frame.dt).round() as usize;
         self.speeds
@@ -108,6 +142,10 @@ impl RecentSamples {
 
     fn is_at_rest(&self) -> bool {
         self.peak_velocity() < self.rest_speed
+    }
+
+    fn is_silent(&self) -> bool {
+        self.peak_velocity() < self.silence
     }
 
     /// Mean number of nodes that stick, slip or are separated.
@@ -154,6 +192,8 @@ impl StatusStore {
         }
         if lock(&self.recent).is_at_rest() && panel.time_s > 0.0 {
             (panel.regime, panel.confidence) = (Some("at rest".to_owned()), None);
+        }
+        if lock(&self.recent).is_silent() {
             panel.lines.clear();
         }
         panel.now = self.now(&panel);
@@ -236,6 +276,7 @@ impl StatusStore {
         panel.about = escape::lines(&header.about).into_owned();
         let mut recent = lock(&self.recent);
         recent.rest_speed = header.rest_speed;
+        recent.silence = header.silence();
         if let Subject::Joint(joint) = &header.subject {
             panel.tilt_deg = Some(0.0);
             recent.scheduled_deg = Some([joint.min_tilt, joint.max_tilt].map(f64::to_degrees));
@@ -249,6 +290,8 @@ impl StatusStore {
         panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
         let mut recent = lock(&self.recent);
         recent.push(frame);
+        let held = recent.tilt.map(|(_, since)| panel.time_s - since);
+        panel.tilt_moves = held.is_some_and(|held| held < RecentSamples::HOLD);
         panel.peak_velocity_mm_per_s = 1e3 * recent.peak_velocity();
         panel.nodes = recent.nodes();
     }

@@ -8,7 +8,7 @@
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
 //! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
 //! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 204 without one; the panel says when it is complete |
-//! | `/tour.json` | the guided tour |
+//! | `/tour.json` | the guided tour and the bookmarks |
 //! | `/recordings/NAME` | a complete recording of this session |
 //!
 //! If other machines can reach the page, its address contains a key that decides whether a client controls the run
@@ -165,17 +165,6 @@ fn viewer() -> io::Result<&'static WebViewerData> {
     }
 }
 
-/// Content of a page besides the run.
-#[derive(Clone, Default)]
-pub struct PageContent {
-    /// The tour.
-    pub tour: Option<Tour>,
-    /// Whether the page starts the tour when it opens.
-    pub starts_tour: bool,
-    /// A session for a second run next to the first one; it must not run yet.
-    pub second: Option<Arc<Session>>,
-}
-
 /// The running server of the page.
 pub struct Page {
     server: Server,
@@ -184,29 +173,24 @@ pub struct Page {
 }
 
 impl Page {
-    /// Serves the page of a session.
+    /// Serves the page of a session, with a session for a second run next to the first one; it must not run yet.
     ///
     /// # Errors
     /// Errors of the operating system.
     pub fn open(
         serving: BoundListener,
         session: Arc<Session>,
-        content: PageContent,
+        second: Option<Arc<Session>>,
     ) -> io::Result<Self> {
-        Self::limited(serving, session, content, Limits::default())
+        Self::limited(serving, session, second, Limits::default())
     }
 
     fn limited(
         serving: BoundListener,
         session: Arc<Session>,
-        content: PageContent,
+        second: Option<Arc<Session>>,
         limits: Limits,
     ) -> io::Result<Self> {
-        let PageContent {
-            tour,
-            starts_tour,
-            second,
-        } = content;
         let keys = (!serving.address.ip().is_loopback()).then(Keys::new);
         let plain = format!("http://{}/", reachable(serving.address));
         let keyed = |key: &String| format!("{plain}?key={key}");
@@ -215,7 +199,6 @@ impl Page {
             session,
             audience_url: keys.as_ref().map(|keys| keyed(&keys.audience)),
             second: second.map(SecondRun::new),
-            tour: serde_json::json!({ "tour": tour, "starts": starts_tour }).to_string(),
         });
         let router = router(Arc::clone(&shared));
         let server = Server::start(serving, keys, router, limits)?;
@@ -280,7 +263,8 @@ async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
 
 async fn tour(State(shared): State<Arc<Shared>>) -> Response {
     let kind = (header::CONTENT_TYPE, "application/json");
-    ([kind], shared.tour.clone()).into_response()
+    let sent = serde_json::json!({ "tour": shared.session.tour(), "bookmarks": Tour::bookmarks() });
+    ([kind], sent.to_string()).into_response()
 }
 
 /// A complete recording of this session, for a download.

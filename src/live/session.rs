@@ -11,15 +11,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use self::tilt_range::tilt_range_deg;
 use super::audio::AudioStream;
+use super::command::Promise;
 use super::diagram::{BifurcationEvents, DiagramStore};
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
+use super::tour::Tour;
 use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
 use crate::pipeline::{
-    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, RunStatus,
-    Sink, SinkError, Source as _, Tee, controllable_source, drive,
+    InteractiveSource, Monitor, PendingCommands, PipelineError, RunCommand, RunHandle, Sink,
+    SinkError, Source as _, Tee, controllable_source, drive,
 };
 use crate::record::{Output, RerunSink};
 use crate::scene::{PRESETS, Scene};
@@ -48,6 +50,8 @@ pub struct SessionOptions {
     pub wav: Option<PathBuf>,
     /// Quantity and point of the audio signal.
     pub source: Source,
+    /// The guided tour.
+    pub tour: Option<Tour>,
 }
 
 /// A session, shared by all clients that control it.
@@ -57,6 +61,7 @@ pub struct Session {
     viewer: Option<Output>,
     computes_diagram: bool,
     source: Source,
+    tour: Option<Tour>,
     /// Data for the views of the page.
     pub views: Arc<ViewStore>,
     /// Audio for the listeners of the page.
@@ -80,9 +85,15 @@ struct Current {
     tilt_range_deg: Option<[f64; 2]>,
     /// Commands sent before the run existed.
     early: PendingCommands,
-    /// Scene of the next run, if the present one is to end.
-    next: Option<Scene>,
+    /// Whether another run starts, with `scene`.
+    restarts: bool,
     stopped: bool,
+    /// Step of the tour, from 0, while it is shown.
+    step: Option<usize>,
+    /// Whether all pages are black.
+    blank: bool,
+    /// The motion that the run was started for.
+    promise: Option<Promise>,
     wav: Option<PathBuf>,
 }
 
@@ -102,8 +113,11 @@ impl Session {
                 handle: None,
                 tilt_range_deg: tilt_range_deg(&plan.scene),
                 early: PendingCommands::default(),
-                next: None,
+                restarts: false,
                 stopped: false,
+                step: None,
+                blank: false,
+                promise: None,
                 wav: plan.wav,
             }),
             first: plan.scene,
@@ -111,6 +125,7 @@ impl Session {
             viewer: plan.viewer,
             computes_diagram: plan.computes_diagram,
             source: plan.source,
+            tour: plan.tour,
             kicks: AtomicU64::new(0),
             stop: Arc::default(),
         }
@@ -135,10 +150,7 @@ impl Session {
                 if current.stopped {
                     return Ok(last);
                 }
-                if let Some(next) = current.next.take() {
-                    current.tilt_range_deg = tilt_range_deg(&next);
-                    current.scene = next;
-                }
+                current.restarts = false;
                 let followed = current.scene.computes_lyapunov();
                 let lyapunov = followed.then_some(current.lyapunov);
                 let scene = match lyapunov {
@@ -168,12 +180,13 @@ impl Session {
             sinks.push(Box::new(StatusSink(Arc::clone(&self.store))));
             {
                 let mut current = self.current();
-                // Commands sent in the meantime are kept.
-                handle.set_pending(std::mem::take(&mut current.early));
-                if current.next.is_some() || current.stopped {
+                if current.restarts || current.stopped {
                     end(&handle);
+                } else {
+                    // Commands sent in the meantime are kept.
+                    handle.set_pending(std::mem::take(&mut current.early));
+                    current.handle = Some(handle);
                 }
-                current.handle = Some(handle);
             }
             let mut tee = BifurcationEvents::new(Tee::new(sinks), Arc::clone(&self.diagrams));
             let monitor = Monitor {
@@ -242,11 +255,20 @@ impl Session {
 
     /// Present values of the control panel.
     pub fn panel(&self) -> Panel {
-        Panel {
+        let (status, tour_step, blank, promise) = {
+            let current = self.current();
+            let status = current.handle.as_ref().map(RunHandle::status);
+            (status, current.step, current.blank, current.promise.clone())
+        };
+        let mut panel = Panel {
             diagram: self.diagrams.number(),
             diagram_note: self.diagrams.note(),
-            ..self.store.read(self.status(), self.views.watching())
-        }
+            tour_step,
+            blank,
+            ..self.store.read(status, self.views.watching())
+        };
+        panel.departure = promise.and_then(|promise| panel.departure_from(&promise));
+        panel
     }
 
     /// The branch diagram of the present scene as JSON; `None` if it has none, or none yet.
@@ -254,9 +276,9 @@ impl Session {
         self.diagrams.text()
     }
 
-    /// Present state of the run, if there is one.
-    fn status(&self) -> Option<RunStatus> {
-        self.current().handle.as_ref().map(RunHandle::status)
+    /// The guided tour.
+    pub fn tour(&self) -> Option<&Tour> {
+        self.tour.as_ref()
     }
 
     /// The available scenes: name and title.

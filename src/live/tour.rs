@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::command::{KICK_RANGE, SPEED_RANGE, check_range};
+use super::command::{KICK_RANGE, Opening, Promise, SPEED_RANGE, check_range};
 use crate::scene::{self, PRESETS};
 
 /// The tour that ships.
 const SHIPPED: &str = include_str!("../../assets/tour/squeak.toml");
+/// The bookmarks that ship: steps in any order.
+const BOOKMARKS: &str = include_str!("../../assets/tour/bookmarks.toml");
 
 /// A guided tour of live runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,21 +29,20 @@ pub struct Tour {
 pub struct TourStep {
     /// What to say: a large sentence for the audience.
     pub say: String,
-    /// Name of the scene; the present one by default.
-    #[serde(default)]
-    pub scene: Option<String>,
-    /// Whether to restart the scene if it is running already.
-    #[serde(default)]
-    pub restart: bool,
-    /// Tilt of the load, degrees; unchanged by default.
+    /// Name of the scene, which restarts.
+    pub scene: String,
+    /// Tilt of the load, degrees; that of the scene by default.
     #[serde(default)]
     pub tilt_deg: Option<f64>,
     /// Playback speed, ms of simulated time per second; unchanged by default.
     #[serde(default)]
     pub speed_ms_per_s: Option<f64>,
-    /// Kick at the start of the step, mm/s; none by default.
+    /// Kick at the start in addition to that of the scene, mm/s; none by default.
     #[serde(default)]
     pub kick_mm_per_s: Option<f64>,
+    /// The motion that the step leads to, if known.
+    #[serde(default)]
+    pub promise: Option<Promise>,
     /// Views; unchanged by default.
     #[serde(default)]
     pub views: Vec<TourView>,
@@ -111,6 +112,11 @@ impl Tour {
         toml::from_str(SHIPPED).ok()
     }
 
+    /// The bookmarks that ship.
+    pub fn bookmarks() -> Option<Self> {
+        toml::from_str(BOOKMARKS).ok()
+    }
+
     /// Reads a tour from a TOML file.
     ///
     /// # Errors
@@ -121,7 +127,15 @@ impl Tour {
             reason,
         };
         let text = std::fs::read_to_string(path).map_err(|e| fault(e.to_string()))?;
-        let tour: Self = toml::from_str(&text).map_err(|e| fault(e.to_string()))?;
+        let tour: Self = toml::from_str(&text).map_err(|e| {
+            // The first line of the error is the place; the others draw it.
+            let place = e.to_string();
+            fault(format!(
+                "{}: {}",
+                place.lines().next().unwrap_or_default(),
+                e.message()
+            ))
+        })?;
         tour.check().map_err(fault)?;
         Ok(tour)
     }
@@ -140,10 +154,20 @@ impl Tour {
 }
 
 impl TourStep {
+    /// The scene of the step with its settings.
+    pub(super) fn opening(&self) -> Opening {
+        Opening {
+            scene: self.scene.clone(),
+            tilt_deg: self.tilt_deg,
+            speed_ms_per_s: self.speed_ms_per_s,
+            kick_mm_per_s: self.kick_mm_per_s,
+            promise: self.promise.clone(),
+        }
+    }
+
     fn check(&self) -> Result<(), String> {
-        if let Some(name) = &self.scene
-            && scene::preset(name).is_none()
-        {
+        let name = &self.scene;
+        if scene::preset(name).is_none() {
             let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
             let known = known.join(", ");
             return Err(format!("unknown scene `{name}`; choose one of: {known}"));
@@ -167,17 +191,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_tour_is_valid() {
-        let tour: Tour = toml::from_str(SHIPPED).unwrap();
-        tour.check().unwrap();
-        assert!(tour.steps.len() >= 8, "{}", tour.steps.len());
-        for step in &tour.steps {
-            assert!(!step.views.is_empty() && !step.watch.is_empty());
-            // The tilt is one that the scene accepts.
-            let scene = scene::preset(step.scene.as_ref().unwrap()).unwrap();
-            if let Some(deg) = step.tilt_deg {
-                scene.scene().unwrap().with_tilt(deg).unwrap();
-            }
+    fn the_shipped_tour_and_bookmarks_are_valid() {
+        for text in [SHIPPED, BOOKMARKS] {
+            let tour: Tour = toml::from_str(text).unwrap();
+            tour.check().unwrap();
+            assert!(tour.steps.iter().all(|step| !step.views.is_empty()));
         }
     }
 
@@ -189,13 +207,17 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             Tour::read(&path).unwrap_err().to_string()
         };
+        let scene = "scene = \"torus-3deg\"";
         let step = |more: &str| refused(&format!("title = \"x\"\n[[step]]\nsay = \"y\"\n{more}"));
         for (said, part) in [
             (refused("title = \"x\"\nstep = []"), "no steps"),
             (refused("title = 3"), "line 1"),
             (step("scene = \"absent\""), "step 1: unknown scene"),
-            (step("speed_ms_per_s = 1e6"), "between 0.01 and 1000"),
-            (step("views = [\"ghost\"]"), "line 4"),
+            (
+                step(&format!("{scene}\nspeed_ms_per_s = 1e6")),
+                "between 0.01 and 1000",
+            ),
+            (step(&format!("{scene}\nviews = [\"ghost\"]")), "line 5"),
             (step("tilt = 3"), "unknown field `tilt`"),
         ] {
             assert!(said.contains(part) && said.contains("own.toml"), "{said}");

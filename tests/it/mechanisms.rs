@@ -445,7 +445,7 @@ fn mechanisms_that_a_scene_cannot_demonstrate_are_rejected() {
         misspelt.contains("`mechanism` = \"stickslip\""),
         "{misspelt}"
     );
-    assert!(misspelt.starts_with("mine.toml:12: "), "{misspelt}");
+    assert!(misspelt.starts_with("mine.toml:13: "), "{misspelt}");
     assert!(
         misspelt.contains("did you mean `stick-slip`?"),
         "{misspelt}"

@@ -1,31 +1,34 @@
-// Bookmarks: scene, tilt, playback speed and views under a name, kept in this browser.
+// Bookmarks: scene, tilt, playback speed, views and the motion reached under a name, kept in this browser.
 
 import { $, make } from "/dom.js";
 import { T } from "/texts.js";
 
-const SHIPPED = [
-  { name: T.bookmarkNames[0], scene: "torus-3deg", tilt: 0, speed: 20, views: ["portrait", "spectrum", "scope", "section"] },
-  { name: T.bookmarkNames[1], scene: "torus-3deg", tilt: 3, speed: 20, views: ["portrait", "section", "spectrum", "recurrence"] },
-  { name: T.bookmarkNames[2], scene: "torus-3deg", tilt: 5.5, speed: 20, views: ["portrait", "section", "spectrum", "recurrence"] },
-  { name: T.bookmarkNames[3], scene: "lift-off", tilt: null, speed: 1, views: ["patch", "body"] },
-  { name: T.bookmarkNames[4], scene: "stick-slip", tilt: null, speed: 1, views: ["patch", "scope", "portrait"] },
-  { name: T.bookmarkNames[5], scene: "hysteresis", tilt: null, speed: 50, views: ["spectrogram", "spectrum", "branches"] },
-];
+// Simulated time after which a motion counts as settled, ms.
+const SETTLED = 300;
 
 export class Bookmarks {
   #run;
   #stage;
+  #shipped = [];
 
   constructor(run, stage) {
     this.#run = run;
     this.#stage = stage;
     $("bookmark-add").onclick = () => this.#ask();
     $("bookmark-new").onclose = () => this.#add($("bookmark-new").returnValue === "keep" && $("bookmark-name").value.trim());
+    this.#load();
+  }
+
+  async #load() {
+    const { bookmarks } = await (await fetch("/tour.json")).json().catch(() => ({}));
+    this.#shipped = bookmarks?.steps ?? [];
     this.#draw();
   }
 
   get #own() {
-    return JSON.parse(localStorage.getItem("bookmarks") ?? "[]");
+    const stored = JSON.parse(localStorage.getItem("bookmarks") ?? "[]");
+    // The names of earlier versions.
+    return stored.map(({ name, tilt, speed, ...rest }) => ({ say: name, tilt_deg: tilt, speed_ms_per_s: speed, ...rest }));
   }
 
   #keep(bookmarks) {
@@ -44,26 +47,30 @@ export class Bookmarks {
   }
 
   #add(name) {
-    const { scene, tilt_deg: tilt, speed } = this.#run.panel;
-    if (name) this.#keep([...this.#own, { name, scene, tilt, speed: 1e3 * speed, views: this.#stage.shown }]);
+    const { scene, tilt_deg, speed, time_s, regime, confidence, lines } = this.#run.panel;
+    if (!name) return;
+    const promise = confidence === null ? null : {
+      motion: regime,
+      line_khz: lines.length ? 1e-3 * lines[0].frequency_hz : null,
+      after_ms: Math.min(1e3 * time_s, SETTLED),
+    };
+    this.#keep([...this.#own, { say: name, scene, tilt_deg, speed_ms_per_s: 1e3 * speed, views: this.#stage.shown, promise }]);
   }
 
   #draw() {
     const own = this.#own;
     const entry = (bookmark, remove) => {
-      const parts = [make("button", { textContent: bookmark.name, onclick: () => this.open(bookmark) })];
-      if (remove) parts.push(make("button", { textContent: "×", "aria-label": T.bookmarkRemove(bookmark.name), className: "remove", onclick: remove }));
+      const parts = [make("button", { textContent: bookmark.say, onclick: () => this.open(bookmark) })];
+      if (remove) parts.push(make("button", { textContent: "×", "aria-label": T.bookmarkRemove(bookmark.say), className: "remove", onclick: remove }));
       return make("span", { className: "bookmark" }, ...parts);
     };
     const entries = own.map((bookmark, k) => entry(bookmark, () => this.#keep(own.filter((_, i) => i !== k))));
-    $("bookmark-list").replaceChildren(...SHIPPED.map((bookmark) => entry(bookmark)), ...entries);
+    $("bookmark-list").replaceChildren(...this.#shipped.map((bookmark) => entry(bookmark)), ...entries);
   }
 
-  open({ scene, tilt, speed, views }) {
+  // Restarts the scene: the motion does not depend on what ran before.
+  open({ scene, tilt_deg, speed_ms_per_s, promise, views }) {
     this.#stage.show(views);
-    this.#run.ask({ do: "speed", ms_per_s: speed });
-    const commands = tilt === null ? [] : [{ do: "tilt", deg: tilt }];
-    if (scene === this.#run.scene) this.#run.follow(commands);
-    else this.#run.start(scene, commands);
+    this.#run.ask({ do: "open", scene, tilt_deg, speed_ms_per_s, promise });
   }
 }

@@ -5,7 +5,7 @@ const REGIMES = {
   "at rest": "#96a2a9",
   transient: "#b3b36b",
   periodic: "#58a9ff",
-  "quasi-periodic": "#b98cff",
+  "quasi-periodic": "#4cd09e",
   chaotic: "#ff7a59",
   noise: "#c9c9c9",
   // Hatched: not a type of motion.

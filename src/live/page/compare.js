@@ -12,7 +12,7 @@ const PERTURBATION = 1e-4;
 // Views of each run if all chosen ones would be too small.
 const COMPARED = ["portrait", "scope", "spectrum", "section"];
 
-const summary = (panel) => (panel.tilt_deg === null ? motion(panel) : `${T.degrees(panel.tilt_deg)}: ${motion(panel)}`);
+const summary = ({ scene, tilt_deg: tilt, ...panel }) => `${scene}${tilt === null ? "" : `, ${T.degrees(tilt)}`}: ${motion(panel)}`;
 
 export class Comparison {
   second = null;
@@ -70,7 +70,7 @@ export class Comparison {
       panel: (panel) => {
         if (!begun) {
           begun = true;
-          this.#together([], []);
+          this.#together({}, {});
         }
         setText($("now-b"), summary(panel));
         this.#diagram.mark(panel.tilt_deg, 1);
@@ -97,20 +97,18 @@ export class Comparison {
     this.#stage.overlay(over ? this.second : null);
   }
 
-  // Starts both runs at the present scene and speed, each with its commands.
+  // Starts both runs at the present scene and speed, each with its settings.
   #together(first, second) {
     const { scene, speed } = this.#run.panel;
-    for (const [run, commands] of [[this.#run, first], [this.second, second]]) {
-      run.ask({ do: "speed", ms_per_s: 1e3 * speed });
-      run.start(scene, commands);
-    }
+    const same = { do: "open", scene, speed_ms_per_s: 1e3 * speed };
+    this.#run.ask({ ...same, ...first });
+    this.second.ask({ ...same, ...second });
   }
 
   // Two equal runs, of which B gets a tiny kick: chaos parts them, a tone and a torus do not.
   #perturb() {
-    const deg = this.#run.panel.tilt_deg;
-    const tilt = deg === null ? [] : [{ do: "tilt", deg }];
-    this.#together(tilt, [...tilt, { do: "kick", mm_per_s: PERTURBATION }]);
+    const { tilt_deg } = this.#run.panel;
+    this.#together({ tilt_deg }, { tilt_deg, kick_mm_per_s: PERTURBATION });
   }
 
   update(panel) {

@@ -92,23 +92,25 @@ export class Diagram {
     this.#tilts.forEach((deg, run) => this.mark(deg, run));
   }
 
-  // Adjacent tilts with the same type of motion form one band.
-  #row({ start, tilt_deg: tilts, regime }, kinds) {
+  // Adjacent tilts with the same type of motion and frequency form one band.
+  #row({ start, tilt_deg: tilts, regime, frequency_hz }, kinds) {
     const ranges = [];
     for (const [k, deg] of tilts.entries()) {
       const kind = regime[k];
+      const text = frequency_hz[k] ? `${kind} ${(1e-3 * frequency_hz[k]).toFixed(1)} kHz` : kind;
       const low = k === 0 ? deg : 0.5 * (tilts[k - 1] + deg);
       const high = k === tilts.length - 1 ? deg : 0.5 * (deg + tilts[k + 1]);
       const last = ranges.at(-1);
-      if (last?.kind === kind) last.high = high;
-      else ranges.push({ kind, low, high });
+      if (last?.text === text) last.high = high;
+      else ranges.push({ kind, text, low, high });
     }
-    const bands = ranges.map(({ kind, low, high }) => {
+    const bands = ranges.map(({ kind, text, low, high }) => {
       const [left, right] = [low, high].map((deg) => Math.min(100, Math.max(0, this.#percent(deg))));
-      const named = (0.01 * (right - left) * $("bands").clientWidth) / readStyle().em > LETTER * kind.length;
-      kinds.set(kind, named || kinds.get(kind));
+      const space = (0.01 * (right - left) * $("bands").clientWidth) / readStyle().em;
+      const name = [text, kind].find((words) => space > LETTER * words.length) ?? "";
+      kinds.set(kind, Boolean(name) || kinds.get(kind));
       const style = `left:${left}%;width:${right - left}%;background:${colour(kind)}`;
-      return make("div", { className: "band", title: kind, style, textContent: named ? kind : "" });
+      return make("div", { className: "band", title: text, style, textContent: name });
     });
     const label = make("span", { className: "row-name", textContent: T.started[start] });
     return make("div", { className: "bands-row" }, ...bands, label);
@@ -188,8 +190,8 @@ export class Branches {
     c.textAlign = "center";
     c.strokeStyle = c.fillStyle = style.text;
     c.lineWidth = 1;
-    // The labels share their row with that of the axis.
-    let end = plot.left + 7 * em;
+    // The labels share their row with that of the axis; a second row is below.
+    const ends = [plot.left + 7 * em, plot.left];
     for (const { kind, tilt_deg } of bifurcations) {
       const at = plot.X(tilt_deg);
       c.setLineDash([2, 3]);
@@ -200,9 +202,10 @@ export class Branches {
       const name = T.kinds[kind] ?? kind;
       const half = c.measureText(name).width / 2 + 0.3 * em;
       const middle = Math.min(Math.max(at, plot.left + half), plot.right - half);
-      if (middle - half < end) continue;
-      end = middle + half;
-      c.fillText(name, middle, plot.top - 0.1 * em);
+      const row = ends.findIndex((end) => middle - half >= end);
+      if (row < 0) continue;
+      ends[row] = middle + half;
+      c.fillText(name, middle, plot.top + (row - 0.1) * em);
     }
     c.setLineDash([]);
   }

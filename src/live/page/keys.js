@@ -1,10 +1,12 @@
-// Keyboard shortcuts. They act only while no control has the focus, so that Space presses a button and arrows move
-// a slider.
+// Keyboard shortcuts. A control that has the focus keeps its own keys: Space presses a button, arrows move a slider.
 
 import { $, make } from "/dom.js";
 import { T } from "/texts.js";
 
 const CONTROLS = "button, select, input, textarea, summary, a[href], dialog, [contenteditable]";
+// Controls that take any key.
+const TYPED = "select, input:not([type=range], [type=checkbox]), textarea, dialog, [contenteditable]";
+const OWN_KEYS = [" ", "Enter", "Home", "End"];
 
 export class Keys {
   // `actions` are functions by key.
@@ -18,6 +20,10 @@ export class Keys {
     );
     $("keys").tBodies[0].replaceChildren(...rows);
     window.addEventListener("keydown", (event) => this.#press(event));
+    // After a click the keys are shortcuts again.
+    window.addEventListener("click", ({ detail, target }) => {
+      if (detail > 0 && !target.closest("dialog") && !document.activeElement?.matches(TYPED)) document.activeElement?.blur();
+    });
   }
 
   #press(event) {
@@ -31,7 +37,8 @@ export class Keys {
       else this.actions.Escape?.(event);
       return;
     }
-    if (target.closest?.(CONTROLS) || document.querySelector("dialog[open]")) return;
+    if (target.closest?.(TYPED) || document.querySelector("dialog[open]")) return;
+    if (target.closest?.(CONTROLS) && (OWN_KEYS.includes(event.key) || event.key.startsWith("Arrow"))) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (!this.actions[key] || (!$("shortcuts-on").checked && key !== "?")) return;
     event.preventDefault();

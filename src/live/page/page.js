@@ -48,6 +48,8 @@ const run = new Run("", {
     stage.describe(status.now);
     sound.setLines(status.lines);
     tour.update(status);
+    document.body.classList.toggle("blank", status.blank);
+    setText($("departure"), status.departure ?? "");
     comparison.update(status);
   },
   refused,
@@ -132,6 +134,11 @@ const stepOf = (event) => (event.shiftKey ? 0.5 : 0.1);
 const TILT_KEYS = {
   ArrowLeft: (event) => nudge(-stepOf(event)),
   ArrowRight: (event) => nudge(stepOf(event)),
+};
+// During a tour the arrows move between its steps.
+const ARROWS = {
+  ArrowLeft: (event) => (tour.step === null ? TILT_KEYS.ArrowLeft(event) : tour.move(-1)),
+  ArrowRight: (event) => (tour.step === null ? TILT_KEYS.ArrowRight(event) : tour.move(1)),
 };
 $("tilt").addEventListener("input", (event) => setTilt(event.target.value));
 $("tilt").addEventListener("keydown", (event) => {
@@ -225,7 +232,7 @@ $("tour-start").onclick = () => tour.toggle();
 $("compare").onclick = compare;
 
 new Keys({
-  ...TILT_KEYS,
+  ...ARROWS,
   " ": togglePause,
   ".": step,
   k: kick,
@@ -242,8 +249,11 @@ new Keys({
   l: changeTheme,
   g: toggleFullScreen,
   t: () => tour.toggle(),
-  Enter: () => tour.step !== null && tour.go(tour.step + 1),
-  b: () => tour.step !== null && tour.go(tour.step - 1),
+  // A presenter's remote sends these.
+  Enter: () => tour.step !== null && tour.move(1),
+  PageDown: () => tour.move(1),
+  PageUp: () => tour.move(-1),
+  b: () => ask({ do: "blank", on: !state.panel?.blank }),
   "?": help,
   Escape: () => stage.one && stage.enlarge(stage.one),
 });

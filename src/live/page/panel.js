@@ -27,7 +27,7 @@ export function showPanel(status, before) {
   setText($("regime"), motion(status) + sure);
   const lines = status.lines.length ? status.lines.slice(0, 3).map(line) : [T.noLines];
   $("lines").replaceChildren(...lines);
-  setText($("peak-velocity"), `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`);
+  setText($("peak-velocity"), peakVelocity(status));
   showNodes(status.nodes);
   if (status.narration !== before?.narration || status.lesson !== before?.lesson || status.run !== before?.run) {
     markdown($("words"), `${status.narration || status.about}\n\n${status.lesson}`);
@@ -37,6 +37,8 @@ export function showPanel(status, before) {
   setText($("watching"), T.viewers(status.watching));
 }
 
+export const peakVelocity = (status) => (status.regime === "at rest" ? T.atRest : `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`);
+
 // The type of motion; if the scene classifies nothing, the heading of the commentary.
 export const motion = (status) => status.regime ?? /^## (.*)/.exec(status.narration)?.[1] ?? T.notClassified;
 
@@ -44,7 +46,7 @@ export const motion = (status) => status.regime ?? /^## (.*)/.exec(status.narrat
 let announced = { text: "", since: 0 };
 
 function announce(status) {
-  const text = motion(status);
+  const text = motion(status) + (status.tilt_moves ? T.tiltMoves : "");
   if (text !== announced.text) announced = { text, since: performance.now() };
   if (performance.now() - announced.since > SETTLED) setText($("lasting"), text);
   setText($("now"), text);

@@ -11,8 +11,6 @@ export function socketAddress(path) {
 }
 
 export class Run {
-  // The scene that is about to start, its commands, and the number of the run before.
-  #next = null;
   // Messages of the views that have not been taken.
   #waiting = [];
 
@@ -23,32 +21,6 @@ export class Run {
     this.panel = null;
     this.#control();
     this.#views();
-  }
-
-  // The scene that runs, or is about to.
-  get scene() {
-    return this.#next?.scene ?? this.panel?.scene;
-  }
-
-  // Starts a scene, with commands that act from its first instant: the run begins paused.
-  start(scene, commands = []) {
-    this.#next = { scene, commands, after: this.panel?.run ?? 0 };
-    for (const command of [{ do: "scene", name: scene }, { do: "pause" }]) this.ask(command);
-  }
-
-  // Sends commands to the present run, or to the one that is about to start.
-  follow(commands) {
-    if (this.#next) this.#next.commands.push(...commands);
-    else for (const command of commands) this.ask(command);
-  }
-
-  #begin({ run, scene, paused, time_s }) {
-    const next = this.#next;
-    // Another client may have resumed it.
-    const begun = paused || time_s > 0;
-    if (!next || run <= next.after || scene !== next.scene || !begun) return;
-    this.#next = null;
-    for (const command of [...next.commands, { do: "resume" }]) this.ask(command);
   }
 
   // Sends a command.
@@ -86,12 +58,8 @@ export class Run {
         if (key === "panel") {
           const before = this.panel;
           this.panel = value;
-          this.#begin(value);
           this.handlers.panel(value, before);
-        } else {
-          if (key === "refused") this.#next = null;
-          this.handlers[key]?.(value);
-        }
+        } else this.handlers[key]?.(value);
       }
     };
     socket.onclose = () => {

@@ -8,14 +8,15 @@ import { Body } from "/views/body.js";
 import { Patch } from "/views/patch.js";
 import { Portrait } from "/views/portrait.js";
 import { Recurrence } from "/views/recurrence.js";
-import { Scope } from "/views/scope.js";
+import { SWEEPS_MS, Scope } from "/views/scope.js";
 import { Section } from "/views/section.js";
 import { Spectrogram } from "/views/spectrogram.js";
 import { Spectrum } from "/views/spectrum.js";
 
 const VIEWS = [Patch, Portrait, Scope, Spectrum, Section, Recurrence, Body, Spectrogram];
 const DEFAULT = ["patch", "portrait", "scope", "spectrum", "section", "recurrence"];
-const SWEEPS_MS = [0.5, 1, 2, 5, 10, 20];
+// Views of a joint, which other systems do not have.
+const JOINT = ["patch", "body", "branches"];
 // Wall time between two pictures if the system asks for reduced motion, ms.
 const CALM = 500;
 
@@ -54,6 +55,8 @@ export class Stage {
   #style = null;
   #requested = false;
   #last = 0;
+  // The run for which the views are arranged.
+  #arranged = null;
   #all = true;
 
   // The figure of a view, with its tools.
@@ -80,7 +83,7 @@ export class Stage {
   }
 
   #scopeTools(view) {
-    const options = SWEEPS_MS.map((ms) => new Option(T.sweepOf(ms), ms));
+    const options = [new Option(T.sweepAuto, 0), ...SWEEPS_MS.map((ms) => new Option(T.sweepOf(ms), ms))];
     const sweep = make("select", { "aria-label": T.sweep, title: T.sweep }, ...options);
     sweep.value = view.sweep;
     sweep.onchange = () => {
@@ -123,7 +126,10 @@ export class Stage {
 
   // The views that are visible.
   get visible() {
-    return this.one ? [this.one] : this.shown;
+    const { start } = this.run.data;
+    const isSmall = start.scene !== undefined && start.patch_radius_m === undefined;
+    const present = isSmall ? this.shown.filter((id) => !JOINT.includes(id)) : [];
+    return this.one ? [this.one] : present.length ? present : this.shown;
   }
 
   // Shows one view, or all chosen ones again.
@@ -182,9 +188,13 @@ export class Stage {
   #draw() {
     this.#requested = false;
     this.#last = performance.now();
-    this.#style ??= readStyle();
     this.run.advance();
     const data = this.run.data;
+    if (this.#arranged !== data.run) {
+      this.#arranged = data.run;
+      this.#place();
+    }
+    this.#style ??= readStyle();
     for (const view of this.views) {
       if (!view.figure.isConnected) continue;
       const isClipped = view.clip.disabled;

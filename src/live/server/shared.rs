@@ -12,6 +12,4 @@ pub struct Shared {
     pub audience_url: Option<String>,
     /// A second run for comparison.
     pub second: Option<SecondRun>,
-    /// The tour, as JSON.
-    pub tour: String,
 }

@@ -47,11 +47,11 @@ impl Served {
             save: None,
             wav: None,
             source: Source::default(),
+            tour: None,
         }));
         let serving = bind(Ipv4Addr::LOCALHOST.into(), 0).unwrap();
         let host = serving.address.to_string();
-        let content = PageContent::default();
-        let page = Page::limited(serving, Arc::clone(&session), content, limits).unwrap();
+        let page = Page::limited(serving, Arc::clone(&session), None, limits).unwrap();
         Self {
             page: Some(page),
             session,

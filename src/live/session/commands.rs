@@ -2,9 +2,12 @@
 
 use std::sync::atomic::Ordering;
 
+use super::tilt_range::tilt_range_deg;
 use super::{Current, Session, end};
-use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
-use crate::pipeline::RunCommand;
+use crate::live::command::{
+    Command, DEFAULT_KICK, KICK_RANGE, Opening, Rejected, SPEED_RANGE, check_range,
+};
+use crate::pipeline::{PendingCommands, RunCommand};
 use crate::scene::{PRESETS, Scene};
 
 impl Session {
@@ -14,40 +17,49 @@ impl Session {
     /// [`Rejected`]; nothing has changed.
     pub fn apply(&self, command: &Command) -> Result<(), Rejected> {
         let mut current = self.current();
+        let current = &mut *current;
         let run_command = match command {
-            Command::Tilt { deg } => RunCommand::Tilt(self.tilt(&current, *deg)?),
+            Command::Tilt { deg } => {
+                RunCommand::Tilt(tilt(&current.scene, current.tilt_range_deg, *deg)?)
+            }
             Command::Pause {} => RunCommand::Pause,
             Command::Resume {} => RunCommand::Resume,
             Command::Step {} => RunCommand::Step,
             Command::Speed { ms_per_s } => {
-                let speed =
-                    1e-3 * check_range("the playback speed", *ms_per_s, SPEED_RANGE, "ms/s")?;
+                let speed = playback_speed(*ms_per_s)?;
                 current.speed = speed;
                 RunCommand::Speed(speed)
             }
             Command::Kick { mm_per_s } => {
-                let size = mm_per_s.unwrap_or(DEFAULT_KICK);
-                let size = 1e-3 * check_range("a kick", size, KICK_RANGE, "mm/s")?;
-                // Each kick has another direction; the first one differs from the initial kick.
-                let kicks = self.kicks.fetch_add(1, Ordering::Relaxed) + 1;
-                let seed = current.scene.start.seed.wrapping_add(kicks);
-                RunCommand::Kick { size, seed }
+                let kicks = self.kicks.fetch_add(1, Ordering::Relaxed);
+                kick(&current.scene, mm_per_s.unwrap_or(DEFAULT_KICK), kicks)?
             }
             Command::Reset {} => {
-                current.next = Some(current.scene.clone());
-                RunCommand::End
+                let scene = current.scene.clone();
+                self.start(current, scene, PendingCommands::default());
+                return Ok(());
             }
             Command::Lyapunov { enabled } => {
                 let has_them = current.scene.computes_lyapunov();
-                if std::mem::replace(&mut current.lyapunov, *enabled) == *enabled || !has_them {
-                    return Ok(());
+                if std::mem::replace(&mut current.lyapunov, *enabled) != *enabled && has_them {
+                    let scene = current.scene.clone();
+                    self.start(current, scene, PendingCommands::default());
                 }
-                current.next = Some(current.scene.clone());
-                RunCommand::End
+                return Ok(());
             }
             Command::Scene { name } => {
-                current.next = Some(self.named(name)?);
-                RunCommand::End
+                self.start(current, self.named(name)?, PendingCommands::default());
+                return Ok(());
+            }
+            Command::Open(opening) => return self.open(current, opening),
+            Command::Tour { step: None } => {
+                current.step = None;
+                return Ok(());
+            }
+            Command::Tour { step: Some(number) } => return self.show_step(current, *number),
+            Command::Blank { on } => {
+                current.blank = *on;
+                return Ok(());
             }
             Command::Record {} => {
                 let begun = self.recording.start();
@@ -59,12 +71,8 @@ impl Session {
                 return Ok(());
             }
         };
-        if run_command == RunCommand::End {
-            // Later commands apply to the next run.
-            if let Some(handle) = current.handle.take() {
-                end(&handle);
-            }
-            return Ok(());
+        if matches!(run_command, RunCommand::Tilt(_) | RunCommand::Kick { .. }) {
+            current.promise = None;
         }
         match &current.handle {
             Some(handle) => handle.send(run_command)?,
@@ -74,21 +82,49 @@ impl Session {
         Ok(())
     }
 
-    /// Checks a requested tilt and converts it to rad.
-    fn tilt(&self, current: &Current, deg: f64) -> Result<f64, Rejected> {
-        if current.next.is_some() {
-            return Err(Rejected(
-                "another run is about to start; try again".to_owned(),
-            ));
+    /// Starts a run of a scene, with commands that act from its first instant.
+    fn start(&self, current: &mut Current, scene: Scene, commands: PendingCommands) {
+        current.tilt_range_deg = tilt_range_deg(&scene);
+        current.scene = scene;
+        current.restarts = true;
+        current.early = commands;
+        current.promise = None;
+        self.kicks.store(0, Ordering::Relaxed);
+        if let Some(handle) = current.handle.take() {
+            end(&handle);
         }
-        let Some(range) = current.tilt_range_deg else {
-            let scene = &current.scene.name;
-            return Err(Rejected(format!("the scene `{scene}` has no tilt")));
-        };
-        let deg = check_range("the tilt", deg, range, "degrees")?;
-        let tilted = current.scene.clone().with_tilt(deg);
-        tilted.map_err(|fault| Rejected(fault.to_string()))?;
-        Ok(deg.to_radians())
+    }
+
+    fn open(&self, current: &mut Current, opening: &Opening) -> Result<(), Rejected> {
+        let scene = self.named(&opening.scene)?;
+        let mut commands = PendingCommands::default();
+        if let Some(deg) = opening.tilt_deg {
+            commands.add(RunCommand::Tilt(tilt(&scene, tilt_range_deg(&scene), deg)?))?;
+        }
+        if let Some(size) = opening.kick_mm_per_s {
+            commands.add(kick(&scene, size, 0)?)?;
+        }
+        if let Some(ms_per_s) = opening.speed_ms_per_s {
+            current.speed = playback_speed(ms_per_s)?;
+        }
+        self.start(current, scene, commands);
+        current.promise.clone_from(&opening.promise);
+        Ok(())
+    }
+
+    /// Shows a step of the tour.
+    fn show_step(&self, current: &mut Current, number: usize) -> Result<(), Rejected> {
+        let steps = self.tour.as_ref().map_or(&[][..], |tour| &tour.steps);
+        let step = steps.get(number).ok_or_else(|| {
+            Rejected(format!(
+                "the tour has {} steps, no step {}",
+                steps.len(),
+                number + 1
+            ))
+        })?;
+        self.open(current, &step.opening())?;
+        current.step = Some(number);
+        Ok(())
     }
 
     fn named(&self, name: &str) -> Result<Scene, Rejected> {
@@ -104,4 +140,26 @@ impl Session {
         })?;
         preset.scene().map_err(|fault| Rejected(fault.to_string()))
     }
+}
+
+/// Checks a tilt and converts it to rad.
+fn tilt(scene: &Scene, range: Option<[f64; 2]>, deg: f64) -> Result<f64, Rejected> {
+    let name = &scene.name;
+    let range = range.ok_or_else(|| Rejected(format!("the scene `{name}` has no tilt")))?;
+    let deg = check_range("the tilt", deg, range, "degrees")?;
+    let tilted = scene.clone().with_tilt(deg);
+    tilted.map_err(|fault| Rejected(fault.to_string()))?;
+    Ok(deg.to_radians())
+}
+
+/// Checks a playback speed and converts it to simulated seconds per second.
+fn playback_speed(ms_per_s: f64) -> Result<f64, Rejected> {
+    Ok(1e-3 * check_range("the playback speed", ms_per_s, SPEED_RANGE, "ms/s")?)
+}
+
+/// The kick with this number in a run, mm/s. Each has another direction, and differs from the initial kick.
+fn kick(scene: &Scene, mm_per_s: f64, number: u64) -> Result<RunCommand, Rejected> {
+    let size = 1e-3 * check_range("a kick", mm_per_s, KICK_RANGE, "mm/s")?;
+    let seed = scene.start.seed.wrapping_add(1 + number);
+    Ok(RunCommand::Kick { size, seed })
 }

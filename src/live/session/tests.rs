@@ -2,8 +2,12 @@
 
 use std::time::{Duration, Instant};
 
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
 use super::*;
-use crate::live::command::Command;
+use crate::live::command::{Command, Opening, Promise};
 
 fn session(scene: &str) -> Arc<Session> {
     let plan = SessionOptions {
@@ -17,6 +21,7 @@ fn session(scene: &str) -> Arc<Session> {
         save: None,
         wav: None,
         source: Source::default(),
+        tour: Tour::shipped(),
     };
     Arc::new(Session::new(plan))
 }
@@ -170,4 +175,76 @@ fn the_tilt_range_includes_that_of_the_scene() {
     let steep = scene.with_tilt(14.0).unwrap();
     assert_eq!(tilt_range_deg(&steep), Some([0.0, 14.0]));
     assert_eq!(tilt_range_deg(&Scene::load("mass-on-belt").unwrap()), None);
+}
+
+/// Opens all steps of the tour and all bookmarks in a random order, and waits for the motion that each promises.
+fn open_in_random_order(session: &Session, seed: u64) {
+    let tours = [Tour::shipped(), Tour::bookmarks()].map(Option::unwrap);
+    let mut steps: Vec<_> = tours.iter().flat_map(|tour| &tour.steps).collect();
+    steps.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    for step in steps {
+        let mut opening = step.opening();
+        opening.speed_ms_per_s = Some(1000.0);
+        let before = session.panel().run;
+        session.apply(&Command::Open(opening)).unwrap();
+        let promise = step.promise.as_ref();
+        let after = promise.map_or(0.0, |promise| 1e-3 * promise.after_ms);
+        let settled = |panel: &Panel| {
+            let known = promise.is_none() || panel.confidence.is_some();
+            panel.run > before && panel.time_s > after && known
+        };
+        let panel = until(session, settled);
+        assert_eq!(panel.departure, None, "{}, order {seed}", step.say);
+        // What a lecturer does in between.
+        let _ = session.apply(&Command::Tilt { deg: 8.0 });
+        session
+            .apply(&Command::Kick {
+                mm_per_s: Some(30.0),
+            })
+            .unwrap();
+        let panel = session.panel();
+        assert_eq!(panel.departure, None);
+    }
+}
+
+#[test]
+fn steps_and_bookmarks_reach_the_motions_that_they_promise() {
+    with_session("hysteresis", |session| open_in_random_order(session, 1));
+}
+
+#[test]
+#[ignore = "takes some minutes: cargo test --release --lib thirty_orders -- --ignored"]
+fn thirty_orders_reach_the_promised_motions() {
+    with_session("hysteresis", |session| {
+        (0..30).for_each(|seed| open_in_random_order(session, seed));
+    });
+}
+
+#[test]
+fn another_motion_than_promised_is_reported() {
+    with_session("periodic-2deg", |session| {
+        let promise = |motion: &str, line_khz| Promise {
+            motion: motion.to_owned(),
+            line_khz,
+            after_ms: 0.0,
+        };
+        let opening = |promise| Opening {
+            scene: "periodic-2deg".to_owned(),
+            tilt_deg: None,
+            speed_ms_per_s: Some(1000.0),
+            kick_mm_per_s: None,
+            promise: Some(promise),
+        };
+        let wrong = promise("periodic", Some(12.43));
+        session.apply(&Command::Open(opening(wrong))).unwrap();
+        let panel = until(session, |panel| panel.departure.is_some());
+        let text = panel.departure.unwrap();
+        assert!(
+            text.starts_with("expected here: periodic, 12.43 kHz; reached: "),
+            "{text}"
+        );
+        // The user's own change ends the promise.
+        session.apply(&Command::Tilt { deg: 1.0 }).unwrap();
+        assert_eq!(session.panel().departure, None);
+    });
 }

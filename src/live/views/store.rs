@@ -294,6 +294,7 @@ impl State {
         set("sample_rate_hz", json!(header.sample_rate));
         set("highest_frequency_hz", json!(self.highest_frequency));
         set("level_range_db", json!(LEVELS));
+        set("silence_m_per_s", json!(header.silence()));
         let names = header.section.map(|at| section_label(header, at));
         set("section", json!(names));
         if let Subject::Joint(joint) = &header.subject {

@@ -49,6 +49,9 @@ pub struct Header {
     pub computed: Option<Arc<MechanismPrediction>>,
 }
 
+/// Ratio of peak velocity to sliding speed below which a vibration is silent.
+pub const SILENCE_RATIO: f64 = 0.5e-3;
+
 impl Header {
     /// The joint, if the subject is a joint.
     pub fn joint(&self) -> Option<&JointInfo> {
@@ -56,6 +59,13 @@ impl Header {
             Subject::Joint(joint) => Some(joint),
             Subject::Small(_) | Subject::Signal(_) => None,
         }
+    }
+
+    /// Peak velocity below which a vibration is silent, m/s: scales of pictures do not go below it, and its lines are not
+    /// named.
+    pub fn silence(&self) -> f64 {
+        let sliding = self.joint().map_or(0.0, JointInfo::largest_sliding_speed);
+        self.rest_speed.max(SILENCE_RATIO * sliding)
     }
 
     /// Whether records of this analysis follow.

@@ -6,7 +6,7 @@
 //! since the spectrum of a nonstationary window is smeared. The window therefore always starts after the last
 //! such change:
 //!
-//! * After 20 ms a pure tone can be identified.
+//! * After 20 ms a tone can be identified.
 //! * After 40 ms a torus can be distinguished from chaos. The broadband floor must have been absent for as
 //!   long before chaos counts as ended. A shorter time is not sufficient: trajectories that separate as
 //!   `exp(50 t / s)` are indistinguishable for 20 ms, and a floor between lines 240 Hz apart is invisible in a
@@ -20,8 +20,8 @@
 //!
 //! | scene | floor | second tone | appearance |
 //! |---|---|---|---|
-//! | `periodic-2deg`, `mode-shift-3.5deg` | 2e-10 to 3e-10 | none | pure tone |
-//! | `tilt-ramp`, to 95 ms (3 degrees just reached) | 5e-10 to 3e-7 | up to 0.036 | pure tone |
+//! | `periodic-2deg`, `mode-shift-3.5deg` | 2e-10 to 3e-10 | none | one tone |
+//! | `tilt-ramp`, to 95 ms (3 degrees just reached) | 5e-10 to 3e-7 | up to 0.036 | one tone |
 //! | `tilt-ramp`, 100 to 195 ms | 7e-6 to 8e-5 | 0.068 to 0.20 | two tones |
 //! | `tilt-ramp`, from 205 ms (5.6 degrees) on | 9e-5 to 1.4e-3, median 7e-4 | 0.19 to 0.23 | broad floor |
 //! | `torus-3deg`, seeds 1, 4, 5 | 1.3e-5 to 1.3e-4 | 0.16 | two tones |
@@ -38,12 +38,12 @@
 
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, peak_magnitude};
 use crate::analysis::{AnalysisError, Bases, SpectrumAnalyser};
-use crate::pipeline::message::{Appearance, OperatingPoint, Vibration};
+use crate::pipeline::message::{Appearance, OperatingPoint, SILENCE_RATIO, Vibration};
 
 /// Length of the segments of the envelope, s.
 const SEGMENT: f64 = 5e-3;
 
-/// Time without growth after which a pure tone is reported, s.
+/// Time without growth after which a tone is reported, s.
 const TONE_TIME: f64 = 20e-3;
 
 /// Natural logarithm of the ratio of the RMS values of two consecutive segments. Above the first threshold
@@ -56,8 +56,8 @@ const GROWTH: Limits = Limits {
 /// Ratio of peak velocity to sliding speed below which a vibration is silent. Silence starts below the
 /// smaller value and ends above the larger one.
 const SILENCE: Limits = Limits {
-    enter: 0.5e-3,
-    leave: 1e-3,
+    enter: SILENCE_RATIO,
+    leave: 2.0 * SILENCE_RATIO,
 };
 
 /// Ratio of peak velocity to [`Header::rest_speed`](crate::pipeline::message::Header::rest_speed) below which a

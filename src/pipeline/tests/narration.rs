@@ -30,7 +30,7 @@ fn commentary_follows_growth_tone_torus_and_noise() {
     };
     let order = [
         place("growing"),
-        place("pure tone"),
+        place("one tone"),
         place("two tones"),
         place("broadband floor"),
     ];
@@ -44,7 +44,7 @@ fn commentary_follows_growth_tone_torus_and_noise() {
     let texts = narrations(&records);
     let heads = |t: &str, heading: &str| t.lines().next().is_some_and(|h| h.contains(heading));
     let last = |heading: &str| texts.iter().rfind(|t| heads(t, heading)).unwrap();
-    let tone = last("pure tone");
+    let tone = last("one tone");
     assert!(
         tone.contains("4.12 kHz") && tone.contains("3 f1 (12.4 kHz)"),
         "{tone}"
@@ -112,7 +112,7 @@ fn commentary_does_not_flicker_and_is_refreshed() {
         _ => None,
     });
     assert_eq!(times, [3999.0, 13_999.0, 23_999.0, 33_999.0]);
-    assert_eq!(headings(&records), ["## Looks like a pure tone"]);
+    assert_eq!(headings(&records), ["## Looks like one tone"]);
 }
 
 #[test]

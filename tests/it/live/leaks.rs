@@ -107,6 +107,7 @@ fn child_with_a_long_session() {
         save: None,
         wav: None,
         source: Source::default(),
+        tour: None,
     }));
     let running = SessionThread::start(&session).expect("started");
     let long = LongSession(session);

@@ -41,11 +41,30 @@ fn the_tour_runs_from_end_to_end() {
         browser.press(&tab, "Enter");
     }
     // The last step remains; back and end.
-    browser.press(&tab, "b");
+    browser.press(&tab, "PageUp");
+    let last = steps.len() - 2;
+    let scene = &steps[last]["scene"];
     browser.until(
         &tab,
-        &format!("squeakscope.tour.step === {}", steps.len() - 2),
+        &format!(
+            "squeakscope.tour.step === {last} && {PANEL}.scene === {scene} && {PANEL}.time_s > 0"
+        ),
     );
+    // A reload changes nothing.
+    let runs = browser.run(&tab, &format!("{PANEL}.run"));
+    browser.reload(&tab);
+    browser.until(
+        &tab,
+        &format!("window.squeakscope?.tour.step === {last} && {PANEL}.run === {runs}"),
+    );
+    // The black screen of a remote.
+    for dark in ["", "!"] {
+        browser.press(&tab, "b");
+        browser.until(
+            &tab,
+            &format!("{dark}document.body.classList.contains('blank')"),
+        );
+    }
     browser.click(&tab, "tour-end");
     browser.until(&tab, "document.getElementById('tour-bar').hidden");
     assert_eq!(browser.errors, [""; 0]);
@@ -60,19 +79,23 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
     };
     browser.until(&tab, "!document.getElementById('tour-start').hidden");
     for step in 0..5 {
-        browser.run(&tab, &format!("squeakscope.tour.go({step})"));
+        browser.run(
+            &tab,
+            &format!("squeakscope.ask({{ do: 'tour', step: {step} }})"),
+        );
     }
     browser.until(
         &tab,
-        &format!("{PANEL}.scene === 'torus-3deg' && {PANEL}.tilt_deg === 4 && {PANEL}.time_s > 0"),
+        &format!("{PANEL}.scene === 'torus-3deg' && Math.abs({PANEL}.tilt_deg - 3) < 1e-9 && {PANEL}.time_s > 0"),
     );
-    browser.run(&tab, "squeakscope.tour.end()");
+    browser.run(&tab, "squeakscope.ask({ do: 'tour', step: null })");
     // A bookmark of the strip, and one of the user's own, which survives a reload of the page.
     browser.run(
         &tab,
         "document.querySelectorAll('#bookmark-list button')[2].click()",
     );
-    browser.until(&tab, &format!("{PANEL}.tilt_deg === 5.5"));
+    let chaos = format!("{PANEL}.scene === 'chaos-5deg' && Math.abs({PANEL}.tilt_deg - 5) < 1e-9");
+    browser.until(&tab, &chaos);
     browser.click(&tab, "bookmark-add");
     browser.run(
         &tab,
@@ -89,7 +112,7 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
     browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 2 })");
     browser.until(&tab, &format!("{PANEL}.tilt_deg === 2"));
     browser.run(&tab, &format!("{own}.click()"));
-    browser.until(&tab, &format!("{PANEL}.tilt_deg === 5.5"));
+    browser.until(&tab, &chaos);
     assert_eq!(browser.errors, [""; 0]);
 }
 
@@ -104,12 +127,18 @@ fn a_presenter_window_steers_the_tour() {
         &notes,
         "document.getElementById('tour-notes')?.textContent.length > 20",
     );
-    browser.run(&notes, "document.getElementById('tour-next').click()");
+    assert_eq!(
+        browser.run(&notes, "document.querySelectorAll('#tour-steps li').length"),
+        8
+    );
+    for step in 0..2 {
+        browser.run(&notes, "document.getElementById('tour-next').click()");
+        browser.until(&notes, &format!("squeakscope.tour.step === {step}"));
+    }
     browser.until(
         &tab,
         "squeakscope.tour.step === 1 && squeakscope.state.panel.scene === 'negative-slope'",
     );
-    browser.until(&notes, "squeakscope.tour.step === 1");
 }
 
 #[test]
@@ -217,6 +246,11 @@ fn an_audience_only_watches() {
     );
     browser.press(&tab, "ArrowRight");
     browser.until(&tab, "!document.getElementById('refused').hidden");
+    // It follows the tour, without its buttons.
+    assert_eq!(control.ask(&json!({ "do": "tour", "step": 3 })), None);
+    browser.until(&tab, "squeakscope.tour.step === 3");
+    let buttons = "document.querySelector('#tour-bar .buttons').offsetHeight";
+    assert_eq!(browser.run(&tab, buttons), 0);
     assert_eq!(browser.errors, [""; 0]);
 }
 

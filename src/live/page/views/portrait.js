@@ -23,7 +23,9 @@ export class Portrait {
         dv = Math.max(dv, Math.abs(run.velocity.at(k)));
       }
     }
-    const full = [this.#scales[0].update(du, 1e-12), this.#scales[1].update(dv, 1e-8)];
+    // Silence looks silent: of a tone of 1 kHz the displacement is this much smaller than the velocity.
+    const silence = data.start.silence_m_per_s || 1e-8;
+    const full = [this.#scales[0].update(du, silence / 6283), this.#scales[1].update(dv, silence)];
     const units = [unit(full[0], "m"), unit(full[1], "m/s")];
     const axis = (k, name) => {
       const f = full[k] * units[k].per;

@@ -21,7 +21,7 @@ export class Recurrence {
     plot.top = plot.bottom - side;
     plot.axes();
     if (!plotted) return note(c, width, height, style, T.notYet);
-    // In a small picture several pixels are one: recurrent if any of them is.
+    // In a small picture several cells share a pixel: their mean keeps the density of the lines.
     const merged = Math.max(1, Math.ceil(plotted.size / (side * (window.devicePixelRatio || 1)) - 0.1));
     const key = `${data.run} ${data.versions.recurrence} ${style.light} ${merged}`;
     if (this.#drawn !== key) {
@@ -39,16 +39,17 @@ export class Recurrence {
     canvas.width = canvas.height = side;
     const context = canvas.getContext("2d");
     const image = context.createImageData(side, side);
-    const pixels = new Uint32Array(image.data.buffer);
-    const on = style.light ? 0xff_8a_45_00 : 0xff_ff_c9_6b;
+    const shares = new Float64Array(side * side);
     for (let i = 0; i < size; i++) {
       for (let j = 0; j < size; j++) {
         const at = i * size + j;
         // The first row is the oldest state, at the bottom.
         const row = side - 1 - Math.floor(i / merged);
-        if (bits[at >> 3] & (0x80 >> (at & 7))) pixels[row * side + Math.floor(j / merged)] = on;
+        if (bits[at >> 3] & (0x80 >> (at & 7))) shares[row * side + Math.floor(j / merged)] += 1 / merged ** 2;
       }
     }
+    const [red, green, blue] = style.light ? [0x00, 0x45, 0x8a] : [0x6b, 0xc9, 0xff];
+    shares.forEach((share, at) => image.data.set([red, green, blue, 255 * share], 4 * at));
     context.putImageData(image, 0, 0);
   }
 }

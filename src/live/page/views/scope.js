@@ -5,30 +5,39 @@ import { FullScale, Plot, unit } from "/plot.js";
 import { T } from "/texts.js";
 
 const EARLIER = 7;
+export const SWEEPS_MS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
+// Periods of the strongest line in an automatic sweep.
+const PERIODS = 8;
 
 export class Scope {
   id = "scope";
   needs = "samples";
   #scale = new FullScale();
-  // Length of a sweep, ms, and whether it starts at a trigger.
-  sweep = 2;
+  // Length of a sweep, ms, or 0 for one that suits the scene, and whether it starts at a trigger.
+  sweep = 0;
+  // The run, and the frequency of its first strongest line, Hz.
+  #tone = {};
   trigger = true;
 
   draw(c, width, height, data, style, other) {
     const v = data.velocity;
-    const length = Math.max(2, Math.min(v.length - 1, Math.round((1e-3 * this.sweep) / data.dt)));
+    if (this.#tone.run !== data.run) this.#tone = { run: data.run };
+    this.#tone.hz ??= data.lines[0]?.frequency_hz;
+    const wanted = (1e3 * PERIODS) / (this.#tone.hz ?? 4e3);
+    const sweep = this.sweep || (SWEEPS_MS.find((ms) => ms >= wanted) ?? SWEEPS_MS.at(-1));
+    const length = Math.max(2, Math.min(v.length - 1, Math.round((1e-3 * sweep) / data.dt)));
     let peak = 0;
     for (let k = 0; k < Math.min(v.length, 4 * length); k++) peak = Math.max(peak, Math.abs(v.at(k)));
-    const full = this.#scale.update(peak, 1e-8);
+    const full = this.#scale.update(peak, data.start.silence_m_per_s || 1e-8);
     const { per, symbol } = unit(full, "m/s");
-    const x = { range: [0, this.sweep], label: T.timeMs };
+    const x = { range: [0, sweep], label: T.timeMs };
     const y = { range: [-full * per, full * per], label: `${T.velocity}, ${symbol}` };
     const plot = new Plot(c, width, height, style, x, y);
     plot.axes();
     if (v.length < 3) return;
     const starts = this.#starts(v, length);
     plot.clip(() => {
-      if (other) this.#newest(c, plot, other, per, style);
+      if (other) this.#newest(c, plot, other, per, style, sweep);
       c.lineWidth = Math.max(1.2, style.em / 10);
       c.lineJoin = "round";
       c.strokeStyle = style.signal;
@@ -54,9 +63,9 @@ export class Scope {
   }
 
   // The newest sweep of another run.
-  #newest(c, plot, other, per, style) {
+  #newest(c, plot, other, per, style, sweep) {
     const v = other.velocity;
-    const length = Math.min(v.length - 1, Math.round((1e-3 * this.sweep) / other.dt));
+    const length = Math.min(v.length - 1, Math.round((1e-3 * sweep) / other.dt));
     if (length < 2) return;
     const [{ age, shift }] = this.#starts(v, length);
     c.lineWidth = Math.max(1.2, style.em / 10);

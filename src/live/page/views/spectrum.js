@@ -47,7 +47,10 @@ export class Spectrum {
       c.fill();
       c.globalAlpha = 1;
     });
-    this.#names(c, plot, data.lines.slice(0, NAMED), level, [row, rows], style, c.measureText(T.amplitude).width + style.em);
+    // Base frequencies keep their names first.
+    const rank = ({ label }) => (/^f\d+$/.test(label) ? 0 : 1);
+    const named = data.lines.toSorted((a, b) => rank(a) - rank(b)).slice(0, NAMED);
+    this.#names(c, plot, named, level, [row, rows], style, c.measureText(T.amplitude).width + style.em);
   }
 
   // Each name takes the lowest row in which it covers no other; a name without space is left out.
