@@ -100,7 +100,12 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
 
 /// A number for a label: at most three significant digits, no trailing zeros.
 pub(crate) fn short(value: f64) -> String {
-    let text = significant(value, 3);
+    trimmed(value, 3)
+}
+
+/// A number with at most `digits` significant digits, without trailing zeros.
+pub(crate) fn trimmed(value: f64, digits: usize) -> String {
+    let text = significant(value, digits);
     let (digits, power) = match text.split_once('e') {
         Some((digits, power)) => (digits, format!("e{power}")),
         None => (&*text, String::new()),

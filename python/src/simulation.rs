@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use pyo3::prelude::*;
 use squeakscope::pipeline::message::DisplayRates;
 use squeakscope::pipeline::{ControllableSource, PipelineError, controllable_source};
+use squeakscope::scene::Parameter;
 
 use crate::call::long_call;
 use crate::error::{input, raise};
@@ -14,8 +15,7 @@ use crate::scene::{Scene, SceneOrName};
 /// A simulation that is advanced by any number of samples, and changed in between: for control and for
 /// learning.
 ///
-/// The simulation has no end. It follows the schedules of the scene until :meth:`set_tilt` replaces that of the
-/// tilt.
+/// The simulation has no end. It follows the schedules of the scene until :meth:`set` replaces that of the tilt.
 ///
 /// Parameters
 /// ----------
@@ -32,7 +32,7 @@ use crate::scene::{Scene, SceneOrName};
 /// >>> import squeakscope as s
 /// >>> simulation = s.Simulation("periodic-2deg")
 /// >>> samples = simulation.step(1000)
-/// >>> simulation.set_tilt(3.0)
+/// >>> simulation.set("tilt_deg", 3.0)
 /// >>> samples = simulation.step(1000)
 #[pyclass(frozen, module = "squeakscope")]
 pub struct Simulation {
@@ -55,8 +55,7 @@ impl Simulation {
     fn new(py: Python<'_>, scene: SceneOrName) -> PyResult<Self> {
         let scene = scene.load(py, None)?.without_analyses();
         let mut source = long_call(py, None, |_| controllable_source(&scene))?;
-        let right_angle = std::f64::consts::FRAC_PI_2;
-        source.run_until_stopped([-right_angle, right_angle]);
+        source.run_until_stopped();
         Ok(Self {
             scene: Py::new(py, Scene(scene))?,
             source: Mutex::new(source),
@@ -106,22 +105,25 @@ impl Simulation {
         buffer.into_samples(py)
     }
 
-    /// Hold the tilt of the load at an angle from the next sample on.
+    /// Change a number of the system from the next sample on. The motion continues from its present state.
     ///
     /// Parameters
     /// ----------
-    /// tilt_deg : float
-    ///     Tilt, degrees.
+    /// key : str
+    ///     Dotted path of the number, or its name if that is unique: ``"load.tilt_deg"`` or ``"tilt_deg"``. A number
+    ///     of the body cannot change.
+    /// value : float
+    ///     Value, in the unit of the key. A tilt replaces a tilt that is a function of time.
     ///
     /// Raises
     /// ------
     /// InputError
-    ///     If the joint does not permit the tilt.
-    fn set_tilt(&self, py: Python<'_>, tilt_deg: f64) -> PyResult<()> {
-        let tilted = self.scene.get().0.clone().with_tilt(tilt_deg);
-        let tilt = tilted.and_then(|scene| Ok(scene.joint()?.tilt.at(0.0)));
-        let tilt = tilt.map_err(|error| raise(py, &error))?;
-        long_call(py, None, |_| self.with(|source| source.tilt(tilt)))
+    ///     If there is no such number, or the scene does not permit the value. The simulation is unchanged.
+    fn set(&self, py: Python<'_>, key: &str, value: f64) -> PyResult<()> {
+        let parameter = Parameter::named(key).map_err(|error| raise(py, &error))?;
+        long_call(py, None, |_| {
+            self.with(|source| source.set(parameter, value))
+        })
     }
 
     /// Add a Gaussian random velocity to each mode at the next sample.

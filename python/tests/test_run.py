@@ -79,7 +79,7 @@ def test_a_simulation_is_stepped_and_changed() -> None:
     simulation = s.Simulation("periodic-2deg")
     first = simulation.step(1000)
     assert len(first) == 1000 and simulation.time == pytest.approx(1000 / 200e3)
-    simulation.set_tilt(3.0)
+    simulation.set("tilt_deg", 3.0)
     simulation.kick(1e-3, seed=7)
     second = simulation.step(500)
     assert np.all(second.tilt_deg == pytest.approx(3.0))
@@ -87,7 +87,7 @@ def test_a_simulation_is_stepped_and_changed() -> None:
     # The kick shows in the modal velocities.
     assert np.max(np.abs(second.qdot[0])) > 3e-4
     with pytest.raises(s.InputError, match="out of range"):
-        simulation.set_tilt(95.0)
+        simulation.set("tilt_deg", 95.0)
 
 
 def test_a_simulation_repeats_a_run(run: s.Run) -> None:

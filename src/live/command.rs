@@ -1,5 +1,7 @@
 //! Commands to a live session.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::pipeline::TooManyKicks;
@@ -13,14 +15,16 @@ pub(super) const DEFAULT_KICK: f64 = 1.0;
 /// A hard kick, mm/s: large compared with a squeak. The motion may settle on another tone.
 pub const HARD_KICK: f64 = 30.0;
 
-/// A command for a live session to do. The page sends it as JSON: `{"do": "tilt", "deg": 3.5}`.
+/// A command for a live session to do. The page sends it as JSON: `{"do": "set", "key": "tilt_deg", "value": 3.5}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
-    /// Set the tilt of the load.
-    Tilt {
-        /// Tilt in degrees (deg).
-        deg: f64,
+    /// Change a number of the scene: one of its controls.
+    Set {
+        /// Dotted path of the number, or its name: `load.tilt_deg` or `tilt_deg`.
+        key: String,
+        /// Value, in the unit of the key.
+        value: f64,
     },
     /// Pause the simulation.
     Pause {},
@@ -76,9 +80,9 @@ pub enum Command {
 pub struct Opening {
     /// Name of a preset, or of the first scene of the session.
     pub scene: String,
-    /// Tilt of the load, degrees; that of the scene by default.
+    /// Changed numbers of the scene by their keys, in the units of these: `{ tilt_deg = 1.75 }`.
     #[serde(default)]
-    pub tilt_deg: Option<f64>,
+    pub set: BTreeMap<String, f64>,
     /// Playback speed, ms of simulated time per second; unchanged by default.
     #[serde(default)]
     pub speed_ms_per_s: Option<f64>,
@@ -144,8 +148,11 @@ pub(super) fn check_range(
     if (low..=high).contains(&asked) {
         return Ok(asked);
     }
-    let refused = format!("{what} must be between {low} and {high} {unit}, not {asked}");
-    Err(Rejected(refused))
+    let range = format!("{low} and {high} {unit}");
+    let range = range.trim_end();
+    Err(Rejected(format!(
+        "{what} must be between {range}, not {asked}"
+    )))
 }
 
 #[cfg(test)]
@@ -155,19 +162,20 @@ mod tests {
     #[test]
     fn commands_are_read_from_json() {
         let read = |text| serde_json::from_str::<Command>(text);
-        let tilt = read(r#"{"do": "tilt", "deg": 3.5}"#).unwrap();
-        assert_eq!(tilt, Command::Tilt { deg: 3.5 });
+        let tilt = read(r#"{"do": "set", "key": "tilt_deg", "value": 3.5}"#).unwrap();
+        let key = "tilt_deg".to_owned();
+        assert_eq!(tilt, Command::Set { key, value: 3.5 });
         let kick = read(r#"{"do": "kick"}"#).unwrap();
         assert_eq!(kick, Command::Kick { mm_per_s: None });
         for bad in [
-            r#"{"do": "tilt"}"#,
-            r#"{"do": "tilt", "deg": "3"}"#,
-            r#"{"do": "tilt", "deg": 3, "more": 1}"#,
+            r#"{"do": "set", "key": "tilt_deg"}"#,
+            r#"{"do": "set", "key": "tilt_deg", "value": "3"}"#,
+            r#"{"do": "set", "key": "tilt_deg", "value": 3, "more": 1}"#,
             r#"{"do": "explode"}"#,
             r#"{"do": "pause", "for": 3}"#,
             r#"{"do": "record", "file": "x"}"#,
             r#"{"do": "kick", "mm/s": 1}"#,
-            r#"{"do": "tilt", "do": "pause", "deg": 3}"#,
+            r#"{"do": "set", "do": "pause", "key": "tilt_deg", "value": 3}"#,
             "[]",
         ] {
             assert!(read(bad).is_err(), "{bad}");

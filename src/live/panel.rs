@@ -8,8 +8,10 @@ use serde::Serialize;
 
 use super::command::Promise;
 use crate::escape;
+use crate::number::trimmed;
 use crate::pipeline::message::{ContactSample, Frame, Header, Record, SpectralLine, Subject};
 use crate::pipeline::{RunStatus, Sink, SinkError};
+use crate::scene::{Control, Parameter};
 
 /// Number of events on the panel.
 const EVENTS: usize = 12;
@@ -42,8 +44,10 @@ pub struct Panel {
     pub tilt_moves: bool,
     /// Present tilt, degrees; `None` for a scene without tilt.
     pub tilt_deg: Option<f64>,
-    /// Range of tilts, degrees.
-    pub tilt_range_deg: Option<[f64; 2]>,
+    /// The numbers of the scene that can be changed: those that it names first.
+    pub controls: Vec<Slider>,
+    /// What the branch diagram does not hold for: numbers that commands have changed, besides the tilt; `None` while it holds.
+    pub diagram_condition: Option<String>,
     /// Whether Lyapunov exponents and perturbed trajectory are computed; `None` if the scene requests
     /// neither.
     pub lyapunov: Option<bool>,
@@ -83,7 +87,66 @@ pub struct Panel {
     pub departure: Option<String>,
 }
 
+/// A number of the scene that a command can change, in the unit of its key.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Slider {
+    /// Dotted path of the key.
+    pub key: &'static str,
+    /// Name in words.
+    pub label: String,
+    /// Unit; empty for a dimensionless number.
+    pub unit: &'static str,
+    /// Meaning, in one sentence.
+    pub meaning: &'static str,
+    /// Lowest and highest value.
+    pub range: [f64; 2],
+    /// Value at the start of the run.
+    pub start: f64,
+    /// Present value; a tilt may also follow the schedule of the scene.
+    pub value: f64,
+    /// Whether the scene names it.
+    pub named: bool,
+}
+
+impl From<Control> for Slider {
+    fn from(control: Control) -> Self {
+        let parameter = control.parameter;
+        Self {
+            key: parameter.path(),
+            label: parameter.label(),
+            unit: parameter.unit(),
+            meaning: parameter.meaning(),
+            range: control.range,
+            start: control.value,
+            value: control.value,
+            named: control.is_named,
+        }
+    }
+}
+
 impl Panel {
+    /// The numbers, besides the tilt, that differ from those of the scene, for which the diagram holds.
+    fn diagram_condition(&self) -> Option<String> {
+        let tilt = Parameter::tilt().path();
+        let changed = self
+            .controls
+            .iter()
+            .filter(|slider| slider.key != tilt && slider.value != slider.start);
+        let conditions: Vec<String> = changed
+            .map(|slider| {
+                let text = format!(
+                    "{} {} {}",
+                    slider.label,
+                    trimmed(slider.start, 6),
+                    slider.unit
+                );
+                text.trim_end().to_owned()
+            })
+            .collect();
+        (!conditions.is_empty())
+            .then(|| format!("rows and branches hold for {}", conditions.join(", ")))
+    }
+
     /// How the settled motion differs from a promised one; `None` before it is settled and classified.
     pub(super) fn departure_from(&self, promise: &Promise) -> Option<String> {
         let motion = self.regime.as_deref()?;
@@ -197,6 +260,7 @@ impl StatusStore {
             panel.lines.clear();
         }
         panel.now = self.now(&panel);
+        panel.diagram_condition = panel.diagram_condition();
         panel.watching = watching;
         panel.events = lock(&self.events).iter().cloned().collect();
         panel
@@ -224,14 +288,14 @@ impl StatusStore {
         }
     }
 
-    /// Starts another run with the given range of tilts.
-    pub fn begin_run(&self, tilt_range_deg: Option<[f64; 2]>, lyapunov: Option<bool>) {
+    /// Starts another run with numbers that commands can change.
+    pub fn begin_run(&self, controls: Vec<Control>, lyapunov: Option<bool>) {
         let mut panel = self.panel();
         *panel = Panel {
             run: panel.run + 1,
             recording: panel.recording.take(),
             recordings: std::mem::take(&mut panel.recordings),
-            tilt_range_deg,
+            controls: controls.into_iter().map(Slider::from).collect(),
             lyapunov,
             ..Panel::default()
         };
@@ -288,6 +352,15 @@ impl StatusStore {
         panel.time_s = frame.end();
         let tilt = frame.tilt.to_degrees();
         panel.tilt_deg = panel.tilt_deg.map(|_| tilt);
+        for slider in &mut panel.controls {
+            let mut changed = frame.changed.iter();
+            if slider.key == Parameter::tilt().path() {
+                // Rounded: the tilt is converted from radians.
+                slider.value = (1e9 * tilt).round() / 1e9;
+            } else if let Some((_, value)) = changed.find(|(p, _)| p.path() == slider.key) {
+                slider.value = *value;
+            }
+        }
         let mut recent = lock(&self.recent);
         recent.push(frame);
         let held = recent.tilt.map(|(_, since)| panel.time_s - since);
@@ -426,7 +499,8 @@ mod tests {
     #[test]
     fn a_new_run_resets_the_numbers_but_keeps_the_events() {
         let store = StatusStore::default();
-        store.begin_run(Some([0.0, 10.0]), Some(true));
+        let scene = Scene::load("periodic-2deg").unwrap();
+        store.begin_run(scene.live_controls(), Some(true));
         store.log(0.0, "message");
         store.set_recording(Some("a.rrd".to_owned()));
         let frame = Frame {
@@ -437,15 +511,15 @@ mod tests {
         };
         store.update_from_frame(&frame);
         assert_eq!(store.read(None, 0).peak_velocity_mm_per_s, 2.0);
-        store.begin_run(None, None);
+        store.begin_run(Vec::new(), None);
         let panel = store.read(None, 0);
         assert_eq!(
             (
                 panel.run,
                 panel.peak_velocity_mm_per_s,
-                panel.tilt_range_deg
+                panel.controls.len()
             ),
-            (2, 0.0, None)
+            (2, 0.0, 0)
         );
         assert_eq!(panel.recording.as_deref(), Some("a.rrd"));
         assert_eq!(panel.events.len(), 1);

@@ -3,13 +3,12 @@
 mod commands;
 #[cfg(test)]
 mod tests;
-mod tilt_range;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use self::tilt_range::tilt_range_deg;
+pub(super) use self::commands::change_all;
 use super::audio::AudioStream;
 use super::command::Promise;
 use super::diagram::{BifurcationEvents, DiagramStore};
@@ -24,7 +23,7 @@ use crate::pipeline::{
     SinkError, Source as _, Tee, controllable_source, drive,
 };
 use crate::record::{Output, RerunSink};
-use crate::scene::{PRESETS, Scene};
+use crate::scene::{PRESETS, Parameter, Scene};
 use crate::sound::{Source, WavSink};
 
 /// Options of a session.
@@ -81,8 +80,8 @@ struct Current {
     lyapunov: bool,
     /// Present during a run.
     handle: Option<RunHandle>,
-    /// Range of tilts, degrees; `None` for a scene without tilt.
-    tilt_range_deg: Option<[f64; 2]>,
+    /// The scene with the numbers that commands have changed.
+    present: Scene,
     /// Commands sent before the run existed.
     early: PendingCommands,
     /// Whether another run starts, with `scene`.
@@ -111,7 +110,7 @@ impl Session {
                 speed: plan.speed,
                 lyapunov: plan.lyapunov,
                 handle: None,
-                tilt_range_deg: tilt_range_deg(&plan.scene),
+                present: plan.scene.clone(),
                 early: PendingCommands::default(),
                 restarts: false,
                 stopped: false,
@@ -159,15 +158,15 @@ impl Session {
                 };
                 (scene, current.speed, current.wav.take(), lyapunov)
             };
-            let tilt_range_deg = self.current().tilt_range_deg;
-            let tilt_range = tilt_range_deg.unwrap_or_default().map(f64::to_radians);
-            let (run, handle) =
-                InteractiveSource::new(controllable_source(&scene)?, speed, tilt_range);
-            self.store.begin_run(tilt_range_deg, lyapunov);
-            self.store.log(0.0, format!("{} starts", scene.name));
+            let (run, handle) = InteractiveSource::new(controllable_source(&scene)?, speed);
+            let controls = run.header(&self.command).controls;
+            let tilts = controls.iter().find(|c| c.parameter == Parameter::tilt());
             if self.computes_diagram {
-                self.diagrams.show(&scene, tilt_range_deg, &self.store);
+                let interval = tilts.map(|control| control.range);
+                self.diagrams.show(&scene, interval, &self.store);
             }
+            self.store.begin_run(controls, lyapunov);
+            self.store.log(0.0, format!("{} starts", scene.name));
             let mut sinks = self.display_sinks(&scene, &handle, viewer.as_mut())?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));

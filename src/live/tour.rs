@@ -1,10 +1,12 @@
 //! Guided tours: steps with a sentence, a scene and its settings, views, and the numbers to read in that run.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::command::{KICK_RANGE, Opening, Promise, SPEED_RANGE, check_range};
+use super::session::change_all;
 use crate::scene::{self, PRESETS};
 
 /// The tour that ships.
@@ -31,9 +33,9 @@ pub struct TourStep {
     pub say: String,
     /// Name of the scene, which restarts.
     pub scene: String,
-    /// Tilt of the load, degrees; that of the scene by default.
+    /// Changed numbers of the scene by their keys, in the units of these: `{ tilt_deg = 1.75 }`.
     #[serde(default)]
-    pub tilt_deg: Option<f64>,
+    pub set: BTreeMap<String, f64>,
     /// Playback speed, ms of simulated time per second; unchanged by default.
     #[serde(default)]
     pub speed_ms_per_s: Option<f64>,
@@ -158,7 +160,7 @@ impl TourStep {
     pub(super) fn opening(&self) -> Opening {
         Opening {
             scene: self.scene.clone(),
-            tilt_deg: self.tilt_deg,
+            set: self.set.clone(),
             speed_ms_per_s: self.speed_ms_per_s,
             kick_mm_per_s: self.kick_mm_per_s,
             promise: self.promise.clone(),
@@ -167,15 +169,16 @@ impl TourStep {
 
     fn check(&self) -> Result<(), String> {
         let name = &self.scene;
-        if scene::preset(name).is_none() {
+        let Some(preset) = scene::preset(name) else {
             let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
             let known = known.join(", ");
             return Err(format!("unknown scene `{name}`; choose one of: {known}"));
-        }
+        };
+        let scene = preset.scene().map_err(|fault| fault.to_string())?;
+        change_all(&scene, &self.set).map_err(|refused| refused.to_string())?;
         let ranges = [
             ("`speed_ms_per_s`", self.speed_ms_per_s, SPEED_RANGE, "ms/s"),
             ("`kick_mm_per_s`", self.kick_mm_per_s, KICK_RANGE, "mm/s"),
-            ("`tilt_deg`", self.tilt_deg, [-90.0, 90.0], "degrees"),
         ];
         for (name, value, range, unit) in ranges {
             if let Some(value) = value {
@@ -219,6 +222,10 @@ mod tests {
             ),
             (step(&format!("{scene}\nviews = [\"ghost\"]")), "line 5"),
             (step("tilt = 3"), "unknown field `tilt`"),
+            (
+                step(&format!("{scene}\nset = {{ tilt_deg = 40 }}")),
+                "step 1: the tilt must be between 0 and 10 deg",
+            ),
         ] {
             assert!(said.contains(part) && said.contains("own.toml"), "{said}");
         }

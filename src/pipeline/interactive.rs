@@ -47,7 +47,7 @@ impl RunHandle {
     /// # Errors
     /// [`TooManyKicks`].
     pub fn send(&self, command: RunCommand) -> Result<(), TooManyKicks> {
-        let waits_for_frame = matches!(command, RunCommand::Tilt(_) | RunCommand::Kick { .. });
+        let waits_for_frame = matches!(command, RunCommand::Set(..) | RunCommand::Kick { .. });
         lock(&self.pending).add(command)?;
         if !waits_for_frame {
             // If the channel is full, a wake-up is already pending.
@@ -95,14 +95,9 @@ pub struct InteractiveSource {
 }
 
 impl InteractiveSource {
-    /// Makes a simulation interactive. It starts at the playback speed `speed` (simulated seconds per second)
-    /// and accepts tilts (rad) within `tilt_range`.
-    pub fn new(
-        mut source: Box<dyn ControllableSource>,
-        speed: f64,
-        tilt_range: [f64; 2],
-    ) -> (Self, RunHandle) {
-        source.run_until_stopped(tilt_range);
+    /// Makes a simulation interactive. It starts at the playback speed `speed` (simulated seconds per second).
+    pub fn new(mut source: Box<dyn ControllableSource>, speed: f64) -> (Self, RunHandle) {
+        source.run_until_stopped();
         let rate = source.header("").sample_rate;
         let (wake, woken) = bounded(1);
         let pending = Arc::<Mutex<PendingCommands>>::default();
@@ -191,15 +186,21 @@ impl InteractiveSource {
         self.ended |= control.end;
     }
 
-    /// Applies the tilt and the kicks with which the next frame starts.
-    fn apply_load_commands(&mut self) -> Result<(), PipelineError> {
-        let (tilt, kicks) = {
+    /// Applies the changed numbers and the kicks with which the next frame starts.
+    fn apply_changes(&mut self) -> Result<(), PipelineError> {
+        let (values, kicks) = {
             let mut pending = lock(&self.pending);
-            (pending.tilt.take(), std::mem::take(&mut pending.kicks))
+            let values = std::mem::take(&mut pending.values);
+            (values, std::mem::take(&mut pending.kicks))
         };
-        if let Some(tilt) = tilt {
-            self.source.tilt(tilt)?;
-            self.describe(format!("tilt {} degrees", format_short(tilt.to_degrees())));
+        for (parameter, value) in values {
+            let change = parameter.with_value(value);
+            self.done.push(match self.source.set(parameter, value) {
+                // The run continues as it was.
+                Err(PipelineError::Scene(error)) => format!("{change} refused: {error}"),
+                Err(PipelineError::Assembly(error)) => format!("{change} refused: {error}"),
+                applied => applied.map(|()| change)?,
+            });
         }
         for (size, seed) in kicks {
             self.source.kick(size, seed)?;
@@ -271,7 +272,7 @@ impl Source for InteractiveSource {
         if self.ended {
             return Ok(None);
         }
-        match self.apply_load_commands() {
+        match self.apply_changes() {
             // Stopped while a command was applied.
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             taken => taken?,
@@ -315,13 +316,11 @@ mod tests {
     use super::*;
     use crate::pipeline::message::Record;
     use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, controllable_source};
-    use crate::scene::Scene;
-
-    const TILT_RANGE: [f64; 2] = [0.0, 0.15];
+    use crate::scene::{Parameter, Scene};
 
     fn interactive(scene: &str, speed: f64) -> (InteractiveSource, RunHandle) {
         let scene = Scene::load(scene).unwrap().without_analyses();
-        InteractiveSource::new(controllable_source(&scene).unwrap(), speed, TILT_RANGE)
+        InteractiveSource::new(controllable_source(&scene).unwrap(), speed)
     }
 
     fn next(run: &mut InteractiveSource) -> Frame {
@@ -351,15 +350,13 @@ mod tests {
         let (mut run, handle) = interactive("torus-3deg", FAST);
         next(&mut run);
         for degrees in [1.0, 2.0, 4.5_f64] {
-            handle.send(RunCommand::Tilt(degrees.to_radians())).unwrap();
+            handle
+                .send(RunCommand::Set(Parameter::tilt(), degrees))
+                .unwrap();
         }
         let frame = next(&mut run);
         assert_eq!(frame.tilt, 4.5_f64.to_radians());
-        assert_eq!(
-            frame.events,
-            ["tilt 4.5 degrees"],
-            "only the last tilt applies"
-        );
+        assert_eq!(frame.events, ["tilt 4.5 deg"], "only the last tilt applies");
         assert_eq!(next(&mut run).events, [""; 0]);
     }
 
@@ -466,7 +463,9 @@ mod tests {
         for seed in 0..100_000 {
             let size = 1e-6;
             refused += usize::from(handle.send(RunCommand::Kick { size, seed }).is_err());
-            handle.send(RunCommand::Tilt(0.03)).unwrap();
+            handle
+                .send(RunCommand::Set(Parameter::tilt(), 0.03_f64.to_degrees()))
+                .unwrap();
             handle.send(RunCommand::Speed(FAST + seed as f64)).unwrap();
         }
         assert_eq!(refused, 100_000 - MAX_KICKS_PER_FRAME);
@@ -538,22 +537,29 @@ mod tests {
     #[test]
     fn events_precede_the_samples_they_change() {
         let (mut run, handle) = interactive("torus-3deg", FAST);
-        handle.send(RunCommand::Tilt(0.05)).unwrap();
+        handle
+            .send(RunCommand::Set(Parameter::tilt(), 0.05_f64.to_degrees()))
+            .unwrap();
         let mut records: Vec<Record> = Vec::new();
         let mut analyser = Analyser::new(&AnalysisSpec::default(), &run.header(""));
         analyser
             .push(&Arc::new(next(&mut run)), &mut records)
             .unwrap();
         assert!(
-            matches!(&records[0], Record::Event { time: 0.0, text } if text == "tilt 2.8648 degrees")
+            matches!(&records[0], Record::Event { time: 0.0, text } if text == "tilt 2.86479 deg")
         );
         assert!(matches!(records[1], Record::Samples(_)));
     }
 
+    /// The run continues as it was.
     #[test]
-    fn a_small_system_has_no_tilt() {
+    fn a_number_that_the_scene_does_not_have_is_refused() {
         let (mut run, handle) = interactive("mass-on-belt", FAST);
-        handle.send(RunCommand::Tilt(0.05)).unwrap();
-        assert!(run.next_frame().is_err());
+        handle
+            .send(RunCommand::Set(Parameter::tilt(), 3.0))
+            .unwrap();
+        let frame = next(&mut run);
+        assert!(frame.events[0].starts_with("tilt 3 deg refused: "));
+        assert!(frame.changed.is_empty());
     }
 }

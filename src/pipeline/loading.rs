@@ -1,7 +1,7 @@
 //! The loading of a simulated joint over time.
 
 use crate::joint::{AssemblyError, BallJoint};
-use crate::scene::{LoadedJoint, Loading, Schedule};
+use crate::scene::{LoadedJoint, Loading};
 
 /// The times at which the loading of a joint changes, and its present value. A gradual change is applied at
 /// multiples of a number of samples, counted from the start of the run, and a jump at its time: the motion does
@@ -17,8 +17,6 @@ pub(super) struct LoadingClock {
     /// Samples between two updates of a loading that changes gradually: a frame of the scene. A frame of a
     /// live run may be shorter or longer.
     every: u64,
-    /// Whether a command has changed the loading since it was last applied.
-    is_commanded: bool,
 }
 
 impl LoadingClock {
@@ -31,7 +29,6 @@ impl LoadingClock {
             tilted,
             jumps,
             every,
-            is_commanded: false,
         }
     }
 
@@ -40,10 +37,9 @@ impl LoadingClock {
         self.jumps.pop_if(|jump| *jump <= time)
     }
 
-    /// Whether the loading is updated at a sample: at a multiple of the samples of a frame of the scene, or after
-    /// a command.
-    pub fn is_due(&mut self, sample: u64) -> bool {
-        std::mem::take(&mut self.is_commanded) || sample.is_multiple_of(self.every)
+    /// Whether the loading is updated at a sample: at a multiple of the samples of a frame of the scene.
+    pub fn is_due(&self, sample: u64) -> bool {
+        sample.is_multiple_of(self.every)
     }
 
     /// Number of samples from a sample on that belong to one joint.
@@ -59,15 +55,13 @@ impl LoadingClock {
         })
     }
 
-    /// Replaces the tilt by a constant (rad) from a time (s) on. If the rotation moves the patch, it moves it from
-    /// this tilt on.
-    pub fn set_tilt(&mut self, tilt: f64, now: f64) {
-        self.tilted.tilt = Schedule::constant(tilt);
-        self.tilted.patch_moves_from = self.tilted.patch_moves_from.map(|_| now);
-        self.jumps = self.tilted.jumps();
+    /// Continues with another joint from a time (s) on.
+    pub fn replace(&mut self, tilted: LoadedJoint, now: f64) {
+        self.now = tilted.loading(now);
+        self.jumps = tilted.jumps();
         self.jumps.retain(|jump| *jump > now);
         self.jumps.reverse();
-        self.is_commanded = true;
+        self.tilted = tilted;
     }
 }
 

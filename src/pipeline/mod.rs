@@ -3,6 +3,8 @@
 mod analyse;
 mod budget;
 mod computed;
+#[cfg(test)]
+mod control_tests;
 mod error;
 mod health;
 mod interactive;

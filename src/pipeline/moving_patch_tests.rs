@@ -1,6 +1,7 @@
 //! Rotations that move the contact patch.
 
 use super::*;
+use crate::scene::Parameter;
 
 /// The paper's rotation, with the tilt from -1 degree through zero, and the given lines.
 fn moving(lines: &str, milliseconds: f64) -> Scene {
@@ -110,9 +111,11 @@ fn the_probe_keeps_its_direction_when_the_rotation_reverses() {
 fn a_commanded_tilt_moves_on_with_the_rotation() {
     let mut simulation = Simulation::new(&moving("", 20.0)).unwrap();
     simulation.next_frame().unwrap();
-    simulation.tilt(0.05).unwrap();
+    simulation
+        .set(Parameter::tilt(), 0.05_f64.to_degrees())
+        .unwrap();
     let [commanded, next] = [(); 2].map(|()| simulation.next_frame().unwrap().unwrap());
-    assert_eq!(commanded.tilt, 0.05);
+    assert!((commanded.tilt - 0.05).abs() < 1e-15);
     assert!((next.tilt - 0.05 - (next.t0 - commanded.t0)).abs() < 1e-14);
 }
 

@@ -1,10 +1,13 @@
 //! Commands that wait for the next frame, combined into bounded memory.
 
+use crate::scene::Parameter;
+
 /// A command to an interactive run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunCommand {
-    /// Tilt the load, rad; see [`ControllableSource::tilt`](super::ControllableSource::tilt).
-    Tilt(f64),
+    /// Change a number of the scene, in the unit of a scene file; see
+    /// [`ControllableSource::set`](super::ControllableSource::set).
+    Set(Parameter, f64),
     /// Add a random velocity to each mode; see [`ControllableSource::kick`](super::ControllableSource::kick).
     Kick {
         /// Standard deviation, sqrt(kg) m/s.
@@ -34,13 +37,13 @@ pub struct TooManyKicks;
 
 /// Pending commands since the last frame, combined.
 ///
-/// Of several tilts, playback speeds, or pause and resume commands, the last one applies. A single step
+/// Of several values of one number, playback speeds, or pause and resume commands, the last one applies. A single step
 /// pauses the run, and a resume cancels it; several steps are one. Kicks add up to [`MAX_KICKS_PER_FRAME`],
-/// after the tilt. An end is final.
+/// after the changed numbers. An end is final.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PendingCommands {
-    /// Tilt, rad.
-    pub(super) tilt: Option<f64>,
+    /// Changed numbers with their values in the unit of a scene file, each number once.
+    pub(super) values: Vec<(Parameter, f64)>,
     /// Size (sqrt(kg) m/s) and seed of each kick.
     pub(super) kicks: Vec<(f64, u64)>,
     pub(super) control: Control,
@@ -64,7 +67,10 @@ impl PendingCommands {
     pub fn add(&mut self, command: RunCommand) -> Result<(), TooManyKicks> {
         let control = &mut self.control;
         match command {
-            RunCommand::Tilt(tilt) => self.tilt = Some(tilt),
+            RunCommand::Set(parameter, value) => {
+                self.values.retain(|(known, _)| *known != parameter);
+                self.values.push((parameter, value));
+            }
             RunCommand::Kick { .. } if self.kicks.len() >= MAX_KICKS_PER_FRAME => {
                 return Err(TooManyKicks);
             }
@@ -91,7 +97,7 @@ mod tests {
             let x = k as f64;
             let kick = RunCommand::Kick { size: x, seed: k };
             for command in [
-                RunCommand::Tilt(x),
+                RunCommand::Set(Parameter::tilt(), x),
                 RunCommand::Pause,
                 RunCommand::Speed(1.0 + x),
                 kick,
@@ -101,7 +107,7 @@ mod tests {
         }
         assert_eq!(refused, 1_000_000 - MAX_KICKS_PER_FRAME as u64);
         let expected = PendingCommands {
-            tilt: Some(999_999.0),
+            values: vec![(Parameter::tilt(), 999_999.0)],
             kicks: (0..MAX_KICKS_PER_FRAME as u64)
                 .map(|k| (k as f64, k))
                 .collect(),

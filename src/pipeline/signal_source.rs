@@ -68,6 +68,7 @@ impl Source for SignalSource<'_> {
             sample_rate: self.rate,
             duration: self.samples.len() as f64 / self.rate,
             endless: false,
+            controls: Vec::new(),
             analyses: kinds(&self.analysis),
             section: section_coordinates(&self.analysis),
             rest_speed: 0.0,

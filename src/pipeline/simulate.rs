@@ -13,11 +13,11 @@ use super::message::{
 use super::patch::ShownPatch;
 use super::prepare::{initial_state, joint_integrator, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
-use super::source::{ControllableSource, header};
+use super::source::{ControllableSource, header, record_change};
 use super::{PipelineError, Source};
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, Carry, Loading, Scene};
+use crate::scene::{AnalysisSpec, Carry, Control, LoadedJoint, Loading, Parameter, Scene};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -51,8 +51,10 @@ pub struct Simulation {
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
     sensitivity: SensitivityTracker,
     busy_seconds: f64,
-    /// Range of tilts (rad) of an interactive run; `None` if the run ends at the planned time.
-    tilt_range: Option<[f64; 2]>,
+    /// Numbers that commands can change in an interactive run; `None` if the run ends at the planned time.
+    controls: Option<Vec<Control>>,
+    /// Numbers that commands have changed.
+    changed: Arc<Vec<(Parameter, f64)>>,
     /// Display rates of a live run.
     shown: Option<DisplayRates>,
 }
@@ -77,6 +79,19 @@ fn audited(scene: &Scene, model: &Model) -> Joint {
     match scene.record.energy_rate > 0.0 {
         true => joint.with_audit(),
         false => joint,
+    }
+}
+
+/// Range of tilts that a run reaches by commands and by its schedule, rad.
+fn tilt_range(controls: &[Control], tilted: &LoadedJoint) -> [f64; 2] {
+    let [low, high] = [tilted.tilt.min(), tilted.tilt.max()];
+    let mut controls = controls.iter();
+    match controls.find(|control| control.parameter == Parameter::tilt()) {
+        Some(control) => {
+            let [lowest, highest] = control.range.map(f64::to_radians);
+            [low.min(lowest), high.max(highest)]
+        }
+        None => [low, high],
     }
 }
 
@@ -139,7 +154,8 @@ impl Simulation {
             unlocated_since: None,
             sensitivity: SensitivityTracker::new(scene),
             busy_seconds: 0.0,
-            tilt_range: None,
+            controls: None,
+            changed: Arc::default(),
             shown: None,
         })
     }
@@ -197,7 +213,10 @@ impl Simulation {
                 .collect(),
             min_tilt,
             max_tilt,
-            tilt_range: self.tilt_range,
+            tilt_range: self
+                .controls
+                .as_ref()
+                .map(|controls| tilt_range(controls, tilted)),
             azimuth: spec.azimuth,
             outline: outline.unwrap_or_default(),
             rotation,
@@ -245,15 +264,20 @@ impl Simulation {
         if loading == self.clock.now {
             return Ok(());
         }
+        set_loading(&mut self.ball, &loading);
+        self.clock.now = loading;
+        let model = self.ball.model(loading.tilt)?;
+        self.continue_with(&model, time)
+    }
+
+    /// Continues with the joint of another model from a time (s) on.
+    fn continue_with(&mut self, model: &Model, time: f64) -> Result<(), PipelineError> {
         if time > 0.0 {
             self.integrator.integrate_to(&self.joint, time)?;
         }
-        set_loading(&mut self.ball, &loading);
-        let model = self.ball.model(loading.tilt)?;
-        self.replace_joint(&model, self.clock.tilted.carry)?;
+        self.replace_joint(model, self.clock.tilted.carry)?;
         self.integrator.restart(&self.joint)?;
-        self.geometry = Arc::new(self.patch.set_loading(&self.ball, loading.tilt)?);
-        self.clock.now = loading;
+        self.geometry = Arc::new(self.patch.set_loading(&self.ball, self.clock.now.tilt)?);
         self.sensitivity.parameters_changed(time);
         Ok(())
     }
@@ -283,7 +307,7 @@ impl Simulation {
     /// Number of samples of the next frame. A frame ends where the loading changes: all its samples belong to
     /// one joint, and the motion does not depend on the length of the frames.
     fn frame_length(&self) -> u64 {
-        let left = match self.tilt_range {
+        let left = match self.controls {
             Some(_) => u64::MAX,
             None => self.scene.samples().saturating_sub(self.next_sample),
         };
@@ -307,6 +331,7 @@ impl Simulation {
             rotation_factor: self.clock.now.rotation_factor,
             geometry: Arc::clone(&self.geometry),
             shown: self.shown,
+            changed: Arc::clone(&self.changed),
             ..Frame::default()
         }
     }
@@ -364,7 +389,8 @@ impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
         let subject = Subject::Joint(self.joint_info());
         Header {
-            endless: self.tilt_range.is_some(),
+            endless: self.controls.is_some(),
+            controls: self.controls.clone().unwrap_or_default(),
             ..header(&self.scene, command, subject, self.computed.clone())
         }
     }
@@ -450,18 +476,37 @@ impl Source for Simulation {
     }
 
     fn is_finished(&self) -> bool {
-        self.tilt_range.is_none() && self.next_sample >= self.scene.samples()
+        self.controls.is_none() && self.next_sample >= self.scene.samples()
     }
 }
 
 impl ControllableSource for Simulation {
-    fn run_until_stopped(&mut self, tilt_range: [f64; 2]) {
-        self.tilt_range = Some(tilt_range);
+    fn run_until_stopped(&mut self) {
+        self.controls = Some(self.scene.live_controls());
     }
 
-    fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError> {
-        self.clock.set_tilt(tilt, self.time());
-        Ok(())
+    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {
+        let time = self.time();
+        self.advance_loading(time)?;
+        let mut scene = self.scene.clone();
+        scene.set(parameter, value)?;
+        let mut tilted = scene.joint()?.clone();
+        // If the rotation moves the patch, it moves it from this tilt on.
+        tilted.patch_moves_from = self.clock.tilted.patch_moves_from;
+        if parameter == Parameter::tilt() {
+            tilted.patch_moves_from = tilted.patch_moves_from.map(|_| time);
+        }
+        let loading = tilted.loading(time);
+        let mut ball = self.ball.clone().with_spec(&tilted.spec)?;
+        if let Some(rotation) = &tilted.rotation {
+            ball.set_probe_rotation(rotation.rad_s);
+        }
+        set_loading(&mut ball, &loading);
+        let model = ball.model(loading.tilt)?;
+        (self.ball, self.scene) = (ball, scene);
+        self.clock.replace(tilted, time);
+        record_change(&mut self.changed, parameter, value);
+        self.continue_with(&model, time)
     }
 
     fn kick(&mut self, size: f64, seed: u64) -> Result<(), PipelineError> {

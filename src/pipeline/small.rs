@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use super::computed;
 use super::message::{DisplayRates, Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
-use super::prepare::kick;
+use super::prepare::{boxed, kick};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
-use super::source::{ControllableSource, header};
+use super::source::{ControllableSource, header, record_change};
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::dynamics::DynamicsError;
-use crate::scene::{AnalysisSpec, Scene, SceneError, SmallSystem, SystemSpec};
+use crate::scene::{AnalysisSpec, Control, Parameter, Scene, SceneError, SmallSystem, SystemSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
@@ -32,10 +32,12 @@ pub struct SmallSimulation {
     /// Number of events up to the end of the last frame.
     crossings: u64,
     busy_seconds: f64,
-    /// Whether the run continues after the planned time until it is stopped.
-    endless: bool,
+    /// Numbers that commands can change in an interactive run; `None` if the run ends at the planned time.
+    controls: Option<Vec<Control>>,
     /// Display rates of a live run.
     shown: Option<DisplayRates>,
+    /// Numbers that commands have changed.
+    changed: Arc<Vec<(Parameter, f64)>>,
 }
 
 impl SmallSimulation {
@@ -68,8 +70,9 @@ impl SmallSimulation {
             frames: 0,
             crossings: 0,
             busy_seconds: 0.0,
-            endless: false,
+            controls: None,
             shown: None,
+            changed: Arc::default(),
         })
     }
 }
@@ -79,7 +82,8 @@ impl Source for SmallSimulation {
         let subject = Subject::Small(self.info.clone());
         let computed = computed::for_small(&self.scene);
         Header {
-            endless: self.endless,
+            endless: self.controls.is_some(),
+            controls: self.controls.clone().unwrap_or_default(),
             ..header(&self.scene, command, subject, computed)
         }
     }
@@ -96,9 +100,9 @@ impl Source for SmallSimulation {
         if self.is_finished() {
             return Ok(None);
         }
-        let left = match self.endless {
-            true => u64::MAX,
-            false => self.scene.samples() - self.next_sample,
+        let left = match self.controls {
+            Some(_) => u64::MAX,
+            None => self.scene.samples() - self.next_sample,
         };
         let began = Instant::now();
         let rate = self.scene.sample_rate;
@@ -121,6 +125,7 @@ impl Source for SmallSimulation {
             dt: 1.0 / rate,
             modes,
             shown: self.shown,
+            changed: Arc::clone(&self.changed),
             ..Frame::default()
         };
         for index in self.next_sample..self.next_sample + count {
@@ -157,17 +162,34 @@ impl Source for SmallSimulation {
     }
 
     fn is_finished(&self) -> bool {
-        !self.endless && self.next_sample >= self.scene.samples()
+        self.controls.is_none() && self.next_sample >= self.scene.samples()
     }
 }
 
 impl ControllableSource for SmallSimulation {
-    fn run_until_stopped(&mut self, _reach: [f64; 2]) {
-        self.endless = true;
+    fn run_until_stopped(&mut self) {
+        self.controls = Some(self.scene.live_controls());
     }
 
-    fn tilt(&mut self, _tilt: f64) -> Result<(), PipelineError> {
-        self.scene.joint()?;
+    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {
+        let time = self.time();
+        self.scene.set(parameter, value)?;
+        let SystemSpec::Small(small) = &self.scene.subject else {
+            return Ok(());
+        };
+        let Prepared {
+            system, integrator, ..
+        } = &mut self.prepared;
+        integrator.integrate_to(system.as_ref(), time)?;
+        *system = boxed(small);
+        if let SmallSystem::ImpactOscillator(oscillator) = small {
+            // A wall that moves takes a mass that it reaches along.
+            let position = integrator.state()[0];
+            integrator.translate(&[(oscillator.wall - position).max(0.0)])?;
+        }
+        integrator.restart(system.as_ref())?;
+        self.sensitivity.parameters_changed(time);
+        record_change(&mut self.changed, parameter, value);
         Ok(())
     }
 

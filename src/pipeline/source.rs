@@ -7,7 +7,7 @@ use super::message::{
     AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
 };
 use super::{PipelineError, Simulation, SmallSimulation};
-use crate::scene::{AnalysisSpec, Scene, SectionSurface, StateCoordinate, SystemSpec};
+use crate::scene::{AnalysisSpec, Parameter, Scene, SectionSurface, StateCoordinate, SystemSpec};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
 /// recorded signal.
@@ -35,18 +35,17 @@ pub trait Source: Send {
     fn is_finished(&self) -> bool;
 }
 
-/// A controllable source of frames: its tilt, velocities and frame length can be changed between frames.
+/// A controllable source of frames: numbers of the scene, velocities and frame length can be changed between frames.
 pub trait ControllableSource: Source {
-    /// Lets the run continue after the planned time. `tilt_range` is the range of tilts (rad) that may be
-    /// set.
-    fn run_until_stopped(&mut self, tilt_range: [f64; 2]);
+    /// Lets the run continue after the planned time.
+    fn run_until_stopped(&mut self);
 
-    /// Sets the tilt from the next sample on, rad. It replaces the tilt schedule of the scene.
-    /// [`Scene::with_tilt`] checks whether the joint permits it.
+    /// Changes a number of the scene from the next sample on, in the unit of a scene file; see [`Scene::set`]. The
+    /// motion continues from its present state. A tilt replaces the tilt schedule of the scene.
     ///
     /// # Errors
-    /// If the subject has no tilt.
-    fn tilt(&mut self, tilt: f64) -> Result<(), PipelineError>;
+    /// If the scene does not permit the value, or the system cannot be assembled with it: the run continues unchanged.
+    fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError>;
 
     /// Adds a Gaussian random velocity of standard deviation `size` (sqrt(kg) m/s) to each mode at the next
     /// sample. Tangent vectors and the perturbed trajectory restart there.
@@ -101,6 +100,7 @@ pub(super) fn header(
         sample_rate: scene.sample_rate,
         duration: scene.duration,
         endless: false,
+        controls: Vec::new(),
         analyses: kinds(&scene.analysis),
         section: section_coordinates(&scene.analysis),
         rest_speed: rest_speed(scene, &subject),
@@ -153,6 +153,17 @@ pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2]
         }),
         Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
     }
+}
+
+/// Notes the present value of a number that a command has changed.
+pub(super) fn record_change(
+    changed: &mut Arc<Vec<(Parameter, f64)>>,
+    parameter: Parameter,
+    value: f64,
+) {
+    let changed = Arc::make_mut(changed);
+    changed.retain(|(known, _)| *known != parameter);
+    changed.push((parameter, value));
 }
 
 /// Builds the simulation of a scene for an interactive run.

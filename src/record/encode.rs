@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{
     body::Body,
     chaos::Chaos,
+    controls::Controls,
     delay::Delay,
     error::RecordError,
     exponents::ExponentsPlot,
@@ -47,6 +48,7 @@ pub struct Encoder {
     exponents: ExponentsPlot,
     perturbed: Option<PerturbedTrajectory>,
     lesson: Option<Lesson>,
+    controls: Controls,
 }
 
 /// Encoders of frames, by the subject of the run.
@@ -133,6 +135,7 @@ impl Encoder {
         let lesson = lesson.map(|computed| Lesson::new(rec, &header, computed, &spectrum));
         Ok(Self {
             lesson: lesson.transpose()?,
+            controls: Controls::new(rec, &header)?,
             frames: Frames::new(rec, &header, spec)?,
             spectrum,
             spectrogram: Spectrogram::new(rec, &header)?,
@@ -159,6 +162,7 @@ impl Encoder {
             Record::Samples(frame) => {
                 self.section.redraw.set_rate(frame);
                 self.frames.push(rec, frame)?;
+                self.controls.push(rec, frame)?;
                 match &mut self.perturbed {
                     Some(perturbed) => perturbed.push(rec, frame),
                     None => Ok(()),
@@ -254,6 +258,7 @@ impl Encoder {
         if let Some(lesson) = &mut self.lesson {
             lesson.finish(rec)?;
         }
+        self.controls.finish(rec)?;
         self.frames.finish(rec)
     }
 

@@ -38,6 +38,7 @@ mod body;
 pub mod branch;
 mod camera;
 mod chaos;
+mod controls;
 mod delay;
 mod encode;
 mod error;

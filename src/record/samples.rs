@@ -17,7 +17,7 @@ const BATCH_ROWS: usize = 4000;
 /// Pending rows of one entity, all of the same width.
 #[derive(Debug)]
 pub struct Rows {
-    path: &'static str,
+    path: String,
     width: usize,
     times: Vec<i64>,
     values: Vec<f64>,
@@ -25,9 +25,9 @@ pub struct Rows {
 
 impl Rows {
     /// No rows yet, for an entity of `width` series.
-    pub fn new(path: &'static str, width: usize) -> Self {
+    pub fn new(path: impl Into<String>, width: usize) -> Self {
         Self {
-            path,
+            path: path.into(),
             width,
             times: Vec::with_capacity(BATCH_ROWS),
             values: Vec::with_capacity(BATCH_ROWS * width),
@@ -56,7 +56,7 @@ impl Rows {
         }
         let columns = Scalars::new(self.values.drain(..))
             .columns(std::iter::repeat_n(self.width, self.times.len()));
-        stream::send_rows(rec, self.path, &self.times, columns)?;
+        stream::send_rows(rec, &self.path, &self.times, columns)?;
         self.times.clear();
         Ok(())
     }

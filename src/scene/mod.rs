@@ -1,6 +1,7 @@
 #![doc = include_str!("../guide/reference/scenes.md")]
 
 mod accuracy;
+mod controls;
 mod document;
 mod edit;
 mod error;
@@ -20,6 +21,7 @@ mod tables;
 mod tests;
 
 pub use accuracy::{AccuracySettings, GAUSS_NODES};
+pub use controls::Control;
 pub use error::{Fault, Location, SceneError, SceneWarning};
 pub use mechanism::Mechanism;
 pub use parameter::Parameter;

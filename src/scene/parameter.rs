@@ -11,11 +11,12 @@ use super::schema::{Declared, IfAbsent};
 use super::spec::Scene;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 use super::tables::{SCHEMA, joint, small};
+use crate::number::trimmed;
 
 const LOAD_PATH: &str = "load.load_n";
 const TILT_PATH: &str = "load.tilt_deg";
 /// One ratio for all modes, or a list.
-const DAMPING_PATH: &str = "damping.ratio";
+pub(super) const DAMPING_PATH: &str = "damping.ratio";
 const ROTATION_PATH: &str = "rotation.angular_velocity_rad_per_s";
 
 /// Numbers of the discretisation, not of the system.
@@ -67,6 +68,32 @@ impl Parameter {
     pub fn is_continuous(self) -> bool {
         let is_real = self.key.key.kind.as_number().is_some();
         is_real || [ROTATION_PATH, DAMPING_PATH].contains(&self.path())
+    }
+
+    /// Whether the value is a real number of the simulated system: of body, contact, friction, load and so on.
+    pub(super) fn is_physical(self) -> bool {
+        let table = &self.key.table[..];
+        let is_system = joint::TABLES.contains(&table) || small::names().any(|name| name == table);
+        is_system && self.is_continuous() && !NUMERICAL.contains(&self.path())
+    }
+
+    /// Name in words, without the unit: `load`, `stribeck slope`, `mu_s`.
+    pub fn label(self) -> String {
+        let unit = self.unit().to_lowercase().replace("1/", "per_");
+        let unit = format!("_{}", unit.replace('/', "_per_").replace('^', ""));
+        let name = self.name().strip_suffix(&unit).unwrap_or(self.name());
+        if name.starts_with("mu") {
+            // A symbol.
+            name.to_owned()
+        } else {
+            name.replace('_', " ")
+        }
+    }
+
+    /// Name, value and unit: `load 200 N`.
+    pub fn with_value(self, value: f64) -> String {
+        let text = format!("{} {} {}", self.label(), trimmed(value, 6), self.unit());
+        text.trim_end().to_owned()
     }
 
     /// Meaning, in one sentence.
@@ -191,23 +218,19 @@ impl Scene {
     /// The real numbers of the simulated system (body, contact, friction, load, ...) with their values in the units of
     /// a scene file. Numerical settings and numbers that this scene cannot change are left out.
     pub fn physical_parameters(&self) -> Vec<(Parameter, f64)> {
-        let is_physical = |key: &&Declared| {
-            let table = &key.table[..];
-            let is_system =
-                joint::TABLES.contains(&table) || small::names().any(|name| name == table);
-            is_free(key) && is_system && !NUMERICAL.contains(&&key.path[..])
-        };
-        let parameters = SCHEMA.0.iter().filter(is_physical);
-        let parameters = parameters.map(|key| Parameter { key });
-        let with_values = parameters.filter_map(|parameter| {
-            let value = parameter
-                .is_continuous()
-                .then(|| self.value_of(parameter))??;
-            // A number of another body, law or system is rejected.
-            self.with_values(&[(parameter, value)]).ok()?;
-            Some((parameter, value))
-        });
-        with_values.collect()
+        SCHEMA
+            .0
+            .iter()
+            .filter(|key| is_free(key))
+            .map(|key| Parameter { key })
+            .filter(|parameter| parameter.is_physical())
+            .filter_map(|parameter| {
+                let value = self.value_of(parameter)?;
+                // A number of another body, law or system is rejected.
+                self.with_values(&[(parameter, value)]).ok()?;
+                Some((parameter, value))
+            })
+            .collect()
     }
 
     /// Returns the scene with another description.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::controls;
 use super::document::{Document, FromTable, line_of};
 use super::edit::with_knots;
 use super::error::{Fault, Location, SceneError};
@@ -26,6 +27,7 @@ impl Scene {
         let document = Document::parse(file, text, &SCHEMA)?;
         let scene = build(&document, file, text, None)?;
         mechanism::check(&document, &scene)?;
+        controls::check(&document, &scene)?;
         Ok(scene)
     }
 
@@ -79,6 +81,7 @@ fn build(
         title: header.title.unwrap_or_else(|| name.clone()),
         about: header.about.unwrap_or_default(),
         mechanism: header.mechanism,
+        controls: controls::read(document)?,
         name,
         text: tables.iter().try_fold(text.to_owned(), |text, table| {
             with_knots(&text, table, || document.place_of([table.keys.table]))

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::error::SceneError;
 use super::mechanism::Mechanism;
+use super::parameter::Parameter;
 use super::subject::{LoadedJoint, SmallSystem, SystemSpec};
 use super::tables::analysis::AnalysisSpec;
 use super::tables::{Integrator, RecordSpec, Start};
@@ -22,6 +23,8 @@ pub struct Scene {
     pub mechanism: Option<Mechanism>,
     /// Complete text of the scene. Overrides of the command line are appended as comments.
     pub text: String,
+    /// The numbers that the scene is about, with the ranges of their sliders in the units of the scene file.
+    pub controls: Vec<(Parameter, [f64; 2])>,
     /// The simulated system.
     pub subject: SystemSpec,
     /// Initial state.

@@ -152,7 +152,14 @@ fn each_with_error(exponents: &Exponents) -> Vec<String> {
 
 fn fill_lesson(lesson: &Lesson) -> Result<String, Error> {
     let name = lesson_name(lesson.computed.mechanism);
-    Ok(tidy(&fill(&name, lesson_values(lesson))?))
+    let mut text = tidy(&fill(&name, lesson_values(lesson))?);
+    let changed = lesson.measured.changed.join(", ");
+    if !changed.is_empty() {
+        text += &format!(
+            "\n\n**Changed in this run: {changed}.** The computed numbers hold for the scene as written.\n"
+        );
+    }
+    Ok(text)
 }
 
 /// Template variables of a lesson.

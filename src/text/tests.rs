@@ -327,6 +327,7 @@ fn measured() -> Measurements {
         leader_at_end: Some("1st bending".to_owned()),
         leader: Some("2nd bending".to_owned()),
         tilt: Some(0.05),
+        changed: vec!["load 200 N".to_owned()],
         tilts: Some(TiltLoop {
             tilt: Some(0.05),
             has_decreased: true,

@@ -1,5 +1,6 @@
-// Bookmarks: scene, tilt, playback speed, views and the motion reached under a name, kept in this browser.
+// Bookmarks: scene, changed numbers, playback speed, views and the motion reached under a name, kept in this browser.
 
+import { changedNumbers } from "/controls.js";
 import { $, make } from "/dom.js";
 import { T } from "/texts.js";
 
@@ -27,8 +28,7 @@ export class Bookmarks {
 
   get #own() {
     const stored = JSON.parse(localStorage.getItem("bookmarks") ?? "[]");
-    // The names of earlier versions.
-    return stored.map(({ name, tilt, speed, ...rest }) => ({ say: name, tilt_deg: tilt, speed_ms_per_s: speed, ...rest }));
+    return stored;
   }
 
   #keep(bookmarks) {
@@ -47,14 +47,14 @@ export class Bookmarks {
   }
 
   #add(name) {
-    const { scene, tilt_deg, speed, time_s, regime, confidence, lines } = this.#run.panel;
+    const { scene, speed, time_s, regime, confidence, lines } = this.#run.panel;
     if (!name) return;
     const promise = confidence === null ? null : {
       motion: regime,
       line_khz: lines.length ? 1e-3 * lines[0].frequency_hz : null,
       after_ms: Math.min(1e3 * time_s, SETTLED),
     };
-    this.#keep([...this.#own, { say: name, scene, tilt_deg, speed_ms_per_s: 1e3 * speed, views: this.#stage.shown, promise }]);
+    this.#keep([...this.#own, { say: name, scene, set: changedNumbers(this.#run.panel), speed_ms_per_s: 1e3 * speed, views: this.#stage.shown, promise }]);
   }
 
   #draw() {
@@ -69,8 +69,8 @@ export class Bookmarks {
   }
 
   // Restarts the scene: the motion does not depend on what ran before.
-  open({ scene, tilt_deg, speed_ms_per_s, promise, views }) {
+  open({ scene, set, speed_ms_per_s, promise, views }) {
     this.#stage.show(views);
-    this.#run.ask({ do: "open", scene, tilt_deg, speed_ms_per_s, promise });
+    this.#run.ask({ do: "open", scene, set, speed_ms_per_s, promise });
   }
 }

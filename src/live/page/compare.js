@@ -1,5 +1,6 @@
 // Two runs side by side: A, the run of the page, and B, a second one on the server.
 
+import { changedNumbers } from "/controls.js";
 import { $, make, setText } from "/dom.js";
 import { motion } from "/panel.js";
 import { Run } from "/run.js";
@@ -107,8 +108,8 @@ export class Comparison {
 
   // Two equal runs, of which B gets a tiny kick: chaos parts them, a tone and a torus do not.
   #perturb() {
-    const { tilt_deg } = this.#run.panel;
-    this.#together({ tilt_deg }, { tilt_deg, kick_mm_per_s: PERTURBATION });
+    const set = changedNumbers(this.#run.panel);
+    this.#together({ set }, { set, kick_mm_per_s: PERTURBATION });
   }
 
   update(panel) {

@@ -20,7 +20,7 @@ export class Diagram {
   version = 0;
 
   constructor() {
-    new ResizeObserver(() => this.draw()).observe($("tilting"));
+    new ResizeObserver(() => this.draw()).observe($("sliders"));
   }
 
   // Fetches the diagram of the present scene by its number, which changes as it grows; `null` if there is none, or none yet.

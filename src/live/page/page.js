@@ -2,6 +2,7 @@
 
 import { Bookmarks } from "/bookmarks.js";
 import { Comparison } from "/compare.js";
+import { Controls, TILT } from "/controls.js";
 import { Branches, Diagram } from "/diagram.js";
 import { $, setText, shown } from "/dom.js";
 import { Keys } from "/keys.js";
@@ -14,12 +15,9 @@ import { T, fillTexts } from "/texts.js";
 import { restoreTheme, toggleTheme } from "/theme.js";
 import { Tour } from "/tour.js";
 
-// Wall time for which a requested value is displayed while the server does not confirm it, ms.
-const PATIENCE = 2000;
-
 fillTexts(document);
 
-const state = { panel: null, audienceUrl: null, asked: null, askedUntil: 0, refusedUntil: 0, draggingSpeed: false };
+const state = { panel: null, audienceUrl: null, refusedUntil: 0, draggingSpeed: false };
 const sound = new Sound();
 const diagram = new Diagram();
 let scenes = [];
@@ -39,9 +37,10 @@ const run = new Run("", {
   },
   panel(status, before) {
     state.panel = status;
-    if (status.run !== before?.run) diagram.setRange(status.tilt_range_deg);
+    if (status.run !== before?.run) diagram.setRange(status.controls.find(({ key }) => key === TILT)?.range ?? null);
     if (status.diagram !== before?.diagram) diagram.load(status.diagram);
-    if (status.diagram_note !== before?.diagram_note) diagram.setNote(status.diagram_note);
+    const note = status.diagram_note ?? status.diagram_condition;
+    if (note !== diagram.note) diagram.setNote(note);
     showPanel(status, before);
     showControlled();
     if (!state.draggingSpeed && status.speed) $("speed").value = Math.log10(1e3 * status.speed);
@@ -63,6 +62,10 @@ const comparison = new Comparison(run, stage, diagram);
 comparison.onRefused = refused;
 comparison.onPanel = showControlled;
 const ask = (command) => comparison.ask(command);
+const controls = new Controls((key, value) => {
+  if (key === TILT) [state.movedAt, state.movedTo] = [performance.now(), value];
+  ask({ do: "set", key, value });
+});
 // Times from the slider to the changed picture, ms.
 const latencies = [];
 stage.onDrawn = (data) => {
@@ -74,7 +77,7 @@ stage.onDrawn = (data) => {
 };
 
 function refused(words) {
-  state.asked = null;
+  controls.refused();
   setText($("refused"), shown(words));
   $("refused").hidden = false;
   state.refusedUntil = performance.now() + 4000;
@@ -85,68 +88,18 @@ function done() {
   if (performance.now() > state.refusedUntil) $("refused").hidden = true;
 }
 
-// ---- tilt
+// ---- the numbers of the scene
 
 // The panel of the run that the controls act on: that of B only if they act on B alone.
 const controlled = () => (comparison.controlsSecond ? comparison.second.panel : null) ?? state.panel;
 
 function showControlled() {
   const status = controlled();
-  showTilt(status, state.controlled);
-  state.controlled = status;
+  if (status) controls.show(status);
 }
 
-function showTilt(status, before) {
-  const slider = $("tilt");
-  $("tilting").hidden = !status.tilt_range_deg;
-  if (!status.tilt_range_deg || status.tilt_deg === null) return;
-  if (status.run !== before?.run) [slider.min, slider.max] = status.tilt_range_deg;
-  // A requested tilt is displayed until it is applied or rejected.
-  const applied = Math.abs(status.tilt_deg - state.asked) < 5e-3;
-  if (applied || status.run !== before?.run || (!status.paused && performance.now() > state.askedUntil)) {
-    state.asked = null;
-  }
-  displayTilt(state.asked ?? status.tilt_deg);
-}
-
-function displayTilt(deg) {
-  $("tilt").value = deg;
-  setText($("tilt-now"), T.degrees(Number(deg)));
-  $("tilt").setAttribute("aria-valuetext", T.degrees(Number(deg)));
-}
-
-function setTilt(deg) {
-  state.asked = Number(deg);
-  state.askedUntil = performance.now() + PATIENCE;
-  [state.movedAt, state.movedTo] = [performance.now(), state.asked];
-  displayTilt(state.asked);
-  ask({ do: "tilt", deg: state.asked });
-}
-
-function nudge(by) {
-  const range = controlled()?.tilt_range_deg;
-  if (!range) return;
-  const deg = Math.min(range[1], Math.max(range[0], Number($("tilt").value) + by));
-  setTilt(deg.toFixed(4));
-}
-
-const stepOf = (event) => (event.shiftKey ? 0.5 : 0.1);
-const TILT_KEYS = {
-  ArrowLeft: (event) => nudge(-stepOf(event)),
-  ArrowRight: (event) => nudge(stepOf(event)),
-};
 // During a tour the arrows move between its steps.
-const ARROWS = {
-  ArrowLeft: (event) => (tour.step === null ? TILT_KEYS.ArrowLeft(event) : tour.move(-1)),
-  ArrowRight: (event) => (tour.step === null ? TILT_KEYS.ArrowRight(event) : tour.move(1)),
-};
-$("tilt").addEventListener("input", (event) => setTilt(event.target.value));
-$("tilt").addEventListener("keydown", (event) => {
-  const act = { ...TILT_KEYS, ArrowDown: TILT_KEYS.ArrowLeft, ArrowUp: TILT_KEYS.ArrowRight }[event.key];
-  if (!act) return;
-  event.preventDefault();
-  act(event);
-});
+const arrow = (sign) => (event) => (tour.step === null ? controls.nudge(sign, event.shiftKey) : tour.move(sign));
 
 // ---- playback
 
@@ -232,7 +185,8 @@ $("tour-start").onclick = () => tour.toggle();
 $("compare").onclick = compare;
 
 new Keys({
-  ...ARROWS,
+  ArrowLeft: arrow(-1),
+  ArrowRight: arrow(1),
   " ": togglePause,
   ".": step,
   k: kick,

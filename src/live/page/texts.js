@@ -26,7 +26,9 @@ export const T = {
   panel: "Text and measurements",
   controls: "Controls",
   motionNow: "Present motion",
-  tilt: "Tilt of the load",
+  sliders: "numbers of the scene",
+  otherNumbers: "More …",
+  otherNumbersTitle: "Other numbers of the scene",
   diagram: "Type of motion versus tilt",
   playback: "Playback",
   pause: "Pause",
@@ -134,6 +136,7 @@ export const T = {
   viewers: (count) => (count === 1 ? "1 page shows this run" : `${count} pages show this run`),
   recordingTo: (file) => `recording to ${file}`,
   degrees: (deg) => `${deg.toFixed(2)}°`,
+  value: (value, unit) => (unit === "deg" ? T.degrees(value) : `${Number(value.toPrecision(4))} ${unit}`.trimEnd()),
   line: (khz, name, mm) => `${khz} kHz${name ? ` ${name}` : ""}, ${mm} mm/s`,
   frequency: (khz, name) => `${name ? `${name} ` : ""}${khz} kHz`,
 
@@ -228,7 +231,7 @@ export const T = {
   shortcutsOn: "Keyboard shortcuts are active",
   shortcutsNote: "A control with the focus keeps Space, Enter and the arrows; Escape releases the focus.",
   keys: [
-    ["← →", "tilt by 0.1°; with Shift 0.5°"],
+    ["← →", "first slider by 1 % of its range; with Shift 5 %"],
     ["Space", "pause, resume"],
     [".", "compute one frame"],
     ["K", "kick; with Shift a hard kick"],

@@ -32,6 +32,7 @@ const FILES: &[File] = files! {
     "/diagram.js": JS = "diagram.js",
     "/dom.js": JS = "dom.js",
     "/keys.js": JS = "keys.js",
+    "/controls.js": JS = "controls.js",
     "/listen.js": JS = "listen.js",
     "/markdown.js": JS = "markdown.js",
     "/panel.js": JS = "panel.js",

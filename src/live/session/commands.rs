@@ -1,14 +1,14 @@
 //! The commands of a session: what they may ask for, and what they do.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
-use super::tilt_range::tilt_range_deg;
 use super::{Current, Session, end};
 use crate::live::command::{
     Command, DEFAULT_KICK, KICK_RANGE, Opening, Rejected, SPEED_RANGE, check_range,
 };
 use crate::pipeline::{PendingCommands, RunCommand};
-use crate::scene::{PRESETS, Scene};
+use crate::scene::{PRESETS, Parameter, Scene, SceneError};
 
 impl Session {
     /// Applies a command. Its effect starts with the next frame.
@@ -19,8 +19,8 @@ impl Session {
         let mut current = self.current();
         let current = &mut *current;
         let run_command = match command {
-            Command::Tilt { deg } => {
-                RunCommand::Tilt(tilt(&current.scene, current.tilt_range_deg, *deg)?)
+            Command::Set { key, value } => {
+                change(&current.scene, &mut current.present, key, *value)?
             }
             Command::Pause {} => RunCommand::Pause,
             Command::Resume {} => RunCommand::Resume,
@@ -71,7 +71,7 @@ impl Session {
                 return Ok(());
             }
         };
-        if matches!(run_command, RunCommand::Tilt(_) | RunCommand::Kick { .. }) {
+        if matches!(run_command, RunCommand::Set(..) | RunCommand::Kick { .. }) {
             current.promise = None;
         }
         match &current.handle {
@@ -84,7 +84,7 @@ impl Session {
 
     /// Starts a run of a scene, with commands that act from its first instant.
     fn start(&self, current: &mut Current, scene: Scene, commands: PendingCommands) {
-        current.tilt_range_deg = tilt_range_deg(&scene);
+        current.present = scene.clone();
         current.scene = scene;
         current.restarts = true;
         current.early = commands;
@@ -98,8 +98,9 @@ impl Session {
     fn open(&self, current: &mut Current, opening: &Opening) -> Result<(), Rejected> {
         let scene = self.named(&opening.scene)?;
         let mut commands = PendingCommands::default();
-        if let Some(deg) = opening.tilt_deg {
-            commands.add(RunCommand::Tilt(tilt(&scene, tilt_range_deg(&scene), deg)?))?;
+        let (present, changes) = change_all(&scene, &opening.set)?;
+        for change in changes {
+            commands.add(change)?;
         }
         if let Some(size) = opening.kick_mm_per_s {
             commands.add(kick(&scene, size, 0)?)?;
@@ -108,6 +109,7 @@ impl Session {
             current.speed = playback_speed(ms_per_s)?;
         }
         self.start(current, scene, commands);
+        current.present = present;
         current.promise.clone_from(&opening.promise);
         Ok(())
     }
@@ -142,14 +144,42 @@ impl Session {
     }
 }
 
-/// Checks a tilt and converts it to rad.
-fn tilt(scene: &Scene, range: Option<[f64; 2]>, deg: f64) -> Result<f64, Rejected> {
-    let name = &scene.name;
-    let range = range.ok_or_else(|| Rejected(format!("the scene `{name}` has no tilt")))?;
-    let deg = check_range("the tilt", deg, range, "degrees")?;
-    let tilted = scene.clone().with_tilt(deg);
-    tilted.map_err(|fault| Rejected(fault.to_string()))?;
-    Ok(deg.to_radians())
+/// Changes a number of the present scene of a run, if it is a control of the scene at its start and within its range.
+fn change(
+    scene: &Scene,
+    present: &mut Scene,
+    key: &str,
+    value: f64,
+) -> Result<RunCommand, Rejected> {
+    let refused = |fault: SceneError| Rejected(fault.to_string());
+    let parameter = Parameter::named(key).map_err(refused)?;
+    let control = scene.control(parameter).ok_or_else(|| {
+        Rejected(format!(
+            "a run of the scene `{}` cannot change `{}`",
+            scene.name,
+            parameter.path()
+        ))
+    })?;
+    let what = format!("the {}", parameter.label());
+    check_range(&what, value, control.range, parameter.unit())?;
+    present.set(parameter, value).map_err(refused)?;
+    Ok(RunCommand::Set(parameter, value))
+}
+
+/// A scene with changed numbers, and the commands that change them in a run of it.
+///
+/// # Errors
+/// [`Rejected`], as [`Session::apply`].
+pub(in crate::live) fn change_all(
+    scene: &Scene,
+    values: &BTreeMap<String, f64>,
+) -> Result<(Scene, Vec<RunCommand>), Rejected> {
+    let mut present = scene.clone();
+    let changes = values
+        .iter()
+        .map(|(key, value)| change(scene, &mut present, key, *value))
+        .collect::<Result<_, _>>()?;
+    Ok((present, changes))
 }
 
 /// Checks a playback speed and converts it to simulated seconds per second.

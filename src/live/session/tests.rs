@@ -1,5 +1,6 @@
 //! Tests of sessions.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rand::SeedableRng;
@@ -24,6 +25,11 @@ fn session(scene: &str) -> Arc<Session> {
         tour: Tour::shipped(),
     };
     Arc::new(Session::new(plan))
+}
+
+fn set(key: &str, value: f64) -> Command {
+    let key = key.to_owned();
+    Command::Set { key, value }
 }
 
 /// Runs a session while `control` sends commands.
@@ -55,9 +61,9 @@ fn until(session: &Session, holds: impl Fn(&Panel) -> bool) -> Panel {
 fn commands_take_effect() {
     with_session("torus-3deg", |session| {
         let apply = |command| session.apply(&command).unwrap();
-        apply(Command::Tilt { deg: 4.25 });
+        apply(set("tilt_deg", 4.25));
         let panel = until(session, |panel| panel.tilt_deg == Some(4.25));
-        assert!(panel.events.iter().any(|e| e.text == "tilt 4.25 degrees"));
+        assert!(panel.events.iter().any(|e| e.text == "tilt 4.25 deg"));
         apply(Command::Pause {});
         let at = until(session, |panel| panel.paused);
         apply(Command::Step {});
@@ -80,6 +86,35 @@ fn commands_take_effect() {
     });
 }
 
+/// A number other than the tilt is a slider too; the diagram says for which values it holds.
+#[test]
+fn every_number_of_the_scene_is_a_control() {
+    with_session("torus-3deg", |session| {
+        session.apply(&set("load_n", 200.0)).unwrap();
+        let value = |panel: &Panel, key: &str| {
+            let mut sliders = panel.controls.iter();
+            sliders.find(|slider| slider.key == key).unwrap().value
+        };
+        let panel = until(session, |panel| value(panel, "load.load_n") == 200.0);
+        assert!(panel.events.iter().any(|event| event.text == "load 200 N"));
+        assert_eq!(
+            panel.diagram_condition.as_deref(),
+            Some("rows and branches hold for load 150 N")
+        );
+        session.apply(&set("contact.radius_factor", 1.1)).unwrap();
+        until(session, |panel| {
+            value(panel, "contact.radius_factor") == 1.1
+        });
+        // A restart is that of the scene.
+        session.apply(&Command::Reset {}).unwrap();
+        let panel = until(session, |panel| panel.run == 2 && panel.time_s > 0.0);
+        assert_eq!(
+            (value(&panel, "load.load_n"), panel.diagram_condition),
+            (150.0, None)
+        );
+    });
+}
+
 #[test]
 fn another_scene_and_a_reset_start_new_runs() {
     with_session("torus-3deg", |session| {
@@ -91,7 +126,7 @@ fn another_scene_and_a_reset_start_new_runs() {
             (panel.scene.as_str(), panel.tilt_deg),
             ("mass-on-belt", None)
         );
-        assert!(session.apply(&Command::Tilt { deg: 2.0 }).is_err());
+        assert!(session.apply(&set("tilt_deg", 2.0)).is_err());
         apply(Command::Reset {});
         until(session, |panel| panel.run == 3 && panel.time_s > 0.0);
     });
@@ -138,10 +173,13 @@ fn values_out_of_range_are_rejected_with_their_names() {
     with_session("torus-3deg", |session| {
         for (command, part) in [
             (
-                Command::Tilt { deg: 10.1 },
-                "the tilt must be between 0 and 10",
+                set("tilt_deg", 10.1),
+                "the tilt must be between 0 and 10 deg",
             ),
-            (Command::Tilt { deg: f64::NAN }, "the tilt must be"),
+            (set("load.tilt_deg", f64::NAN), "the tilt must be"),
+            (set("load.load_m", 10.0), "load.load_n"),
+            (set("contact.nodes", 36.0), "cannot change `contact.nodes`"),
+            (set("ball_diameter_mm", 31.0), "cannot change"),
             (
                 Command::Speed { ms_per_s: 0.0 },
                 "the playback speed must be",
@@ -168,15 +206,6 @@ fn values_out_of_range_are_rejected_with_their_names() {
     });
 }
 
-#[test]
-fn the_tilt_range_includes_that_of_the_scene() {
-    let scene = Scene::load("torus-3deg").unwrap();
-    assert_eq!(tilt_range_deg(&scene), Some([0.0, 10.0]));
-    let steep = scene.with_tilt(14.0).unwrap();
-    assert_eq!(tilt_range_deg(&steep), Some([0.0, 14.0]));
-    assert_eq!(tilt_range_deg(&Scene::load("mass-on-belt").unwrap()), None);
-}
-
 /// Opens all steps of the tour and all bookmarks in a random order, and waits for the motion that each promises.
 fn open_in_random_order(session: &Session, seed: u64) {
     let tours = [Tour::shipped(), Tour::bookmarks()].map(Option::unwrap);
@@ -196,7 +225,7 @@ fn open_in_random_order(session: &Session, seed: u64) {
         let panel = until(session, settled);
         assert_eq!(panel.departure, None, "{}, order {seed}", step.say);
         // What a lecturer does in between.
-        let _ = session.apply(&Command::Tilt { deg: 8.0 });
+        let _ = session.apply(&set("tilt_deg", 8.0));
         session
             .apply(&Command::Kick {
                 mm_per_s: Some(30.0),
@@ -230,7 +259,7 @@ fn another_motion_than_promised_is_reported() {
         };
         let opening = |promise| Opening {
             scene: "periodic-2deg".to_owned(),
-            tilt_deg: None,
+            set: BTreeMap::new(),
             speed_ms_per_s: Some(1000.0),
             kick_mm_per_s: None,
             promise: Some(promise),
@@ -244,7 +273,7 @@ fn another_motion_than_promised_is_reported() {
             "{text}"
         );
         // The user's own change ends the promise.
-        session.apply(&Command::Tilt { deg: 1.0 }).unwrap();
+        session.apply(&set("tilt_deg", 1.0)).unwrap();
         assert_eq!(session.panel().departure, None);
     });
 }

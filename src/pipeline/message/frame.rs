@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
+use crate::scene::Parameter;
 
 /// The state of one contact node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -223,6 +224,8 @@ pub struct Frame {
     pub events: Vec<String>,
     /// Kicks applied at the first sample, after the one at the start of the run.
     pub kicks: Vec<Kick>,
+    /// Numbers of the scene that commands have changed so far, with their present values in the units of a scene file.
+    pub changed: Arc<Vec<(Parameter, f64)>>,
     /// Display rates of a live run; `None` to display everything that the scene requests.
     pub shown: Option<DisplayRates>,
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::computed::MechanismPrediction;
 use crate::analysis::{LevelReference, TonalEvent};
 use crate::fem::SurfaceMesh;
+use crate::scene::Control;
 
 /// A mode, for labels.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +37,8 @@ pub struct Header {
     pub duration: f64,
     /// Whether the run continues after the planned duration until it is stopped.
     pub endless: bool,
+    /// Numbers of the scene that commands can change; empty unless the run is interactive.
+    pub controls: Vec<Control>,
     /// Analyses whose records follow.
     pub analyses: Vec<AnalysisKind>,
     /// Coordinates of a [`SectionPoint`](super::SectionPoint).

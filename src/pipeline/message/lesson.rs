@@ -57,6 +57,8 @@ pub struct Measurements {
     pub leader: Option<String>,
     /// Present tilt, rad.
     pub tilt: Option<f64>,
+    /// Other numbers of the scene that commands have changed: name, present value and unit.
+    pub changed: Vec<String>,
     /// Strongest spectral line while the tilt rises and falls, if hysteresis or articulation is the mechanism.
     pub tilts: Option<TiltLoop>,
     /// The squeak in each pass of a joint that turns to and fro, if articulation is the mechanism.

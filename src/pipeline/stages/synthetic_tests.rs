@@ -202,6 +202,7 @@ pub fn header() -> Header {
         sample_rate: RATE,
         duration: 0.1,
         endless: false,
+        controls: Vec::new(),
         analyses: Vec::new(),
         section: SectionCoordinate::DELAYED,
         rest_speed: 0.0,

@@ -26,6 +26,7 @@ use rerun::{
 };
 
 use super::{
+    controls,
     error::RecordError,
     paths,
     plot::Bounds,
@@ -74,6 +75,7 @@ pub fn send_with_first_tab(
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
                 layout.perturbed_tab(header),
+                layout.controls_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -88,6 +90,7 @@ pub fn send_with_first_tab(
                 layout.regime_tab(header),
                 layout.lyapunov_tab(header),
                 layout.perturbed_tab(header),
+                layout.controls_tab(header),
                 layout.health_tab(header),
                 layout.about_tab(header),
             ];
@@ -142,6 +145,18 @@ impl Layout {
             "About",
             Parts::new().add(0.85, about).add(0.15, log).column(),
         )
+    }
+
+    /// The numbers that commands change during a live run: those that the scene names.
+    fn controls_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        let views = controls::recorded(header)
+            .filter(|control| control.is_named)
+            .map(|control| {
+                let [path, name] = controls::series(control);
+                self.series(&name, &path, None)
+            });
+        let views = views.fold(Parts::new(), |parts, view| parts.add(1.0, view));
+        tab("Controls", views.column())
     }
 
     fn text(&mut self, name: &str, path: &str) -> ContainerLike {

@@ -14,6 +14,7 @@ pub mod small;
 
 use std::sync::LazyLock;
 
+use super::controls;
 use super::document::FromTable;
 use super::schema::{Declared, Schema};
 
@@ -31,6 +32,7 @@ pub static SCHEMA: LazyLock<Schema> = LazyLock::new(|| {
 /// Adds the keys of all tables, in the order of the guide.
 fn declare(schema: &mut Schema) {
     Header::declare(schema, "");
+    controls::declare(schema);
     joint::declare(schema);
     small::declare(schema);
     Start::declare(schema, "start");

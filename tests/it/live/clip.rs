@@ -78,7 +78,7 @@ fn clip() {
     for k in 0..PICTURES {
         let began = Instant::now();
         let deg = 3.0 + RISE * k as f64;
-        let tilt = format!("squeakscope.ask({{ do: 'tilt', deg: {deg:.2} }})");
+        let tilt = format!("squeakscope.ask({{ do: 'set', key: 'tilt_deg', value: {deg:.2} }})");
         browser.run(&tab, &tilt);
         let picture = browser.webp(&tab, PAGE, CLIP);
         pictures.push((picture, began.elapsed().as_millis() as u32));

@@ -164,7 +164,7 @@ fn the_page_draws_and_is_controlled_by_keyboard() {
         ));
     }
     // The slider by keyboard, and a shortcut.
-    browser.run("document.getElementById('tilt').focus()");
+    browser.run("document.getElementById('load.tilt_deg').focus()");
     browser.press(ARROW_RIGHT);
     browser.until("Math.abs(squeakscope.state.panel.tilt_deg - 3.1) < 1e-6");
     browser.run("document.activeElement.blur()");

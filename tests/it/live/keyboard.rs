@@ -34,7 +34,13 @@ fn tab_visits_every_control() {
         visited.push(focused);
     }
     for id in [
-        "scene", "tilt", "pause", "kick", "speed", "listen", "record",
+        "scene",
+        "load.tilt_deg",
+        "pause",
+        "kick",
+        "speed",
+        "listen",
+        "record",
     ] {
         assert!(
             visited.iter().any(|name| name == id),
@@ -80,7 +86,7 @@ fn shortcuts_act_while_no_control_has_the_focus() {
     browser.press(&tab, "ArrowRight");
     browser.until(
         &tab,
-        "document.getElementById('tilt-now').textContent === '3.10°'",
+        "document.getElementById('load.tilt_deg-now').textContent === '3.10°'",
     );
     // The list of the shortcuts, and shortcuts switched off.
     browser.press(&tab, "?");
@@ -125,10 +131,10 @@ fn a_phone_controls_the_run_by_touch() {
     browser.touch(&tab, "pause");
     browser.until(&tab, &format!("{PANEL}.paused"));
     // A finger on the middle of the slider.
-    browser.touch(&tab, "tilt");
+    browser.touch(&tab, "load.tilt_deg");
     browser.until(
         &tab,
-        "Math.abs(Number(document.getElementById('tilt').value) - 5) < 0.3",
+        "Math.abs(Number(document.getElementById('load.tilt_deg').value) - 5) < 0.3",
     );
     browser.touch(&tab, "pause");
     browser.until(

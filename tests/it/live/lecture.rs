@@ -25,7 +25,7 @@ fn the_tour_runs_from_end_to_end() {
         assert_eq!(say, step["say"]);
         // The run of the step, with its tilt and speed; its numbers are those that the run measures.
         let mut holds = format!("{PANEL}.scene === {} && {PANEL}.time_s > 0", step["scene"]);
-        if let Some(deg) = step["tilt_deg"].as_f64() {
+        if let Some(deg) = step["set"]["tilt_deg"].as_f64() {
             holds += &format!(" && Math.abs({PANEL}.tilt_deg - {deg}) < 1e-6");
         }
         if let Some(speed) = step["speed_ms_per_s"].as_f64() {
@@ -109,7 +109,10 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
         &tab,
         &format!("window.squeakscope?.state.panel?.time_s > 0 && Boolean({own})"),
     );
-    browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 2 })");
+    browser.run(
+        &tab,
+        "squeakscope.ask({ do: 'set', key: 'tilt_deg', value: 2 })",
+    );
     browser.until(&tab, &format!("{PANEL}.tilt_deg === 2"));
     browser.run(&tab, &format!("{own}.click()"));
     browser.until(&tab, &chaos);
@@ -154,7 +157,10 @@ fn two_runs_are_shown_and_controlled_together() {
         &format!("{second}?.panel?.scene === 'torus-3deg' && {second}.data.received > 5"),
     );
     // Both, then B alone.
-    browser.run(&tab, "squeakscope.comparison.ask({ do: 'tilt', deg: 2 })");
+    browser.run(
+        &tab,
+        "squeakscope.comparison.ask({ do: 'set', key: 'tilt_deg', value: 2 })",
+    );
     browser.until(
         &tab,
         &format!("{PANEL}.tilt_deg === 2 && {second}.panel.tilt_deg === 2"),
@@ -163,12 +169,15 @@ fn two_runs_are_shown_and_controlled_together() {
         &tab,
         "document.getElementById('compare-target').value = 'b'",
     );
-    browser.run(&tab, "squeakscope.comparison.ask({ do: 'tilt', deg: 5 })");
+    browser.run(
+        &tab,
+        "squeakscope.comparison.ask({ do: 'set', key: 'tilt_deg', value: 5 })",
+    );
     browser.until(&tab, &format!("{second}.panel.tilt_deg === 5"));
     // The slider then shows the tilt of B.
     browser.until(
         &tab,
-        "document.getElementById('tilt-now').textContent === '5.00°'",
+        "document.getElementById('load.tilt_deg-now').textContent === '5.00°'",
     );
     assert_eq!(browser.run(&tab, &format!("{PANEL}.tilt_deg")), 2);
     // The perturbed copy starts both again, at the tilt of A.
@@ -183,7 +192,10 @@ fn two_runs_are_shown_and_controlled_together() {
         &format!("{second}.panel.events.some((e) => e.text.startsWith('kick'))"),
     );
     // Both in one picture, at different tilts: some pixels are yellow.
-    browser.run(&tab, "squeakscope.comparison.ask({ do: 'tilt', deg: 5 })");
+    browser.run(
+        &tab,
+        "squeakscope.comparison.ask({ do: 'set', key: 'tilt_deg', value: 5 })",
+    );
     let yellow = "(() => { const c = document.querySelector('#views .view-scope canvas'); \
          const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; \
          for (let k = 0; k < d.length; k += 4) n += d[k] > 200 && d[k + 1] > 170 && d[k + 2] < 120; return n; })()";
@@ -241,7 +253,7 @@ fn an_audience_only_watches() {
     browser.until(&tab, "window.squeakscope?.stage.drawn > 3");
     browser.until(&tab, "document.body.classList.contains('audience')");
     assert_eq!(
-        browser.run(&tab, "document.getElementById('tilt').disabled"),
+        browser.run(&tab, "document.getElementById('load.tilt_deg').disabled"),
         true
     );
     browser.press(&tab, "ArrowRight");

@@ -5,6 +5,7 @@ mod clip;
 mod files;
 mod firefox;
 mod floods;
+mod hall;
 mod keyboard;
 mod leaks;
 mod lecture;
@@ -208,5 +209,5 @@ fn patient(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>) {
 }
 
 fn tilt(deg: f64) -> Value {
-    json!({ "do": "tilt", "deg": deg })
+    json!({ "do": "set", "key": "tilt_deg", "value": deg })
 }

@@ -30,7 +30,7 @@ fn user_input_on_the_page_controls_the_run() {
     // The slider.
     browser.run(
         &tab,
-        "{ const s = document.getElementById('tilt'); s.value = 4.5; \
+        "{ const s = document.getElementById('load.tilt_deg'); s.value = 4.5; \
            s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); }",
     );
     control.panel(|panel| panel["tilt_deg"] == 4.5);
@@ -61,7 +61,10 @@ fn user_input_on_the_page_controls_the_run() {
     browser.press(&tab, "1");
     control.panel(|panel| panel["speed"] == 1e-3);
     // A rejection is displayed.
-    browser.run(&tab, "squeakscope.ask({ do: 'tilt', deg: 99 })");
+    browser.run(
+        &tab,
+        "squeakscope.ask({ do: 'set', key: 'tilt_deg', value: 99 })",
+    );
     browser.until(&tab, "!document.getElementById('refused').hidden");
     // Another scene, from the list.
     browser.run(
@@ -73,7 +76,7 @@ fn user_input_on_the_page_controls_the_run() {
         &tab,
         &format!("{PANEL}.run === 2 && {PANEL}.scene === 'mass-on-belt'"),
     );
-    browser.until(&tab, "document.getElementById('tilting').hidden");
+    browser.until(&tab, "document.getElementById('load.tilt_deg') === null");
     // The light theme persists when the page is reloaded.
     let theme = "document.documentElement?.dataset.theme";
     assert_eq!(browser.run(&tab, theme), "dark");

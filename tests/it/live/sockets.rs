@@ -100,10 +100,10 @@ fn invalid_commands_are_rejected() {
             json!({ "do": "scene", "name": "/etc/passwd" }),
             "unknown scene",
         ),
-        (json!({ "do": "tilt" }), "invalid command"),
+        (json!({ "do": "set" }), "invalid command"),
         (json!({ "do": "fly" }), "invalid command"),
         (
-            json!({ "do": "tilt", "deg": 3, "really": true }),
+            json!({ "do": "set", "key": "tilt_deg", "value": 3, "really": true }),
             "invalid command",
         ),
         (json!("tilt"), "invalid command"),

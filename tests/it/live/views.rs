@@ -157,7 +157,7 @@ fn the_slider_changes_the_picture() {
         browser.run(
             &tab,
             &format!(
-                "{{ const s = document.getElementById('tilt'); s.value = {deg}; \
+                "{{ const s = document.getElementById('load.tilt_deg'); s.value = {deg}; \
                  s.dispatchEvent(new Event('input')); }}"
             ),
         );

@@ -11,7 +11,7 @@ use crate::pipeline::message::{
     ContactSample, Exponents, Frame, Header, JointInfo, Measurements, MechanismPrediction,
     NodeShares, SpectralLine, StatusKind, StatusShares, Subject, TiltedTone, TrajectoryDivergence,
 };
-use crate::scene::{AnalysisSpec, Mechanism};
+use crate::scene::{AnalysisSpec, Mechanism, Parameter};
 
 /// Ratio of level to sliding speed up to which a vibration is small and the linear theory applies.
 const SMALL: f64 = 0.05;
@@ -132,6 +132,12 @@ impl LessonMeasurements {
     pub fn begin_frame(&mut self, frame: &Frame) {
         self.next = [0; 2];
         self.so_far.tilt = Some(frame.tilt);
+        self.so_far.changed = frame
+            .changed
+            .iter()
+            .filter(|(parameter, _)| *parameter != Parameter::tilt())
+            .map(|&(parameter, value)| parameter.with_value(value))
+            .collect();
         self.so_far.kicks += frame.kicks.len();
         self.so_far.last_kick = frame.kicks.last().copied().or(self.so_far.last_kick);
         if let Some(tilts) = &mut self.tilts {

@@ -200,6 +200,7 @@ pub fn header(duration: f64) -> Header {
         sample_rate: SAMPLE_RATE,
         duration,
         endless: false,
+        controls: Vec::new(),
         analyses: ALL.to_vec(),
         section: SectionCoordinate::DELAYED,
         rest_speed: 0.0,
