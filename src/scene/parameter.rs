@@ -77,7 +77,7 @@ impl Parameter {
         is_system && self.is_continuous() && !NUMERICAL.contains(&self.path())
     }
 
-    /// Name in words, without the unit: `load`, `stribeck slope`, `mu_s`.
+    /// Name in words, without the unit: `load`, `Stribeck slope`, `mu_s`.
     pub fn label(self) -> String {
         let unit = self.unit().to_lowercase().replace("1/", "per_");
         let unit = format!("_{}", unit.replace('/', "_per_").replace('^', ""));
@@ -86,7 +86,7 @@ impl Parameter {
             // A symbol.
             name.to_owned()
         } else {
-            name.replace('_', " ")
+            name.replace('_', " ").replace("stribeck", "Stribeck")
         }
     }
 
