@@ -107,7 +107,7 @@ impl Sink for Drain {
 
 /// Analyses of 100 ms of simulated time, by the set of active analyses.
 fn stages(c: &mut Criterion) {
-    let mut scene = Scene::load("torus-3deg").unwrap();
+    let mut scene = Scene::load("doubled-torus-3deg").unwrap();
     scene.duration = 0.1;
     let all = scene.analysis.clone();
     let only = |select: fn(&mut AnalysisSpec, &AnalysisSpec)| {

@@ -2,7 +2,7 @@
 //!
 //! * `product/vectors`: the derivative of the force applied to several tangent vectors at once; from
 //!   thirteen on with the assembled Jacobian.
-//! * At the end, tables for the vibration of `torus-3deg` with its own tolerance: the run with exponents
+//! * At the end, tables for the vibration of `doubled-torus-3deg` with its own tolerance: the run with exponents
 //!   over the plain run. Contact is evaluated continuously (`Through`) or with event location (`Exact`),
 //!   once in the developed vibration and once just after a kick so hard that nodes separate and close
 //!   thousands of times per millisecond. The runs of a round alternate, which exposes them equally to
@@ -35,9 +35,9 @@ const METHOD: Method = MethodName::Lawson54.with(
     20e-6,
 );
 
-/// The joint of `torus-3deg` and its state just after a kick, m/s.
+/// The joint of `doubled-torus-3deg` and its state just after a kick, m/s.
 fn kicked(kick: f64) -> (Joint, Vec<f64>) {
-    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    let mut scene = Scene::load("doubled-torus-3deg").expect("a preset");
     scene.start.kick = kick;
     let tilted = scene.joint().expect("the preset has a joint");
     let ball = BallJoint::new(&tilted.spec).expect("the preset's joint");
@@ -46,7 +46,7 @@ fn kicked(kick: f64) -> (Joint, Vec<f64>) {
     (joint, start)
 }
 
-/// The joint of `torus-3deg` and its state in the developed vibration.
+/// The joint of `doubled-torus-3deg` and its state in the developed vibration.
 fn grown() -> (Joint, Vec<f64>) {
     let (joint, start) = kicked(5e-3);
     let mut integrator = Integrator::new(METHOD, &joint).expect("a sound method");

@@ -63,7 +63,7 @@ def measure(program, scene, viewer, port):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("program", help="release build of squeakscope")
-    parser.add_argument("scenes", nargs="*", default=["tilt-ramp", "torus-3deg"])
+    parser.add_argument("scenes", nargs="*", default=["tilt-ramp", "doubled-torus-3deg"])
     parser.add_argument("--viewer", default=str(pathlib.Path(sys.executable).parent / "rerun"))
     parser.add_argument("--port", type=int, default=9911)
     parser.add_argument("--repeats", type=int, default=7)

@@ -25,7 +25,7 @@ const FAMILIES: [[usize; 3]; 5] = [[1, 0, 0], [4, 2, 1], [8, 4, 2], [16, 8, 8], 
 const DEFAULT_NODES: usize = 100;
 
 fn ball(nodes: usize) -> BallJoint {
-    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    let mut scene = Scene::load("doubled-torus-3deg").expect("a preset");
     let spec = &mut scene.joint_mut().expect("the preset has a joint").spec;
     spec.contact.nodes = nodes;
     BallJoint::new(spec).expect("the preset's joint")
@@ -39,7 +39,7 @@ fn model(nodes: usize) -> Model {
 
 /// The joint with the frequencies of its finite elements, and these numbers of modes.
 fn with_modes([bending_pairs, torsion, axial]: [usize; 3]) -> Model {
-    let mut scene = Scene::load("torus-3deg").expect("a preset");
+    let mut scene = Scene::load("doubled-torus-3deg").expect("a preset");
     let body = scene.ball_on_beam_mut().expect("a ball on a beam");
     body.frequencies = Frequencies::FiniteElement;
     body.families.bending_pairs = bending_pairs;

@@ -1,7 +1,7 @@
 //! Effects that are off cost nothing: runs of the joint with effects off, against runs of the plain law.
 //!
 //! The plain law is a loop over nodes and modes that contains the remaining effects only, without any test
-//! for the others. Both sides use the same integrator from the same state of `torus-3deg` and agree in the
+//! for the others. Both sides use the same integrator from the same state of `doubled-torus-3deg` and agree in the
 //! force. Runs alternate, which exposes both to the same other load; the ratio is that of the shortest
 //! times. It is far below 1 because the joint evaluates several nodes at a time. The last column divides
 //! it by the ratio with all effects: near 1 or below, switching effects off saves as much in the joint as it
@@ -161,7 +161,7 @@ fn compare<L: Law, const UNILATERAL: bool, const RADIAL: bool>(
 }
 
 fn main() {
-    let scene = Scene::load("torus-3deg").expect("a preset");
+    let scene = Scene::load("doubled-torus-3deg").expect("a preset");
     let mut spec = scene.joint().expect("the preset has a joint").spec.clone();
     spec.contact.nodes = NODES;
     let ball = BallJoint::new(&spec).expect("the preset's joint");

@@ -20,7 +20,7 @@ use squeakscope::scene::Scene;
 const END: f64 = 4e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut scene = Scene::load("torus-3deg")?;
+    let mut scene = Scene::load("torus-1.75deg")?;
     scene.start.kick = 10e-3;
     let tilted = scene.joint()?;
     let joint = BallJoint::new(&tilted.spec)?.joint(tilted.tilt.at(0.0))?;

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).unwrap_or_else(|| ".".into()));
     let path = folder.join("model.npz");
 
-    let scene = Scene::load("torus-3deg")?;
+    let scene = Scene::load("torus-1.75deg")?;
     let tilted = scene.joint()?;
     let model = BallJoint::new(&tilted.spec)?.model(tilted.tilt.at(0.0))?;
     let joint = Joint::new(&model);

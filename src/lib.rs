@@ -44,7 +44,7 @@
 //! use squeakscope::scene::Scene;
 //! use squeakscope::study::stability;
 //!
-//! let scene = Scene::load("torus-3deg")?;
+//! let scene = Scene::load("torus-1.75deg")?;
 //! let ball = BallJoint::new(&scene.joint()?.spec)?;
 //! for at in stability(&ball, &[1.0_f64.to_radians(), 3.0_f64.to_radians()])? {
 //!     for mode in at.unstable() {

@@ -249,7 +249,7 @@ impl FrictionLaw for Viscous {
 
 /// The joint of a preset with each type of friction, by name.
 fn joints() -> Vec<(&'static str, Joint)> {
-    let scene = Scene::load("torus-3deg").expect("a preset");
+    let scene = Scene::load("doubled-torus-3deg").expect("a preset");
     let tilted = scene.joint().expect("the preset has a joint");
     let ball = BallJoint::new(&tilted.spec).expect("the preset's joint");
     let model = ball.model(tilted.tilt.at(0.0)).expect("the preset's tilt");

@@ -1,6 +1,6 @@
 """Simulation and analysis of friction-induced vibration.
 
-A scene describes a run: ``squeakscope.run("torus-3deg")`` simulates it with all of its analyses. Studies compute
+A scene describes a run: ``squeakscope.run("torus-1.75deg")`` simulates it with all of its analyses. Studies compute
 many runs or the linearised system; functions of signals take arrays. All numbers are in SI units unless a name
 contains another unit, such as ``tilt_deg``; keys of scenes have the units of the scene file.
 

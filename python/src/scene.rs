@@ -13,7 +13,7 @@ use crate::error::{input, raise};
 /// Examples
 /// --------
 /// >>> import squeakscope as s
-/// >>> scene = s.Scene.load("torus-3deg").replace(**{"load.tilt_deg": 4})
+/// >>> scene = s.Scene.load("torus-1.75deg").replace(**{"load.tilt_deg": 4})
 /// >>> scene["load.tilt_deg"]
 /// 4.0
 #[pyclass(frozen, eq, module = "squeakscope")]

@@ -9,7 +9,7 @@ def program(*words: str) -> subprocess.CompletedProcess[str]:
 
 def test_the_command_is_the_program(tmp_path) -> None:
     assert "Simulate and analyse" in program("--help").stdout
-    assert program("scenes").stdout.count("torus-3deg") >= 1
+    assert program("scenes").stdout.count("doubled-torus-3deg") >= 1
     wrong = program("run", "torus-3dge")
     assert wrong.returncode == 2 and "did you mean" in wrong.stderr
     assert program("--no-such-option").returncode == 2

@@ -12,7 +12,7 @@ import pytest
 distributed = pytest.importorskip("distributed", reason="Dask is not installed (pip install 'dask[distributed]')")
 
 SHARDS = 8
-SWEEP = ["sweep", "torus-3deg", "--tilt", "1:4.5:0.5", "--start", "fresh", "--exponents", "0", "--measure", "200"]
+SWEEP = ["sweep", "doubled-torus-3deg", "--tilt", "1:4.5:0.5", "--start", "fresh", "--exponents", "0", "--measure", "200"]
 
 
 def squeakscope(*words: str) -> None:

@@ -21,7 +21,7 @@ CENTRE = np.array([0.0, 0.0, 120.0])  # mm
 
 @pytest.fixture(scope="module")
 def patch() -> dict:
-    return s.model("torus-3deg")
+    return s.model("doubled-torus-3deg")
 
 
 @pytest.fixture(scope="module")
@@ -321,7 +321,7 @@ def test_the_patch_moves_over_the_surface_and_not_beyond(tmp_path, mesh) -> None
     nodes, shapes, frequencies = mesh
     top = nodes[:, 2] - CENTRE[2] > 0.64 * np.linalg.norm(nodes - CENTRE, axis=1)
     found = from_arrays(tmp_path, nodes[top], shapes[top], frequencies, **FRAME)
-    scene = s.Scene.load("torus-3deg").replace(**{"load.load_n": 300})
+    scene = s.Scene.load("doubled-torus-3deg").replace(**{"load.load_n": 300})
     with pytest.raises(s.InputError, match=r"tilt of 80 degrees; .* covers tilts from -\d+ to \d+ degrees") as refusal:
         found.at_patch(scene.replace(**{"load.tilt_deg": 80}))
     low, high = (int(word) for word in str(refusal.value).split("tilts from ")[1].split(" degrees")[0].split(" to "))
@@ -340,7 +340,7 @@ def test_the_patch_moves_over_the_surface_and_not_beyond(tmp_path, mesh) -> None
 
 def test_a_scene_ready_to_run(tmp_path, mesh) -> None:
     found = from_arrays(tmp_path, *mesh, **FRAME)
-    scene = s.Scene.load("torus-3deg").replace(**{"load.azimuth_deg": 40})
+    scene = s.Scene.load("doubled-torus-3deg").replace(**{"load.azimuth_deg": 40})
     at_patch = found.at_patch(scene)
     at_patch.save(tmp_path / "body.toml")
     ready = s.Scene.load(tmp_path / "body.toml")

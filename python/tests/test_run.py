@@ -36,7 +36,7 @@ def test_snapshots_of_the_contact_agree(run: s.Run) -> None:
 
 
 def test_lines_of_a_longer_run() -> None:
-    lines = s.run("torus-3deg", duration=0.05, samples=False).lines
+    lines = s.run("doubled-torus-3deg", duration=0.05, samples=False).lines
     assert 1000 < lines[0].frequency_hz < 20_000
     assert isinstance(lines, s.Results) and lines[0].label
 
@@ -60,7 +60,7 @@ def test_an_exception_of_the_progress_ends_the_run() -> None:
 
     began = time.perf_counter()
     with pytest.raises(RuntimeError, match="enough"):
-        s.run("torus-3deg", duration=50.0, samples=False, progress=stop)
+        s.run("doubled-torus-3deg", duration=50.0, samples=False, progress=stop)
     assert time.perf_counter() - began < 20
 
 
@@ -70,7 +70,7 @@ def test_ctrl_c_ends_a_run() -> None:
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        s.run("torus-3deg", duration=50.0, samples=False)
+        s.run("doubled-torus-3deg", duration=50.0, samples=False)
     timer.join()
     signal.signal(signal.SIGINT, before)
 

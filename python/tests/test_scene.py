@@ -19,9 +19,9 @@ def test_keys_of_a_scene_are_replaced_by_path_or_name() -> None:
 
 
 def test_scenes_are_values() -> None:
-    scene = s.Scene.load("torus-3deg")
+    scene = s.Scene.load("doubled-torus-3deg")
     assert pickle.loads(pickle.dumps(scene)) == scene
-    assert "torus-3deg" in repr(scene) and scene.name in s.scenes()
+    assert "doubled-torus-3deg" in repr(scene) and scene.name in s.scenes()
     assert scene.duration > 0 and scene.sample_rate == 200_000
     assert scene.parameters["load.tilt_deg"] == 3.0
 
@@ -29,12 +29,12 @@ def test_scenes_are_values() -> None:
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        (lambda: s.Scene.load("torus-3dge"), "did you mean `torus-3deg`"),
-        (lambda: s.Scene.load("torus-3deg").replace(ndoes=3), "unknown key `ndoes`"),
-        (lambda: s.Scene.load("torus-3deg").replace(nodes=0), "out of range"),
-        (lambda: s.run("torus-3deg", duration=-1.0), "time.duration_ms"),
+        (lambda: s.Scene.load("torus-1.75dge"), "did you mean `torus-1.75deg`"),
+        (lambda: s.Scene.load("doubled-torus-3deg").replace(ndoes=3), "unknown key `ndoes`"),
+        (lambda: s.Scene.load("doubled-torus-3deg").replace(nodes=0), "out of range"),
+        (lambda: s.run("doubled-torus-3deg", duration=-1.0), "time.duration_ms"),
         (lambda: s.stability("mass-on-belt"), "a ball joint is required"),
-        (lambda: s.run("torus-3deg", record="x.csv"), "does not end in .rrd"),
+        (lambda: s.run("doubled-torus-3deg", record="x.csv"), "does not end in .rrd"),
     ],
 )
 def test_bad_input_names_the_fault(change, part) -> None:

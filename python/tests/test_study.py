@@ -7,15 +7,15 @@ QUICK = {"min_transient": 0.02, "max_transient": 0.03, "measure": 0.01, "exponen
 
 
 def test_stability_at_tilts() -> None:
-    stable, unstable = s.stability("torus-3deg", [0.0, 3.0])
+    stable, unstable = s.stability("doubled-torus-3deg", [0.0, 3.0])
     assert unstable.tilt_rad == pytest.approx(np.radians(3))
     assert any(mode.unstable for mode in unstable.modes)
     assert len(stable.modes) == len(unstable.modes)
-    assert s.stability("torus-3deg")[0] == unstable
+    assert s.stability("doubled-torus-3deg")[0] == unstable
 
 
 def test_sensitivities_agree_with_a_difference() -> None:
-    scene = s.Scene.load("torus-3deg")
+    scene = s.Scene.load("doubled-torus-3deg")
     mode = next(mode for mode in s.sensitivities(scene) if mode.unstable)
     load = next(p for p in mode.parameters if p.parameter == "load.load_n")
 
@@ -41,7 +41,7 @@ def test_a_sweep_does_not_depend_on_threads_and_shards() -> None:
 
 
 def test_basins_count_all_kicks() -> None:
-    scene = s.Scene.load("torus-3deg").replace(nodes=28)
+    scene = s.Scene.load("doubled-torus-3deg").replace(nodes=28)
     found = s.basins(scene, 2, **QUICK)
     assert found.kicks == found.simulated == 2
     assert found.undecided + sum(len(a.seeds) for a in found.attractors) == 2

@@ -28,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tables")
     table = str(folder / "sweep.arrow")
     short = ["--min-transient", "20", "--max-transient", "20", "--measure", "10", "--exponents", "1"]
-    program("sweep", "torus-3deg", "--tilt", "2:3:1", "--start", "fresh", *short, "--out", table)
+    program("sweep", "doubled-torus-3deg", "--tilt", "2:3:1", "--start", "fresh", *short, "--out", table)
     for name in ("sweep.parquet", "sweep.csv"):
         program("merge", table, "--out", str(folder / name))
     return folder

@@ -27,7 +27,7 @@ def test_stubs_describe_the_extension(tmp_path: Path) -> None:
 def test_the_package_has_consistent_types(tmp_path: Path) -> None:
     (tmp_path / "user.py").write_text(
         "import squeakscope as s\n"
-        "run: s.Run = s.run(s.Scene.load('torus-3deg').replace(nodes=28), duration=0.1)\n"
+        "run: s.Run = s.run(s.Scene.load('doubled-torus-3deg').replace(nodes=28), duration=0.1)\n"
         "rate: float = s.rqa(run.u).recurrence_rate\n"
     )
     python("mypy", "--strict", "--disable-error-code=import-untyped", "-p", "squeakscope", cwd=tmp_path)

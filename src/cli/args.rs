@@ -338,7 +338,8 @@ mod tests {
     #[test]
     fn a_sweep_refuses_unknown_starts_and_short_measurements() {
         assert!(
-            parse("squeakscope sweep torus-3deg --tilt 1:8:0.5 --start both --shard 1/2").is_ok()
+            parse("squeakscope sweep torus-1.75deg --tilt 1:8:0.5 --start both --shard 1/2")
+                .is_ok()
         );
         assert!(parse("squeakscope sweep --start sideways").is_err());
         assert!(parse("squeakscope sweep --measure 1").is_err());
@@ -349,7 +350,7 @@ mod tests {
     fn a_run_takes_negative_tilts_and_a_viewer_without_url() {
         let Ok(Args {
             command: Some(Command::Run(run)),
-        }) = parse("squeakscope run torus-3deg --tilt -2.5 --connect --json out.json")
+        }) = parse("squeakscope run torus-1.75deg --tilt -2.5 --connect --json out.json")
         else {
             panic!("these are the arguments of a run");
         };

@@ -400,7 +400,7 @@ mod tests {
             let scene = Scene::load(name).expect("preset");
             tilts_of(&scene.joint().expect("a joint").tilt)
         };
-        assert_eq!(tilts("torus-3deg"), [3.0]);
+        assert_eq!(tilts("doubled-torus-3deg"), [3.0]);
         assert_eq!(tilts("tilt-ramp"), [0.0, 3.0, 5.5, 6.0]);
     }
 }

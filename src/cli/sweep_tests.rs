@@ -18,7 +18,7 @@ struct TestFolder(tempfile::TempDir);
 impl TestFolder {
     fn new() -> Self {
         let test = Self(tempfile::tempdir().unwrap());
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         let few = [(Parameter::named("nodes").unwrap(), 28.0)];
         std::fs::write(test.path("few.toml"), scene.with_values(&few).unwrap().text).unwrap();
         test
@@ -102,7 +102,7 @@ fn a_sweep_writes_tables_figures_and_json() {
     );
     assert_eq!(report["points"][0]["error"], serde_json::Value::Null);
     let svg = std::fs::read_to_string(test.path("figures/new/bifurcation.svg")).unwrap();
-    let title = "<title>torus-3deg: ";
+    let title = "<title>doubled-torus-3deg: ";
     assert!(svg.contains(title), "{svg}");
     // An existing table is not replaced, and resuming a complete table does not change it.
     let refused = execute(&args, &no_stop()).unwrap_err();

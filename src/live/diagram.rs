@@ -368,14 +368,14 @@ mod tests {
 
     #[test]
     fn a_scene_that_ships_has_its_stored_diagram_at_any_tilt_and_another_joint_has_none() {
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         for tilt in [0.0, 3.0, 7.5] {
             let diagrams = shown(&scene.clone().with_tilt(tilt).unwrap(), [0.0, 10.0]);
             let text = diagrams.text().unwrap();
             let diagram: TiltDiagram = serde_json::from_str(&text).unwrap();
             assert_eq!(diagram.parameter, "tilt_deg");
         }
-        let own = own("torus-3deg");
+        let own = own("doubled-torus-3deg");
         assert_eq!(shipped_diagram(&own), None);
         let small = Scene::load("mass-on-belt").unwrap();
         assert_eq!(shipped_diagram(&small), None);
@@ -397,7 +397,7 @@ mod tests {
 
     #[test]
     fn the_diagram_of_an_own_scene_grows_and_another_scene_cancels_it() {
-        let squeaking = own("torus-3deg");
+        let squeaking = own("doubled-torus-3deg");
         let silent = own("printed-friction");
         let diagrams = shown(&squeaking, [0.0, 8.0]);
         assert_eq!((diagrams.text(), diagrams.number()), (None, None));

@@ -210,7 +210,7 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             Tour::read(&path).unwrap_err().to_string()
         };
-        let scene = "scene = \"torus-3deg\"";
+        let scene = "scene = \"doubled-torus-3deg\"";
         let step = |more: &str| refused(&format!("title = \"x\"\n[[step]]\nsay = \"y\"\n{more}"));
         for (said, part) in [
             (refused("title = \"x\"\nstep = []"), "no steps"),

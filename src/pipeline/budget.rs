@@ -163,7 +163,7 @@ mod tests {
     /// A plot of 600 states every half millisecond takes several times longer than the simulated time.
     #[test]
     fn a_budget_changes_the_number_of_windows_and_nothing_else() {
-        let mut scene = Scene::load("torus-3deg").unwrap();
+        let mut scene = Scene::load("doubled-torus-3deg").unwrap();
         let mut recurrence = scene.analysis.recurrence.unwrap();
         (recurrence.size, recurrence.sliding.every) = (600, 0.5e-3);
         scene.analysis = AnalysisSpec {

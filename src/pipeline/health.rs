@@ -165,7 +165,7 @@ mod tests {
     /// The first frame includes the steps that lead to it; each later frame has its own steps.
     #[test]
     fn every_frame_of_a_run_has_its_local_error() {
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         let scene = scene.with_duration(8.0).unwrap();
         let mut records: Vec<Record> = Vec::new();
         run(&scene, "test", &mut records, Monitor::default()).unwrap();

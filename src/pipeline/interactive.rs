@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn a_tilt_applies_to_the_next_frame_and_is_an_event() {
-        let (mut run, handle) = interactive("torus-3deg", FAST);
+        let (mut run, handle) = interactive("doubled-torus-3deg", FAST);
         next(&mut run);
         for degrees in [1.0, 2.0, 4.5_f64] {
             handle
@@ -363,9 +363,11 @@ mod tests {
     /// Commands that do not act on the load leave the motion bit-identical.
     #[test]
     fn playback_commands_do_not_change_the_motion() {
-        let scene = Scene::load("torus-3deg").unwrap().without_analyses();
+        let scene = Scene::load("doubled-torus-3deg")
+            .unwrap()
+            .without_analyses();
         let mut planned = controllable_source(&scene).unwrap();
-        let (mut run, handle) = interactive("torus-3deg", FAST);
+        let (mut run, handle) = interactive("doubled-torus-3deg", FAST);
         let mut seen = Vec::new();
         for commands in [
             vec![RunCommand::Speed(2.0 * FAST)],
@@ -524,7 +526,7 @@ mod tests {
 
     #[test]
     fn the_drawn_share_depends_on_the_speed() {
-        let (mut run, handle) = interactive("torus-3deg", 1e-3);
+        let (mut run, handle) = interactive("doubled-torus-3deg", 1e-3);
         let slow = next(&mut run).shown.unwrap();
         assert_eq!((slow.every, slow.pictures), (1, 20e3));
         handle.send(RunCommand::Speed(1.0)).unwrap();
@@ -536,7 +538,7 @@ mod tests {
 
     #[test]
     fn events_precede_the_samples_they_change() {
-        let (mut run, handle) = interactive("torus-3deg", FAST);
+        let (mut run, handle) = interactive("doubled-torus-3deg", FAST);
         handle
             .send(RunCommand::Set(Parameter::tilt(), 0.05_f64.to_degrees()))
             .unwrap();

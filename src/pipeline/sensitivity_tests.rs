@@ -34,7 +34,7 @@ fn exponents(frames: &[Frame]) -> Vec<&Exponents> {
 
 #[test]
 fn tangents_and_perturbed_trajectory_do_not_change_the_motion() {
-    for (name, duration_ms) in [("torus-3deg", 12.0), ("tilt-ramp", 60.0)] {
+    for (name, duration_ms) in [("doubled-torus-3deg", 12.0), ("tilt-ramp", 60.0)] {
         for events in [Events::Through, Events::Exact] {
             let mut scene = plain(name, duration_ms);
             scene.integrator.events = events;
@@ -56,7 +56,7 @@ fn tangents_and_perturbed_trajectory_do_not_change_the_motion() {
 
 #[test]
 fn exponents_are_reported_when_due() {
-    let mut scene = plain("torus-3deg", 10.0);
+    let mut scene = plain("doubled-torus-3deg", 10.0);
     scene.analysis.exponents = Some(EXPONENTS);
     let frames = frames(&scene);
     let exponents = exponents(&frames);

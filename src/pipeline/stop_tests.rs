@@ -19,7 +19,7 @@ fn one_frame(name: &str, duration: f64) -> Scene {
 fn a_stopped_frame_ends_with_the_last_computed_sample() {
     // Durations that take minutes, so that the run is stopped before its end on any machine.
     for (name, duration) in [
-        ("torus-3deg", 1e2),
+        ("doubled-torus-3deg", 1e2),
         ("impact-oscillator", 1e6),
         ("tilt-ramp", 1e2),
     ] {
@@ -51,7 +51,7 @@ fn a_stopped_frame_ends_with_the_last_computed_sample() {
 /// The initial state needs no step.
 #[test]
 fn a_run_stopped_before_its_first_step_has_the_initial_state() {
-    for name in ["torus-3deg", "impact-oscillator"] {
+    for name in ["doubled-torus-3deg", "impact-oscillator"] {
         let mut source = source(&one_frame(name, 1.0)).unwrap();
         source.set_stop_flag(&Arc::new(AtomicBool::new(true)));
         assert_eq!(source.next_frame().unwrap().expect("the start").len(), 1);

@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_settings_are_in_the_scene_and_in_its_text() {
-        let scene = Scene::load("torus-3deg")
+        let scene = Scene::load("doubled-torus-3deg")
             .unwrap()
             .with_accuracy(1e-4)
             .unwrap();
@@ -122,7 +122,7 @@ mod tests {
             ("time.max_step_us", "1"),
             ("time.tolerance", "absent"),
         ];
-        let scene = Scene::load("torus-3deg")
+        let scene = Scene::load("doubled-torus-3deg")
             .unwrap()
             .with_overrides(&set)
             .unwrap();

@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn keys_and_tables_can_be_removed() {
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         let without = |name: &str| scene.with_overrides(&[(name, "absent")]).unwrap();
         assert!(scene.analysis.exponents.is_some());
         assert_eq!(without("analysis.lyapunov").analysis.exponents, None);
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn faulty_overrides_name_the_key() {
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         for (key, value, part) in [
             ("contact.nodse", "28", "contact.nodes"),
             ("contact.nodes", "many", "contact.nodes"),

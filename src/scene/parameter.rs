@@ -326,7 +326,7 @@ mod tests {
     #[test]
     fn the_angular_velocity_is_varied_in_magnitude() {
         let rotation = Parameter::named("rotation.angular_velocity_rad_per_s").unwrap();
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         let slow = scene.with_values(&[(rotation, 0.5)]).unwrap();
         let spun = slow.joint().unwrap().spec.rotation;
         let size = spun.iter().map(|w| w * w).sum::<f64>().sqrt();

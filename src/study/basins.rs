@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn a_tone_and_a_torus_coexist() {
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         let values = [
             (Parameter::named("nodes").unwrap(), 28.0),
             (Parameter::named("time.tolerance").unwrap(), 1e-4),

@@ -16,7 +16,7 @@ fn a_branch_has_hopf_points_a_table_and_figures() {
     let test = tempfile::tempdir().unwrap();
     let words = [
         "branch",
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--param",
         SLOPE,
         "--points",
@@ -60,7 +60,7 @@ fn two_parameters_make_a_map() {
     let test = tempfile::tempdir().unwrap();
     let words = [
         "branch",
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--tilt",
         "0:4",
         "--param",
@@ -127,7 +127,7 @@ fn bad_intervals_and_parameters_are_refused() {
             "--out needs one parameter",
         ),
     ] {
-        let words: Vec<&str> = ["branch", "torus-3deg"]
+        let words: Vec<&str> = ["branch", "doubled-torus-3deg"]
             .iter()
             .chain(words)
             .copied()

@@ -218,7 +218,7 @@ fn usage_errors_have_exit_code_2() {
 #[test]
 fn invalid_joints_are_bad_input() {
     let test = folder();
-    let printed = squeakscope::scene::preset("torus-3deg")
+    let printed = squeakscope::scene::preset("doubled-torus-3deg")
         .expect("preset")
         .text;
     assert!(printed.contains("load_n = 150") && printed.contains("tilt_deg = 3"));
@@ -236,7 +236,7 @@ fn invalid_joints_are_bad_input() {
 #[test]
 fn shared_limits_name_file_and_line() {
     let test = folder();
-    let printed = squeakscope::scene::preset("torus-3deg")
+    let printed = squeakscope::scene::preset("doubled-torus-3deg")
         .expect("preset")
         .text;
     for (new, expected) in [
@@ -335,7 +335,7 @@ fn existing_outputs_are_replaced_by_force_only() {
 #[test]
 fn the_scene_is_not_overwritten() {
     let test = folder();
-    let printed = squeakscope::scene::preset("torus-3deg")
+    let printed = squeakscope::scene::preset("doubled-torus-3deg")
         .expect("preset")
         .text;
     std::fs::write(test.path().join("scene.toml"), printed).expect("written");

@@ -8,9 +8,9 @@ use squeakscope::scene::Scene;
 
 const SPAN: f64 = 4e-3;
 
-/// The joint of `torus-3deg` with a strong kick.
+/// The joint of `doubled-torus-3deg` with a strong kick.
 fn strongly_kicked() -> (Joint, Vec<f64>) {
-    let mut scene = Scene::load("torus-3deg").unwrap();
+    let mut scene = Scene::load("doubled-torus-3deg").unwrap();
     scene.start.kick = 5e-3;
     // Few of these nodes separate at the rim of the patch, so that the reference converges fast.
     let contact = &mut scene.joint_mut().unwrap().spec.contact;
@@ -173,7 +173,7 @@ fn samples_agree_with_step_ends() {
 /// At very low sliding speed the whole patch creeps, and the joint is stiff.
 #[test]
 fn auto_switches_to_implicit_steps_while_the_joint_sticks() {
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let tilted = scene.joint().unwrap();
     let accuracy = Accuracy::relative(1e-5);
     let max_step = 20e-6;

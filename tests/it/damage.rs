@@ -51,7 +51,14 @@ impl Desk {
 
     /// A recording of 4 ms.
     pub fn recording(&self) -> Vec<u8> {
-        let words = ["run", "torus-3deg", "--duration", "4", "--save", "run.rrd"];
+        let words = [
+            "run",
+            "doubled-torus-3deg",
+            "--duration",
+            "4",
+            "--save",
+            "run.rrd",
+        ];
         assert!(self.run(&words).status.success());
         fs::read(self.path("run.rrd")).expect("written")
     }
@@ -78,7 +85,7 @@ impl Desk {
 
     /// The table of a sweep over four tilts.
     pub fn table(&self) -> Vec<u8> {
-        let words = "sweep torus-3deg --tilt 1:4:1 --start fresh --min-transient 5 --max-transient 20 --measure 10 --out s.arrow";
+        let words = "sweep doubled-torus-3deg --tilt 1:4:1 --start fresh --min-transient 5 --max-transient 20 --measure 10 --out s.arrow";
         let words: Vec<&str> = words.split(' ').collect();
         let made = self.run(&words);
         assert!(made.status.success(), "{made:?}");

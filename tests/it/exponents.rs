@@ -43,7 +43,7 @@ fn cycles_have_one_zero_exponent() {
 #[test]
 fn a_torus_has_two_zero_exponents() {
     let found = follow(
-        scene("torus-3deg"),
+        scene("doubled-torus-3deg"),
         ExponentCount::Largest(4),
         Goal::Classification,
     );
@@ -70,7 +70,7 @@ fn chaos_has_a_positive_exponent() {
 /// 1e-7 0.09 %, at 1e-9 0.008 %. If all exponents are computed, the steps are shortened accordingly.
 #[test]
 fn the_sum_is_the_mean_trace() {
-    for name in ["torus-3deg", "chaos-5deg"] {
+    for name in ["doubled-torus-3deg", "chaos-5deg"] {
         let scene = scene(name);
         assert_eq!(scene.integrator.tolerance, 1e-5);
         let found = follow(scene, ExponentCount::All, Goal::Time(0.05));
@@ -84,13 +84,13 @@ fn the_sum_is_the_mean_trace() {
     // Requesting the number of available exponents requests all of them; fewer keep the tolerance of the
     // scene.
     let found = follow(
-        scene("torus-3deg"),
+        scene("doubled-torus-3deg"),
         ExponentCount::Largest(22),
         Goal::Time(1e-3),
     );
     assert_eq!(found.tolerance, Some(FULL_SPECTRUM_TOLERANCE));
     let found = follow(
-        scene("torus-3deg"),
+        scene("doubled-torus-3deg"),
         ExponentCount::Largest(21),
         Goal::Time(1e-3),
     );
@@ -127,7 +127,7 @@ fn a_ramp_is_averaged_at_its_final_tilt() {
     assert_eq!(found.tilt, Some(end));
 }
 
-/// The joint of `chaos-5deg` and `torus-3deg` with a slow tilt ramp from 0 degrees to `tilt_deg`: an
+/// The joint of `chaos-5deg` and `doubled-torus-3deg` with a slow tilt ramp from 0 degrees to `tilt_deg`: an
 /// upward continuation of the motion.
 fn continued_up(tilt_deg: f64) -> Scene {
     let knots = [(0.0, 0.0), (0.04, 0.0), (0.04 + 0.04 * tilt_deg, tilt_deg)];

@@ -12,7 +12,7 @@ use squeakscope::pipeline::{Monitor, initial_state, run};
 use squeakscope::scene::Scene;
 
 fn scene() -> Scene {
-    Scene::load("torus-3deg")
+    Scene::load("doubled-torus-3deg")
         .unwrap()
         .with_duration(5.0)
         .unwrap()

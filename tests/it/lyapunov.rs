@@ -25,7 +25,7 @@ fn json(path: &Path) -> serde_json::Value {
 fn a_short_run_writes_consistent_outputs() {
     let folder = folder();
     let arguments = [
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--duration",
         "100",
         "--settle",
@@ -41,7 +41,7 @@ fn a_short_run_writes_consistent_outputs() {
     ];
     let assert = squeakscope(folder.path(), &arguments).success().stderr("");
     let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");
-    assert!(text.starts_with("torus-3deg at 3 deg: "), "{text}");
+    assert!(text.starts_with("doubled-torus-3deg at 3 deg: "), "{text}");
 
     let found = json(&folder.path().join("out.json"));
     assert_eq!(found["tilt_rad"], 3.0_f64.to_radians());
@@ -78,7 +78,7 @@ fn a_short_run_writes_consistent_outputs() {
 fn json_replaces_the_table_on_stdout() {
     let folder = folder();
     let arguments = [
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--exponents",
         "2",
         "--duration",
@@ -104,7 +104,7 @@ fn json_replaces_the_table_on_stdout() {
 #[test]
 fn csv_replaces_the_table_on_stdout() {
     let folder = folder();
-    let arguments = ["torus-3deg", "--exponents", "1", "--duration", "2"];
+    let arguments = ["doubled-torus-3deg", "--exponents", "1", "--duration", "2"];
     let more = ["--settle", "1", "--average-time", "0.004", "--csv", "-"];
     let assert = squeakscope(folder.path(), &[&arguments[..], &more[..]].concat()).success();
     let text = String::from_utf8(assert.get_output().stdout.clone()).expect("text");

@@ -362,7 +362,7 @@ fn downward_and_upward_ramps_differ() {
 
 #[test]
 fn the_torus_beats_at_the_difference_frequency() {
-    let run = Run::named("torus-3deg");
+    let run = Run::named("doubled-torus-3deg");
     let line = |name: &str| {
         let peak = run.peaks().iter().find(|peak| peak.label == name);
         peak.unwrap_or_else(|| panic!("no {name}")).frequency
@@ -440,7 +440,7 @@ fn mechanisms_that_a_scene_cannot_demonstrate_are_rejected() {
         let error = Scene::parse("mine.toml", text.replacen(from, to, 1));
         error.expect_err("must be rejected").to_string()
     };
-    let misspelt = refusal("torus-3deg", "\"torus\"", "\"stickslip\"");
+    let misspelt = refusal("doubled-torus-3deg", "\"torus\"", "\"stickslip\"");
     assert!(
         misspelt.contains("`mechanism` = \"stickslip\""),
         "{misspelt}"
@@ -457,7 +457,11 @@ fn mechanisms_that_a_scene_cannot_demonstrate_are_rejected() {
         ("hysteresis", "[[load.tilt]]"),
         ("chaos", "[analysis.perturbed_trajectory]"),
     ] {
-        let message = refusal("torus-3deg", "\"torus\"", &format!("\"{mechanism}\""));
+        let message = refusal(
+            "doubled-torus-3deg",
+            "\"torus\"",
+            &format!("\"{mechanism}\""),
+        );
         assert!(
             message.contains("`mechanism`") && message.contains(remedy),
             "{message}"
@@ -486,7 +490,7 @@ fn a_changed_scene_keeps_a_mechanism_it_can_demonstrate() {
     };
     assert_eq!(swept("hysteresis", "load.tilt_deg", 3.0), None);
     assert_eq!(swept("lift-off", "record.patch_rate_khz", 0.0), None);
-    let kept = swept("torus-3deg", "load.tilt_deg", 3.5);
+    let kept = swept("doubled-torus-3deg", "load.tilt_deg", 3.5);
     assert_eq!(kept, Some(Mechanism::Torus));
     let fixed = Scene::load("hysteresis").expect("preset").with_tilt(3.0);
     assert_eq!(fixed.expect("a scene").mechanism, None);

@@ -246,7 +246,7 @@ fn passed_motions_are_near_those_of_many_nodes() {
 /// Growth rates with the nodes of each scene are those of 1,000 nodes, from a tilt of 0 to 8 degrees.
 #[test]
 fn growth_rates_are_those_of_many_nodes() {
-    for name in ["torus-3deg", "periodic-2deg", "lift-off"] {
+    for name in ["doubled-torus-3deg", "periodic-2deg", "lift-off"] {
         let scene = Scene::load(name).unwrap();
         let mut spec = scene.joint().unwrap().spec.clone();
         let tilts: Vec<f64> = (0..5).map(|k| f64::from(2 * k).to_radians()).collect();

@@ -8,7 +8,7 @@ use squeakscope::pipeline::{Monitor, PipelineError, Sink, SinkError, run};
 use squeakscope::scene::Scene;
 
 fn short() -> Scene {
-    Scene::load("torus-3deg")
+    Scene::load("doubled-torus-3deg")
         .unwrap()
         .with_duration(12.0)
         .unwrap()
@@ -109,7 +109,7 @@ fn a_stop_is_clean() {
         stop: &stop,
         ..Monitor::default()
     };
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let summary = run(&scene, "test", &mut sink, monitor).unwrap();
     assert!(summary.interrupted && summary.simulated < 0.1 * scene.duration);
     assert!(matches!(sink.2.last(), Some(Record::Summary(_))));
@@ -142,7 +142,7 @@ fn a_failing_sink_is_the_run_s_error() {
         }
     }
     let mut sink = Full::default();
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let fault = run(&scene, "test", &mut sink, Monitor::default()).unwrap_err();
     let PipelineError::Sink(source) = fault else {
         panic!("{fault:?}")
@@ -169,7 +169,7 @@ fn absent_analyses_send_nothing() {
 /// A duration that is not a multiple of the sample spacing is complete, not interrupted.
 #[test]
 fn odd_durations_are_complete() {
-    let mut scene = Scene::load("torus-3deg").unwrap();
+    let mut scene = Scene::load("doubled-torus-3deg").unwrap();
     scene.duration = 1.2324e-3;
     let summary = run(&scene, "test", &mut Vec::new(), Monitor::default()).unwrap();
     assert!(!summary.interrupted);

@@ -141,7 +141,7 @@ fn mode_shift() {
 /// 3 degrees: a torus with sharp lines at 4.11 and 3.87 kHz.
 #[test]
 fn torus_3deg() {
-    let settled = response_of("torus-3deg").settled();
+    let settled = response_of("doubled-torus-3deg").settled();
     settled.assert_lines_of_the_torus();
     assert!(
         settled.broadband_level < 2e-6,

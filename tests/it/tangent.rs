@@ -10,10 +10,10 @@ use squeakscope::joint::{BallJoint, Joint};
 use squeakscope::pipeline::initial_state;
 use squeakscope::scene::Scene;
 
-/// The joint of `torus-3deg` with `nodes` contact nodes and a kick (m/s) strong enough
+/// The joint of `doubled-torus-3deg` with `nodes` contact nodes and a kick (m/s) strong enough
 /// for chattering contact.
 fn kicked(nodes: usize, kick: f64) -> (Joint, Vec<f64>) {
-    let mut scene = Scene::load("torus-3deg").unwrap();
+    let mut scene = Scene::load("doubled-torus-3deg").unwrap();
     scene.joint_mut().unwrap().spec.contact.nodes = nodes;
     scene.start.kick = kick;
     let tilted = scene.joint().unwrap();

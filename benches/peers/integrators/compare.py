@@ -149,7 +149,7 @@ def write(text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
-    parser.add_argument("--scene", default="torus-3deg", help="scene to run")
+    parser.add_argument("--scene", default="doubled-torus-3deg", help="scene to run")
     parser.add_argument("--nodes", type=int, nargs="+", default=[16, 100],
                         help="numbers of contact nodes of the runs")
     parser.add_argument("--loop-nodes", type=int, nargs="*",

@@ -18,7 +18,7 @@ fn found(count: usize, windings: usize) -> Option<ClosedCurves> {
     Some(ClosedCurves { count, windings })
 }
 
-/// Base frequencies of the scene torus-3deg, Hz.
+/// Base frequencies of the scene doubled-torus-3deg, Hz.
 const F1: f64 = 4112.79;
 const F2: f64 = 3874.08;
 

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 /// A quarter of a bin of 0.6 s, as for a settled response.
 const SETTLED: f64 = 0.42;
 
-/// The lines of the scene torus-3deg at 2 to 4.5 degrees and at 8: displacement in um, 0.6 s, downward
+/// The lines of the scene doubled-torus-3deg at 2 to 4.5 degrees and at 8: displacement in um, 0.6 s, downward
 /// continuation.
 const AT_2: &[(f64, f64)] = &[
     (4109.56, 0.617),

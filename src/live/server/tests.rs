@@ -37,7 +37,7 @@ impl Served {
 
     fn with(limits: Limits) -> Self {
         let session = Arc::new(Session::new(SessionOptions {
-            scene: Scene::load("torus-3deg").unwrap(),
+            scene: Scene::load("doubled-torus-3deg").unwrap(),
             command: "squeakscope live".to_owned(),
             speed: 0.02,
             lyapunov: true,

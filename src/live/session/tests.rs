@@ -59,7 +59,7 @@ fn until(session: &Session, holds: impl Fn(&Panel) -> bool) -> Panel {
 
 #[test]
 fn commands_take_effect() {
-    with_session("torus-3deg", |session| {
+    with_session("doubled-torus-3deg", |session| {
         let apply = |command| session.apply(&command).unwrap();
         apply(set("tilt_deg", 4.25));
         let panel = until(session, |panel| panel.tilt_deg == Some(4.25));
@@ -89,7 +89,7 @@ fn commands_take_effect() {
 /// A number other than the tilt is a slider too; the diagram says for which values it holds.
 #[test]
 fn every_number_of_the_scene_is_a_control() {
-    with_session("torus-3deg", |session| {
+    with_session("doubled-torus-3deg", |session| {
         session.apply(&set("load_n", 200.0)).unwrap();
         let value = |panel: &Panel, key: &str| {
             let mut sliders = panel.controls.iter();
@@ -117,7 +117,7 @@ fn every_number_of_the_scene_is_a_control() {
 
 #[test]
 fn another_scene_and_a_reset_start_new_runs() {
-    with_session("torus-3deg", |session| {
+    with_session("doubled-torus-3deg", |session| {
         let apply = |command| session.apply(&command).unwrap();
         let name = "mass-on-belt".to_owned();
         apply(Command::Scene { name });
@@ -134,12 +134,17 @@ fn another_scene_and_a_reset_start_new_runs() {
 
 #[test]
 fn commands_during_a_restart_apply_to_the_new_run() {
-    with_session("torus-3deg", |session| {
+    with_session("doubled-torus-3deg", |session| {
         let apply = |command| session.apply(&command).unwrap();
         apply(Command::Reset {});
         apply(Command::Pause {});
         let panel = until(session, |panel| panel.run == 2 && panel.paused);
-        assert!(panel.events.iter().any(|e| e.text == "torus-3deg starts"));
+        assert!(
+            panel
+                .events
+                .iter()
+                .any(|e| e.text == "doubled-torus-3deg starts")
+        );
         // Recording works while the run is paused.
         apply(Command::Record {});
         until(session, |panel| panel.recording.is_some());
@@ -170,7 +175,7 @@ fn lyapunov_analyses_can_be_switched_off() {
 
 #[test]
 fn values_out_of_range_are_rejected_with_their_names() {
-    with_session("torus-3deg", |session| {
+    with_session("doubled-torus-3deg", |session| {
         for (command, part) in [
             (
                 set("tilt_deg", 10.1),

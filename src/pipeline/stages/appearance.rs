@@ -24,7 +24,7 @@
 //! | `tilt-ramp`, to 95 ms (3 degrees just reached) | 5e-10 to 3e-7 | up to 0.036 | one tone |
 //! | `tilt-ramp`, 100 to 195 ms | 7e-6 to 8e-5 | 0.068 to 0.20 | two tones |
 //! | `tilt-ramp`, from 205 ms (5.6 degrees) on | 9e-5 to 1.4e-3, median 7e-4 | 0.19 to 0.23 | broad floor |
-//! | `torus-3deg`, seeds 1, 4, 5 | 1.3e-5 to 1.3e-4 | 0.16 | two tones |
+//! | `doubled-torus-3deg`, seeds 1, 4, 5 | 1.3e-5 to 1.3e-4 | 0.16 | two tones |
 //! | `chaos-5deg`, seeds 1, 2, 4 | 3e-5 (rarely) to 1.2e-3, median 6e-4 | 0.18 to 0.21 | broad floor |
 //!
 //! The torus at 3 degrees, reached from rest, is modulated at 40 Hz. Its side lines merge with the adjacent

@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn the_second_tone_is_that_of_the_spectrum() {
         let mut records: Vec<Record> = Vec::new();
-        let scene = Scene::load("torus-3deg").unwrap();
+        let scene = Scene::load("doubled-torus-3deg").unwrap();
         run(&scene, "", &mut records, Monitor::default()).unwrap();
         let (mut in_spectrum, mut compared) = (None, 0);
         for record in &records {
@@ -125,7 +125,10 @@ mod tests {
         assert_eq!(headings("printed-friction"), ["## Silent"]);
         assert_eq!(headings("periodic-2deg"), [GROWING, SETTLES, TONE]);
         assert_eq!(headings("mode-shift-3.5deg"), [GROWING, SETTLES, TONE]);
-        assert_eq!(headings("torus-3deg"), [GROWING, SETTLES, TWO_TONES]);
+        assert_eq!(
+            headings("doubled-torus-3deg"),
+            [GROWING, SETTLES, TWO_TONES]
+        );
         let mut seen = headings("chaos-5deg");
         let before = seen.len();
         seen.retain(|heading| heading != PARTED);

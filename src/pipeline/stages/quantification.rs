@@ -17,7 +17,7 @@ use crate::scene::{DelaySpec, QuantificationSpec};
 /// States are sampled every `step`, counted from the first sample of the run. The step is rounded to whole
 /// samples and the delay to whole steps, at least one each. Line lengths are in states.
 ///
-/// Each window is evaluated from scratch: 1.3 ms for 2000 states of `torus-3deg` or `periodic-2deg` with a
+/// Each window is evaluated from scratch: 1.3 ms for 2000 states of `doubled-torus-3deg` or `periodic-2deg` with a
 /// fixed threshold.
 pub fn quantification(
     spec: &QuantificationSpec,

@@ -53,7 +53,7 @@ mod tests {
     fn a_periodic_motion_and_a_torus_are_recognised() {
         for (scene, expected) in [
             ("periodic-2deg", Regime::Periodic),
-            ("torus-3deg", Regime::QuasiPeriodic),
+            ("doubled-torus-3deg", Regime::QuasiPeriodic),
         ] {
             let verdicts = verdicts(scene);
             // After the transient has left the window.

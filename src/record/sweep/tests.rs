@@ -85,7 +85,7 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
 /// Values from 1 to 3 degrees, upward and downward.
 fn plan() -> SweepPlan {
     SweepPlan {
-        scene: Scene::load("torus-3deg").unwrap(),
+        scene: Scene::load("doubled-torus-3deg").unwrap(),
         axes: vec![Axis::new(Parameter::tilt(), [1.0, 1.5, 2.0, 2.5, 3.0])],
         starts: vec![Start::Upward, Start::Downward],
         response: ResponsePlan::default(),

@@ -194,7 +194,7 @@ fn a_signal_is_drawn_without_a_joint() {
 fn only_views_of_enabled_analyses_exist() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.rrd");
-    let full = Scene::load("torus-3deg").unwrap();
+    let full = Scene::load("doubled-torus-3deg").unwrap();
     let mut scene = full.clone().without_analyses();
     scene.analysis.spectrum = full.analysis.spectrum;
     let scene = scene.with_duration(100.0).unwrap();

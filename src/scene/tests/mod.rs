@@ -150,7 +150,7 @@ fn presets_have_their_parameters() {
     let shift = load("mode-shift-3.5deg");
     assert_eq!(joint_of(&shift).azimuth, 135f64.to_radians());
     assert_eq!(tilt_of(&shift).at(0.0), 3.5f64.to_radians());
-    for name in ["torus-3deg", "chaos-5deg", "tilt-ramp"] {
+    for name in ["doubled-torus-3deg", "chaos-5deg", "tilt-ramp"] {
         let scene = load(name);
         let natural = joint_of(&scene);
         assert_eq!(natural.azimuth, 0.0);

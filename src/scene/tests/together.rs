@@ -267,7 +267,9 @@ fn lyapunov_analyses_can_be_omitted() {
         let line = format!("# overridden for this run: [analysis.{table}] = omitted");
         assert!(scene.text.contains(&line), "{}", scene.text);
     }
-    let torus = Scene::load("torus-3deg").unwrap().without_lyapunov();
+    let torus = Scene::load("doubled-torus-3deg")
+        .unwrap()
+        .without_lyapunov();
     assert!(torus.mechanism.is_some() && !torus.text.contains("[analysis.perturbed_trajectory]"));
 }
 

@@ -14,7 +14,7 @@ use super::orbits::{OrbitProgress, OrbitStarts, add_orbits};
 use super::result::{Branch, BranchBifurcation};
 use crate::analysis::Regime;
 use crate::dynamics::continuation::{BifurcationKind, PeriodicOrbit};
-use crate::scene::{PRESETS, Parameter, Scene};
+use crate::scene::{Parameter, Scene, preset};
 use crate::study::ThreadSpawnError;
 use crate::study::response::ResponsePlan;
 use crate::study::sweep::{
@@ -333,14 +333,12 @@ macro_rules! shipped {
     };
 }
 
-/// The stored diagrams: name of the scene, and text of the file.
+/// The stored diagrams: name of a scene, and text of the file. Scenes that differ in their loading over time share one.
 const SHIPPED: &[(&str, &str)] = shipped![
     "tilt-ramp",
     "printed-friction",
     "periodic-2deg",
-    "torus-birth",
-    "torus-3deg",
-    "chaos-5deg",
+    "torus-1.75deg",
     "stick-slip",
     "lift-off",
     "which-mode-wins",
@@ -351,14 +349,15 @@ const SHIPPED: &[(&str, &str)] = shipped![
     "paper",
 ];
 
-/// The stored diagram (JSON) of a scene that ships, with any tilt; `None` if the scene has none, or its joint was
-/// changed.
+/// The stored diagram (JSON) of the joint and the start of a scene, at any tilt; `None` if no scene that ships has them.
 pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
-    let (_, text) = SHIPPED.iter().find(|(name, _)| *name == scene.name)?;
-    let preset = PRESETS.iter().find(|preset| preset.name == scene.name)?;
-    let upright = |scene: Scene| scene.with_tilt(0.0).ok().map(|scene| scene.subject);
-    let [own, stored] = [scene.clone(), preset.scene().ok()?].map(upright);
-    (own? == stored?).then_some(*text)
+    let upright = |scene: &Scene| Some((scene.clone().with_tilt(0.0).ok()?.subject, scene.start));
+    let own = upright(scene)?;
+    let is_own = |(name, _): &&(&str, &str)| {
+        let stored = preset(name).and_then(|preset| preset.scene().ok());
+        stored.is_some_and(|stored| upright(&stored).as_ref() == Some(&own))
+    };
+    SHIPPED.iter().find(is_own).map(|(_, text)| *text)
 }
 
 #[cfg(test)]

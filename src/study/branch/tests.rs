@@ -166,7 +166,7 @@ fn a_point_in_json_has_the_name_of_the_parameter() {
 
 /// A joint with few nodes, for tests of differences.
 fn joint() -> Scene {
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let nodes = Parameter::named("contact.nodes").unwrap();
     let damping = Parameter::named("damping.ratio").unwrap();
     scene

@@ -112,7 +112,7 @@ fn only_effects_that_are_on_are_listed() {
         let effects = effects::effects_of(&scene).into_iter();
         effects.map(|(_, effect, _)| effect.name).collect()
     };
-    let plain = named("torus-3deg", &[]);
+    let plain = named("doubled-torus-3deg", &[]);
     let has = |names: &[String], name: &str| names.iter().any(|other| other == name);
     assert!(
         has(&plain, "separation of nodes") && has(&plain, "spectrum"),
@@ -122,7 +122,7 @@ fn only_effects_that_are_on_are_listed() {
         assert!(!has(&plain, off), "{off}: {plain:?}");
     }
     let damped = named(
-        "torus-3deg",
+        "doubled-torus-3deg",
         &[
             ("contact_damping.law", "kelvin-voigt"),
             ("contact_damping.retardation_time_us", "0.1"),
@@ -130,7 +130,7 @@ fn only_effects_that_are_on_are_listed() {
     );
     assert!(has(&damped, "contact damping"), "{damped:?}");
     assert_eq!(damped.len(), plain.len() + 1);
-    let bonded = named("torus-3deg", &[("contact.unilateral", "false")]);
+    let bonded = named("doubled-torus-3deg", &[("contact.unilateral", "false")]);
     assert!(!has(&bonded, "separation of nodes"), "{bonded:?}");
     assert!(has(&named("bristles", &[]), "memory of friction"));
 }
@@ -138,7 +138,9 @@ fn only_effects_that_are_on_are_listed() {
 #[test]
 fn a_scene_at_rest_has_one_clear_error() {
     let set = [("start.kick_mm_per_s", "0")];
-    let scene = Scene::load("torus-3deg").unwrap().with_overrides(&set);
+    let scene = Scene::load("doubled-torus-3deg")
+        .unwrap()
+        .with_overrides(&set);
     let refused = cost(&scene.unwrap(), None, &mut |_| true).unwrap_err();
     assert!(matches!(refused, CostError::AtRest), "{refused}");
 }

@@ -104,7 +104,7 @@ fn a_periodic_motion_has_the_exponents_of_its_orbit() {
 
 #[test]
 fn a_torus_has_no_orbit() {
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let plan = ResponsePlan {
         orbits: true,
         ..SHORT
@@ -162,7 +162,7 @@ fn a_small_system_has_a_settled_response() {
 
 #[test]
 fn the_callback_stops_a_response() {
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     // Far longer than three intervals between two calls, which are of wall time.
     let plan = ResponsePlan {
         min_transient: 100.0,

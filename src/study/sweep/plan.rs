@@ -266,7 +266,7 @@ mod tests {
     fn plan(starts: &[Start]) -> SweepPlan {
         let factor = Parameter::named("stiffness_factor").unwrap();
         SweepPlan {
-            scene: Scene::load("torus-3deg").unwrap(),
+            scene: Scene::load("doubled-torus-3deg").unwrap(),
             axes: vec![
                 Axis::new(Parameter::tilt(), [3.0, 1.0, 2.0, 1.0]),
                 Axis::new(factor, [2.0, 4.0]),

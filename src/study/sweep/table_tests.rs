@@ -9,7 +9,7 @@ use crate::study::sweep::{Axis, Shard, Start, SweepPlan, SweepPoint};
 
 /// A plan with one impossible point, and its points.
 fn swept() -> (SweepPlan, Vec<SweepPoint>) {
-    let scene = Scene::load("torus-3deg").unwrap();
+    let scene = Scene::load("doubled-torus-3deg").unwrap();
     let plan = SweepPlan {
         scene: scene
             .with_values(&[(Parameter::named("nodes").unwrap(), 28.0)])

@@ -35,7 +35,7 @@ impl SweepObserver for Notes {
 }
 
 fn plan() -> SweepPlan {
-    let mut scene = Scene::load("torus-3deg").unwrap();
+    let mut scene = Scene::load("doubled-torus-3deg").unwrap();
     scene = scene
         .with_values(&[(Parameter::named("nodes").unwrap(), 28.0)])
         .unwrap();

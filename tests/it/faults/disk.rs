@@ -61,7 +61,7 @@ fn a_full_disk_for_the_output_sets_the_exit_code() {
         let status = command.stdout(stdout).stderr(stderr).status();
         status.expect("started").code()
     };
-    let run = "run torus-3deg --duration 5 --force --save run.rrd";
+    let run = "run doubled-torus-3deg --duration 5 --force --save run.rrd";
     let run: Vec<&str> = run.split(' ').collect();
     // The warning about missing exponents is lost.
     assert_eq!(status(&run, Stdio::null(), full().into()), Some(0));

@@ -17,7 +17,7 @@ fn a_recording_does_not_depend_on_the_rerun_variable() {
 #[test]
 fn a_study_is_recorded_with_rerun_switched_off() {
     let (folder, recording) = desk();
-    let words = "sweep torus-3deg --tilt 1:2:1 --min-transient 5 --max-transient 5 --measure 5 --out run.arrow --save run.rrd";
+    let words = "sweep doubled-torus-3deg --tilt 1:2:1 --min-transient 5 --max-transient 5 --measure 5 --out run.arrow --save run.rrd";
     let mut program = squeakscope();
     program.current_dir(folder.path()).args(words.split(' '));
     program.env("RERUN", "off");

@@ -43,7 +43,7 @@ fn run(folder: &Path, duration_ms: &str, more: &[&str]) -> Command {
     let mut command = squeakscope();
     command
         .current_dir(folder)
-        .args(["run", "torus-3deg", "--duration", duration_ms])
+        .args(["run", "doubled-torus-3deg", "--duration", duration_ms])
         .args(more);
     command
 }

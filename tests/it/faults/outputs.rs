@@ -143,8 +143,8 @@ fn insufficient_memory_ends_in_an_error() {
     let folder = folder();
     for words in [
         "run --duration 100000",
-        "run torus-3deg --duration 5 --npz a.npz --wav a.wav --json a.json",
-        "sweep torus-3deg --tilt 2:3:1 --out b.arrow",
+        "run doubled-torus-3deg --duration 5 --npz a.npz --wav a.wav --json a.json",
+        "sweep doubled-torus-3deg --tilt 2:3:1 --out b.arrow",
         "sweep --save a.rrd --out a.arrow",
         "basins --save a.rrd --out a.arrow",
         "cost --figures cost",
@@ -193,7 +193,7 @@ fn insufficient_memory_ends_in_an_error() {
 #[test]
 fn a_failed_audit_is_reported_in_every_output() {
     let (folder, _) = desk();
-    let text = squeakscope::scene::preset("torus-3deg")
+    let text = squeakscope::scene::preset("doubled-torus-3deg")
         .expect("preset")
         .text;
     let coarse = text
@@ -216,7 +216,7 @@ fn a_failed_audit_is_reported_in_every_output() {
     strict.said(1, &["error: the energy audit failed", "(--strict)"]);
     assert_eq!(audit()["holds"], false, "written nevertheless");
     // A passed audit, and no audit.
-    let fine = "run torus-3deg --duration 20 --npz a.npz --json a.json --strict --force";
+    let fine = "run doubled-torus-3deg --duration 20 --npz a.npz --json a.json --strict --force";
     ended(folder.path(), fine).said(0, &[]);
     assert_eq!(audit()["holds"], true);
     let none = "run impact-oscillator --duration 20 --npz a.npz --json a.json --force";

@@ -11,7 +11,7 @@ use super::{desk, names, samples};
 const GOOD_FRAMES: u64 = 20;
 
 fn scene() -> Scene {
-    let scene = Scene::load("torus-3deg").expect("preset");
+    let scene = Scene::load("doubled-torus-3deg").expect("preset");
     scene.with_duration(200.0).expect("in range")
 }
 

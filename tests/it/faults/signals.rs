@@ -296,7 +296,7 @@ fn child_that_is_killed() {
     let Some(path) = std::env::var_os(CHILD).map(PathBuf::from) else {
         return;
     };
-    let scene = Scene::load("torus-3deg").expect("preset");
+    let scene = Scene::load("doubled-torus-3deg").expect("preset");
     let mut scene = scene.with_duration(1e5).expect("in range");
     // So slow that samples are sent because of their age, not their number.
     scene.integrator.tolerance = 1e-11;

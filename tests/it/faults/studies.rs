@@ -15,7 +15,7 @@ fn study(folder: &Path, words: &[&str]) -> Command {
 /// A sweep of five points: a table of 240 kB, a recording of 820 kB.
 const SWEEP: [&str; 13] = [
     "sweep",
-    "torus-3deg",
+    "doubled-torus-3deg",
     "--tilt",
     "1:3:0.5",
     "--start",
@@ -115,7 +115,7 @@ fn a_disk_full_at_the_end_of_a_study_prints_the_results() {
 fn a_removed_folder_ends_a_study_at_once() {
     let words = [
         "sweep",
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--tilt",
         "1:8:0.01",
         "--max-transient",
@@ -153,7 +153,7 @@ const LONG: [&[&str]; 5] = [
     ],
     &[
         "sweep",
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--tilt",
         "1:8:0.01",
         "--max-transient",
@@ -167,7 +167,7 @@ const LONG: [&[&str]; 5] = [
     ],
     &[
         "basins",
-        "torus-3deg",
+        "doubled-torus-3deg",
         "--kicks",
         "1000",
         "--max-transient",

@@ -116,13 +116,13 @@ fn never_panics(words: &[&str]) {
 
 #[test]
 fn a_run_without_threads_ends_in_an_error() {
-    let words = "run torus-3deg --duration 5 --force --save run.rrd";
+    let words = "run doubled-torus-3deg --duration 5 --force --save run.rrd";
     never_panics(&words.split(' ').collect::<Vec<_>>());
 }
 
 #[test]
 fn a_sweep_without_threads_ends_in_an_error() {
-    let words = "sweep torus-3deg --tilt 1:2:1 --threads 3 --min-transient 5 --max-transient 5 --measure 5 --out sweep-#.arrow";
+    let words = "sweep doubled-torus-3deg --tilt 1:2:1 --threads 3 --min-transient 5 --max-transient 5 --measure 5 --out sweep-#.arrow";
     never_panics(&words.split(' ').collect::<Vec<_>>());
 }
 

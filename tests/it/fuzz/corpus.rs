@@ -202,7 +202,7 @@ pub fn commands(_: &Desk) -> Vec<Vec<u8>> {
         r#"{"do": "kick", "mm_per_s": 1e-3}"#,
         r#"{"do": "kick", "mm_per_s": null}"#,
         r#"{"do": "lyapunov", "enabled": false}"#,
-        r#"{"do": "scene", "name": "torus-3deg"}"#,
+        r#"{"do": "scene", "name": "doubled-torus-3deg"}"#,
         r#"{"do": "stop-recording"}"#,
     ];
     texts.map(|text| text.as_bytes().to_vec()).to_vec()

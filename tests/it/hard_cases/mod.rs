@@ -28,7 +28,7 @@ use squeakscope::scene::Scene;
 /// Energy floor of the audit in scenes, J.
 const FLOOR: f64 = 1e-12;
 
-/// The joint of `torus-3deg` with nodes in rings, sampled every 5 us, without analyses.
+/// The joint of `doubled-torus-3deg` with nodes in rings, sampled every 5 us, without analyses.
 const BASE: [(&str, &str); 16] = [
     ("load.load_n", "150"),
     ("load.azimuth_deg", "0"),

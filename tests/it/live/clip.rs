@@ -65,7 +65,7 @@ fn animation(pictures: &[(Vec<u8>, u32)]) -> Vec<u8> {
 fn clip() {
     let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS")
         .expect("SQUEAKSCOPE_SCREENSHOTS names a folder");
-    let live = Live::start("torus-3deg", &["--speed", "20", "--no-lyapunov"]);
+    let live = Live::start("torus-1.75deg", &["--speed", "20", "--no-lyapunov"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
     browser.resize(&tab, PAGE);
     browser.run(

@@ -61,7 +61,7 @@ fn a_full_disk_leaves_a_partial_file_that_is_named() {
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(
         &launcher,
-        "torus-3deg",
+        "doubled-torus-3deg",
         &["--speed", "1000", "--save", "run.rrd"],
     );
     let mut control = live.socket("/control");
@@ -97,7 +97,7 @@ fn a_wav_file_that_does_not_fit_is_reported() {
     let launcher = launcher.each_ref().map(String::as_str);
     let live = Live::start_by(
         &launcher,
-        "torus-3deg",
+        "doubled-torus-3deg",
         &["--speed", "200", "--wav", "run.wav"],
     );
     let mut control = live.socket("/control");
@@ -159,7 +159,7 @@ fn an_immediate_interrupt_reports_existing_files() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let child = Command::new(env!("CARGO_BIN_EXE_squeakscope"))
             .current_dir(folder.path())
-            .args(["live", "torus-3deg", "--port", "0", "--no-browser"])
+            .args(["live", "doubled-torus-3deg", "--port", "0", "--no-browser"])
             .args(["--save", "run.rrd", "--wav", "run.wav"])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -222,7 +222,12 @@ fn two_servers_in_one_folder_use_different_files() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let place = folder.path().to_str().expect("text");
     let servers: Vec<Live> = (0..2)
-        .map(|_| Live::start("torus-3deg", &["--speed", "1000", "--record-dir", place]))
+        .map(|_| {
+            Live::start(
+                "doubled-torus-3deg",
+                &["--speed", "1000", "--record-dir", place],
+            )
+        })
         .collect();
     let record = |control: &mut Socket| {
         let mut files = Vec::new();

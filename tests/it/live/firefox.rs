@@ -137,7 +137,7 @@ fn the_page_draws_and_is_controlled_by_keyboard() {
         eprintln!("skipped: no Firefox (apt-get install firefox-esr, or set SQUEAKSCOPE_FIREFOX)");
         return;
     };
-    let live = Live::start("torus-3deg", &["--speed", "50", "--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "50", "--no-lyapunov"]);
     let url = format!("http://{}/", live.host);
     let params = json!({ "context": browser.context, "url": url, "wait": "complete" });
     browser.call("browsingContext.navigate", &params);

@@ -12,7 +12,7 @@ use super::{DEADLINE, Live};
 
 #[test]
 fn a_paused_run_under_a_flood_stops_on_interrupt() {
-    let mut live = Live::start("torus-3deg", &[]);
+    let mut live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     assert_eq!(control.ask(&json!({ "do": "pause" })), None);
     let paused = control.panel(|panel| panel["paused"] == true);

@@ -15,7 +15,7 @@ const FOCUSED: &str =
 
 #[test]
 fn tab_visits_every_control() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -52,7 +52,7 @@ fn tab_visits_every_control() {
 
 #[test]
 fn shortcuts_act_while_no_control_has_the_focus() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -122,7 +122,7 @@ fn shortcuts_act_while_no_control_has_the_focus() {
 
 #[test]
 fn a_phone_controls_the_run_by_touch() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -179,7 +179,7 @@ fn violations(browser: &mut Browser, tab: &Tab) -> Value {
 /// Contrast of text, names and roles of controls and much more, in both themes.
 #[test]
 fn axe_finds_no_violation() {
-    let live = Live::start("torus-3deg", &["--speed", "100", "--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "100", "--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };

@@ -78,7 +78,7 @@ impl LongSession {
 
     fn work(&self, times: usize) {
         // A joint, whose recordings have the most entities, and two systems that start quickly.
-        let scenes = ["torus-3deg", "mass-on-belt", "impact-oscillator"];
+        let scenes = ["doubled-torus-3deg", "mass-on-belt", "impact-oscillator"];
         for k in 0..times {
             self.record();
             self.restart(Command::Reset {});

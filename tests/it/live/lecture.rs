@@ -8,7 +8,7 @@ use super::{DEADLINE, Live, tilt};
 
 #[test]
 fn the_tour_runs_from_end_to_end() {
-    let live = Live::start("torus-3deg", &["--tour"]);
+    let live = Live::start("doubled-torus-3deg", &["--tour"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -73,7 +73,7 @@ fn the_tour_runs_from_end_to_end() {
 /// Steps and bookmarks that follow one another faster than their runs start.
 #[test]
 fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -86,7 +86,7 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
     }
     browser.until(
         &tab,
-        &format!("{PANEL}.scene === 'torus-3deg' && Math.abs({PANEL}.tilt_deg - 3) < 1e-9 && {PANEL}.time_s > 0"),
+        &format!("{PANEL}.scene === 'doubled-torus-3deg' && Math.abs({PANEL}.tilt_deg - 3) < 1e-9 && {PANEL}.time_s > 0"),
     );
     browser.run(&tab, "squeakscope.ask({ do: 'tour', step: null })");
     // A bookmark of the strip, and one of the user's own, which survives a reload of the page.
@@ -121,7 +121,7 @@ fn quick_steps_and_bookmarks_end_where_the_last_one_says() {
 
 #[test]
 fn a_presenter_window_steers_the_tour() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -146,7 +146,7 @@ fn a_presenter_window_steers_the_tour() {
 
 #[test]
 fn two_runs_are_shown_and_controlled_together() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -154,7 +154,7 @@ fn two_runs_are_shown_and_controlled_together() {
     let second = "squeakscope.comparison.second";
     browser.until(
         &tab,
-        &format!("{second}?.panel?.scene === 'torus-3deg' && {second}.data.received > 5"),
+        &format!("{second}?.panel?.scene === 'doubled-torus-3deg' && {second}.data.received > 5"),
     );
     // Both, then B alone.
     browser.run(
@@ -212,7 +212,10 @@ fn two_runs_are_shown_and_controlled_together() {
 /// nothing of it.
 #[test]
 fn an_audience_only_watches() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov", "--host", "0.0.0.0"]);
+    let live = Live::start(
+        "doubled-torus-3deg",
+        &["--no-lyapunov", "--host", "0.0.0.0"],
+    );
     let presenter = live.query.strip_prefix("?key=").expect("a key");
     let mut control = live.socket(&format!("/control?key={presenter}"));
     let welcome = control.value_of("welcome");
@@ -269,7 +272,7 @@ fn an_audience_only_watches() {
 /// A picture and a clip of a view, as the files that the page saves.
 #[test]
 fn pictures_and_clips_are_saved() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -288,7 +291,7 @@ fn pictures_and_clips_are_saved() {
 
 #[test]
 fn the_last_second_is_repeated_and_lines_are_played() {
-    let live = Live::start("torus-3deg", &["--speed", "100", "--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "100", "--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -360,7 +363,12 @@ fn a_tour_file_with_a_fault_is_refused_before_any_work() {
     )
     .unwrap();
     let ended = std::process::Command::new(env!("CARGO_BIN_EXE_squeakscope"))
-        .args(["live", "torus-3deg", "--tour", path.to_str().unwrap()])
+        .args([
+            "live",
+            "doubled-torus-3deg",
+            "--tour",
+            path.to_str().unwrap(),
+        ])
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&ended.stderr);
@@ -372,7 +380,7 @@ fn a_tour_file_with_a_fault_is_refused_before_any_work() {
 #[test]
 #[ignore = "takes ten minutes: cargo test --release --test it live::lecture::ten_minutes -- --ignored"]
 fn ten_minutes() {
-    let live = Live::start("torus-3deg", &["--tour"]);
+    let live = Live::start("doubled-torus-3deg", &["--tour"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
     let began = std::time::Instant::now();
     let keys = [

@@ -22,7 +22,7 @@ pub const PANEL: &str = "squeakscope.state.panel";
 
 #[test]
 fn user_input_on_the_page_controls_the_run() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -92,7 +92,7 @@ fn user_input_on_the_page_controls_the_run() {
 
 #[test]
 fn the_page_tells_about_the_run_and_audio_arrives() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -155,7 +155,7 @@ fn a_second_page_shares_the_run() {
 fn screenshot() {
     let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS")
         .expect("SQUEAKSCOPE_SCREENSHOTS names a folder");
-    let live = Live::start("torus-3deg", &["--speed", "20"]);
+    let live = Live::start("torus-1.75deg", &["--speed", "20"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
     // Until the torus has closed and is classified.
     browser.until(&tab, "squeakscope.run.data.time > 0.2");

@@ -125,7 +125,7 @@ fn the_viewer_shows_the_recording() {
         eprintln!("skipped: no Chromium (apt-get install chromium, or set SQUEAKSCOPE_CHROMIUM)");
         return;
     };
-    let folder = recorded("torus-3deg", "60");
+    let folder = recorded("doubled-torus-3deg", "60");
     let viewed = Viewed::start(&folder.path().join("run.rrd"));
     let mut browser = Browser::start(&program);
     let tab = browser.open(&format!("http://{}/", viewed.host));

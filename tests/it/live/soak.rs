@@ -185,7 +185,7 @@ impl Clock {
 /// it.
 fn soak(plan: &Plan) -> Vec<Sample> {
     let live = Live::start(
-        "torus-3deg",
+        "doubled-torus-3deg",
         &["--speed", &PACE.to_string(), "--no-lyapunov"],
     );
     let process = live.child.id();

@@ -45,7 +45,7 @@ impl Views {
 
 #[test]
 fn a_tilt_command_changes_the_tilt_in_the_views() {
-    let mut live = Live::start("torus-3deg", &[]);
+    let mut live = Live::start("doubled-torus-3deg", &[]);
     let (mut control, mut views) = (live.socket("/control"), Views::of(&live));
     views.until_tilt(3.0);
     assert_eq!(control.ask(&tilt(4.5)), None);
@@ -62,7 +62,7 @@ fn a_tilt_command_changes_the_tilt_in_the_views() {
 
 #[test]
 fn a_pause_stops_simulated_time_and_a_step_is_one_frame() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
     assert_eq!(control.ask(&json!({ "do": "pause" })), None);
@@ -82,7 +82,7 @@ fn a_pause_stops_simulated_time_and_a_step_is_one_frame() {
 
 #[test]
 fn invalid_commands_are_rejected() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     for (command, part) in [
         (tilt(10.01), "the tilt must be between 0 and 10 degrees"),
@@ -182,7 +182,7 @@ fn requests_for_other_hosts_or_from_other_pages_are_rejected() {
 /// Clients that do not read, that disconnect and that connect late: none affects the run.
 #[test]
 fn no_client_delays_the_run() {
-    let live = Live::start("torus-3deg", &["--speed", "200"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "200"]);
     let mut control = live.socket("/control");
     let silent: Vec<Socket> = (0..8).map(|_| live.socket("/views")).collect();
     for _ in 0..8 {
@@ -203,7 +203,7 @@ fn no_client_delays_the_run() {
 
 #[test]
 fn audio_arrives_and_is_not_silent() {
-    let live = Live::start("torus-3deg", &["--speed", "100"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "100"]);
     let mut sound = live.socket("/sound");
     let (mut samples, mut loud, mut time_stretch) = (0, 0.0_f32, None);
     let began = Instant::now();
@@ -235,7 +235,10 @@ fn audio_arrives_and_is_not_silent() {
 
 #[test]
 fn the_wav_file_of_a_live_run_is_written_at_the_end() {
-    let mut live = Live::start("torus-3deg", &["--speed", "200", "--wav", "squeak.wav"]);
+    let mut live = Live::start(
+        "doubled-torus-3deg",
+        &["--speed", "200", "--wav", "squeak.wav"],
+    );
     let wav = live.folder().join("squeak.wav");
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.05));
@@ -247,7 +250,7 @@ fn the_wav_file_of_a_live_run_is_written_at_the_end() {
 
 #[test]
 fn a_recording_contains_its_events() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.0));
     assert_eq!(control.ask(&json!({ "do": "record" })), None);
@@ -287,7 +290,7 @@ fn a_lesson_states_that_the_tilt_has_changed() {
 /// A recording is complete without resuming a paused run.
 #[test]
 fn a_recording_can_be_stopped_while_paused() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     assert_eq!(control.ask(&json!({ "do": "record" })), None);
     control.panel(|panel| panel["time_s"].as_f64() > Some(0.002));
@@ -336,7 +339,7 @@ fn configuration_errors_are_reported_before_any_work() {
 #[test]
 #[ignore = "a measurement: cargo test --release --test it live::sockets::latency -- --ignored --nocapture"]
 fn latency() {
-    let live = Live::start("torus-3deg", &[]);
+    let live = Live::start("doubled-torus-3deg", &[]);
     let (mut control, mut views) = (live.socket("/control"), Views::of(&live));
     views.until_tilt(3.0);
     let mut took: Vec<f64> = (0..40)

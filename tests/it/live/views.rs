@@ -23,10 +23,10 @@ pub fn header(socket: &mut Socket) -> (Value, usize) {
 /// A client that draws slowly gets fewer messages, but each with the present picture.
 #[test]
 fn a_slow_client_gets_the_present_and_no_queue() {
-    let live = Live::start("torus-3deg", &["--speed", "20"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "20"]);
     let (mut control, mut views) = (live.socket("/control"), live.socket("/views"));
     let (first, _) = header(&mut views);
-    assert_eq!(first["start"]["scene"], "torus-3deg");
+    assert_eq!(first["start"]["scene"], "doubled-torus-3deg");
     assert_eq!(first["start"]["sample_rate_hz"], 2e5);
     let (mut received, mut last) = (1, 0.0);
     for _ in 0..4 {
@@ -49,7 +49,7 @@ fn a_slow_client_gets_the_present_and_no_queue() {
 /// At most 2 MB per second, even in real time and for a client that draws at once.
 #[test]
 fn the_rate_of_a_client_is_limited() {
-    let live = Live::start("torus-3deg", &["--speed", "1000", "--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "1000", "--no-lyapunov"]);
     let mut views = live.socket("/views");
     let began = Instant::now();
     let (mut bytes, mut drawn) = (0, 0);
@@ -84,7 +84,7 @@ fn pixels(view: &str) -> String {
 
 #[test]
 fn every_view_draws_the_run() {
-    let live = Live::start("torus-3deg", &["--speed", "50", "--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--speed", "50", "--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -147,7 +147,7 @@ fn every_view_draws_the_run() {
 #[test]
 fn the_slider_changes_the_picture() {
     const MOVES: usize = 20;
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };
@@ -184,7 +184,7 @@ fn the_slider_changes_the_picture() {
 #[test]
 #[ignore = "a measurement: cargo test --release --test it live::views::frame_rate -- --ignored --nocapture"]
 fn frame_rate() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let (mut browser, tab) = opened(&live).expect("Chromium");
     // Size, pixels of the device per pixel of the page, and how many times the processor is slowed.
     let devices = [
@@ -223,7 +223,7 @@ fn frame_rate() {
 /// With reduced motion, the pictures change at most twice a second.
 #[test]
 fn reduced_motion_is_respected() {
-    let live = Live::start("torus-3deg", &["--no-lyapunov"]);
+    let live = Live::start("doubled-torus-3deg", &["--no-lyapunov"]);
     let Some((mut browser, tab)) = opened(&live) else {
         return;
     };

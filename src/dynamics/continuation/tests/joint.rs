@@ -176,11 +176,11 @@ fn the_tone_of_the_joint_has_the_multipliers_of_finite_differences_and_becomes_a
     }
 }
 
-/// The tone of the family of `torus-3deg` becomes a torus at 0.347 degrees, with a second frequency of 0.241 kHz: the lines of
+/// The tone of the family of `doubled-torus-3deg` becomes a torus at 0.347 degrees, with a second frequency of 0.241 kHz: the lines of
 /// the simulated torus are at 4.11 kHz, 3.87 kHz and their difference 0.24 kHz.
 #[test]
 fn the_torus_of_the_joint_is_born_with_its_observed_frequencies() {
-    let family = TiltFamily::of_scene("torus-3deg");
+    let family = TiltFamily::of_scene("doubled-torus-3deg");
     let orbit = tone(&family, 0.0, [1e-3, 0.2], 1);
     let branch = follow(&family, orbit, &joint_options());
     let tori = of_kind(&branch, BifurcationKind::NeimarkSacker);
