@@ -73,13 +73,13 @@ fn rounded(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A value with the half-width of its 95 % interval.
+/// A value with the half-width of its 95 % interval, with two digits of the latter; a value without an interval with three
+/// digits.
 pub(crate) fn with_error(value: f64, half_width: f64) -> String {
     if half_width.is_finite() {
-        let decimals = if half_width < 0.1 { 2 } else { 1 };
-        format!("{} ± {half_width:.decimals$}", rounded(value, decimals))
+        value_and_error(value, half_width).join(" ± ")
     } else {
-        format!("{value:.1} (error unknown)")
+        format!("{} (error unknown)", short(value))
     }
 }
 
@@ -175,11 +175,17 @@ pub(crate) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
 /// A value and the half-width of its interval for two columns, with two digits of the latter; `?` if
 /// unknown.
 pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
-    let decimals = match half_width > 0.0 && half_width.is_finite() {
-        true => (1.0 - half_width.log10().floor()).clamp(0.0, 9.0) as usize,
-        false => 3,
-    };
+    // The power of ten of the rounded half-width: 0.0996 is 0.10. Infinity and zero have none, or 0.
+    let text = format!("{half_width:.1e}");
+    let power = text
+        .split_once('e')
+        .and_then(|(_, power)| power.parse().ok());
+    let decimals = 1 - power.filter(|_| half_width > 0.0).unwrap_or(-2);
+    // Above 100 the last digits are those of tens.
+    let unit = 10_f64.powi((-decimals).max(0));
+    let decimals = decimals.clamp(0, 9) as usize;
     [value, half_width].map(|x| match x.is_finite() {
+        true if unit > 1.0 => rounded((x / unit).round() * unit, 0),
         true => rounded(x, decimals),
         false if x == f64::NEG_INFINITY => "-infinite".to_owned(),
         false => "?".to_owned(),
@@ -249,7 +255,11 @@ mod tests {
         assert_eq!(uncertain(-1234.5, 31.0), "-1234 +- 31");
         assert_eq!(uncertain(-0.01, 1.7), "0.0 +- 1.7");
         assert_eq!(uncertain(-0.06, 1.7), "-0.1 +- 1.7");
-        assert_eq!(with_error(-0.04, 0.35), "0.0 ± 0.3");
+        assert_eq!(uncertain(1305.2, 131.0), "1310 +- 130");
+        assert_eq!(uncertain(2.0, 0.0996), "2.00 +- 0.10");
+        assert_eq!(with_error(-0.04, 0.35), "-0.04 ± 0.35");
+        assert_eq!(with_error(50.04, 0.0946), "50.040 ± 0.095");
+        assert_eq!(with_error(1305.0, 13.0), "1305 ± 13");
         assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");
         assert_eq!(uncertain(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
     }

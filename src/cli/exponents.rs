@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
+use crate::number::uncertain;
 use crate::pipeline::message::{Exponents, TrajectoryDivergence};
 use crate::text;
 
@@ -78,7 +79,7 @@ impl<'a> RunExponents<'a> {
         let shown = spectrum.exponents.iter().take(MAX_EXPONENTS);
         let shown: Vec<String> = shown
             .map(|exponent| match exponent.half_width {
-                half if half.is_finite() => format!("{:.1} +- {half:.1}", exponent.value),
+                half if half.is_finite() => uncertain(exponent.value, half),
                 _ => format!("{:.1}", exponent.value),
             })
             .collect();
@@ -105,13 +106,13 @@ impl<'a> RunExponents<'a> {
 /// The divergence of the perturbed trajectory, one line for the terminal.
 pub(super) fn divergence_text(divergence: &TrajectoryDivergence) -> String {
     let rate = divergence.line.map(|line| {
-        let (rate, error) = (line.rate, line.half_width);
+        let rate = |sign: f64| uncertain(sign * line.rate, line.half_width) + " 1/s";
         if line.grows() {
-            format!(", growing at {rate:.1} +- {error:.1} 1/s")
+            format!(", growing at {}", rate(1.0))
         } else if line.shrinks() {
-            format!(", shrinking at {:.1} +- {error:.1} 1/s", -rate)
+            format!(", shrinking at {}", rate(-1.0))
         } else {
-            format!(", no significant growth ({rate:.1} +- {error:.1} 1/s)")
+            format!(", no significant growth ({})", rate(1.0))
         }
     });
     let saturation = match divergence.saturated {

@@ -1,6 +1,6 @@
 //! Chaos in a signal: divergence of nearby states, largest exponent, 0-1 test.
 
-use rerun::{Scalars, SeriesLines, SeriesPoints};
+use rerun::Scalars;
 
 use super::{
     error::RecordError,
@@ -12,13 +12,16 @@ use super::{
     style::{self, Quantity, short},
 };
 use crate::{
-    analysis::{Divergence, ZeroOne, range},
-    pipeline::message::Subject,
+    analysis::{Divergence, ScalingRegion, ZeroOne, range},
+    number::with_error,
+    pipeline::message::Header,
     plot::{Axis, Color, Layer, Panel},
 };
 
 /// Size of the divergence plot, pixels.
 const DIVERGENCE: [f32; 2] = [400.0, 210.0];
+/// Size of the plot of the exponents over time, pixels.
+const EXPONENTS: [f32; 2] = [460.0, 130.0];
 /// Side of the plot of the 0-1 test, pixels, and number of points of its path.
 const PATH_SIDE: f32 = 220.0;
 const PATH_POINTS: usize = 1000;
@@ -29,32 +32,24 @@ pub struct Chaos {
     quantity: Quantity,
     divergence: PanelView,
     path: PanelView,
+    history: PanelView,
+    /// Time of the first sample and of the end of the run, s.
+    span: [f64; 2],
+    /// Time (s) and largest exponent with the ends of its error interval (1/s) of each window that has one.
+    exponents: Vec<[f64; 4]>,
 }
 
 impl Chaos {
     /// Names the series.
-    pub fn new(rec: &RecordingStream, subject: &Subject) -> Result<Self, RecordError> {
-        let faint = style::faded(style::SIGNAL, 0.5);
-        let names = ["λ − error, 1/s", "λ, 1/s", "λ + error, 1/s"];
-        name_series(
-            rec,
-            paths::EXPONENT,
-            names.map(str::to_owned),
-            [faint, style::SIGNAL, faint],
-        )?;
-        let widths = SeriesLines::update_fields().with_widths([0.8, 2.0, 0.8]);
-        rec.log_static(paths::EXPONENT, &widths)?;
-        // A value between two gaps has no line segment. The legend takes the names from the points.
-        let points = SeriesPoints::new()
-            .with_names(names)
-            .with_colors([faint, style::SIGNAL, faint])
-            .with_marker_sizes([1.0, 2.5, 1.0]);
-        rec.log_static(paths::EXPONENT, &points)?;
+    pub fn new(rec: &RecordingStream, header: &Header) -> Result<Self, RecordError> {
         name_series(rec, paths::ZERO_ONE, ["K".to_owned()], [style::ACCENT])?;
         Ok(Self {
-            quantity: Quantity::displacement(subject),
+            quantity: Quantity::displacement(&header.subject),
             divergence: divergence_view(),
             path: path_view(),
+            history: history_view(),
+            span: [header.start(), header.start() + header.duration],
+            exponents: Vec::new(),
         })
     }
 
@@ -70,30 +65,35 @@ impl Chaos {
         path_view().bounds(&path_panel(1.0, "", Vec::new()).with_caption("caption"))
     }
 
-    /// Draws the results of a window that ends at `time` (s), with samples `dt` (s) apart.
+    /// Bounds of the view of the exponents over time.
+    pub fn exponent_bounds() -> Bounds {
+        history_view().bounds(&history_panel(&[], [0.0, 1.0]))
+    }
+
+    /// Draws the results of a window of `window` (s) that ends at `time` (s), with samples `dt` (s) apart.
     pub fn draw(
         &mut self,
         rec: &RecordingStream,
-        time: f64,
-        dt: f64,
+        [time, window, dt]: [f64; 3],
         divergence: &Divergence,
         zero_one: &ZeroOne,
     ) -> Result<(), RecordError> {
-        self.draw_divergence(rec, time, dt, divergence)?;
+        self.draw_divergence(rec, [time, window, dt], divergence)?;
         self.draw_path(rec, time, zero_one)?;
-        // Without a scaling region there is no exponent: a gap.
-        let region = divergence.region;
-        let [slope, error] = region.map_or([f64::NAN; 2], |r| [r.slope / dt, r.error / dt]);
-        let row = Scalars::new([slope - error, slope, slope + error]);
-        stream::log_at(rec, paths::EXPONENT, time, &row)?;
+        if let Some(ScalingRegion { slope, error, .. }) = divergence.region {
+            let [low, value, high] = [slope - error, slope, slope + error].map(|rate| rate / dt);
+            self.exponents.push([time, low, value, high]);
+        }
+        let [from, to] = self.span;
+        let panel = history_panel(&self.exponents, [from, to.max(time)]);
+        self.history.draw(rec, Some(Moment::from(time)), &panel)?;
         stream::log_at(rec, paths::ZERO_ONE, time, &Scalars::single(zero_one.k))
     }
 
     fn draw_divergence(
         &mut self,
         rec: &RecordingStream,
-        time: f64,
-        dt: f64,
+        [time, window, dt]: [f64; 3],
         divergence: &Divergence,
     ) -> Result<(), RecordError> {
         // Converts logarithms of SI values to logarithms in the displayed unit.
@@ -135,11 +135,13 @@ impl Chaos {
         );
         let words = match divergence.region {
             Some(region) => format!(
-                "largest Lyapunov exponent λ = {} ± {} per s",
-                short(region.slope / dt),
-                short(region.error / dt),
+                "largest Lyapunov exponent λ = {} per s",
+                with_error(region.slope / dt, region.error / dt),
             ),
-            None => "no scaling region, no exponent".to_owned(),
+            None => format!(
+                "no scaling region in {}: no chaos, or too weak for this window",
+                Quantity::Time.format(window)
+            ),
         };
         let at = Some(Moment::from(time));
         self.divergence.draw(rec, at, &panel.with_caption(words))
@@ -165,7 +167,12 @@ impl Chaos {
         let path = path.map(|[p, q]| [p - middle[0], q - middle[1]].map(|c| unit.per_si * c));
         let full = style::round_up(unit.per_si * half);
         let panel = path_panel(full, &unit.symbol, path.collect());
-        let words = format!("K = {}", short(zero_one.k));
+        let meaning = match zero_one.k {
+            ..0.4 => "regular or weak chaos",
+            0.6.. => "chaos or noise",
+            _ => "undecided",
+        };
+        let words = format!("K = {}: {meaning}", short(zero_one.k));
         let at = Some(Moment::from(time));
         self.path.draw(rec, at, &panel.with_caption(words))
     }
@@ -177,6 +184,36 @@ fn divergence_view() -> PanelView {
 
 fn path_view() -> PanelView {
     PanelView::new(paths::ZERO_ONE_PICTURE, [PATH_SIDE; 2])
+}
+
+fn history_view() -> PanelView {
+    PanelView::new(paths::EXPONENT, EXPONENTS)
+}
+
+/// The exponents (time in s, and the value between the ends of its interval in 1/s) over a span of time (s).
+fn history_panel(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
+    let unit = Quantity::Time.unit(span[1]);
+    let at = |time: f64| unit.per_si * time;
+    let intervals = exponents
+        .iter()
+        .map(|[t, low, _, high]| [at(*t), *low, *high]);
+    let intervals: Vec<[f64; 3]> = intervals.collect();
+    let values = exponents.iter().map(|[t, _, value, _]| [at(*t), *value]);
+    let layers = vec![
+        Layer::intervals(&intervals, Color::Faint),
+        Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
+    ];
+    let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);
+    let panel = Panel::new(
+        "largest exponent",
+        Axis::linear(format!("time, {}", unit.symbol), span.map(at)),
+        Axis::with_margin("λ, 1/s", ends.chain([0.0])),
+        layers,
+    );
+    panel.with_note(match exponents {
+        [] => "no exponent so far: no window has a scaling region",
+        _ => "",
+    })
 }
 
 /// The path of the 0-1 test about its centre, on axes of ± `full`.

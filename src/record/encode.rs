@@ -144,7 +144,7 @@ impl Encoder {
             delay: Delay::default(),
             quantification: Quantification::default(),
             section: Section::new(rec, &header)?,
-            chaos: Chaos::new(rec, subject)?,
+            chaos: Chaos::new(rec, &header)?,
             exponents: ExponentsPlot::new(),
             perturbed: match header.has(AnalysisKind::PerturbedTrajectory) {
                 true => Some(PerturbedTrajectory::new(rec)?),
@@ -194,11 +194,14 @@ impl Encoder {
             Record::Section { time, points } => self.section.push(rec, *time, points),
             Record::Chaos {
                 time,
+                window,
                 dt,
                 divergence,
                 zero_one,
-                ..
-            } => self.chaos.draw(rec, *time, *dt, divergence, zero_one),
+            } => {
+                let times = [*time, *window, *dt];
+                self.chaos.draw(rec, times, divergence, zero_one)
+            }
             Record::Regime {
                 time,
                 window,

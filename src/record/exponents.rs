@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     dynamics::{Exponent, LyapunovSpectrum},
+    number,
     pipeline::message::{Exponents, Header},
     plot::{self, Axis, Layer, Panel},
     text as words,
@@ -208,12 +209,7 @@ fn document(header: &Header, exponents: &Exponents) -> String {
 
 /// A value with its error, both multiplied by a factor.
 fn with_error(value: &Exponent, factor: f64) -> String {
-    let number = short(factor * value.value);
-    if value.half_width.is_finite() {
-        format!("{number} ± {}", short(factor * value.half_width))
-    } else {
-        number
-    }
+    number::with_error(factor * value.value, factor * value.half_width)
 }
 
 #[cfg(test)]
@@ -249,9 +245,12 @@ mod tests {
         let text = document(&demo::header(0.3), &exponents);
         assert!(text.contains("2 of 22 exponents, averaged over 150 ms up to 200 ms."));
         assert!(
-            text.contains("| λ1 | 71 ± 9 | 7100 ± 900 | positive |"),
+            text.contains("| λ1 | 71.0 ± 9.0 | 7100 ± 900 | positive |"),
             "{text}"
         );
-        assert!(text.contains("| λ2 | 0.5 | 50 | undetermined |"), "{text}");
+        assert!(
+            text.contains("| λ2 | 0.5 (error unknown) | 50 (error unknown) | undetermined |"),
+            "{text}"
+        );
     }
 }

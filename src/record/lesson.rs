@@ -90,7 +90,10 @@ impl Lesson {
         now: &message::Lesson,
     ) -> Result<(), RecordError> {
         match self.text.next(now) {
-            Some(words) => stream::log_at(rec, paths::LESSON, now.time, &text::document(words)),
+            Some(words) => {
+                let document = text::document(text::lists(words));
+                stream::log_at(rec, paths::LESSON, now.time, &document)
+            }
             None => Ok(()),
         }
     }

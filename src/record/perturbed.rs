@@ -12,9 +12,10 @@ use super::{
     redraw::RedrawTimer,
     samples::{Rows, name_series},
     stream::{self, RecordingStream},
-    style::{self, FullScale, Quantity, short},
+    style::{self, FullScale, Quantity},
     text,
 };
+use crate::number::with_error;
 use crate::pipeline::message::{DivergenceFit, Frame, Header, TrajectoryDivergence};
 
 /// Length of the trails, s: about sixteen periods of a 4 kHz squeak.
@@ -177,7 +178,7 @@ impl PerturbedTrajectory {
 
 /// The rate of the fitted line with its error.
 fn rate(line: DivergenceFit) -> String {
-    format!("{} ± {}", short(line.rate), short(line.half_width))
+    with_error(line.rate, line.half_width)
 }
 
 /// The divergence of the trajectories as text.
@@ -238,7 +239,7 @@ mod tests {
             since: 0.06,
             intercept: -20.0,
         });
-        assert!(document(&header, &separation).contains("λ = 71.2 ± 4 per s"));
+        assert!(document(&header, &separation).contains("λ = 71.2 ± 4.0 per s"));
         separation.saturated = Some(0.14);
         let text = document(&header, &separation);
         assert!(

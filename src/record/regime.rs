@@ -78,28 +78,23 @@ pub fn words(verdict: &Verdict) -> String {
     format!("{}\n\n{limitations}\n\n{words}", heading(verdict))
 }
 
-/// The classification with all evidence, strongest first.
+/// The classification with all evidence, strongest first. A list wraps in a narrow view, a table does not.
 fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
-    let rows: String = verdict
+    let items: String = verdict
         .evidence
         .iter()
         .map(|evidence| {
             format!(
-                "| {:.2} | {} | {} |\n",
-                evidence.weight,
-                evidence.criterion,
+                "* **{}: {}** (weight {:.2}). {}\n",
+                style::capitalize(&evidence.criterion),
                 evidence.supported_regimes(),
+                evidence.weight,
+                evidence.explanation(),
             )
         })
         .collect();
-    let words: String = verdict
-        .evidence
-        .iter()
-        .map(|evidence| format!("* {}\n", evidence.explanation()))
-        .collect();
     format!(
-        "{heading}, window of {window} before {now}. {limitations}\n\n\
-         | weight | evidence | supports |\n|---|---|---|\n{rows}\n{words}",
+        "{heading}, window of {window} before {now}. {limitations}\n\n{items}",
         heading = heading(verdict),
         limitations = verdict.limitations_text(),
         window = style::Quantity::Time.format(window),
@@ -134,8 +129,9 @@ mod tests {
         assert!(text.starts_with(
             "## Quasi-periodic\n\n**Confidence 87 %**, window of 40 ms before 120 ms. The lines are those"
         ));
-        assert!(text.contains("| 0.50 | 0-1 test | periodic or quasi-periodic |\n"));
-        assert!(text.ends_with("* K = 0.02: regular.\n"));
+        assert!(text.ends_with(
+            "* **0-1 test: periodic or quasi-periodic** (weight 0.50). K = 0.02: regular.\n"
+        ));
     }
 
     #[test]

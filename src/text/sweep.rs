@@ -6,9 +6,9 @@ use minijinja::value::{Serde, Value};
 use super::or_error_text;
 use super::template::fill;
 use crate::analysis::Regime;
-use crate::dynamics::LyapunovSpectrum;
+use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::escape;
-use crate::number::short;
+use crate::number::with_error;
 use crate::scene::Scene;
 use crate::study::response::{SettledResponse, section_lag};
 use crate::study::sweep::SweepPoint;
@@ -75,11 +75,8 @@ fn response(found: &SettledResponse) -> Value {
 /// Template variables of the exponents: values with their intervals, and signs.
 fn exponents(spectrum: &LyapunovSpectrum) -> Vec<Value> {
     let value = |k: usize| {
-        let exponent = spectrum.exponents[k];
-        let value = match exponent.half_width {
-            half if half.is_finite() => format!("{} ± {}", short(exponent.value), short(half)),
-            _ => short(exponent.value),
-        };
+        let Exponent { value, half_width } = spectrum.exponents[k];
+        let value = with_error(value, half_width);
         context! { value, sign => spectrum.sign(k).to_string() }
     };
     (0..spectrum.exponents.len()).map(value).collect()

@@ -8,7 +8,7 @@ use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior};
 
 use crate::analysis::Bases;
 use crate::escape;
-use crate::number::{brief, percent, plain, quantity, short, tenths};
+use crate::number::{brief, percent, plain, quantity, short, tenths, with_error};
 use crate::scene::Mechanism;
 
 /// The templates with their text.
@@ -85,6 +85,9 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("decimals", |x: Value, digits: usize| {
         words(&x, |x| format!("{x:.digits$}"))
     });
+    environment.add_filter("with_error", |x: Value, half_width: f64| {
+        words(&x, |x| with_error(x, half_width))
+    });
     environment.add_filter("signed", |x: Value, digits: usize| {
         words(&x, |x| format!("{x:+.digits$}"))
     });
@@ -98,6 +101,7 @@ pub(super) fn environment() -> Result<Environment<'static>, Error> {
     environment.add_filter("beat", beat);
     environment.add_filter("mixed", mixed);
     environment.add_filter("harmonics", harmonics);
+    environment.add_filter("halves", halves);
     Ok(environment)
 }
 
@@ -115,9 +119,16 @@ fn beat(lines: Vec<Value>) -> Option<f64> {
     Bases::of_names(frequency).beat()
 }
 
-/// The spectral lines that are combinations of both base frequencies.
+/// The spectral lines that are integer combinations of both base frequencies.
 fn mixed(mut lines: Vec<Value>) -> Vec<Value> {
-    lines.retain(|line| ["f1", "f2"].iter().all(|base| label(line).contains(base)));
+    let is_mixed = |name: &str| ["f1", "f2"].iter().all(|base| name.contains(base));
+    lines.retain(|line| is_mixed(&label(line)) && !label(line).contains('/'));
+    lines
+}
+
+/// The spectral lines at halves and quarters of combinations: those of a doubled motion.
+fn halves(mut lines: Vec<Value>) -> Vec<Value> {
+    lines.retain(|line| label(line).contains('/'));
     lines
 }
 

@@ -67,7 +67,7 @@ fn runs_repeat() {
 fn energy_is_audited() {
     let mut scene = Scene::load("tilt-ramp")
         .unwrap()
-        .with_duration(90.0)
+        .with_duration(140.0)
         .unwrap();
     scene.integrator.tolerance = 1e-8;
     let mut worst: f64 = 0.0;

@@ -175,23 +175,23 @@ fn printed_friction_is_stable() {
 #[test]
 fn tilt_ramp() {
     let response = response_of("tilt-ramp");
-    let periodic = response.spectrum(0.050, 0.025);
+    let periodic = response.spectrum(0.100, 0.050);
     close(periodic.dominant(), 4104.0);
     assert!(
         periodic.line(3870.0) < 0.02 * periodic.line(4104.0),
         "{:?}",
         periodic.lines
     );
-    let torus = response.spectrum(0.150, 0.050);
+    let torus = response.spectrum(0.240, 0.050);
     close(torus.dominant(), 4110.0);
     assert!(
         torus.line(3870.0) > 0.05 * torus.line(4110.0),
         "{:?}",
         torus.lines
     );
-    let chaos = response.spectrum(0.285, 0.080);
+    let chaos = response.spectrum(0.375, 0.080);
     close(chaos.dominant(), 4120.0);
-    let torus = response.spectrum(0.150, 0.050).broadband_level;
+    let torus = response.spectrum(0.240, 0.050).broadband_level;
     assert!(
         chaos.broadband_level > 3.0 * torus,
         "{:e} compared with {torus:e}",

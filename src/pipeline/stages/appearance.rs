@@ -106,6 +106,8 @@ pub struct RecentSamples<'a> {
     pub now: OperatingPoint,
     /// Base frequencies of the lines in a longer window, whose names are kept; `None` to name the lines again.
     pub bases: Bases,
+    /// Broadband share in a longer window, in which lines that are close together do not form a floor; 1 without such a window.
+    pub floor: f64,
     /// Velocity of the probe, m/s.
     pub velocity: &'a [f64],
     /// Displacement of the probe, m.
@@ -187,7 +189,8 @@ impl AppearanceClassifier {
             Bases::None => self.bases,
             longer => longer,
         };
-        let spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, previous);
+        let mut spectrum_lines = NamedLines::following(&self.analyser.analyse(velocity)?, previous);
+        spectrum_lines.floor = spectrum_lines.floor.min(recent.floor);
         let appearance = change.unwrap_or_else(|| self.tones(&spectrum_lines, count));
         self.bases = spectrum_lines.naming.bases;
         let (lines, bases) = match appearance {
@@ -332,6 +335,7 @@ mod tests {
             Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]).with_growth(rate);
         let recent = RecentSamples {
             bases: Bases::None,
+            floor: 1.0,
             time,
             now: STEADY,
             velocity: &motion.velocity,
@@ -394,6 +398,7 @@ mod tests {
             let motion = Motion::tones(AppearanceClassifier::MEMORY, &[(4117.0, speed, 0.0)]);
             let recent = RecentSamples {
                 bases: Bases::None,
+                floor: 1.0,
                 time: 0.0,
                 now: STEADY,
                 velocity: &motion.velocity,
@@ -412,6 +417,7 @@ mod tests {
         let mut classifier = AppearanceClassifier::new(RATE, 0.0);
         let recent = RecentSamples {
             bases: Bases::None,
+            floor: 1.0,
             time: 0.0,
             now: STEADY,
             velocity: &motion.velocity,
@@ -431,6 +437,7 @@ mod tests {
             let mut classifier = AppearanceClassifier::new(RATE, 0.0);
             let recent = RecentSamples {
                 bases: Bases::None,
+                floor: 1.0,
                 time: 0.0,
                 now: STEADY,
                 velocity: &motion.velocity,

@@ -8,6 +8,12 @@ use crate::analysis::{
 /// Window of all spectra from which lines are extracted: its side lobes are below -92 dB.
 pub const LINE_WINDOW: Window = Window::BlackmanHarris;
 
+/// Number of lines that are named, and numbers of those that are kept: the strongest, and the strongest of a doubling, which
+/// are often weaker.
+const NAMED: usize = 24;
+const STRONGEST: usize = 12;
+const DOUBLED: usize = 2;
+
 /// Lines of a spectrum with their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedLines {
@@ -27,9 +33,18 @@ impl NamedLines {
 
     /// The same; the names of an earlier spectrum with these bases are kept as far as possible.
     pub fn following(spectrum: &Spectrum, previous: Bases) -> Self {
-        let lines = spectrum.lines(&LineCriterion::default());
+        let mut lines = spectrum.lines(&LineCriterion {
+            max_lines: NAMED,
+            ..LineCriterion::default()
+        });
+        let mut naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
+        let is_doubled = |k: &usize| naming.names[*k].is_some_and(|name| name.divisor > 1);
+        let weaker = (STRONGEST..lines.len()).filter(is_doubled).take(DOUBLED);
+        let kept: Vec<usize> = (0..lines.len().min(STRONGEST)).chain(weaker).collect();
+        naming.names = kept.iter().map(|k| naming.names[*k]).collect();
+        lines = kept.iter().map(|k| lines[*k]).collect();
         Self {
-            naming: follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous),
+            naming,
             floor: spectrum.broadband_share(),
             lines,
         }

@@ -41,6 +41,7 @@ pub fn narration(every: f64, joint: &JointInfo, header: &Header) -> impl Stage +
                 time,
                 now: now(window.frame),
                 bases: context.bases,
+                floor: context.floor,
                 velocity,
                 displacement,
             })?;

@@ -1,5 +1,6 @@
 //! Sliding amplitude spectrum of the probe's velocity, with named lines.
 
+use super::appearance::AppearanceClassifier;
 use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, is_at_rest};
 use super::stage::Stage;
@@ -18,11 +19,16 @@ pub fn spectrum(spec: &SpectrumSpec, rate: f64, rest: f64) -> impl Stage + use<>
     let sliding = SlidingWindow::new(length, spec.sliding.every * rate)
         .with_min_length((length / 4).max(least));
     let mut analyser = SpectrumAnalyser::new(LINE_WINDOW, rate);
+    let long = length as f64 > AppearanceClassifier::MEMORY * rate;
     let spectra = Windowed::new(sliding, velocity, move |window, context, emit| {
         let [velocity] = window.channels;
         let spectrum = analyser.analyse(velocity)?;
         let named = NamedLines::following(&spectrum, context.bases);
         context.bases = named.naming.bases;
+        context.floor = match long && velocity.len() == length {
+            true => named.floor,
+            false => 1.0,
+        };
         let peaks = match is_at_rest(velocity, rest) {
             true => Vec::new(),
             false => named.peaks_above(rest),

@@ -39,6 +39,8 @@ pub struct Context {
     pub choices: DelayChoices,
     /// Base frequencies of the lines of the last spectrum: other stages use the same names.
     pub bases: Bases,
+    /// Broadband share of the last spectrum; 1 if its window is not full, or too short for a floor between lines.
+    pub floor: f64,
     /// Every so many windows of an analysis that is only displayed are computed.
     pub rate_divisor: u64,
 }
@@ -50,6 +52,7 @@ impl Context {
             clock: Clock::new(rate),
             choices: DelayChoices::default(),
             bases: Bases::None,
+            floor: 1.0,
             rate_divisor: 1,
         }
     }

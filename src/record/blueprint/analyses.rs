@@ -102,10 +102,10 @@ impl Layout {
                 paths::ZERO_ONE_PICTURE,
                 Chaos::path_bounds(),
             );
-            let exponent = self.series(
-                "Largest Lyapunov exponent λ ± error, 1/s",
+            let exponent = self.picture(
+                "Largest Lyapunov exponent λ ± error of each window",
                 paths::EXPONENT,
-                None,
+                Chaos::exponent_bounds(),
             );
             let zero_one = self.series("0-1 test: K (0 regular, 1 chaotic)", paths::ZERO_ONE, None);
             self.range(&zero_one, -0.1, 1.1);

@@ -178,7 +178,7 @@ fn points_are_described() {
         "Initial state: steady state at 1 deg",
         "Steady state after 60 ms",
         "| f1 | 4100.0 | 1 µm |",
-        "| λ1 | 12 ± 3 | positive |",
+        "| λ1 | 12.0 ± 3.0 | positive |",
         "**chaos**",
         "| 2nd bending | 4090.0 | 55 |",
     ] {

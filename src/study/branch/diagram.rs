@@ -23,8 +23,9 @@ use crate::study::sweep::{
 
 /// Number of points of steady sliding.
 const EQUILIBRIA: usize = 81;
-/// Number of tilts of the settled responses.
-const RESPONSES: u32 = 11;
+/// Number of tilts of the settled responses: 0.25 degrees apart over 10 degrees, so that the motions that follow one another
+/// while the torus doubles have cells of their own.
+const RESPONSES: u32 = 41;
 /// Significant digits of the columns, and of the tilt of a bifurcation.
 const DIGITS: [usize; 2] = [5, 8];
 
@@ -231,7 +232,6 @@ fn sweep_plan(plan: &BranchPlan) -> SweepPlan {
         axes: vec![Axis::new(plan.parameter, values)],
         starts: Start::ALL.to_vec(),
         response: ResponsePlan {
-            measurement_time: 0.2,
             exponents: 0,
             orbits: false,
             portrait: false,
