@@ -61,7 +61,7 @@ pub struct BranchArgs {
     /// Write the points to this table: an Arrow file, Parquet (.parquet) or CSV (.csv; the scalar quantities).
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a short
+    /// Write the branch diagram over the tilt for the live page to this JSON file, with the settled responses of a
     /// sweep, from whose periodic motions the branches start.
     #[arg(
         long,

@@ -172,7 +172,9 @@ impl Chaos {
             0.6.. => "chaos or noise",
             _ => "undecided",
         };
-        let words = format!("K = {}: {meaning}", short(zero_one.k));
+        // Without the sign of a zero.
+        let hundredths = (100.0 * zero_one.k).round() / 100.0 + 0.0;
+        let words = format!("K = {}: {meaning}", short(hundredths));
         let at = Some(Moment::from(time));
         self.path.draw(rec, at, &panel.with_caption(words))
     }
@@ -204,10 +206,14 @@ fn history_panel(exponents: &[[f64; 4]], span: [f64; 2]) -> Panel {
         Layer::points(values.collect(), 2.5, Color::Ink).with_id("values"),
     ];
     let ends = exponents.iter().flat_map(|[_, low, _, high]| [*low, *high]);
+    let values_axis = match exponents {
+        [] => Axis::linear("λ, 1/s", [0.0, 100.0]),
+        _ => Axis::with_margin("λ, 1/s", ends.chain([0.0])),
+    };
     let panel = Panel::new(
         "largest exponent",
         Axis::linear(format!("time, {}", unit.symbol), span.map(at)),
-        Axis::with_margin("λ, 1/s", ends.chain([0.0])),
+        values_axis,
         layers,
     );
     panel.with_note(match exponents {

@@ -353,4 +353,46 @@ mod tests {
         assert_eq!(Quantity::Own("V".to_owned()).format(-2e-5), "-2e-5 V");
         assert_eq!(Quantity::Own(String::new()).format(0.0), "0");
     }
+
+    /// The word for a colour.
+    fn name(color: Color) -> &'static str {
+        let [r, g, b, _] = color.to_array().map(i32::from);
+        let [low, high] = [r.min(g).min(b), r.max(g).max(b)];
+        if high - low < 30 {
+            return if high > 200 { "white" } else { "grey" };
+        }
+        let hue = |a: i32, b: i32| f64::from(a - b) / f64::from(high - low);
+        let hue = match high {
+            _ if high == r => 60.0 * hue(g, b).rem_euclid(6.0),
+            _ if high == g => 120.0 + 60.0 * hue(b, r),
+            _ => 240.0 + 60.0 * hue(r, g),
+        };
+        match hue {
+            ..15.0 | 345.0.. => "red",
+            ..42.0 => "orange",
+            ..70.0 => "yellow",
+            ..170.0 => "green",
+            ..250.0 => "blue",
+            ..290.0 => "violet",
+            _ => "pink",
+        }
+    }
+
+    /// Lessons, titles and scenes name the colours of what they speak of.
+    #[test]
+    fn the_colours_have_the_names_that_the_texts_use() {
+        for (color, expected) in [
+            (SIGNAL, "blue"),
+            (ACCENT, "orange"),
+            (LOAD, "yellow"),
+            (FRICTION, "pink"),
+            (AXIS, "grey"),
+            (on_dark(plot::Color::Accent), "pink"),
+            (node(NodeState::Slip), "blue"),
+            (node(NodeState::Stick), "orange"),
+            (node(NodeState::Separated), "white"),
+        ] {
+            assert_eq!(name(color), expected);
+        }
+    }
 }

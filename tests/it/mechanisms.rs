@@ -1,5 +1,6 @@
 //! The mechanisms: claims of their scenes and lessons, checked on the records of a run.
 
+mod claims;
 mod friction;
 mod run;
 mod second_tone;
@@ -362,7 +363,7 @@ fn downward_and_upward_ramps_differ() {
 
 #[test]
 fn the_torus_beats_at_the_difference_frequency() {
-    let run = Run::named("doubled-torus-3deg");
+    let run = Run::named("torus-1.75deg");
     let line = |name: &str| {
         let peak = run.peaks().iter().find(|peak| peak.label == name);
         peak.unwrap_or_else(|| panic!("no {name}")).frequency
@@ -445,7 +446,7 @@ fn mechanisms_that_a_scene_cannot_demonstrate_are_rejected() {
         misspelt.contains("`mechanism` = \"stickslip\""),
         "{misspelt}"
     );
-    assert!(misspelt.starts_with("mine.toml:13: "), "{misspelt}");
+    assert!(misspelt.starts_with("mine.toml:11: "), "{misspelt}");
     assert!(
         misspelt.contains("did you mean `stick-slip`?"),
         "{misspelt}"

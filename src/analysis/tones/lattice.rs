@@ -10,7 +10,7 @@
 //! * `f1` is the strongest line that can be a base. `f2` is the lowest of those that span the lattice
 //!   together with `f1` and have at least half the amplitude of the strongest of these.
 //! * The bases of an earlier reading are kept, if they are known and still span the lattice or a coarser
-//!   one of it.
+//!   one of it, unless the present ones are closer to each other: the second base is the side line next to the first.
 
 use super::{Bases, Combination, Line, LineIdentification};
 
@@ -159,9 +159,11 @@ impl<'a> Lattice<'a> {
         let mut indices = [MAX_INDEX, 2, 1].into_iter();
         let own = indices.find_map(|index| self.strongest_basis(index));
         let own = own.unwrap_or(whole);
-        // An earlier basis keeps the name of a doubling whose lines have become strong.
+        // An earlier basis keeps the name of a doubling whose lines have become strong. It gives way to a side line closer to
+        // `f1`, which is often weak while the second tone grows.
         match self.earlier_basis(previous) {
-            Some(earlier) if earlier.index >= own.index => earlier,
+            Some(earlier) if earlier.index > own.index => earlier,
+            Some(earlier) if earlier.index == own.index && earlier.gap() <= own.gap() => earlier,
             _ => own,
         }
     }
@@ -279,6 +281,12 @@ impl Basis {
             frequency: pair.map(|node| node.line.frequency),
             index: determinant(vectors).abs(),
         }
+    }
+
+    /// Distance of the two bases, Hz.
+    fn gap(&self) -> f64 {
+        let [f1, f2] = self.frequency;
+        (f2 - f1).abs()
     }
 
     /// Name of a point.

@@ -217,7 +217,7 @@ fn names_of_the_scene_chaos_5deg_are_stable() {
 
 #[test]
 fn a_weak_second_tone_keeps_its_name() {
-    // The scene tilt-ramp at 50 ms, at the onset of the torus: f1 + f2 is stronger than f2.
+    // The joint of tilt-ramp at the onset of the torus: f1 + f2 is stronger than f2.
     let list = lines(&[
         (4105.7, 16.3691),
         (12_316.8, 6.0429),

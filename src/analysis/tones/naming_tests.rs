@@ -207,6 +207,21 @@ fn a_doubling_keeps_its_name_while_its_lines_grow() {
     assert_eq!(naming.doubling, 1);
 }
 
+/// At the onset of the torus `f1 + f2` is stronger than `f2`, and is the second base until `f2` has grown.
+#[test]
+fn the_second_base_becomes_the_side_line_next_to_the_first() {
+    let onset = Bases::Two {
+        f1: 4109.56,
+        f2: 7979.31,
+    };
+    let naming = follow_lines(&lines(AT_2), SETTLED, onset);
+    let expected = Bases::Two {
+        f1: 4109.56,
+        f2: 3869.75,
+    };
+    assert_eq!(naming.bases, expected);
+}
+
 #[test]
 fn bases_of_another_motion_are_not_kept() {
     let earlier = Bases::Two {

@@ -205,7 +205,9 @@ pub fn tilt_diagram(
     Ok((!stopped).then(|| TiltDiagram::new(&branch, &settled)))
 }
 
-/// The settled responses for a diagram: from fresh starts and by continuation in both directions. `watch` receives the share of the work that is done, and returns whether to continue.
+/// The settled responses for a diagram: from fresh starts and by continuation downwards from the largest tilt and upwards from
+/// the tilt of the scene, as the tilt of its run rises. `watch` receives the share of the work that is done, and returns whether
+/// to continue.
 ///
 /// # Errors
 /// If no thread can be started.
@@ -214,23 +216,40 @@ pub fn settled_responses(
     threads: usize,
     watch: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Vec<SweepPoint>, ThreadSpawnError> {
-    let mut points = Points(Vec::new(), watch);
-    let plan = sweep_plan(plan);
-    sweep(&plan, Shard::WHOLE, &[], threads, &mut points)?;
-    let mut points = points.0;
-    points.sort_by_key(|point| point.place.index);
-    Ok(points)
+    let own = plan.scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
+    let all = f64::NEG_INFINITY;
+    let parts = [
+        (vec![Start::Fresh, Start::Downward], all, [0.0, 0.7]),
+        (vec![Start::Upward], own.to_degrees(), [0.7, 0.3]),
+    ];
+    let mut settled = Vec::new();
+    for (starts, lowest, [before, part]) in parts {
+        let mut watch = |share: f64| watch(before + part * share);
+        let mut points = Points(Vec::new(), &mut watch);
+        let sweep_plan = sweep_plan(plan, starts, lowest);
+        if !sweep(&sweep_plan, Shard::WHOLE, &[], threads, &mut points)? {
+            break;
+        }
+        points.0.sort_by_key(|point| point.place.index);
+        settled.append(&mut points.0);
+    }
+    Ok(settled)
 }
 
-/// The sweep for the responses of a diagram.
-fn sweep_plan(plan: &BranchPlan) -> SweepPlan {
+/// The sweep for the responses of a diagram from a lowest tilt (degrees) on.
+fn sweep_plan(plan: &BranchPlan, starts: Vec<Start>, lowest: f64) -> SweepPlan {
     let [from, to] = plan.interval;
     let step = (to - from) / f64::from(RESPONSES - 1);
     let values = (0..RESPONSES).map(|k| from + f64::from(k) * step);
+    // With a tolerance for the conversion of the angle.
+    let lowest = lowest.min(to) - 1e-9;
     SweepPlan {
         scene: plan.scene.clone(),
-        axes: vec![Axis::new(plan.parameter, values)],
-        starts: Start::ALL.to_vec(),
+        axes: vec![Axis::new(
+            plan.parameter,
+            values.filter(|value| *value >= lowest),
+        )],
+        starts,
         response: ResponsePlan {
             exponents: 0,
             orbits: false,
@@ -374,8 +393,7 @@ mod tests {
         };
         let responses = SweepPlan {
             axes: vec![Axis::new(Parameter::tilt(), [0.0])],
-            starts: vec![Start::Fresh],
-            ..sweep_plan(&plan)
+            ..sweep_plan(&plan, vec![Start::Fresh], 0.0)
         };
         let mut on_progress = |_| true;
         let mut points = Points(Vec::new(), &mut on_progress);
@@ -423,6 +441,48 @@ mod tests {
         let (a, b) = (&found.responses[0], &stored.responses[0]);
         assert_eq!((a.start, a.regime[0]), (b.start, b.regime[0]));
         assert_eq!(a.frequency_hz[0], b.frequency_hz[0]);
+    }
+
+    /// The rows below the slider are those of `sweep` with the same start and direction.
+    #[test]
+    fn stored_responses_agree_with_a_sweep() {
+        for name in ["hysteresis", "periodic-2deg"] {
+            let scene = Scene::load(name).unwrap();
+            let stored: TiltDiagram =
+                serde_json::from_str(shipped_diagram(&scene).unwrap()).unwrap();
+            let starts = [
+                (Start::Fresh, vec![1.75, 3.0, 5.0]),
+                (Start::Upward, vec![2.0, 2.25, 2.5, 2.75]),
+            ];
+            for (start, tilts) in starts {
+                let plan = SweepPlan {
+                    scene: scene.clone(),
+                    axes: vec![Axis::new(Parameter::tilt(), tilts)],
+                    starts: vec![start],
+                    response: ResponsePlan::default(),
+                };
+                let mut on_progress = |_| true;
+                let mut points = Points(Vec::new(), &mut on_progress);
+                assert!(sweep(&plan, Shard::WHOLE, &[], 1, &mut points).unwrap());
+                points.0.sort_by_key(|point| point.place.index);
+                let found = responses(start, &points.0);
+                let row = stored
+                    .responses
+                    .iter()
+                    .find(|row| row.start == start)
+                    .unwrap();
+                for (k, tilt) in found.tilt_deg.iter().enumerate() {
+                    let cell = row.tilt_deg.iter().position(|at| at == tilt).unwrap();
+                    assert_eq!(row.regime[cell], found.regime[k], "{name} at {tilt}");
+                    let [own, other] =
+                        [row.frequency_hz[cell], found.frequency_hz[k]].map(Option::unwrap);
+                    assert!(
+                        (own / other - 1.0).abs() < 0.02,
+                        "{name} at {tilt}: {own} {other}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]
