@@ -28,12 +28,11 @@ pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
 pub(crate) fn brief(value: f64, unit: &str) -> String {
     let text = quantity(value, 3, unit);
     let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
-    match digits.contains('.') {
-        true => {
-            let digits = digits.trim_end_matches('0').trim_end_matches('.');
-            format!("{digits} {unit}")
-        }
-        false => text,
+    if digits.contains('.') {
+        let digits = digits.trim_end_matches('0').trim_end_matches('.');
+        format!("{digits} {unit}")
+    } else {
+        text
     }
 }
 
@@ -110,15 +109,14 @@ pub(crate) fn trimmed(value: f64, digits: usize) -> String {
         Some((digits, power)) => (digits, format!("e{power}")),
         None => (&*text, String::new()),
     };
-    match digits.contains('.') {
-        true => {
-            digits
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned()
-                + &power
-        }
-        false => text,
+    if digits.contains('.') {
+        digits
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned()
+            + &power
+    } else {
+        text
     }
 }
 

@@ -56,14 +56,13 @@ impl ModesAt {
     fn sensitive(&self) -> Vec<&ModeSensitivities> {
         let all = &self.sensitivities;
         let unstable: Vec<_> = all.iter().filter(|mode| mode.mode.unstable).collect();
-        match unstable.is_empty() {
-            true => {
-                let largest = all
-                    .iter()
-                    .max_by(|a, b| a.mode.growth.total_cmp(&b.mode.growth));
-                largest.into_iter().collect()
-            }
-            false => unstable,
+        if unstable.is_empty() {
+            let largest = all
+                .iter()
+                .max_by(|a, b| a.mode.growth.total_cmp(&b.mode.growth));
+            largest.into_iter().collect()
+        } else {
+            unstable
         }
     }
 }

@@ -480,11 +480,10 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         let [normal, pressing] = self.normal(simd, group, &motion, power);
         if !L::HAS_FRICTION {
             if let Some(record) = T::record(self.query) {
-                match T::OPTIONAL_TERMS {
-                    false => NodeSlopes::keep_stiffness(pressing, record, group.first),
-                    true => {
-                        NodeSlopes::frictionless(simd, pressing).keep(KEPT, record, group.first)
-                    }
+                if T::OPTIONAL_TERMS {
+                    NodeSlopes::frictionless(simd, pressing).keep(KEPT, record, group.first)
+                } else {
+                    NodeSlopes::keep_stiffness(pressing, record, group.first)
                 }
             }
             return [zero, zero, normal];

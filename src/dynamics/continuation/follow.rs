@@ -368,12 +368,12 @@ impl<'a, 'f> Course<'a, 'f> {
         located.sort_by(|a, b| {
             let along = |bifurcation: &Bifurcation| {
                 let difference = Shot::of(&bifurcation.orbit);
-                match difference.len() == self.now.shot.len() {
-                    true => self
-                        .now
+                if difference.len() == self.now.shot.len() {
+                    self.now
                         .scale
-                        .dot(&self.now.tangent, &difference.minus(&self.now.shot)),
-                    false => 0.0,
+                        .dot(&self.now.tangent, &difference.minus(&self.now.shot))
+                } else {
+                    0.0
                 }
             };
             along(a).total_cmp(&along(b))

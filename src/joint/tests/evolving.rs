@@ -351,12 +351,11 @@ fn states_are_carried_to_another_loading() {
             let [_, _, states] = joint.parts(z);
             let of = |k: usize| {
                 let state = evolving.state_of(k, states);
-                match evolving.law.has_vector_state() {
-                    false => DVector::from_row_slice(&state),
-                    true => {
-                        let frame = joint.nodes.frames[k].as_flattened();
-                        DMatrix::from_column_slice(3, 3, frame) * DVector::from_row_slice(&state)
-                    }
+                if evolving.law.has_vector_state() {
+                    let frame = joint.nodes.frames[k].as_flattened();
+                    DMatrix::from_column_slice(3, 3, frame) * DVector::from_row_slice(&state)
+                } else {
+                    DVector::from_row_slice(&state)
                 }
             };
             (0..9).map(of).collect()

@@ -217,12 +217,10 @@ fn root(family: &mut SteadyFamily, bracket: &Bracket) -> Result<Option<(f64, f64
         }
         let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
         let interpolates = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
-        share = match interpolates {
-            true => {
-                fa / (fb - fa) * fc / (fb - fc)
-                    + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-            }
-            false => 0.5,
+        share = if interpolates {
+            fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        } else {
+            0.5
         };
         let least = 0.5 * tolerance / width;
         share = share.clamp(least, 1.0 - least);

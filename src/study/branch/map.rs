@@ -149,16 +149,15 @@ pub fn stability_map(
         unit: plan.parameters[k].unit().to_owned(),
         values: values.to_vec(),
     };
-    let torus_curves = match plan.orbits {
-        true => {
-            let plane = Plane {
-                scene: &plan.scene,
-                parameters: plan.parameters,
-                intervals: plan.intervals,
-            };
-            torus_curves(&plane, &mut || on_progress(1.0))?
-        }
-        false => Some(Vec::new()),
+    let torus_curves = if plan.orbits {
+        let plane = Plane {
+            scene: &plan.scene,
+            parameters: plan.parameters,
+            intervals: plan.intervals,
+        };
+        torus_curves(&plane, &mut || on_progress(1.0))?
+    } else {
+        Some(Vec::new())
     };
     Ok(torus_curves.map(|torus_curves| StabilityMap {
         axes: [axis(0, &xs), axis(1, &ys)],

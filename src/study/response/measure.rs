@@ -109,10 +109,7 @@ impl Samples {
         let mut section = if moves { section(u, lag)? } else { Vec::new() };
         let curves = curves(&section, high - low);
         section.drain(..section.len().saturating_sub(MAX_POINTS));
-        let recurrence = match moves {
-            true => self.recurrence(lag)?,
-            false => None,
-        };
+        let recurrence = if moves { self.recurrence(lag)? } else { None };
         Ok(SettledResponse {
             transient: 0.0,
             settled: false,

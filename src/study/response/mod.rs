@@ -159,12 +159,11 @@ pub fn response(
         return Ok(None);
     };
     let transient = run.time();
-    let orbit = match settled && plan.orbits && plan.exponents > 0 {
-        true => {
-            let motion = [&run.z[..], &run.probe[..]];
-            orbit::stable_orbit(scene, ball, &*run.system, motion, run.period(), silence)
-        }
-        false => None,
+    let orbit = if settled && plan.orbits && plan.exponents > 0 {
+        let motion = [&run.z[..], &run.probe[..]];
+        orbit::stable_orbit(scene, ball, &*run.system, motion, run.period(), silence)
+    } else {
+        None
     };
     let Some(measured) = run.measure_motion(transient, orbit.as_ref(), scene.start.seed)? else {
         return Ok(None);

@@ -96,10 +96,7 @@ fn distance_from_differences(family: &TiltFamily, orbit: &PeriodicOrbit) -> f64 
     let speed = orbit.component_amplitudes[m..]
         .iter()
         .fold(0.0_f64, |max, v| max.max(*v));
-    let unit = |i: usize| match i < m {
-        true => speed / sys.omega()[i],
-        false => speed,
-    };
+    let unit = |i: usize| if i < m { speed / sys.omega()[i] } else { speed };
     let mut monodromy = DMatrix::zeros(n, n);
     for j in 0..n {
         let step = 1e-5 * unit(j);
