@@ -1,5 +1,6 @@
 //! `squeakscope analyse`: of several files, a table over the files and one JSON document.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -58,7 +59,9 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
         ("--event", args.event.is_some()),
     ] {
         if given {
-            return Err(CliError::OneFile { option });
+            return Err(CliError::Input(format!(
+                "{option} is for a single file; analyse the files one by one, or omit it"
+            )));
         }
     }
     let files = files(&args.files)?;
@@ -93,10 +96,10 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     Document::new(&result, &[]).deliver(&text, json.as_ref())?;
     match result.failures.len() {
         0 => Ok(()),
-        failed => Err(CliError::FilesFailed {
-            failed,
-            all: files.len(),
-        }),
+        failed => Err(CliError::Input(format!(
+            "{failed} of {} files could not be analysed; the table has the reasons",
+            files.len()
+        ))),
     }
 }
 
@@ -108,9 +111,11 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
             files.push(path.clone());
             continue;
         }
-        let unreadable = |source| CliError::Directory {
-            path: path.clone(),
-            source,
+        let directory = path.display();
+        let unreadable = |source: io::Error| {
+            CliError::Input(format!(
+                "cannot read the directory `{directory}` ({source}); check its permissions"
+            ))
         };
         let entries = std::fs::read_dir(path).map_err(unreadable)?;
         let mut inside = Vec::new();
@@ -122,7 +127,9 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
         }
         inside.sort();
         if inside.is_empty() {
-            return Err(CliError::NoSignals { path: path.clone() });
+            return Err(CliError::Input(format!(
+                "the directory `{directory}` has no file of a known format; give the path of a signal"
+            )));
         }
         files.extend(inside);
     }

@@ -59,7 +59,7 @@ pub(super) fn check(summary: &Summary, strict: bool) -> Result<(), CliError> {
         (None, false) => Ok(()),
         (Some(audit), _) => match (audit.failure(), strict) {
             (None, _) => Ok(()),
-            (Some(reason), true) => Err(CliError::Audit { reason }),
+            (Some(reason), true) => Err(CliError::Failed(format!("{reason} (--strict)"))),
             (Some(reason), false) => {
                 report::print_warning(&reason);
                 Ok(())

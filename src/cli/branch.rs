@@ -68,8 +68,10 @@ fn branch(
         points: args.points.unwrap_or(POINTS[0]) as usize,
     };
     if args.diagram.is_some() && parameter != Parameter::tilt() {
-        let path = parameter.path();
-        return Err(CliError::DiagramNeedsTilt { path });
+        return Err(CliError::Input(format!(
+            "--diagram needs the tilt as its parameter, not `{}`; give --tilt A:B without --param",
+            parameter.path()
+        )));
     }
     if let Some(start) = args.start {
         plan.check_start(start)?;
@@ -193,10 +195,11 @@ fn settled(args: &BranchArgs, parameter: Parameter) -> Result<Vec<SweepPoint>, C
     let plan = SweepPlan::from_identity(&table.identity).map_err(invalid)?;
     match &plan.axes[..] {
         [axis] if axis.parameter() == parameter => Ok(table.points),
-        _ => Err(CliError::OtherSweep {
-            path: path.clone(),
-            parameter: parameter.path(),
-        }),
+        _ => Err(CliError::Input(format!(
+            "`{}` (--sweep) is not a sweep over `{}` alone; give the table of one",
+            path.display(),
+            parameter.path()
+        ))),
     }
 }
 
@@ -231,7 +234,9 @@ fn map(
         ("--tori", args.tori.is_some()),
     ];
     if let Some((option, _)) = of_one.into_iter().find(|(_, given)| *given) {
-        return Err(CliError::OneParameter { option });
+        return Err(CliError::Input(format!(
+            "{option} needs one parameter; for a map over two, use --json or --figures"
+        )));
     }
     let files = Files::check(args, FIGURES[1])?;
     let plan = MapPlan {
@@ -269,20 +274,21 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
         spans.push((Parameter::tilt(), TILTS));
     }
     if spans.len() > 2 {
-        return Err(CliError::TooManyAxes { count: spans.len() });
+        return Err(CliError::too_many_axes(spans.len()));
     }
     if spans.len() == 2 && spans[0].0 == spans[1].0 {
-        let path = spans[0].0.path();
-        return Err(CliError::AxisTwice { path });
+        return Err(CliError::axis_twice(spans[0].0));
     }
     for &(parameter, interval) in &spans {
         if scene.joint().is_err() && parameter == Parameter::tilt() {
-            let scene = scene.name.clone();
-            return Err(CliError::NoTilt { scene });
+            return Err(CliError::no_tilt(scene));
         }
         if !parameter.is_continuous() {
-            let path = parameter.path();
-            return Err(CliError::NotContinuous { path });
+            return Err(CliError::Input(format!(
+                "`{}` is a count or a seed, over which no branch is continuous; choose a real number (`squeakscope \
+                 scenes --keys` lists all keys)",
+                parameter.path()
+            )));
         }
         // Refuse invalid values before the study starts.
         for value in interval {

@@ -14,7 +14,7 @@ use crate::joint::AssemblyError;
 use crate::live::TourError;
 use crate::pipeline::PipelineError;
 use crate::record::ReadError;
-use crate::scene::SceneError;
+use crate::scene::{Parameter, Scene, SceneError};
 use crate::sound::NoSurface;
 use crate::study::ThreadSpawnError;
 use crate::study::branch::StartOutside;
@@ -45,107 +45,24 @@ pub enum CliError {
         /// Error of the analysis.
         reason: SignalError,
     },
+    /// Arguments or files that do not fit the command: what, and the remedy.
+    #[error("{0}")]
+    Input(String),
+    /// A failure without another error as its cause.
+    #[error("{0}")]
+    Failed(String),
     /// An output cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
     /// A table of a sweep cannot be read or written, or belongs to another sweep.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// An output or a choice for a single signal, and several files.
-    #[error("{option} is for a single file; analyse the files one by one, or omit it")]
-    OneFile {
-        /// The option.
-        option: &'static str,
-    },
-    /// A directory of signals cannot be read.
-    #[error("cannot read the directory `{}` ({source}); check its permissions", path.display())]
-    Directory {
-        /// Path of the directory.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// A directory without signals.
-    #[error("the directory `{}` has no file of a known format; give the path of a signal", path.display())]
-    NoSignals {
-        /// Path of the directory.
-        path: PathBuf,
-    },
     /// The signal cannot be calibrated.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// A file of measured friction that cannot be used.
-    #[error("`{}`: {reason}", path.display())]
-    FrictionPoints {
-        /// Path of the file.
-        path: PathBuf,
-        /// Reason and remedy.
-        reason: String,
-    },
-    /// Some of several files cannot be analysed.
-    #[error("{failed} of {all} files could not be analysed; the table has the reasons")]
-    FilesFailed {
-        /// Number of files that could not be analysed.
-        failed: usize,
-        /// Number of all files.
-        all: usize,
-    },
-    /// More than two parameters are swept.
-    #[error("{count} parameters are swept; give one, or two for a map (--tilt counts as one)")]
-    TooManyAxes {
-        /// Number of parameters.
-        count: usize,
-    },
-    /// One parameter is swept twice.
-    #[error("`{path}` is swept twice; give it once")]
-    AxisTwice {
-        /// Path of the key.
-        path: &'static str,
-    },
-    /// A branch over a key whose value is not a real number.
-    #[error(
-        "`{path}` is a count or a seed, over which no branch is continuous; choose a real number (`squeakscope scenes --keys` lists all keys)"
-    )]
-    NotContinuous {
-        /// Path of the key.
-        path: &'static str,
-    },
-    /// The table belongs to a sweep over another parameter.
-    #[error("`{}` (--sweep) is not a sweep over `{parameter}` alone; give the table of one", path.display())]
-    OtherSweep {
-        /// Path of the table.
-        path: PathBuf,
-        /// Path of the key.
-        parameter: &'static str,
-    },
-    /// An output of a study over one parameter.
-    #[error("{option} needs one parameter; for a map over two, use --json or --figures")]
-    OneParameter {
-        /// The option.
-        option: &'static str,
-    },
     /// A start of periodic orbits outside the interval.
     #[error(transparent)]
     Start(#[from] StartOutside),
-    /// A diagram over another parameter than the tilt.
-    #[error(
-        "--diagram needs the tilt as its parameter, not `{path}`; give --tilt A:B without --param"
-    )]
-    DiagramNeedsTilt {
-        /// Path of the key.
-        path: &'static str,
-    },
-    /// A recording of a sweep over two parameters.
-    #[error(
-        "--save records a sweep over one parameter, which becomes the timeline; sweep over `{first}` or \
-         `{second}` alone, or omit --save"
-    )]
-    NoTimeline {
-        /// Path of the first parameter.
-        first: &'static str,
-        /// Path of the second parameter.
-        second: &'static str,
-    },
     /// The tour cannot be read.
     #[error(transparent)]
     Tour(#[from] TourError),
@@ -178,24 +95,6 @@ pub enum CliError {
          --causes, or choose another friction.law than \"lugre\" and \"rate-and-state\""
     )]
     NoCauses,
-    /// A scene without a load has no tilt.
-    #[error(
-        "the scene `{scene}` has no load, and therefore no tilt; choose a parameter with --param KEY=A:B:STEP"
-    )]
-    NoTilt {
-        /// Name of the scene.
-        scene: String,
-    },
-    /// The shortest transient exceeds the longest.
-    #[error(
-        "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
-    )]
-    Transient {
-        /// Shortest transient, ms.
-        min: f64,
-        /// Longest transient, ms.
-        max: f64,
-    },
     /// A failure while computing, drawing or recording.
     #[error("the {task} failed")]
     Run {
@@ -203,12 +102,6 @@ pub enum CliError {
         task: &'static str,
         /// Cause of the failure.
         source: Cause,
-    },
-    /// The energy audit failed.
-    #[error("{reason} (--strict)")]
-    Audit {
-        /// Size of the residual, and the remedy.
-        reason: String,
     },
     /// The scene has no energy audit.
     #[error(
@@ -224,16 +117,6 @@ pub enum CliError {
         /// Cause of the failure, and where the saved part is.
         source: Cause,
     },
-    /// More exponents are requested than the system has.
-    #[error(
-        "--exponents {requested}: the system has {dimension} exponents; give 1 to {dimension}, or `all`"
-    )]
-    Exponents {
-        /// Requested number of exponents.
-        requested: usize,
-        /// Dimension of the system.
-        dimension: usize,
-    },
     /// The operating system refuses more threads.
     #[error(
         "cannot start the threads for {purpose}; raise the limit of processes (ulimit -u) or free some memory"
@@ -247,12 +130,6 @@ pub enum CliError {
     /// The operating system refuses a thread for a study.
     #[error(transparent)]
     ThreadSpawnError(#[from] ThreadSpawnError),
-    /// A panic outside the threads of a run: a bug.
-    #[error("squeakscope panicked: {message}; please report this bug with the command line")]
-    Panic {
-        /// Message of the panic.
-        message: String,
-    },
     /// Interrupted while files are read and the joint is assembled.
     #[error("interrupted before the computation started; nothing is written")]
     BeforeWork,
@@ -265,46 +142,42 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// More than two parameters are swept.
+    pub(super) fn too_many_axes(count: usize) -> Self {
+        Self::Input(format!(
+            "{count} parameters are swept; give one, or two for a map (--tilt counts as one)"
+        ))
+    }
+
+    /// One parameter is swept twice.
+    pub(super) fn axis_twice(parameter: Parameter) -> Self {
+        let path = parameter.path();
+        Self::Input(format!("`{path}` is swept twice; give it once"))
+    }
+
+    /// A scene without a load has no tilt.
+    pub(super) fn no_tilt(scene: &Scene) -> Self {
+        Self::Input(format!(
+            "the scene `{}` has no load, and therefore no tilt; choose a parameter with --param KEY=A:B:STEP",
+            scene.name
+        ))
+    }
+
     /// The exit code: 1 failure, 2 invalid input, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Import(_) | Self::Recording(_) | Self::Signal { .. } => 2,
-            Self::OneFile { .. }
-            | Self::FrictionPoints { .. }
-            | Self::Calibration(_)
-            | Self::Directory { .. }
-            | Self::NoSignals { .. }
-            | Self::FilesFailed { .. }
-            | Self::NoCauses
-            | Self::Exponents { .. }
-            | Self::NoTimeline { .. }
-            | Self::NotContinuous { .. }
-            | Self::OneParameter { .. }
-            | Self::OtherSweep { .. }
-            | Self::Start(_)
-            | Self::DiagramNeedsTilt { .. }
-            | Self::NoTilt { .. }
-            | Self::Transient { .. }
-            | Self::TooManyAxes { .. }
-            | Self::AxisTwice { .. }
-            | Self::Tour(_)
-            | Self::Speed { .. }
-            | Self::NotAudited => 2,
-            Self::Table(
-                TableError::Write { .. } | TableError::Removed { .. } | TableError::Threads(_),
-            )
-            | Self::Threads { .. }
-            | Self::ThreadSpawnError(_) => 1,
-            Self::Table(_) => 2,
-            Self::Output(error) if error.is_bad_input() => 2,
-            Self::Run { source, .. } if is_bad_input(source.as_ref()) => 2,
-            Self::Output(_)
-            | Self::Run { .. }
-            | Self::Audit { .. }
+            Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
+            Self::Failed(_)
             | Self::NotSaved { .. }
             | Self::Serve { .. }
-            | Self::Panic { .. } => 1,
-            Self::Interrupted | Self::NoResult | Self::BeforeWork => 130,
+            | Self::Threads { .. }
+            | Self::ThreadSpawnError(_)
+            | Self::Table(
+                TableError::Write { .. } | TableError::Removed { .. } | TableError::Threads(_),
+            ) => 1,
+            Self::Output(error) if !error.is_bad_input() => 1,
+            Self::Run { source, .. } if !is_bad_input(source.as_ref()) => 1,
+            _ => 2,
         }
     }
 }

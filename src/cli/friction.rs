@@ -39,10 +39,7 @@ pub(super) fn execute(args: &FrictionArgs) -> Result<(), CliError> {
     let [json] = args
         .overwrite
         .check_all(Some(args.file.as_os_str()), json)?;
-    let refused = |reason: String| CliError::FrictionPoints {
-        path: args.file.clone(),
-        reason,
-    };
+    let refused = |reason| CliError::Input(format!("`{}`: {reason}", args.file.display()));
     let text = std::fs::read_to_string(&args.file);
     let text =
         text.map_err(|error| refused(format!("it cannot be read ({error}); check the path")))?;

@@ -97,11 +97,7 @@ impl Outputs {
     fn check(args: &LyapunovArgs) -> Result<Self, CliError> {
         let file = |path: &'_ Option<PathBuf>| path.clone().filter(|_| !is_printed(path));
         if is_printed(&args.json) && is_printed(&args.csv) {
-            return Err(CliError::Output(OutputError::Twice {
-                path: PathBuf::from("-"),
-                option: "--csv",
-                other: "--json",
-            }));
+            return Err(OutputError::twice(Path::new("-"), "--csv", "--json").into());
         }
         let path = args.figures.as_deref();
         // A path without the extension of a format is a directory.
@@ -166,10 +162,9 @@ fn failure(source: Cause) -> CliError {
 /// Finds a request for too many exponents among the causes of a failure.
 fn too_many(cause: &(dyn Error + 'static)) -> Option<CliError> {
     match cause.downcast_ref() {
-        Some(&DynamicsError::TangentCount { asked, dimension }) => Some(CliError::Exponents {
-            requested: asked,
-            dimension,
-        }),
+        Some(DynamicsError::TangentCount { asked, dimension }) => Some(CliError::Input(format!(
+            "--exponents {asked}: the system has {dimension} exponents; give 1 to {dimension}, or `all`"
+        ))),
         _ => cause.source().and_then(too_many),
     }
 }

@@ -115,9 +115,10 @@ fn escaped(words: Vec<OsString>, error: clap::Error) -> clap::Error {
 fn caught(work: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
     // The program ends afterwards, so no state that the panic left inconsistent is used again.
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        Err(CliError::Panic {
-            message: panic_message(&*panic),
-        })
+        Err(CliError::Failed(format!(
+            "squeakscope panicked: {}; please report this bug with the command line",
+            panic_message(&*panic)
+        )))
     })
 }
 

@@ -94,18 +94,15 @@ impl Kind {
     /// Checks the ending of a name.
     fn check_ending(self, path: &Path, option: &'static str) -> Result<(), OutputError> {
         let ending = path.extension().unwrap_or_default();
-        match self
-            .endings
-            .iter()
-            .any(|fits| ending.eq_ignore_ascii_case(fits))
-        {
-            true => Ok(()),
-            false => Err(OutputError::Ending {
-                path: path.to_owned(),
-                option,
-                endings: self.endings.join(" or ."),
-            }),
+        let mut endings = self.endings.iter();
+        if endings.any(|fits| ending.eq_ignore_ascii_case(fits)) {
+            return Ok(());
         }
+        let fault = format!(
+            "has the wrong ending for this output; give a name that ends in .{}",
+            self.endings.join(" or .")
+        );
+        Err(OutputError::refused(path, option, &fault))
     }
 }
 
@@ -113,75 +110,9 @@ impl Kind {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The file exists.
-    #[error("`{path}` ({option}) exists; {remedy}, or choose another name")]
-    Exists {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-        /// Options that use or replace the file.
-        remedy: &'static str,
-    },
-    /// The ending of the name does not fit the kind of file.
-    #[error(
-        "`{path}` ({option}) has the wrong ending for this output; give a name that ends in .{endings}"
-    )]
-    Ending {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-        /// The endings that fit.
-        endings: String,
-    },
-    /// The name of a directory has the ending of a figure.
-    #[error(
-        "`{path}` ({option}) is to be a directory, but has the ending of a figure; give the name of a directory, and the kind of file with --format"
-    )]
-    FigureAsDirectory {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-    },
-    /// The path is a directory, a device or another special file.
-    #[error("cannot write `{path}` ({option}): it is not a regular file; choose another path")]
-    NotAFile {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-    },
-    /// Two outputs have the same path.
-    #[error("`{path}` is used for two outputs ({option}, {other}); choose different paths")]
-    Twice {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-        /// Other option with the same path.
-        other: &'static str,
-    },
-    /// The output would replace the input: the scene or the signal.
-    #[error("`{path}` ({option}) is the input; choose another path for the output")]
-    IsInput {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-    },
-    /// The path is not a directory, and a directory cannot be created there.
-    #[error(
-        "cannot write to `{path}` ({option}): it is not a directory and cannot be created; choose \
-         another path"
-    )]
-    NotADirectory {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-    },
+    /// A path that does not fit its output: which, why, and the remedy.
+    #[error("{0}")]
+    Refused(String),
     /// The directory does not exist or cannot be written to.
     #[error(
         "cannot write `{path}` ({option}): no file can be created in its directory; create the directory or \
@@ -194,27 +125,6 @@ pub enum OutputError {
         option: &'static str,
         /// Error of the operating system.
         source: io::Error,
-    },
-    /// The existing file is write-protected.
-    #[error(
-        "cannot replace `{path}` ({option}): it is write-protected; make it writable or choose another path"
-    )]
-    Protected {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
-    },
-    /// The name or the path is too long for the file system.
-    #[error(
-        "cannot write `{path}` ({option}): its name, with `{LONGEST_SUFFIX}` while it is written, is too \
-         long for the file system; choose a shorter name"
-    )]
-    NameTooLong {
-        /// Path of the output.
-        path: PathBuf,
-        /// Option that names the output.
-        option: &'static str,
     },
     /// The standard output cannot be written.
     #[error("cannot write to the standard output; check its destination and the free space")]
@@ -230,6 +140,18 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    fn refused(path: &Path, option: &str, fault: &str) -> Self {
+        Self::Refused(format!("`{}` ({option}) {fault}", path.display()))
+    }
+
+    /// One path for two outputs.
+    pub fn twice(path: &Path, option: &str, other: &str) -> Self {
+        Self::Refused(format!(
+            "`{}` is used for two outputs ({option}, {other}); choose different paths",
+            path.display()
+        ))
+    }
+
     /// Whether the path is invalid input (exit code 2), in contrast to a failure while writing (exit code 1).
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Failed { .. } | Self::Terminal(_))
@@ -248,15 +170,13 @@ impl OutputFile {
         let target = resolved(path);
         let is_file_name = target.file_name().is_some() && !ends_in_separator(path);
         if !is_file_name || fs::metadata(&target).is_ok_and(|there| !there.is_file()) {
-            return Err(OutputError::NotAFile {
-                path: path.to_owned(),
-                option,
-            });
+            let fault = "is not a regular file; choose another path";
+            return Err(OutputError::refused(path, option, fault));
         }
         check_name(path, option)?;
         if is_protected(&target) {
-            let path = path.to_owned();
-            return Err(OutputError::Protected { path, option });
+            let fault = "is write-protected; make it writable or choose another path";
+            return Err(OutputError::refused(path, option, fault));
         }
         let file = Self { path: target };
         try_folder_of(&file.path).map_err(|source| OutputError::NotWritable {
@@ -310,8 +230,10 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
     longest.push(LONGEST_SUFFIX);
     match fs::symlink_metadata(longest) {
         Err(fault) if fault.kind() == io::ErrorKind::InvalidFilename => {
-            let path = path.to_owned();
-            Err(OutputError::NameTooLong { path, option })
+            let fault = format!(
+                "with `{LONGEST_SUFFIX}` while it is written is too long for the file system; choose a shorter name"
+            );
+            Err(OutputError::refused(path, option, &fault))
         }
         _ => Ok(()),
     }
@@ -329,11 +251,7 @@ pub fn check_apart(
     for (other, file) in others {
         let is_file = |a: &Path| file.is_some_and(|file| file.path() == resolved(a));
         if directory.ancestors().any(is_file) {
-            return Err(OutputError::Twice {
-                path: directory.to_owned(),
-                option,
-                other,
-            });
+            return Err(OutputError::twice(directory, option, other));
         }
     }
     Ok(())
@@ -388,18 +306,14 @@ impl Overwrite {
                 continue;
             };
             if input.is_some() && input.as_deref() == Some(&resolved(path)) {
-                let path = path.to_owned();
-                return Err(OutputError::IsInput { path, option });
+                let fault = "is the input; choose another path for the output";
+                return Err(OutputError::refused(path, option, fault));
             }
             kind.check_ending(path, option)?;
             let file = OutputFile::check(path, option)?;
             let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
             if let Some(j) = same {
-                return Err(OutputError::Twice {
-                    path: path.to_owned(),
-                    option,
-                    other: wanted[j].0,
-                });
+                return Err(OutputError::twice(path, option, wanted[j].0));
             }
             self.check_free(path, option, kind.existing)?;
             files[k] = Some(file);
@@ -421,12 +335,13 @@ impl Overwrite {
         let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
         let there = there.unwrap_or(Path::new("."));
         if path.as_os_str().is_empty() || !there.is_dir() {
-            let path = path.to_owned();
-            return Err(OutputError::NotADirectory { path, option });
+            let fault = "is not a directory and cannot be created; choose another path";
+            return Err(OutputError::refused(path, option, fault));
         }
         if !path.is_dir() && Kind::FIGURE.check_ending(path, option).is_ok() {
-            let path = path.to_owned();
-            return Err(OutputError::FigureAsDirectory { path, option });
+            let fault = "is to be a directory, but has the ending of a figure; give the name of a directory, and the \
+                         kind of file with --format";
+            return Err(OutputError::refused(path, option, fault));
         }
         try_folder_of(&there.join("figure")).map_err(|source| OutputError::NotWritable {
             path: path.to_owned(),
@@ -435,9 +350,10 @@ impl Overwrite {
         })?;
         for name in names {
             let file = path.join(name);
-            match path.is_dir() {
-                true => drop(OutputFile::check(&file, option)?),
-                false => check_name(&file, option)?,
+            if path.is_dir() {
+                OutputFile::check(&file, option)?;
+            } else {
+                check_name(&file, option)?;
             }
             self.check_free(&file, option, Existing::Keep)?;
         }
@@ -456,14 +372,11 @@ impl Overwrite {
             Existing::Resume => "continue it with --resume, replace it with --force",
             Existing::Replace => return Ok(()),
         };
-        match self.force || !path.exists() {
-            true => Ok(()),
-            false => Err(OutputError::Exists {
-                path: path.to_owned(),
-                option,
-                remedy,
-            }),
+        if self.force || !path.exists() {
+            return Ok(());
         }
+        let fault = format!("exists; {remedy}, or choose another name");
+        Err(OutputError::refused(path, option, &fault))
     }
 }
 

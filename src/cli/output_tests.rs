@@ -10,6 +10,11 @@ fn names_in(folder: &Path) -> usize {
     fs::read_dir(folder).expect("a folder").count()
 }
 
+/// The message of a refusal.
+fn refused<T>(found: Result<T, OutputError>) -> String {
+    found.map(drop).expect_err("refused").to_string()
+}
+
 #[test]
 fn checks_change_nothing_and_writing_replaces_complete_files() {
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -32,27 +37,18 @@ fn checks_change_nothing_and_writing_replaces_complete_files() {
 fn paths_that_cannot_be_files_are_refused() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let check = |path: &Path| OutputFile::check(path, "--save");
-    assert!(matches!(
-        check(folder.path()),
-        Err(OutputError::NotAFile { .. })
-    ));
+    assert!(refused(check(folder.path())).contains("is not a regular file"));
     for path in ["absent/", ".."] {
         let path = folder.path().join(path);
-        assert!(matches!(check(&path), Err(OutputError::NotAFile { .. })));
+        assert!(refused(check(&path)).contains("is not a regular file"));
     }
-    assert!(matches!(
-        check(Path::new("")),
-        Err(OutputError::NotAFile { .. })
-    ));
+    assert!(refused(check(Path::new(""))).contains("is not a regular file"));
     let lost = check(&folder.path().join("absent/out.rrd")).expect_err("no such folder");
     assert!(matches!(lost, OutputError::NotWritable { .. }));
     assert!(lost.is_bad_input());
     assert!(lost.to_string().contains("(--save)"));
     #[cfg(unix)]
-    assert!(matches!(
-        check(Path::new("/dev/null")),
-        Err(OutputError::NotAFile { .. })
-    ));
+    assert!(refused(check(Path::new("/dev/null"))).contains("is not a regular file"));
 }
 
 #[test]
@@ -65,7 +61,7 @@ fn directories_may_exist_but_files_of_that_name_are_refused() {
     check(&folder.path().join("new/figures")).expect("can be made");
     for path in [&file, &file.join("figures"), Path::new("")] {
         let error = check(path).expect_err("no directory");
-        assert!(matches!(error, OutputError::NotADirectory { .. }));
+        assert!(error.to_string().contains("is not a directory"));
     }
     assert_eq!(names_in(folder.path()), 1);
 }
@@ -77,7 +73,7 @@ fn a_new_directory_and_a_file_cannot_share_a_path() {
     let file = OutputFile::check(&new, "--csv").expect("writable");
     for directory in [&new, &below] {
         let clash = check_apart(directory, "--png", &[("--csv", Some(&file))]);
-        assert!(matches!(clash, Err(OutputError::Twice { .. })));
+        assert!(refused(clash).contains("is used for two outputs"));
         check_apart(directory, "--png", &[("--csv", None)]).expect("no file");
     }
     let other = folder.path().join("other");
@@ -98,7 +94,7 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
     ] {
         let refused = refused.expect_err("protected");
         assert!(
-            matches!(refused, OutputError::Protected { .. }),
+            refused.to_string().contains("is write-protected"),
             "{refused}"
         );
         assert!(refused.is_bad_input());
@@ -114,7 +110,9 @@ fn protected_files_and_long_names_are_refused_in_directories_too() {
     ] {
         let refused = refused.expect_err("too long");
         assert!(
-            matches!(refused, OutputError::NameTooLong { .. }),
+            refused
+                .to_string()
+                .contains("is too long for the file system"),
             "{refused}"
         );
     }
@@ -155,11 +153,11 @@ fn two_outputs_cannot_share_a_path() {
     let error = KEEP
         .check_all(None, two_names)
         .expect_err("the same file, not there yet");
-    assert!(matches!(error, OutputError::Twice { .. }));
+    assert!(error.to_string().contains("is used for two outputs"));
     fs::write(&missing, "a scene").expect("written");
     let onto_scene = [("--write", Kind::SCENE, Some(&*detour))];
     let error = Overwrite::ALLOWED.check_all(Some(missing.as_os_str()), onto_scene);
-    assert!(matches!(error, Err(OutputError::IsInput { .. })));
+    assert!(refused(error).contains("is the input"));
     let message = twice.expect_err("refused").to_string();
     assert!(message.contains("two outputs (--out, --csv)"), "{message}");
 }
@@ -215,8 +213,5 @@ fn endings_fit_the_kind_of_file() {
     );
     let picture = folder.path().join("a.png");
     let directory = KEEP.check_directory(&picture, "--figures", &["b.png"]);
-    assert!(matches!(
-        directory,
-        Err(OutputError::FigureAsDirectory { .. })
-    ));
+    assert!(refused(directory).contains("is to be a directory"));
 }

@@ -261,7 +261,7 @@ fn recurrence_text(recurrence: &RecurrenceAnalysis, amount: &dyn Fn(f64) -> Stri
             percent(found.share)
         )
     };
-    let periods: String = recurrence.periods.iter().map(period).collect();
+    let periods: String = recurrence.periods.0.iter().map(period).collect();
     format!(
         "{HEADING}recurrence{HEADING:#} of {} states ({threshold} {}{})\n{}{}",
         recurrence.states,

@@ -157,10 +157,12 @@ fn names(plan: &SweepPlan) -> Vec<String> {
 /// Refuses a recording of a sweep over two parameters: a recording has one timeline.
 fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliError> {
     match (&plan.axes[..], &outputs.save) {
-        ([first, second, ..], Some(_)) => Err(CliError::NoTimeline {
-            first: first.parameter().path(),
-            second: second.parameter().path(),
-        }),
+        ([first, second, ..], Some(_)) => Err(CliError::Input(format!(
+            "--save records a sweep over one parameter, which becomes the timeline; sweep over `{}` or `{}` alone, or \
+             omit --save",
+            first.parameter().path(),
+            second.parameter().path()
+        ))),
         _ => Ok(()),
     }
 }
@@ -377,7 +379,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
             .iter()
             .all(|axis| axis.parameter() == Parameter::tilt())
     {
-        return Err(CliError::NoTilt { scene: scene.name });
+        return Err(CliError::no_tilt(&scene));
     }
     if axes.is_empty() {
         let [from, to, step] = TILTS;
@@ -386,14 +388,12 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         axes.push(Axis::new(Parameter::tilt(), tilts));
     }
     if axes.len() > 2 {
-        return Err(CliError::TooManyAxes { count: axes.len() });
+        return Err(CliError::too_many_axes(axes.len()));
     }
     if let [one, two] = &axes[..]
         && one.parameter() == two.parameter()
     {
-        return Err(CliError::AxisTwice {
-            path: one.parameter().path(),
-        });
+        return Err(CliError::axis_twice(one.parameter()));
     }
     let plan = SweepPlan {
         scene,
@@ -416,13 +416,13 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
 
 /// Refuses a shortest transient above the longest.
 pub(super) fn check_transient(args: &ResponseArgs) -> Result<(), CliError> {
-    match args.min_transient <= args.max_transient {
-        true => Ok(()),
-        false => Err(CliError::Transient {
-            min: args.min_transient,
-            max: args.max_transient,
-        }),
+    let (min, max) = (args.min_transient, args.max_transient);
+    if min <= max {
+        return Ok(());
     }
+    Err(CliError::Input(format!(
+        "--min-transient {min} ms exceeds --max-transient {max} ms; lower the first or raise the second"
+    )))
 }
 
 /// The transient and the measurement of each response.

@@ -184,19 +184,6 @@ impl StiffnessDetector {
     }
 }
 
-/// Evaluates the body with the active method.
-macro_rules! with_active {
-    ($auto:expr, $stepper:ident => $body:expr) => {
-        if $auto.is_implicit {
-            let $stepper = &mut $auto.implicit;
-            $body
-        } else {
-            let $stepper = &mut $auto.explicit;
-            $body
-        }
-    };
-}
-
 impl Auto {
     pub fn new(explicit: RungeKutta<7>, implicit: Rosenbrock, n: usize) -> Self {
         Self {
@@ -209,23 +196,17 @@ impl Auto {
         }
     }
 
-    /// Whether the implicit method is active.
-    pub fn is_implicit(&self) -> bool {
-        self.is_implicit
-    }
-
-    /// Prescribes the method from the next step on.
-    pub fn prescribe(&mut self, is_implicit: bool) {
-        self.prescribed = Some(is_implicit);
+    /// The active method.
+    fn active(&mut self) -> &mut dyn Stepper {
+        if self.is_implicit {
+            &mut self.implicit
+        } else {
+            &mut self.explicit
+        }
     }
 
     /// Activates the inactive method.
-    fn switch<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
+    fn switch(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
         let (from, to) = (&mut self.explicit.step, &mut self.implicit.step);
         let (from, to) = if self.is_implicit {
             (to, from)
@@ -237,7 +218,7 @@ impl Auto {
         self.detector.reset(self.is_implicit);
         self.is_implicit = !self.is_implicit;
         stats.switches += 1;
-        with_active!(self, stepper => stepper.reinitialise(sys, status, stats));
+        self.active().reinitialise(sys, status, stats);
     }
 
     /// `h rho` of the last attempted explicit step.
@@ -262,6 +243,10 @@ impl Auto {
 }
 
 impl Stepper for Auto {
+    fn boxed(&self) -> Box<dyn Stepper> {
+        Box::new(self.clone())
+    }
+
     fn step(&self) -> &Step {
         if self.is_implicit {
             &self.implicit.step
@@ -271,7 +256,7 @@ impl Stepper for Auto {
     }
 
     fn step_mut(&mut self) -> &mut Step {
-        with_active!(self, stepper => stepper.step_mut())
+        self.active().step_mut()
     }
 
     fn traits(&self) -> &'static MethodTraits {
@@ -282,7 +267,7 @@ impl Stepper for Auto {
         }
     }
 
-    fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+    fn update_linear_part(&mut self, sys: &dyn System) {
         self.explicit.update_linear_part(sys);
     }
 
@@ -290,21 +275,19 @@ impl Stepper for Auto {
         self.explicit.max_step_of_linear_part()
     }
 
-    fn reinitialise<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
-        with_active!(self, stepper => stepper.reinitialise(sys, status, stats));
+    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
+        self.active().reinitialise(sys, status, stats);
     }
 
-    fn choose<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
+    fn is_implicit(&self) -> bool {
+        self.is_implicit
+    }
+
+    fn prescribe(&mut self, is_implicit: bool) {
+        self.prescribed = Some(is_implicit);
+    }
+
+    fn choose(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
         let fastest = sys.omega().iter().fold(0.0, |a: f64, b| a.max(*b));
         let h = self.step().length();
         let due = self.detector.should_switch(self.is_implicit, h, fastest);
@@ -317,22 +300,22 @@ impl Stepper for Auto {
     }
 
     fn begin_step(&mut self) {
-        with_active!(self, stepper => stepper.begin_step());
+        self.active().begin_step();
     }
 
     fn reject_step(&mut self) {
         self.detector.last = None;
-        with_active!(self, stepper => stepper.reject_step());
+        self.active().reject_step();
     }
 
-    fn attempt<Y: System + ?Sized>(
+    fn attempt(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         end_time: f64,
         stats: &mut SolverStats,
     ) {
-        with_active!(self, stepper => stepper.attempt(sys, status, end_time, stats));
+        self.active().attempt(sys, status, end_time, stats);
         self.detector.last = Some(if self.is_implicit {
             self.implicit.step.length() * self.implicit.fastest_rate
         } else {
@@ -348,20 +331,20 @@ impl Stepper for Auto {
         }
     }
 
-    fn prepare_dense_output<Y: System + ?Sized>(
+    fn prepare_dense_output(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         stats: &mut SolverStats,
     ) {
-        with_active!(self, stepper => stepper.prepare_dense_output(sys, status, stats));
+        self.active().prepare_dense_output(sys, status, stats);
     }
 
     fn interpolate(&mut self, t: f64, out: &mut [f64]) {
-        with_active!(self, stepper => stepper.interpolate(t, out));
+        self.active().interpolate(t, out);
     }
 
-    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
+    fn enable_tangents(&mut self, sys: &dyn System) -> usize {
         self.explicit
             .enable_tangents(sys)
             .max(self.implicit.enable_tangents(sys))
@@ -371,13 +354,13 @@ impl Stepper for Auto {
         self.explicit.disable_tangents();
     }
 
-    fn propagate_tangents<Y: System + ?Sized>(
+    fn propagate_tangents(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
         stats: &mut SolverStats,
     ) {
-        with_active!(self, stepper => stepper.propagate_tangents(sys, status, block, stats));
+        self.active().propagate_tangents(sys, status, block, stats);
     }
 }

@@ -84,7 +84,7 @@ struct LinearModes {
 }
 
 impl LinearModes {
-    fn new<Y: System + ?Sized>(sys: &Y, layout: Layout) -> Self {
+    fn new(sys: &dyn System, layout: Layout) -> Self {
         let mut linear = Self {
             stiffness: layout.packed(),
             decay: layout.packed(),
@@ -98,7 +98,7 @@ impl LinearModes {
     }
 
     /// Reads the linear part of a system with an unchanged number of modes.
-    fn read<Y: System + ?Sized>(&mut self, sys: &Y, modes: usize) {
+    fn read(&mut self, sys: &dyn System, modes: usize) {
         for (i, &omega) in sys.omega()[..modes].iter().enumerate() {
             let zeta = sys.damping().get(i).copied().unwrap_or(0.0);
             self.stiffness[i] = omega * omega;
@@ -404,7 +404,7 @@ pub(super) struct IntegratingFactor {
 impl IntegratingFactor {
     /// The form of a system for a method with `stages` stages that integrates `modes` modes exactly: all of them, or
     /// none.
-    pub fn new<Y: System + ?Sized>(sys: &Y, stages: usize, modes: usize) -> Self {
+    pub fn new(sys: &dyn System, stages: usize, modes: usize) -> Self {
         let arch = instruction_set();
         let layout = Layout {
             modes,
@@ -488,13 +488,7 @@ impl IntegratingFactor {
 
     /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
     /// Components that are integrated exactly become zero.
-    pub fn add_linear_part<Y: System + ?Sized>(
-        &self,
-        sys: &Y,
-        z: &[f64],
-        slope: &mut [f64],
-        width: usize,
-    ) {
+    pub fn add_linear_part(&self, sys: &dyn System, z: &[f64], slope: &mut [f64], width: usize) {
         if self.layout.modes < sys.modes() {
             add_linear(sys.omega(), sys.damping(), z, slope, width);
         } else {
@@ -578,7 +572,7 @@ impl IntegratingFactor {
     }
 
     /// Updates the linear part for a changed system with the same number of modes.
-    pub fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+    pub fn update_linear_part(&mut self, sys: &dyn System) {
         self.linear.read(sys, self.layout.modes);
         self.h = f64::NAN;
     }

@@ -49,7 +49,7 @@ pub(super) struct RungeKutta<const S: usize> {
 
 impl<const S: usize> RungeKutta<S> {
     /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
-    pub fn new<Y: System + ?Sized>(tableau: &'static Tableau<S>, sys: &Y, modes: usize) -> Self {
+    pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
         let form = IntegratingFactor::new(sys, S, modes);
         let (dim, len) = (sys.dim(), form.row_len());
         Self {
@@ -113,7 +113,7 @@ impl<const S: usize> RungeKutta<S> {
     }
 
     /// Evaluates the force at a stage.
-    fn evaluate<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, stage: usize) {
+    fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
         let dim = self.step.dim();
         let modes = self.form.modes();
         let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
@@ -161,6 +161,10 @@ impl<const S: usize> RungeKutta<S> {
 }
 
 impl<const S: usize> Stepper for RungeKutta<S> {
+    fn boxed(&self) -> Box<dyn Stepper> {
+        Box::new(self.clone())
+    }
+
     fn step(&self) -> &Step {
         &self.step
     }
@@ -173,7 +177,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         &self.tableau.traits
     }
 
-    fn update_linear_part<Y: System + ?Sized>(&mut self, sys: &Y) {
+    fn update_linear_part(&mut self, sys: &dyn System) {
         self.form.update_linear_part(sys);
     }
 
@@ -181,12 +185,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.form.max_step_of_linear_part()
     }
 
-    fn reinitialise<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
+    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
         stats.rhs_evals += 1;
         self.step.full_end_time = self.step.end_time;
         self.step.start_time = self.step.end_time;
@@ -214,9 +213,9 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.swap_end_records();
     }
 
-    fn attempt<Y: System + ?Sized>(
+    fn attempt(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         end_time: f64,
         stats: &mut SolverStats,
@@ -249,9 +248,9 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         }
     }
 
-    fn prepare_dense_output<Y: System + ?Sized>(
+    fn prepare_dense_output(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         stats: &mut SolverStats,
     ) {
@@ -287,7 +286,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         out.copy_from_slice(&self.state[..out.len()]);
     }
 
-    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize {
+    fn enable_tangents(&mut self, sys: &dyn System) -> usize {
         self.records = vec![vec![0.0; differentiable(sys).record_len()]; S];
         S
     }
@@ -298,9 +297,9 @@ impl<const S: usize> Stepper for RungeKutta<S> {
 
     /// The vectors pass through the same stages as the state. The result is the exact derivative of the
     /// numerical map, whatever its tolerance.
-    fn propagate_tangents<Y: System + ?Sized>(
+    fn propagate_tangents(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
         _stats: &mut SolverStats,

@@ -47,16 +47,12 @@ pub(super) struct Progress {
 
 impl StepController {
     /// Evaluates the right-hand side at the present state, from which the next step starts.
-    pub fn reinitialise<Y, M>(
+    pub fn reinitialise(
         &mut self,
-        stepper: &mut M,
-        sys: &Y,
+        stepper: &mut dyn Stepper,
+        sys: &dyn System,
         status: Option<&[u8]>,
-    ) -> Result<(), DynamicsError>
-    where
-        Y: System + ?Sized,
-        M: Stepper,
-    {
+    ) -> Result<(), DynamicsError> {
         stepper.reinitialise(sys, status, &mut self.stats);
         let size = self.norm(&stepper.step().end);
         if !(size.is_finite() && self.rate(stepper).is_finite()) {
@@ -71,23 +67,19 @@ impl StepController {
     }
 
     /// Norm of the slope at the present state.
-    pub fn rate<M: Stepper>(&self, stepper: &M) -> StateNorm {
+    pub fn rate(&self, stepper: &dyn Stepper) -> StateNorm {
         self.norm(&stepper.step().end_slope)
     }
 
     /// Takes one step from the present state, which ends at `limit` (s) at the latest. The status, if
     /// any, is frozen.
-    pub fn step<Y, M>(
+    pub fn step(
         &mut self,
-        stepper: &mut M,
-        sys: &Y,
+        stepper: &mut dyn Stepper,
+        sys: &dyn System,
         status: Option<&[u8]>,
         limit: f64,
-    ) -> Result<(), DynamicsError>
-    where
-        Y: System + ?Sized,
-        M: Stepper,
-    {
+    ) -> Result<(), DynamicsError> {
         stepper.choose(sys, status, &mut self.stats);
         stepper.begin_step();
         let (start, gain) = (stepper.step().start_time, stepper.traits().gain);
@@ -183,13 +175,13 @@ impl StepController {
     }
 
     /// Reverts the last step.
-    pub fn reject_step<M: Stepper>(&mut self, stepper: &mut M) {
+    pub fn reject_step(&mut self, stepper: &mut dyn Stepper) {
         stepper.reject_step();
         self.update_norm(stepper);
     }
 
     /// Updates the norm after the state has changed without a step.
-    pub fn update_norm<M: Stepper>(&mut self, stepper: &M) {
+    pub fn update_norm(&mut self, stepper: &dyn Stepper) {
         self.set_norm(self.norm(&stepper.step().end));
     }
 
@@ -208,11 +200,7 @@ impl StepController {
 }
 
 /// The error for a step with a non-finite number.
-fn non_finite<Y, M>(stepper: &M, sys: &Y, last_good_time: f64) -> DynamicsError
-where
-    Y: System + ?Sized,
-    M: Stepper,
-{
+fn non_finite(stepper: &dyn Stepper, sys: &dyn System, last_good_time: f64) -> DynamicsError {
     let step = stepper.step();
     let worst = |values: &[f64]| values.iter().position(|x| !x.is_finite());
     let component = worst(&step.end)
@@ -240,7 +228,7 @@ where
 
 /// Finds the part of the system that causes a non-finite step from a finite state. The stages of that
 /// step are already non-finite, so the search samples states along the slope of the finite state.
-fn non_finite_part<Y: System + ?Sized>(step: &Step, sys: &Y) -> Option<String> {
+fn non_finite_part(step: &Step, sys: &dyn System) -> Option<String> {
     let (t, h) = (step.start_time, step.length());
     let mut slope = vec![0.0; sys.dim()];
     sys.rhs(t, &step.start, &mut slope);

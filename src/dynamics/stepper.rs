@@ -1,5 +1,7 @@
 //! The interface of a single step, common to all methods.
 
+use std::fmt::Debug;
+
 use super::error_control::{MethodTraits, StateNorm};
 use super::tangents::TangentBlock;
 use super::{Differentiable, SolverStats, Switching, System};
@@ -79,7 +81,10 @@ impl Step {
 /// A single-step method with its workspace. Steps do not allocate.
 ///
 /// The work is counted in the given counters.
-pub(super) trait Stepper {
+pub(super) trait Stepper: Debug + Send + Sync {
+    /// A copy of the workspace.
+    fn boxed(&self) -> Box<dyn Stepper>;
+
     /// The last step.
     fn step(&self) -> &Step;
 
@@ -90,7 +95,7 @@ pub(super) trait Stepper {
     fn traits(&self) -> &'static MethodTraits;
 
     /// Updates the linear part for a changed system with the same number of modes.
-    fn update_linear_part<Y: System + ?Sized>(&mut self, _sys: &Y) {}
+    fn update_linear_part(&mut self, _sys: &dyn System) {}
 
     /// Maximum step that the linear part allows, s.
     fn max_step_of_linear_part(&self) -> f64 {
@@ -98,21 +103,18 @@ pub(super) trait Stepper {
     }
 
     /// Evaluates the right-hand side at the present state and discards the last step.
-    fn reinitialise<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    );
+    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats);
+
+    /// Whether the last step was implicit.
+    fn is_implicit(&self) -> bool {
+        false
+    }
+
+    /// Prescribes explicit or implicit steps to a method that otherwise chooses itself.
+    fn prescribe(&mut self, _is_implicit: bool) {}
 
     /// Chooses the method of the next step, if there is a choice.
-    fn choose<Y: System + ?Sized>(
-        &mut self,
-        _sys: &Y,
-        _status: Option<&[u8]>,
-        _stats: &mut SolverStats,
-    ) {
-    }
+    fn choose(&mut self, _sys: &dyn System, _status: Option<&[u8]>, _stats: &mut SolverStats) {}
 
     /// Moves the start of the next step to the end of the last one.
     fn begin_step(&mut self);
@@ -122,9 +124,9 @@ pub(super) trait Stepper {
 
     /// Attempts a step from the present start to `end_time`. It overwrites an earlier attempt, so a
     /// rejected step needs no cleanup.
-    fn attempt<Y: System + ?Sized>(
+    fn attempt(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         end_time: f64,
         stats: &mut SolverStats,
@@ -134,9 +136,9 @@ pub(super) trait Stepper {
     fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm;
 
     /// Evaluates the additional stages that the dense output needs.
-    fn prepare_dense_output<Y: System + ?Sized>(
+    fn prepare_dense_output(
         &mut self,
-        _sys: &Y,
+        _sys: &dyn System,
         _status: Option<&[u8]>,
         _stats: &mut SolverStats,
     ) {
@@ -158,29 +160,29 @@ pub(super) trait Stepper {
     }
 
     /// Enables tangent vectors; returns the number of slopes that each of them needs.
-    fn enable_tangents<Y: System + ?Sized>(&mut self, sys: &Y) -> usize;
+    fn enable_tangents(&mut self, sys: &dyn System) -> usize;
 
     /// Disables tangent vectors.
     fn disable_tangents(&mut self) {}
 
     /// Propagates tangent vectors from the start of the step to its end, shortened or not.
-    fn propagate_tangents<Y: System + ?Sized>(
+    fn propagate_tangents(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
         stats: &mut SolverStats,
     );
 }
 
+impl Clone for Box<dyn Stepper> {
+    fn clone(&self) -> Self {
+        (**self).boxed()
+    }
+}
+
 /// Writes `[f | g]` of a system, for a frozen status if there is one.
-pub(super) fn force<Y: System + ?Sized>(
-    sys: &Y,
-    status: Option<&[u8]>,
-    t: f64,
-    z: &[f64],
-    out: &mut [f64],
-) {
+pub(super) fn force(sys: &dyn System, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
     match status {
         None => sys.force(t, z, out),
         Some(status) => switching(sys).force_in(status, t, z, out),
@@ -188,11 +190,11 @@ pub(super) fn force<Y: System + ?Sized>(
 }
 
 /// The switching interface of a system that is known to have one.
-pub(super) fn switching<Y: System + ?Sized>(sys: &Y) -> &dyn Switching {
+pub(super) fn switching(sys: &dyn System) -> &dyn Switching {
     sys.switching().expect("checked at construction")
 }
 
 /// The derivative of a system that is known to have one.
-pub(super) fn differentiable<Y: System + ?Sized>(sys: &Y) -> &dyn Differentiable {
+pub(super) fn differentiable(sys: &dyn System) -> &dyn Differentiable {
     sys.differentiable().expect("checked at construction")
 }

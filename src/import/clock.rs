@@ -59,7 +59,7 @@ impl Timing {
             valid_rate(rate)?;
         }
         let own = match self {
-            Self::Unknown => return Ok((asked.ok_or(Problem::NoRate)?, 0.0)),
+            Self::Unknown => return Ok((asked.ok_or_else(Problem::no_rate)?, 0.0)),
             Self::Rate(rate) => Uniform {
                 rate: valid_rate(rate)?,
                 start: 0.0,
@@ -74,10 +74,10 @@ impl Timing {
         };
         match asked {
             Some(asked) if (asked / own.rate - 1.0).abs() > SAME_RATE.max(own.uncertainty) => {
-                Err(Problem::RateMismatch {
-                    asked,
-                    own: own.rate,
-                })
+                let own = own.rate;
+                Err(Problem::Content(format!(
+                    "the file has a sample rate of {own} Hz, not {asked} Hz; omit --rate"
+                )))
             }
             _ => Ok((own.rate, own.start)),
         }
@@ -91,7 +91,9 @@ fn valid_rate(rate: f64) -> Result<f64, Problem> {
     if RATES.contains(&rate) {
         Ok(rate)
     } else {
-        Err(Problem::InvalidRate(rate))
+        Err(Problem::Content(format!(
+            "the sample rate {rate} Hz is invalid; give a rate from 1e-12 to 1e15 Hz with --rate HZ"
+        )))
     }
 }
 
@@ -110,18 +112,17 @@ pub(super) fn uniform(
         if count == 0 {
             first = time;
         } else if last.partial_cmp(&time) != Some(Ordering::Less) && stall.is_none() {
-            stall = Some(Problem::NotIncreasing {
-                index: count,
-                time,
-                before: last,
-            });
+            stall = Some(Problem::Content(format!(
+                "the time does not increase: sample {count} is at {time} s, the previous one at {last} s; correct the \
+                 times, or remove them and give --rate"
+            )));
         }
         last = time;
         largest = largest.max(time.abs());
         count += 1;
     })?;
     if count < 2 {
-        return Err(Problem::NoRate);
+        return Err(Problem::no_rate());
     }
     if let Some(stall) = stall {
         return Err(stall);
@@ -136,7 +137,10 @@ pub(super) fn uniform(
     times(&mut |time| {
         let off = ((time - first) / spacing - index as f64).abs();
         if off > tolerance && fault.is_none() {
-            fault = Some(Problem::NotUniform { index, time, off });
+            fault = Some(Problem::Content(format!(
+                "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} sample spacings \
+                 from its nominal time; resample the signal, or remove the times and give --rate"
+            )));
         }
         index += 1;
     })?;

@@ -37,17 +37,15 @@ impl Compressed {
         decode(path, &mut |block| {
             let of_block = (block.spec().rate(), block.num_planes());
             if *form.get_or_insert(of_block) != of_block {
-                return Err(Problem::Unsupported {
-                    what: "sound whose rate or number of channels changes".to_owned(),
-                    remedy: "save it as WAV",
-                });
+                let what = "sound whose rate or number of channels changes";
+                return Err(Problem::unsupported(what, "save it as WAV"));
             }
             frames += block.frames();
             Ok(true)
         })?;
         let Some((rate, channels)) = form.filter(|(_, channels)| frames > 0 && *channels > 0)
         else {
-            return Err(Problem::NoSamples("a header"));
+            return Err(Problem::no_samples("a header"));
         };
         Ok(Self {
             path: path.to_owned(),
@@ -88,7 +86,7 @@ impl Source for Compressed {
             Ok(first < range.end)
         })?;
         if first < range.end {
-            return Err(Problem::Changed);
+            return Err(Problem::changed());
         }
         Ok(())
     }
@@ -99,12 +97,8 @@ type TakeBlock<'a> = &'a mut dyn FnMut(&GenericAudioBufferRef<'_>) -> Result<boo
 
 /// Decodes a file block by block, until no more are needed.
 fn decode(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
-    without_panic(|| decode_blocks(path, each)).unwrap_or_else(|| {
-        Err(Problem::Damaged {
-            format: FORMAT,
-            what: "it cannot be decoded".to_owned(),
-        })
-    })
+    without_panic(|| decode_blocks(path, each))
+        .unwrap_or_else(|| Err(Problem::damaged(FORMAT, "it cannot be decoded")))
 }
 
 fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
@@ -118,10 +112,10 @@ fn decode_blocks(path: &Path, each: TakeBlock<'_>) -> Result<(), Problem> {
         )
         .map_err(problem)?;
     let track = file.default_track(TrackType::Audio);
-    let track = track.ok_or(Problem::NoSamples("a header"))?;
+    let track = track.ok_or_else(|| Problem::no_samples("a header"))?;
     let id = track.id;
     let coding = track.codec_params.as_ref().and_then(|p| p.audio());
-    let coding = coding.ok_or(Problem::NoSamples("a header"))?;
+    let coding = coding.ok_or_else(|| Problem::no_samples("a header"))?;
     let mut decoder = symphonia::default::get_codecs()
         .make_audio_decoder(coding, &AudioDecoderOptions::default())
         .map_err(problem)?;
@@ -139,13 +133,10 @@ fn problem(error: Error) -> Problem {
         Error::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
             Problem::Unreadable(error)
         }
-        Error::Unsupported(what) => Problem::Unsupported {
-            what: format!("this kind of sound ({what})"),
-            remedy: "save it as WAV or FLAC",
-        },
-        error => Problem::Damaged {
-            format: FORMAT,
-            what: error.to_string(),
-        },
+        Error::Unsupported(what) => {
+            let what = format!("this kind of sound ({what})");
+            Problem::unsupported(what, "save it as WAV or FLAC")
+        }
+        error => Problem::damaged(FORMAT, error),
     }
 }

@@ -50,7 +50,8 @@ impl Format {
         content.by_ref().take(HEAD as u64).read_to_end(&mut head)?;
         content.seek(SeekFrom::Start(0))?;
         if head.is_empty() {
-            return Err(Problem::Empty);
+            let text = "the file is empty; record or export it again";
+            return Err(Problem::Content(text.to_owned()));
         }
         let bytes = &head[..];
         let begins = |magic: &[u8]| bytes.starts_with(magic);
@@ -68,15 +69,15 @@ impl Format {
         } else if begins(b"MATLAB 5.0") {
             Ok(Self::Mat)
         } else if begins(b"MATLAB 7.3") || begins(b"\x89HDF") {
-            Err(Problem::Unsupported {
-                what: "an HDF5 file, such as MATLAB writes with -v7.3,".to_owned(),
-                remedy: "save it with -v7 in MATLAB, or as .npz in Python (h5py, numpy.savez)",
-            })
+            Err(Problem::unsupported(
+                "an HDF5 file, such as MATLAB writes with -v7.3,",
+                "save it with -v7 in MATLAB, or as .npz in Python (h5py, numpy.savez)",
+            ))
         } else if begins(b"TDSm") {
-            Err(Problem::Unsupported {
-                what: "a TDMS file".to_owned(),
-                remedy: "export it as text (.lvm or CSV) in LabVIEW, or as .npz in Python (nptdms, numpy.savez)",
-            })
+            Err(Problem::unsupported(
+                "a TDMS file",
+                "export it as text (.lvm or CSV) in LabVIEW, or as .npz in Python (nptdms, numpy.savez)",
+            ))
         } else if is_text(bytes) {
             Ok(Self::Text)
         } else {
@@ -89,9 +90,14 @@ impl Format {
                 "wav", "flac", "mp3", "ogg", "aiff", "csv", "tsv", "txt", "dat", "npy", "npz",
                 "mat", "rrd",
             ];
-            Err(Problem::UnknownFormat {
-                called: extension.filter(|e| known.contains(&e.as_str())),
-            })
+            let called = extension.filter(|e| known.contains(&e.as_str()));
+            let called = called.map_or_else(String::new, |e| {
+                format!(" (the extension is .{e}, but the content is different)")
+            });
+            Err(Problem::Content(format!(
+                "unknown file format{called}; convert the file to one of: WAV, FLAC, MP3, Ogg, AIFF, CSV (or other \
+                 columns of text), .npy, .npz, .mat, .rrd"
+            )))
         }
     }
 }

@@ -44,7 +44,7 @@ fn sound_without_loss_is_exact() {
         assert_eq!(part.samples, left.samples[400..800], "{name}");
         assert!(amplitude(&read(&[("column", "1")]).samples, RIGHT) > 0.249);
         let refused = read_signal(&path, &Selection::default()).unwrap_err();
-        assert!(matches!(refused.problem, Problem::ChooseColumn { .. }));
+        assert!(refused.to_string().contains("choose one with --column"));
     }
 }
 
@@ -80,10 +80,7 @@ fn damaged_sound_is_refused() {
     for end in [4, 30, 60] {
         let path = desk.put("cut.flac", &flac[..end]);
         let refused = read_signal(&path, &selection(&[("column", "0")])).unwrap_err();
-        let known = matches!(
-            refused.problem,
-            Problem::Damaged { .. } | Problem::NoSamples(_) | Problem::Unsupported { .. }
-        );
+        let known = matches!(refused.problem, Problem::Content(_));
         assert!(known, "{end}: {refused}");
     }
 }

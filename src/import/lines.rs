@@ -23,10 +23,10 @@ pub(super) fn each_line(
             break;
         }
         if bytes.len() == most && !bytes.ends_with(b"\n") {
-            return Err(Problem::LongLine {
-                line,
-                most: MAX_LINE,
-            });
+            return Err(Problem::Content(format!(
+                "line {line} is longer than {MAX_LINE} bytes; check that the file is text with one row of samples per \
+                 line"
+            )));
         }
         let text = String::from_utf8_lossy(&bytes);
         let text = match text.strip_suffix('\n') {

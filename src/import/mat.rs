@@ -19,10 +19,7 @@ const HEADER: usize = 128;
 
 /// Reads all arrays: columns, a time or a rate.
 pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
-    let damaged = |reason: String| Problem::Damaged {
-        format: FORMAT,
-        what: reason,
-    };
+    let damaged = |reason: String| Problem::damaged(FORMAT, reason);
     let mut bytes = Vec::new();
     content.read_to_end(&mut bytes)?;
     check_lengths(&bytes)?;
@@ -68,7 +65,7 @@ pub(super) fn read(mut content: impl Read) -> Result<Table, Problem> {
         }
     }
     if table.columns.is_empty() {
-        return Err(Problem::NoSamples("no array of real numbers"));
+        return Err(Problem::no_samples("no array of real numbers"));
     }
     Ok(table)
 }
@@ -89,12 +86,8 @@ fn check_lengths(bytes: &[u8]) -> Result<(), Problem> {
             u32::from_be_bytes(length)
         };
         let Some(after) = content.get(length as usize..) else {
-            return Err(Problem::Truncated {
-                format: FORMAT,
-                what: format!("array {number}"),
-                have: content.len() as u64,
-                need: length.into(),
-            });
+            let (what, have) = (format!("array {number}"), content.len() as u64);
+            return Err(Problem::truncated(FORMAT, what, have, length.into()));
         };
         rest = after;
     }

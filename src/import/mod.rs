@@ -104,7 +104,11 @@ fn decode(
         Format::Npz => table::read(&mut npy::Npz::open(content)?, selection),
         Format::Sound => table::read(&mut compressed::Compressed::open(path, &stem)?, selection),
         Format::Mat => table::read(&mut mat::read(content)?, selection),
-        Format::Rrd => Err(Problem::Recording),
+        Format::Rrd => Err(Problem::Content(
+            "the file is a recording (.rrd), which this build cannot read; build with the feature `record`, or export \
+             the column as CSV"
+                .to_owned(),
+        )),
     }
 }
 

@@ -31,7 +31,7 @@ impl<R: Read + Seek> Npy<R> {
             stem: stem.to_owned(),
         };
         if array.layout.columns == 0 {
-            return Err(Problem::NoSamples("a single number"));
+            return Err(Problem::no_samples("a single number"));
         }
         Ok(array)
     }
@@ -130,7 +130,9 @@ impl<R: Read + Seek> Npz<R> {
             }
         }
         if columns == 0 {
-            return Err(Problem::NoSamples("an archive without an array of samples"));
+            return Err(Problem::no_samples(
+                "an archive without an array of samples",
+            ));
         }
         Ok(Self {
             zip,
@@ -205,17 +207,17 @@ struct Layout {
 impl Layout {
     fn of<R: Read>(array: &ArrayReader<R>) -> Result<Self, Problem> {
         if array.total() == 0 {
-            return Err(Problem::NoSamples("an empty array"));
+            return Err(Problem::no_samples("an empty array"));
         }
         let (columns, length, along_rows) = match *array.shape() {
             [] => (0, 1, true),
             [length] => (1, length, true),
             [rows, places] => (rows.min(places), rows.max(places), rows >= places),
             _ => {
-                return Err(Problem::Unsupported {
-                    what: format!("an array of {} axes", array.shape().len()),
-                    remedy: "save a single column, or several columns in a two-dimensional array",
-                });
+                return Err(Problem::unsupported(
+                    format!("an array of {} axes", array.shape().len()),
+                    "save a single column, or several columns in a two-dimensional array",
+                ));
             }
         };
         check_column_count(columns)?;
@@ -270,33 +272,22 @@ impl Layout {
 }
 
 fn archive(error: impl std::fmt::Display) -> Problem {
-    Problem::Damaged {
-        format: ".npz",
-        what: error.to_string(),
-    }
+    Problem::damaged(".npz", error)
 }
 
 /// Converts an error of a named array.
 fn problem(problem: ArrayError, name: &str) -> Problem {
+    let array = format!("array `{name}`");
     match problem {
-        ArrayError::Unsupported(kind) => Problem::Unsupported {
-            what: format!("the type {kind} of array `{name}`"),
-            remedy: "save real numbers (a float or an integer type)",
-        },
-        ArrayError::CutShort { have, need } => Problem::Truncated {
-            format: "NumPy",
-            what: format!("array `{name}`"),
-            have,
-            need,
-        },
-        ArrayError::Damaged(what) => Problem::Damaged {
-            format: "NumPy",
-            what: format!("array `{name}`: {what}"),
-        },
+        ArrayError::Unsupported(kind) => Problem::unsupported(
+            format!("the type {kind} of {array}"),
+            "save real numbers (a float or an integer type)",
+        ),
+        ArrayError::CutShort { have, need } => Problem::truncated("NumPy", array, have, need),
+        ArrayError::Damaged(what) => Problem::damaged("NumPy", format!("{array}: {what}")),
         // Cannot occur, since arrays are not stored here.
-        other @ (ArrayError::TooLarge { .. } | ArrayError::Memory(_)) => Problem::Damaged {
-            format: "NumPy",
-            what: format!("array `{name}`: {other}"),
-        },
+        other @ (ArrayError::TooLarge { .. } | ArrayError::Memory(_)) => {
+            Problem::damaged("NumPy", format!("{array}: {other}"))
+        }
     }
 }

@@ -145,36 +145,40 @@ pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Sig
     if let Timing::Times { count, .. } = timing
         && count != heading.count
     {
-        return Err(Problem::CountMismatch {
-            column: heading.name,
-            times: count,
-            samples: heading.count,
-        });
+        return Err(Problem::Content(format!(
+            "{count} times for {} samples of `{}`; export the file again",
+            heading.count, heading.name
+        )));
     }
     let (rate, start) = timing.rate_and_start(selection.rate, &mut |each| source.times(each))?;
     let range = range(selection, rate, start, heading.count)?;
     let (have, most) = (range.len(), selection.max_samples.unwrap_or(MAX_SAMPLES));
     if have > most {
-        return Err(Problem::TooManySamples { have, most });
+        return Err(Problem::Content(format!(
+            "the selection has {have} samples, more than the limit of {most}; select a shorter part with --from and \
+             --to, or raise the limit with --max-samples"
+        )));
     }
-    let mut samples = memory::allocate(have).map_err(|shortage| Problem::Memory {
-        samples: have,
-        shortage,
+    let mut samples = memory::allocate(have).map_err(|shortage| {
+        Problem::Content(format!(
+            "the {have} selected samples do not fit into memory: {shortage}; select a shorter part with --from and --to"
+        ))
     })?;
     source.samples(column, range.clone(), &mut |x| samples.push(x))?;
     if samples.len() != have {
-        return Err(Problem::Changed);
+        return Err(Problem::changed());
     }
     let time = |index: usize| start + index as f64 / rate;
     let is_invalid = |x: &f64| !x.is_finite() || x.abs() > MAX_MAGNITUDE;
     if let Some(bad) = samples.iter().position(is_invalid) {
         let index = range.start + bad;
-        return Err(Problem::InvalidSample {
-            index,
-            time: time(index),
-            column: heading.name,
-            value: samples[bad],
-        });
+        return Err(Problem::Content(format!(
+            "sample {index} (at {} s) of `{}` is {:e}; samples are finite numbers below 1e150: exclude it with --from \
+             and --to, or correct it",
+            time(index),
+            heading.name,
+            samples[bad]
+        )));
     }
     Ok(Signal {
         start: time(range.start),
@@ -188,19 +192,23 @@ pub(super) fn read(source: &mut dyn Source, selection: &Selection) -> Result<Sig
 /// Checks the number of columns of a file.
 pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
     if have > MAX_COLUMNS {
-        let most = MAX_COLUMNS;
-        return Err(Problem::TooManyColumns { have, most });
+        return Err(Problem::Content(format!(
+            "the file has {have} columns; the maximum is {MAX_COLUMNS}; save fewer"
+        )));
     }
     Ok(())
 }
 
 /// Index of the selected column: by its full header, by its name, or by its index from 0.
 fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
-    let headers = || headings.iter().map(|c| c.header.clone()).collect();
+    let refused = |reason: String| Problem::Content(format!("{reason}: {}", listed(headings)));
     let Some(asked) = asked else {
         return match headings.len() {
             1 => Ok(0),
-            _ => Err(Problem::ChooseColumn { columns: headers() }),
+            _ => {
+                let reason = "the file has several columns; choose one with --column";
+                Err(refused(reason.to_owned()))
+            }
         };
     };
     let by_header = headings.iter().position(|c| c.header == asked);
@@ -212,10 +220,18 @@ fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, 
     by_header
         .or_else(by_name)
         .or_else(by_place)
-        .ok_or_else(|| Problem::NoSuchColumn {
-            asked: asked.to_owned(),
-            columns: headers(),
-        })
+        .ok_or_else(|| refused(format!("there is no column `{asked}`; choose one of")))
+}
+
+/// Headers separated by commas; a long list is shortened.
+fn listed(headings: &[ColumnHeader]) -> String {
+    const SHOWN: usize = 16;
+    let shown = headings.iter().take(SHOWN);
+    let text = shown.map(|c| &*c.header).collect::<Vec<_>>().join(", ");
+    match headings.len().saturating_sub(SHOWN) {
+        0 => text,
+        more => format!("{text} and {more} more"),
+    }
 }
 
 /// Indices of the samples at or after `from` and before `to`.
@@ -239,21 +255,15 @@ fn range(
         let Some(asked) = asked else { continue };
         let slack = ROUNDING / rate;
         if !(first - slack <= asked && asked <= last + slack) {
-            return Err(Problem::Outside {
-                option,
-                asked,
-                first,
-                last,
-            });
+            return Err(Problem::Content(format!(
+                "{option} {asked} s is outside the file, which extends from {first} to {last} s"
+            )));
         }
     }
     if index(from) >= index(to) {
-        return Err(Problem::EmptyRange {
-            from,
-            to,
-            first,
-            last,
-        });
+        return Err(Problem::Content(format!(
+            "--from {from} s is not before --to {to} s; give a range within the file, from {first} to {last} s"
+        )));
     }
     Ok(index(from)..index(to))
 }

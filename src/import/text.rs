@@ -48,11 +48,7 @@ impl<R: BufRead + Seek> Text<R> {
         }
         for column in &mut scan.columns {
             if let Some((line, text)) = column.seen.fault.take() {
-                return Err(Problem::NotANumber {
-                    line,
-                    column: column.heading.header.clone(),
-                    text,
-                });
+                return Err(Problem::not_a_number(line, &column.heading.header, &text));
             }
         }
         let mut text = Self {
@@ -206,7 +202,7 @@ impl Scan {
             }
             Ok(true)
         })?;
-        scan.ok_or(Problem::NoSamples("headings or comments"))
+        scan.ok_or_else(|| Problem::no_samples("headings or comments"))
     }
 
     /// The columns of the first row of numbers, with the names and units of a preamble.
@@ -288,7 +284,9 @@ impl Scan {
             }
         }
         if have < need || given > need {
-            return Err(Problem::Ragged { line, have, need });
+            return Err(Problem::Content(format!(
+                "line {line} has {have} fields instead of {need}; complete or remove it"
+            )));
         }
         self.rows += 1;
         Ok(())
@@ -323,11 +321,11 @@ fn headings(
         [(_, names), (_, units)] if fields(units).iter().all(|u| bracketed(u).is_some()) => {
             Ok((Some(fields(names)), Some(fields(units))))
         }
-        [(_, names), (line, row), ..] => Err(Problem::NotANumber {
-            line: *line,
-            column: fields(names).first().copied().unwrap_or("").to_owned(),
-            text: shortened(fields(row).first().copied().unwrap_or("")),
-        }),
+        [(_, names), (line, row), ..] => {
+            let first = |row| fields(row).first().copied().unwrap_or("");
+            let text = shortened(first(row));
+            Err(Problem::not_a_number(*line, first(names), &text))
+        }
     }
 }
 

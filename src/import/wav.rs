@@ -55,7 +55,7 @@ impl<R: Read + Seek> Wav<R> {
             return Err(cut_short("the last sample", length % frame, frame));
         }
         if length == 0 {
-            return Err(Problem::NoSamples("a header"));
+            return Err(Problem::no_samples("a header"));
         }
         Ok(Self {
             content,
@@ -179,10 +179,10 @@ fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
         (3, 4) => |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
         (3, 8) => |b| f64::from_le_bytes(b.try_into().unwrap_or_default()),
         _ => {
-            return Err(Problem::Unsupported {
-                what: format!("the WAV coding {tag} with {width} bytes per sample"),
-                remedy: "save it as PCM of 8 to 32 bits, or as float of 32 or 64 bits",
-            });
+            return Err(Problem::unsupported(
+                format!("the WAV coding {tag} with {width} bytes per sample"),
+                "save it as PCM of 8 to 32 bits, or as float of 32 or 64 bits",
+            ));
         }
     };
     let bits = usize::from(u16_at(chunk, 14));
@@ -219,17 +219,9 @@ fn u32_at(bytes: &[u8], at: usize) -> u32 {
 }
 
 fn damaged(what: &str) -> Problem {
-    Problem::Damaged {
-        format: FORMAT,
-        what: what.to_owned(),
-    }
+    Problem::damaged(FORMAT, what)
 }
 
 fn cut_short(what: &str, have: u64, need: u64) -> Problem {
-    Problem::Truncated {
-        format: FORMAT,
-        what: what.to_owned(),
-        have,
-        need,
-    }
+    Problem::truncated(FORMAT, what, have, need)
 }

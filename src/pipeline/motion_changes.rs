@@ -59,12 +59,7 @@ pub struct ChangeDetector {
 impl ChangeDetector {
     /// Starts when the growth of the tangent vectors of an integrator has just been reset, at time `start`
     /// (s). Samples follow at intervals of `interval` (s).
-    pub fn new<Y: System + ?Sized>(
-        sys: &Y,
-        integrator: &Integrator,
-        start: f64,
-        interval: f64,
-    ) -> Self {
+    pub fn new(sys: &dyn System, integrator: &Integrator, start: f64, interval: f64) -> Self {
         let known = integrator.exponents().map_or(0, |s| s.exponents.len());
         let exponents = known.min(EXPONENTS);
         let modes = sys.modes();
@@ -89,7 +84,7 @@ impl ChangeDetector {
     }
 
     /// Adds the state `z` at a sample.
-    pub fn push<Y: System + ?Sized>(&mut self, sys: &Y, integrator: &Integrator, z: &[f64]) {
+    pub fn push(&mut self, sys: &dyn System, integrator: &Integrator, z: &[f64]) {
         let (q, rest) = z.split_at(self.modes);
         let (modal, other) = self.sums.split_at_mut(self.modes);
         for (sum, ((q, v), omega)) in modal.iter_mut().zip(q.iter().zip(rest).zip(sys.omega())) {
@@ -162,11 +157,7 @@ impl ChangeDetector {
 
     /// The motions since the start, each with the exponents averaged within it; at least one. The averages
     /// leave out a block on each side of a change, and then the time in which the vectors align.
-    pub fn segments<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        integrator: &Integrator,
-    ) -> Vec<MotionSegment> {
+    pub fn segments(&mut self, sys: &dyn System, integrator: &Integrator) -> Vec<MotionSegment> {
         let now = integrator.time();
         let motion = integrator.motion(sys);
         let block = self.block();

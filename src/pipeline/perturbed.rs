@@ -43,9 +43,9 @@ impl PerturbedTrajectory {
 
     /// Advances to the time (s) of a sample at which the simulation, integrated by `first`, has the state
     /// `z`. `None` before the start of the perturbed trajectory.
-    pub fn sample<Y: System + ?Sized>(
+    pub fn sample(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         first: &mut Integrator,
         time: f64,
         z: &[f64],
@@ -67,11 +67,7 @@ impl PerturbedTrajectory {
     }
 
     /// Starts the perturbed trajectory at the state of the simulation plus a random displacement.
-    fn start<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        first: &mut Integrator,
-    ) -> Result<(), DynamicsError> {
+    fn start(&mut self, sys: &dyn System, first: &mut Integrator) -> Result<(), DynamicsError> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(STREAM);
         let omega = sys.omega();
@@ -91,7 +87,7 @@ impl PerturbedTrajectory {
 }
 
 /// The energy norm of a state, `sqrt(sum (q'^2 + omega^2 q^2) / 2)`, sqrt(J).
-fn norm<Y: System + ?Sized>(sys: &Y, z: impl Iterator<Item = f64>) -> f64 {
+fn norm(sys: &dyn System, z: impl Iterator<Item = f64>) -> f64 {
     let omega = sys.omega().iter().copied();
     let factors = omega.chain(std::iter::repeat_n(1.0, sys.modes()));
     let squares = z.zip(factors).map(|(z, factor)| (factor * z).powi(2));

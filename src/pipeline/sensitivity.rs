@@ -66,9 +66,9 @@ impl SensitivityTracker {
 
     /// Advances to a sample that is already in the frame and adds the results to the frame. `probe` maps a
     /// state to displacement (m) and velocity (m/s).
-    pub fn follow<Y: System + ?Sized>(
+    pub fn follow(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         integrator: &mut Integrator,
         reached: Reached<'_>,
         probe: impl Fn(&[f64]) -> [f64; 2],
@@ -103,10 +103,10 @@ impl SensitivityTracker {
     }
 
     /// Follows the exponents to a sample; returns them if they are due.
-    fn exponents<Y: System + ?Sized>(
+    fn exponents(
         &mut self,
         due: ExponentSchedule,
-        sys: &Y,
+        sys: &dyn System,
         integrator: &mut Integrator,
         reached: Reached<'_>,
     ) -> Option<Exponents> {
@@ -151,9 +151,9 @@ fn floor(scene: &Scene) -> f64 {
 ///
 /// # Errors
 /// [`DynamicsError`] if the system has no derivative, or fewer dimensions than vectors.
-pub(super) fn with_tangents<Y: System + ?Sized>(
+pub(super) fn with_tangents(
     scene: &Scene,
-    sys: &Y,
+    sys: &dyn System,
     integrator: Integrator,
 ) -> Result<Integrator, DynamicsError> {
     match scene.analysis.exponents {

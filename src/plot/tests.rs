@@ -145,14 +145,12 @@ fn report(name: &str) -> SignalAnalysis {
             stride_samples: 1,
             states: 1000,
             theiler_s: 1.0 / rate,
-            periods: [RecurrencePeriod {
+            periods: RecurrencePeriods(vec![RecurrencePeriod {
                 kind: RecurrenceKind::Finest,
                 period: 2.4e-4,
                 uncertainty: 1e-7,
                 share: 0.7,
-            }]
-            .into_iter()
-            .collect(),
+            }]),
             measures: Measures {
                 recurrence_rate: 0.08,
                 ..Measures::default()

@@ -10,7 +10,7 @@ use super::{
     style,
     style::Quantity,
 };
-use crate::analysis::{Measures, RecurrencePeriod, RecurrencePeriods};
+use crate::analysis::{Measures, RecurrenceKind, RecurrencePeriods};
 
 /// Number of states beyond which durations use the larger unit.
 const LONG: f64 = 1e3;
@@ -80,9 +80,13 @@ impl Quantification {
             let value = value.unwrap_or(f64::NAN);
             stream::log_at(rec, path, time, &Scalars::single(value))?;
         }
-        let seconds = |found: Option<&RecurrencePeriod>| found.map_or(f64::NAN, |p| p.period);
-        let periods = [periods.finest(), periods.beat(), periods.doubled()].map(seconds);
-        let scaled = periods.map(|period| units.short * period);
+        let kinds = [
+            RecurrenceKind::Finest,
+            RecurrenceKind::Beat,
+            RecurrenceKind::Doubled,
+        ];
+        let period = |kind| periods.last(kind).map_or(f64::NAN, |found| found.period);
+        let scaled = kinds.map(|kind| units.short * period(kind));
         stream::log_at(rec, paths::PERIOD, time, &Scalars::new(scaled))
     }
 }

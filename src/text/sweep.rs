@@ -53,7 +53,7 @@ fn response(found: &SettledResponse) -> Value {
     let shown = &found.lines[..found.lines.len().min(LINES)];
     let linear = found.linear.as_ref();
     let unstable = linear.map(|linear| linear.unstable().collect::<Vec<_>>());
-    let periods = found.recurrence_periods.iter();
+    let periods = found.recurrence_periods.0.iter();
     let period = |kind: String, period_s: f64| context! { kind, period_s };
     context! {
         motion => found.motion(),

@@ -24,7 +24,7 @@ fn of_tones(tones: &[(f64, f64)], rate: f64) -> RecurrencePeriods {
 /// The periods have these kinds and values, within a relative tolerance.
 fn assert_periods(found: &RecurrencePeriods, expected: &[(RecurrenceKind, f64)], within: f64) {
     let kinds = |all: &[(RecurrenceKind, f64)]| all.iter().map(|p| p.0).collect::<Vec<_>>();
-    let pairs: Vec<_> = found.iter().map(|p| (p.kind, p.period)).collect();
+    let pairs: Vec<_> = found.0.iter().map(|p| (p.kind, p.period)).collect();
     assert_eq!(kinds(&pairs), kinds(expected), "{found:?}");
     for (found, expected) in pairs.iter().zip(expected) {
         assert!(
@@ -58,7 +58,7 @@ fn the_period_is_found_with_harmonics_and_noise() {
     );
     let found = of_tones(&[(4110.7, 1.0), (8221.4, 0.5), (12_332.1, 0.2)], 0.1);
     assert_periods(&found, &[(Finest, 1e3 / 4110.7)], 1e-4);
-    let share = found.finest().unwrap().share;
+    let share = found.last(Finest).unwrap().share;
     assert!((0.5..1.0).contains(&share), "{share}");
 }
 
@@ -84,7 +84,7 @@ fn the_beat_is_found_at_any_ratio_and_depth() {
     ] {
         let found = of_tones(&[(4110.0, 1.0), (second, amplitude)], rate);
         assert_periods(&found, &[(Finest, 1e3 / 4110.0), (Beat, beat)], 6e-3);
-        let [finest, beat] = [found.finest().unwrap(), found.beat().unwrap()];
+        let [finest, beat] = [found.last(Finest).unwrap(), found.last(Beat).unwrap()];
         assert!(beat.share < finest.share && beat.share > 0.0, "{found:?}");
         assert!(beat.uncertainty > finest.uncertainty && beat.uncertainty < 0.01 * beat.period);
     }
@@ -139,7 +139,7 @@ fn chaos_has_at_most_the_finest_period() {
         for c in [0, 2] {
             let found = counts(&coordinate(&states, c), 12, 5, 0.1).periods();
             assert!(
-                found.iter().all(|period| period.kind == Finest),
+                found.0.iter().all(|period| period.kind == Finest),
                 "{found:?}"
             );
         }
@@ -178,7 +178,7 @@ fn noise_and_constant_signals_have_no_period() {
     assert_eq!(counts(&[1.0; 300], 2, 3, 0.05).periods(), none);
     assert_eq!(counts(&[1.0; 3], 1, 1, 0.05).periods(), none);
     assert_eq!(RecurrenceCounts::default().periods(), none);
-    assert_eq!(none.finest(), None);
+    assert_eq!(none.last(Finest), None);
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn the_number_of_threads_does_not_change_the_periods() {
         pool.build().unwrap().install(of)
     };
     let one = with(1);
-    assert!(one.beat().is_some());
+    assert!(one.last(Beat).is_some());
     assert_eq!(one, with(2));
     assert_eq!(one, with(5));
 }

@@ -121,7 +121,7 @@ pub(super) struct Scale {
 
 impl Scale {
     /// The scales for an orbit with the largest norms `sizes` of its vibration and its first-order components.
-    pub fn new<Y: System + ?Sized>(sys: &Y, sizes: [f64; 2], period: f64, parameter: f64) -> Self {
+    pub fn new(sys: &dyn System, sizes: [f64; 2], period: f64, parameter: f64) -> Self {
         let (m, n) = (sys.modes(), sys.tangent_dim());
         let [vibration, first_order] = sizes.map(|size| if size > 0.0 { 1.0 / size } else { 1.0 });
         let state = DVector::from_fn(n, |i, _| match i {
@@ -186,7 +186,7 @@ pub(super) fn unit_of(omega: f64) -> f64 {
 }
 
 /// Norms of the vibration and of the first-order components of a state without quadratures.
-pub(super) fn sizes_of<Y: System + ?Sized>(sys: &Y, z: &[f64]) -> [f64; 2] {
+pub(super) fn sizes_of(sys: &dyn System, z: &[f64]) -> [f64; 2] {
     let m = sys.modes();
     let (vibration, first_order) = z[..sys.tangent_dim()].split_at(2 * m);
     let (q, v) = vibration.split_at(m);

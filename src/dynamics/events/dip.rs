@@ -60,10 +60,10 @@ enum Minimum {
 impl Events {
     /// Searches a quarter of the piece for guards that fall through zero and rise again. Returns a time
     /// (s) at which one is negative; `below` then holds the guards at that time.
-    pub(super) fn find_dip<M: Stepper>(
+    pub(super) fn find_dip(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         quarter: usize,
         stats: &mut SolverStats,
     ) -> Option<f64> {
@@ -94,10 +94,10 @@ impl Events {
     }
 
     /// Locates the minimum of a guard by successive parabolic interpolation.
-    fn find_minimum<M: Stepper>(
+    fn find_minimum(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         guard: usize,
         mut bracket: MinimumBracket,
         scale: f64,

@@ -152,10 +152,10 @@ impl Events {
     /// Searches the last step for its first event; the dense output must be prepared. If an event is
     /// found, the step is shortened to end there, and `pending` holds its guards. Returns whether an
     /// event was found.
-    pub fn find_first<M: Stepper>(
+    pub fn find_first(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         stats: &mut SolverStats,
     ) -> bool {
         self.pending.clear();
@@ -179,10 +179,10 @@ impl Events {
     }
 
     /// Searches one piece of the step; earlier pieces contain no event.
-    fn find_first_in_piece<M: Stepper>(
+    fn find_first_in_piece(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         stats: &mut SolverStats,
     ) -> bool {
         self.sample_quarter(switching, stepper, 2);
@@ -218,10 +218,10 @@ impl Events {
     }
 
     /// Evaluates the guards at a quarter of the piece.
-    fn sample_quarter<M: Stepper>(
+    fn sample_quarter(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         quarter: usize,
     ) {
         let t = self.quarter_time(quarter);
@@ -230,7 +230,7 @@ impl Events {
     }
 
     /// Evaluates the guards at time `t` (s) within the step into `between`.
-    fn sample_at<M: Stepper>(&mut self, switching: &dyn Switching, stepper: &mut M, t: f64) {
+    fn sample_at(&mut self, switching: &dyn Switching, stepper: &mut dyn Stepper, t: f64) {
         stepper.interpolate(t, &mut self.state);
         switching.guard_values(&self.status, t, &self.state, &mut self.between);
     }

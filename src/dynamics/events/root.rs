@@ -13,10 +13,10 @@ impl Events {
     /// method average performance preserving minmax optimality, ACM Trans. Math. Softw. 47 (2021) 5: a
     /// secant step shifted slightly towards the middle, at most one evaluation slower than bisection.
     /// The secant is that of the guard with the earliest predicted zero.
-    pub(super) fn locate<M: Stepper>(
+    pub(super) fn locate(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         mut low: f64,
         mut high: f64,
     ) -> f64 {
@@ -74,10 +74,10 @@ impl Events {
 
     /// Shifts the located time (s) by its rounding error if another guard is zero within the rounding of
     /// its values, so that both belong to one event.
-    fn merge_simultaneous<M: Stepper>(
+    fn merge_simultaneous(
         &mut self,
         switching: &dyn Switching,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         t: f64,
     ) -> f64 {
         let later = t + 8.0 * f64::EPSILON * t.abs().max(stepper.step().start_time.abs());

@@ -2,8 +2,19 @@
 
 use strum::VariantArray;
 
-use crate::dynamics::DynamicsError;
+use crate::dynamics::auto::Auto;
 use crate::dynamics::error_control::{Accuracy, PiController, StepSizeControl};
+use crate::dynamics::rosenbrock::Rosenbrock;
+use crate::dynamics::runge_kutta::RungeKutta;
+use crate::dynamics::stepper::Stepper;
+use crate::dynamics::tableau::{DOP853, RK4, TSIT5};
+use crate::dynamics::{DynamicsError, System};
+
+/// The error of an implicit method for a system without derivative.
+pub(super) const NO_DERIVATIVE: DynamicsError = DynamicsError::MissingCapability {
+    what: "derivative of the force",
+    purpose: "implicit steps (rodas5p, auto)",
+};
 
 /// An integration method with its parameters: [`MethodName::with`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +82,31 @@ impl MethodName {
 }
 
 impl Method {
+    /// Whether the method needs the derivative of the force.
+    pub(super) fn needs_derivative(self) -> bool {
+        matches!(self.name, MethodName::Rodas5P | MethodName::Auto)
+    }
+
+    /// The workspace of the method for a system.
+    pub(super) fn stepper(self, sys: &dyn System) -> Result<Box<dyn Stepper>, DynamicsError> {
+        let implicit = || {
+            let derivative = sys.differentiable().ok_or(NO_DERIVATIVE)?;
+            Ok(Rosenbrock::new(sys, derivative))
+        };
+        let modes = sys.modes();
+        let order5 = |modes| RungeKutta::new(&TSIT5, sys, modes);
+        let order8 = |modes| RungeKutta::new(&DOP853, sys, modes);
+        Ok(match self.name {
+            MethodName::Lawson54 => Box::new(order5(modes)),
+            MethodName::Tsit5 => Box::new(order5(0)),
+            MethodName::Lawson853 => Box::new(order8(modes)),
+            MethodName::Dop853 => Box::new(order8(0)),
+            MethodName::Rk4 => Box::new(RungeKutta::new(&RK4, sys, 0)),
+            MethodName::Rodas5P => Box::new(implicit()?),
+            MethodName::Auto => Box::new(Auto::new(order5(modes), implicit()?, sys.tangent_dim())),
+        })
+    }
+
     /// The step-size control, with checked parameters.
     pub(super) fn control(self) -> Result<StepSizeControl, DynamicsError> {
         let is_fixed = self.name.has_fixed_step();

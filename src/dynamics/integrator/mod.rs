@@ -1,13 +1,10 @@
 //! The integrator: states at requested times, independent of the steps.
 
-#[macro_use]
-mod engine;
-
 mod method;
 mod nearby;
 mod perturbed;
 
-use engine::{Engine, NO_DERIVATIVE};
+use method::NO_DERIVATIVE;
 pub use method::{Method, MethodName};
 
 use std::collections::VecDeque;
@@ -32,7 +29,7 @@ use super::{DynamicsError, ErrorEstimate, SolverStats, System};
 /// accepted state.
 #[derive(Clone, Debug)]
 pub struct Integrator {
-    engine: Engine,
+    stepper: Box<dyn Stepper>,
     step_controller: StepController,
     /// Maximum step by the method's parameters, s; the linear part may impose a smaller one.
     max_step: f64,
@@ -75,12 +72,11 @@ impl Integrator {
     /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for an invalid linear part,
     /// [`DynamicsError::MissingCapability`] if the method is implicit and the system has no
     /// [`System::differentiable`].
-    pub fn new<Y: System + ?Sized>(method: Method, sys: &Y) -> Result<Self, DynamicsError> {
+    pub fn new(method: Method, sys: &dyn System) -> Result<Self, DynamicsError> {
         let control = method.control()?;
         check_modes(sys)?;
         let dim = sys.dim();
-        let engine = Engine::new(method, sys)?;
-        let implicit = engine.needs_derivative();
+        let stepper = method.stepper(sys)?;
         let max_step = control.step();
         let omega = sys.omega().to_vec();
         let step_controller = StepController {
@@ -88,13 +84,13 @@ impl Integrator {
             omega,
             quadratures: sys.quadratures(),
             size: StateNorm::default(),
-            implicit,
+            implicit: method.needs_derivative(),
             progress: Progress::default(),
             stats: SolverStats::default(),
             largest_ratio: None,
         };
         let mut integrator = Self {
-            engine,
+            stepper,
             step_controller,
             max_step,
             dim,
@@ -119,7 +115,7 @@ impl Integrator {
     ///
     /// # Errors
     /// [`DynamicsError::MissingCapability`] if the system has no [`System::switching`].
-    pub fn with_events<Y: System + ?Sized>(mut self, sys: &Y) -> Result<Self, DynamicsError> {
+    pub fn with_events(mut self, sys: &dyn System) -> Result<Self, DynamicsError> {
         let switching = sys.switching().ok_or(DynamicsError::MissingCapability {
             what: "guards",
             purpose: "event location",
@@ -141,12 +137,7 @@ impl Integrator {
     /// # Errors
     /// Those of [`Integrator::restart`], [`DynamicsError::Size`] if `z` has a different length, and
     /// [`DynamicsError::Time`] if `t` is not finite.
-    pub fn start<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        t: f64,
-        z: &[f64],
-    ) -> Result<(), DynamicsError> {
+    pub fn start(&mut self, sys: &dyn System, t: f64, z: &[f64]) -> Result<(), DynamicsError> {
         check_size("the initial state", self.dim, z.len())?;
         if !t.is_finite() {
             return Err(DynamicsError::Time {
@@ -154,18 +145,16 @@ impl Integrator {
                 earliest: f64::MIN,
             });
         }
-        with_stepper!(&mut self.engine, stepper => {
-            let step = stepper.step_mut();
-            step.end_time = t;
-            step.end.copy_from_slice(z);
-        });
+        let step = self.stepper.step_mut();
+        step.end_time = t;
+        step.end.copy_from_slice(z);
         self.step_controller.size = StateNorm::default();
         if let Some(tangents) = &mut self.tangents {
             tangents.restart(t);
         }
         self.perturbed = None;
         self.restart(sys)?;
-        let rate = with_stepper!(&self.engine, stepper => self.step_controller.rate(stepper));
+        let rate = self.step_controller.rate(&*self.stepper);
         if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
             controller.start(t, self.step_controller.size, rate);
         }
@@ -180,7 +169,7 @@ impl Integrator {
     /// [`DynamicsError::Size`] if the system has a different size, [`DynamicsError::Mode`] for an
     /// invalid linear part, [`DynamicsError::NonFinite`] if the present state or the right-hand side
     /// there is not finite.
-    pub fn restart<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
+    pub fn restart(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
         check_modes(sys)?;
         check_size(
             "the list of natural frequencies",
@@ -188,22 +177,19 @@ impl Integrator {
             sys.modes(),
         )?;
         check_size("the state of the system", self.dim, sys.dim())?;
-        if self.engine.needs_derivative() && sys.differentiable().is_none() {
+        if self.step_controller.implicit && sys.differentiable().is_none() {
             return Err(NO_DERIVATIVE);
         }
         self.step_controller.omega.copy_from_slice(sys.omega());
-        with_stepper!(&mut self.engine, stepper => stepper.update_linear_part(sys));
+        self.stepper.update_linear_part(sys);
         self.limit_step();
-        with_stepper!(&mut self.engine, stepper => {
-            let status = match &mut self.events {
-                None => None,
-                Some(events) => {
-                    events.start(switching(sys), stepper.step().end_time, &stepper.step().end);
-                    Some(events.status.as_slice())
-                }
-            };
-            self.step_controller.reinitialise(stepper, sys, status)
-        })?;
+        let status = self.events.as_mut().map(|events| {
+            let step = self.stepper.step();
+            events.start(switching(sys), step.end_time, &step.end);
+            events.status.as_slice()
+        });
+        self.step_controller
+            .reinitialise(&mut *self.stepper, sys, status)?;
         match &mut self.perturbed {
             Some(perturbed) => perturbed.integrator.restart(sys),
             None => Ok(()),
@@ -219,11 +205,9 @@ impl Integrator {
     /// [`DynamicsError::Size`] if there are more constants than components.
     pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
         check_size("the translation", self.dim, by.len().max(self.dim))?;
-        with_stepper!(&mut self.engine, stepper => {
-            for (z, by) in stepper.step_mut().end.iter_mut().zip(by) {
-                *z += by;
-            }
-        });
+        for (z, by) in self.stepper.step_mut().end.iter_mut().zip(by) {
+            *z += by;
+        }
         match &mut self.perturbed {
             Some(perturbed) => perturbed.integrator.translate(by),
             None => Ok(()),
@@ -239,22 +223,21 @@ impl Integrator {
     /// available, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
     /// [`DynamicsError::Chatter`] if the integration cannot continue, [`DynamicsError::Stopped`] if the
     /// stop flag is set ([`Integrator::set_stop_flag`]).
-    pub fn sample<Y: System + ?Sized>(
+    pub fn sample(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         t: f64,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
         check_size("the sample", self.dim, out.len())?;
         self.advance_past(sys, t, f64::INFINITY)?;
         let status = self.events.as_ref().and_then(Events::frozen_status);
-        with_stepper!(&mut self.engine, stepper => {
-            if stepper.step().at_end(t).is_none() {
-                // With event location this was done under the status of the step.
-                stepper.prepare_dense_output(sys, status, &mut self.step_controller.stats);
-            }
-            stepper.interpolate(t, out);
-        });
+        if self.stepper.step().at_end(t).is_none() {
+            // With event location this was done under the status of the step.
+            self.stepper
+                .prepare_dense_output(sys, status, &mut self.step_controller.stats);
+        }
+        self.stepper.interpolate(t, out);
         if let Some(status) = status {
             switching(sys).settle(status, t, out);
         }
@@ -270,14 +253,10 @@ impl Integrator {
     /// [`DynamicsError::Time`] if `t` is not available, [`DynamicsError::NonFinite`],
     /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] if the integration cannot
     /// continue, [`DynamicsError::Stopped`] if the stop flag is set.
-    pub fn integrate_to<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        t: f64,
-    ) -> Result<(), DynamicsError> {
+    pub fn integrate_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         if self.time() > t {
-            with_stepper!(&mut self.engine, stepper => self.step_controller.reject_step(stepper));
+            self.step_controller.reject_step(&mut *self.stepper);
             if let Some(perturbed) = &mut self.perturbed {
                 // If it has already taken that step, integrating to the end of the replacement reverts it.
                 perturbed.ends.pop_back();
@@ -288,9 +267,8 @@ impl Integrator {
                 tangents.reject_step(start);
             }
             if let Some(events) = &mut self.events {
-                with_stepper!(&self.engine, stepper => {
-                    events.find_negative(switching(sys), stepper.step().end_time, &stepper.step().end);
-                });
+                let step = self.stepper.step();
+                events.find_negative(switching(sys), step.end_time, &step.end);
             }
         }
         self.advance_past(sys, t, t)?;
@@ -307,11 +285,7 @@ impl Integrator {
     ///
     /// # Errors
     /// As for [`Integrator::integrate_to`].
-    pub fn next_event<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        limit: f64,
-    ) -> Result<&[usize], DynamicsError> {
+    pub fn next_event(&mut self, sys: &dyn System, limit: f64) -> Result<&[usize], DynamicsError> {
         if self.time() > limit {
             self.integrate_to(sys, limit)?;
         }
@@ -332,12 +306,12 @@ impl Integrator {
 
     /// The time reached, s: the end of the last step.
     pub fn time(&self) -> f64 {
-        with_stepper!(&self.engine, stepper => stepper.step().end_time)
+        self.stepper.step().end_time
     }
 
     /// The state at [`Integrator::time`].
     pub fn state(&self) -> &[f64] {
-        with_stepper!(&self.engine, stepper => &stepper.step().end)
+        &self.stepper.step().end
     }
 
     /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
@@ -362,18 +336,7 @@ impl Integrator {
 
     /// Whether the last step was implicit.
     pub fn is_implicit(&self) -> bool {
-        match &self.engine {
-            Engine::Rodas5P(_) => true,
-            Engine::Auto(auto) => auto.is_implicit(),
-            _ => false,
-        }
-    }
-
-    /// Prescribes explicit or implicit steps to a method that otherwise chooses itself.
-    fn prescribe(&mut self, is_implicit: bool) {
-        if let Engine::Auto(auto) = &mut self.engine {
-            auto.prescribe(is_implicit);
-        }
+        self.stepper.is_implicit()
     }
 
     /// Length of the next full step, s.
@@ -401,12 +364,7 @@ impl Integrator {
     }
 
     /// Steps until time `t` (s) is reached; no step ends after `limit` (s).
-    fn advance_past<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        t: f64,
-        limit: f64,
-    ) -> Result<(), DynamicsError> {
+    fn advance_past(&mut self, sys: &dyn System, t: f64, limit: f64) -> Result<(), DynamicsError> {
         self.check_time(t)?;
         while self.time() < t {
             self.step(sys, limit)?;
@@ -421,7 +379,7 @@ impl Integrator {
 
     /// Takes one step up to `limit` (s) or the first event, with tangent vectors and perturbed
     /// trajectory.
-    fn step<Y: System + ?Sized>(&mut self, sys: &Y, limit: f64) -> Result<(), DynamicsError> {
+    fn step(&mut self, sys: &dyn System, limit: f64) -> Result<(), DynamicsError> {
         if let Some(stop) = &self.stop
             && stop.load(Ordering::Relaxed)
         {
@@ -429,42 +387,44 @@ impl Integrator {
         }
         self.cross(sys)?;
         let Self {
-            engine,
+            stepper,
             step_controller,
             max_step,
             events,
             tangents,
             ..
         } = self;
-        with_stepper!(engine, stepper => {
-            if let Some(tangents) = tangents {
-                tangents.begin_step(stepper.step().end_time)?;
+        let stepper = &mut **stepper;
+        if let Some(tangents) = tangents {
+            tangents.begin_step(stepper.step().end_time)?;
+        }
+        let status = events.as_ref().and_then(Events::frozen_status);
+        step_controller.step(stepper, sys, status, limit)?;
+        let held = status.is_some();
+        if let Some(events) = events {
+            if events.has_guards() {
+                let status = events.frozen_status();
+                stepper.prepare_dense_output(sys, status, &mut step_controller.stats);
             }
-            let status = events.as_ref().and_then(Events::frozen_status);
-            step_controller.step(stepper, sys, status, limit)?;
-            let held = status.is_some();
-            if let Some(events) = events {
-                if events.has_guards() {
-                    let status = events.frozen_status();
-                    stepper.prepare_dense_output(sys, status, &mut step_controller.stats);
-                }
-                if !held {
-                    let step = stepper.step();
-                    events.skip_events(switching(sys), step.end_time, &step.end);
-                    events.update_window(step.end_time, *max_step);
-                    step_controller.stats.steps_without_event_location += 1;
-                } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
-                    step_controller.update_norm(stepper);
-                }
+            if !held {
+                let step = stepper.step();
+                events.skip_events(switching(sys), step.end_time, &step.end);
+                events.update_window(step.end_time, *max_step);
+                step_controller.stats.steps_without_event_location += 1;
+            } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
+                step_controller.update_norm(stepper);
             }
-            if let Some(tangents) = tangents {
-                let status = events.as_ref().filter(|_| held).map(|events| events.status.as_slice());
-                tangents.advance(sys, status, stepper, &mut step_controller.stats);
-                if let Some(status) = status {
-                    tangents.project(switching(sys), status);
-                }
+        }
+        if let Some(tangents) = tangents {
+            let status = events
+                .as_ref()
+                .filter(|_| held)
+                .map(|events| events.status.as_slice());
+            tangents.advance(sys, status, stepper, &mut step_controller.stats);
+            if let Some(status) = status {
+                tangents.project(switching(sys), status);
             }
-        });
+        }
         let (end, is_implicit) = (self.time(), self.is_implicit());
         match &mut self.perturbed {
             Some(perturbed) => perturbed.push_step(sys, end, is_implicit),
@@ -473,7 +433,7 @@ impl Integrator {
     }
 
     /// Crosses the guards at which the last step ended, and those that become negative as a result.
-    fn cross<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
+    fn cross(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
         let Some(events) = self
             .events
             .as_mut()
@@ -484,50 +444,61 @@ impl Integrator {
         let (step_controller, tangents) = (&mut self.step_controller, &mut self.tangents);
         let switching = switching(sys);
         let continuous = switching.is_continuous();
-        with_stepper!(&mut self.engine, stepper => {
-            let t = stepper.step().end_time;
-            step_controller.stats.events += 1;
-            events.crossed.clear();
-            if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                tangents.begin_event(&events.pending);
-            }
-            while let Some(&guard) = events.pending.first() {
-                // If the state may jump, the jump of one guard can keep another guard from becoming
-                // negative.
-                let together = if continuous { events.pending.len() } else { 1 };
-                for k in 0..together {
-                    let guard = events.pending[k];
-                    let crossing = Crossing { switching, guard, t };
-                    if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        tangents.saltation.before(sys, crossing, &events.status, &stepper.step().end);
-                    }
-                    switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
-                    events.record_crossing(guard);
-                    step_controller.stats.crossings += 1;
-                    if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
-                        let block = &mut tangents.block;
-                        let vectors = (block.end.as_mut_slice(), block.width);
-                        let (status, end) = (&events.status, &stepper.step().end);
-                        tangents.saltation.after(sys, crossing, status, end, vectors);
-                    }
+        let stepper = &mut *self.stepper;
+        let t = stepper.step().end_time;
+        step_controller.stats.events += 1;
+        events.crossed.clear();
+        if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+            tangents.begin_event(&events.pending);
+        }
+        while let Some(&guard) = events.pending.first() {
+            // If the state may jump, the jump of one guard can keep another guard from becoming
+            // negative.
+            let together = if continuous { events.pending.len() } else { 1 };
+            for k in 0..together {
+                let guard = events.pending[k];
+                let crossing = Crossing {
+                    switching,
+                    guard,
+                    t,
+                };
+                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                    tangents
+                        .saltation
+                        .before(sys, crossing, &events.status, &stepper.step().end);
                 }
-                let chatters = events.count_event(t, self.max_step);
-                if chatters && !continuous {
-                    let crossings = events.events_in_window();
-                    return Err(DynamicsError::Chatter { time: t, guard, crossings });
-                }
-                events.find_negative(switching, t, &stepper.step().end);
-                if chatters {
-                    events.pending.clear();
+                switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
+                events.record_crossing(guard);
+                step_controller.stats.crossings += 1;
+                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                    let block = &mut tangents.block;
+                    let vectors = (block.end.as_mut_slice(), block.width);
+                    let (status, end) = (&events.status, &stepper.step().end);
+                    tangents
+                        .saltation
+                        .after(sys, crossing, status, end, vectors);
                 }
             }
-            step_controller.reinitialise(stepper, sys, Some(&events.status))
-        })
+            let chatters = events.count_event(t, self.max_step);
+            if chatters && !continuous {
+                let crossings = events.events_in_window();
+                return Err(DynamicsError::Chatter {
+                    time: t,
+                    guard,
+                    crossings,
+                });
+            }
+            events.find_negative(switching, t, &stepper.step().end);
+            if chatters {
+                events.pending.clear();
+            }
+        }
+        step_controller.reinitialise(stepper, sys, Some(&events.status))
     }
 
     /// Checks that a time is not before the start of the last step.
     fn check_time(&self, t: f64) -> Result<(), DynamicsError> {
-        let earliest = with_stepper!(&self.engine, stepper => stepper.step().start_time);
+        let earliest = self.stepper.step().start_time;
         if t >= earliest && t.is_finite() {
             Ok(())
         } else {
@@ -538,14 +509,14 @@ impl Integrator {
     /// Limits the step to the maximum of the parameters and of the linear part.
     fn limit_step(&mut self) {
         if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
-            let longest = with_stepper!(&self.engine, stepper => stepper.max_step_of_linear_part());
+            let longest = self.stepper.max_step_of_linear_part();
             controller.set_max_step(self.max_step.min(longest));
         }
     }
 }
 
 /// Checks that every mode is an oscillator.
-fn check_modes<Y: System + ?Sized>(sys: &Y) -> Result<(), DynamicsError> {
+fn check_modes(sys: &dyn System) -> Result<(), DynamicsError> {
     if !sys.damping().is_empty() {
         check_size(
             "the list of damping ratios",

@@ -2,10 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::{Engine, Integrator, PerturbedTrajectory, check_size};
+use super::{Integrator, PerturbedTrajectory, check_size};
 use crate::dynamics::lyapunov::Growth;
 use crate::dynamics::step_controller::{Progress, StepController};
-use crate::dynamics::stepper::Stepper;
 use crate::dynamics::tangents::Tangents;
 use crate::dynamics::{
     DynamicsError, LyapunovSpectrum, MIN_PERIODS_FOR_ZERO, Motion, SolverStats, System,
@@ -18,9 +17,9 @@ impl Integrator {
     /// # Errors
     /// [`DynamicsError::MissingCapability`] if the system has no [`System::differentiable`],
     /// [`DynamicsError::TangentCount`] if `width` is zero or exceeds the dimension.
-    pub fn with_tangents<Y: System + ?Sized>(
+    pub fn with_tangents(
         mut self,
-        sys: &Y,
+        sys: &dyn System,
         width: usize,
         seed: u64,
     ) -> Result<Self, DynamicsError> {
@@ -36,7 +35,7 @@ impl Integrator {
                 dimension,
             });
         }
-        let slopes = with_stepper!(&mut self.engine, stepper => stepper.enable_tangents(sys));
+        let slopes = self.stepper.enable_tangents(sys);
         self.tangents = Some(Tangents::new(sys, width, seed, slopes));
         Ok(self)
     }
@@ -70,7 +69,7 @@ impl Integrator {
     /// The type of motion that classification needs in addition to the exponents
     /// ([`LyapunovSpectrum::attractor_of`]). An equilibrium is recognised only if tangent vectors are
     /// propagated.
-    pub fn motion<Y: System + ?Sized>(&self, sys: &Y) -> Motion {
+    pub fn motion(&self, sys: &dyn System) -> Motion {
         match &self.tangents {
             Some(tangents) if !tangents.moved() => Motion::Still,
             _ if sys.is_autonomous() => Motion::Free,
@@ -127,11 +126,7 @@ impl Integrator {
     ///
     /// # Errors
     /// Those of [`Integrator::start`].
-    pub fn add_perturbed<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        z: &[f64],
-    ) -> Result<(), DynamicsError> {
+    pub fn add_perturbed(&mut self, sys: &dyn System, z: &[f64]) -> Result<(), DynamicsError> {
         self.perturbed = Some(PerturbedTrajectory::new(self, sys, z)?);
         Ok(())
     }
@@ -147,9 +142,9 @@ impl Integrator {
     ///
     /// # Errors
     /// As for [`Integrator::sample`], and [`DynamicsError::MissingCapability`] without a perturbed trajectory.
-    pub fn sample_perturbed<Y: System + ?Sized>(
+    pub fn sample_perturbed(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         t: f64,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
@@ -166,10 +161,10 @@ impl Integrator {
 
     /// A copy without tangent vectors and perturbed trajectory, with its own counters.
     pub(super) fn without_nearby(&self) -> Self {
-        let mut engine = self.engine.clone();
-        with_stepper!(&mut engine, stepper => stepper.disable_tangents());
+        let mut stepper = self.stepper.clone();
+        stepper.disable_tangents();
         Self {
-            engine,
+            stepper,
             step_controller: StepController {
                 progress: Progress::default(),
                 stats: SolverStats::default(),

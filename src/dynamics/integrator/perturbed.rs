@@ -15,11 +15,7 @@ const MAX_LAG: usize = 64;
 
 impl PerturbedTrajectory {
     /// A copy of the reference trajectory that starts from the state `z`.
-    pub fn new<Y: System + ?Sized>(
-        first: &Integrator,
-        sys: &Y,
-        z: &[f64],
-    ) -> Result<Self, DynamicsError> {
+    pub fn new(first: &Integrator, sys: &dyn System, z: &[f64]) -> Result<Self, DynamicsError> {
         let mut integrator = first.without_nearby();
         // Steps end where those of the reference trajectory end, whatever the error.
         integrator.step_controller.control = StepSizeControl::Fixed(f64::INFINITY);
@@ -33,9 +29,9 @@ impl PerturbedTrajectory {
     }
 
     /// Stores a step of the reference trajectory that ended at `end` (s).
-    pub fn push_step<Y: System + ?Sized>(
+    pub fn push_step(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         end: f64,
         is_implicit: bool,
     ) -> Result<(), DynamicsError> {
@@ -47,15 +43,15 @@ impl PerturbedTrajectory {
     }
 
     /// Writes the perturbed state at time `t` (s), which the reference trajectory has reached, to `out`.
-    pub fn sample<Y: System + ?Sized>(
+    pub fn sample(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         t: f64,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
         while let Some(&StepEnd { end, is_implicit }) = self.ends.front() {
             if end >= t {
-                self.integrator.prescribe(is_implicit);
+                self.integrator.stepper.prescribe(is_implicit);
                 self.integrator.advance_past(sys, t, end)?;
                 break;
             }
@@ -65,17 +61,17 @@ impl PerturbedTrajectory {
     }
 
     /// Integrates to time `t` (s), which the reference trajectory has reached.
-    pub fn advance_to<Y: System + ?Sized>(&mut self, sys: &Y, t: f64) -> Result<(), DynamicsError> {
+    pub fn advance_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
         while !self.ends.is_empty() {
             self.take_next_step(sys)?;
         }
         self.integrator.integrate_to(sys, t)
     }
 
-    fn take_next_step<Y: System + ?Sized>(&mut self, sys: &Y) -> Result<(), DynamicsError> {
+    fn take_next_step(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
         match self.ends.pop_front() {
             Some(StepEnd { end, is_implicit }) => {
-                self.integrator.prescribe(is_implicit);
+                self.integrator.stepper.prescribe(is_implicit);
                 self.integrator.integrate_to(sys, end)
             }
             None => Ok(()),

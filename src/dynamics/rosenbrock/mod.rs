@@ -50,7 +50,7 @@ pub(super) struct Rosenbrock {
 
 impl Rosenbrock {
     /// Workspace for a system with a derivative.
-    pub fn new<Y: System + ?Sized>(sys: &Y, derivative: &dyn Differentiable) -> Self {
+    pub fn new(sys: &dyn System, derivative: &dyn Differentiable) -> Self {
         let (dim, n) = (sys.dim(), sys.tangent_dim());
         let record = vec![0.0; derivative.record_len()];
         Self {
@@ -70,7 +70,7 @@ impl Rosenbrock {
     }
 
     /// Evaluates the slope at the end of the step and stores its record.
-    fn slope_at_end<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
+    fn slope_at_end(&mut self, sys: &dyn System, status: Option<&[u8]>) {
         let step = &mut self.step;
         let out = &mut step.end_slope[sys.modes()..];
         let record = &mut self.records[1];
@@ -85,7 +85,7 @@ impl Rosenbrock {
     }
 
     /// Evaluates the derivatives at the start of the step.
-    fn update_jacobian<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>) {
+    fn update_jacobian(&mut self, sys: &dyn System, status: Option<&[u8]>) {
         self.resolvent
             .update_jacobian(sys, status, &mut self.records[0]);
         self.fastest_rate = self.resolvent.fastest_rate();
@@ -96,7 +96,7 @@ impl Rosenbrock {
     }
 
     /// Evaluates one stage.
-    fn stage<Y: System + ?Sized>(&mut self, sys: &Y, status: Option<&[u8]>, stage: usize) {
+    fn stage(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
         let (n, h) = (self.time_derivative.len(), self.step.length());
         self.state.copy_from_slice(&self.step.start);
         if stage == 0 {
@@ -118,9 +118,9 @@ impl Rosenbrock {
     }
 
     /// Computes the quadratures at the end of the step and their error estimates.
-    fn integrate_quadratures<Y: System + ?Sized>(
+    fn integrate_quadratures(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         stats: &mut SolverStats,
     ) {
@@ -162,6 +162,10 @@ impl Rosenbrock {
 }
 
 impl Stepper for Rosenbrock {
+    fn boxed(&self) -> Box<dyn Stepper> {
+        Box::new(self.clone())
+    }
+
     fn step(&self) -> &Step {
         &self.step
     }
@@ -174,18 +178,17 @@ impl Stepper for Rosenbrock {
         &TRAITS
     }
 
-    fn reinitialise<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        stats: &mut SolverStats,
-    ) {
+    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
         stats.rhs_evals += 1;
         self.slope_at_end(sys, status);
         self.step.full_end_time = self.step.end_time;
         // The record stays at the end; the next step takes it from there.
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
+    }
+
+    fn is_implicit(&self) -> bool {
+        true
     }
 
     fn begin_step(&mut self) {
@@ -201,9 +204,9 @@ impl Stepper for Rosenbrock {
         self.records.swap(0, 1);
     }
 
-    fn attempt<Y: System + ?Sized>(
+    fn attempt(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         end_time: f64,
         stats: &mut SolverStats,
@@ -261,13 +264,13 @@ impl Stepper for Rosenbrock {
         );
     }
 
-    fn enable_tangents<Y: System + ?Sized>(&mut self, _sys: &Y) -> usize {
+    fn enable_tangents(&mut self, _sys: &dyn System) -> usize {
         tangents::STAGES
     }
 
-    fn propagate_tangents<Y: System + ?Sized>(
+    fn propagate_tangents(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
         stats: &mut SolverStats,

@@ -31,7 +31,7 @@ pub(super) struct Resolvent {
 }
 
 impl Resolvent {
-    pub fn new<Y: System + ?Sized>(sys: &Y) -> Self {
+    pub fn new(sys: &dyn System) -> Self {
         let (modes, n) = (sys.modes(), sys.tangent_dim());
         let rows = n - modes;
         let mut identity = vec![0.0; n * n];
@@ -52,12 +52,7 @@ impl Resolvent {
     }
 
     /// Computes the Jacobian from a record.
-    pub fn update_jacobian<Y: System + ?Sized>(
-        &mut self,
-        sys: &Y,
-        status: Option<&[u8]>,
-        record: &mut [f64],
-    ) {
+    pub fn update_jacobian(&mut self, sys: &dyn System, status: Option<&[u8]>, record: &mut [f64]) {
         let n = self.modes + self.rows;
         differentiable(sys).product(status, record, &self.identity, n, &mut self.force);
         for (i, linear) in self.linear.iter_mut().enumerate() {

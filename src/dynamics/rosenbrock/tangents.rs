@@ -32,9 +32,9 @@ const WEIGHTS: [&[f64]; STAGES] = [
 
 impl Rosenbrock {
     /// Propagates vectors from the start of the step to its end, shortened or not.
-    pub(super) fn propagate_along_dense_output<Y: System + ?Sized>(
+    pub(super) fn propagate_along_dense_output(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
         block: &mut TangentBlock,
         stats: &mut SolverStats,

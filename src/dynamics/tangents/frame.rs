@@ -36,7 +36,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    pub fn new<Y: System + ?Sized>(sys: &Y, width: usize, seed: u64) -> Self {
+    pub fn new(sys: &dyn System, width: usize, seed: u64) -> Self {
         let omega = sys.omega().iter();
         let mut scale: Vec<f64> = omega.map(|&w| if w > 0.0 { w } else { 1.0 }).collect();
         scale.resize(sys.tangent_dim(), 1.0);

@@ -54,7 +54,7 @@ enum Orthonormalisation {
 
 impl Tangents {
     /// `width` vectors for a system, for a method with `stages` slopes per step.
-    pub fn new<Y: System + ?Sized>(sys: &Y, width: usize, seed: u64, stages: usize) -> Self {
+    pub fn new(sys: &dyn System, width: usize, seed: u64, stages: usize) -> Self {
         let numbers = sys.tangent_dim() * width;
         let mut tangents = Self {
             block: TangentBlock {
@@ -177,11 +177,11 @@ impl Tangents {
     /// Eq. (21): `delta z(t) = Phi_t delta z_0`, over the last step up to its end, shortened or not.
     ///
     /// Eq. (22): `dPhi_t/dt = dF/dz . Phi_t`, the variational equation of each vector.
-    pub fn advance<Y: System + ?Sized, M: Stepper>(
+    pub fn advance(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         status: Option<&[u8]>,
-        stepper: &mut M,
+        stepper: &mut dyn Stepper,
         stats: &mut SolverStats,
     ) {
         // Quadratures, which come last, do not count as motion.

@@ -43,7 +43,7 @@ pub struct Crossing<'a> {
 
 impl Saltation {
     /// Workspace for `width` vectors.
-    pub fn new<Y: System + ?Sized>(sys: &Y, width: usize) -> Self {
+    pub fn new(sys: &dyn System, width: usize) -> Self {
         let zeros = vec![0.0; sys.dim()];
         let (guards, status) = sys.switching().map_or((0, 0), |switching| {
             (switching.guards(), switching.status_len())
@@ -68,9 +68,9 @@ impl Saltation {
     }
 
     /// Stores the data before a crossing that the correction needs.
-    pub fn before<Y: System + ?Sized>(
+    pub fn before(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         Crossing {
             switching,
             guard,
@@ -97,9 +97,9 @@ impl Saltation {
     ///
     /// `status` and `z` are those after the crossing; `vectors` holds `width` vectors, stored component
     /// by component.
-    pub fn after<Y: System + ?Sized>(
+    pub fn after(
         &mut self,
-        sys: &Y,
+        sys: &dyn System,
         Crossing {
             switching,
             guard,
@@ -138,8 +138,8 @@ impl Saltation {
 }
 
 /// `dz/dt` for a frozen status.
-fn rhs_in<Y: System + ?Sized>(
-    sys: &Y,
+fn rhs_in(
+    sys: &dyn System,
     switching: &dyn Switching,
     status: &[u8],
     t: f64,

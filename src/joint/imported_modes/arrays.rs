@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::ImportedModesError;
+use super::ImportedModesError::{self, Content};
 use crate::numpy::{Array, Npz};
 
 /// An array of the file format.
@@ -15,51 +15,44 @@ pub(super) struct Named {
 
 impl Named {
     /// Error for a wrong shape.
-    pub fn shape(&self, found: Vec<usize>, expected: Vec<usize>) -> ImportedModesError {
-        ImportedModesError::Shape {
-            array: self.name,
-            found,
-            expected,
-            what: self.what,
-        }
+    pub fn shape(&self, found: &[usize], expected: &[usize]) -> ImportedModesError {
+        let Self { name, what } = self;
+        Content(format!(
+            "`{name}` has the shape {found:?} instead of {expected:?}; it must contain {what}"
+        ))
     }
 
     /// Error for a missing array.
     pub fn missing(&self) -> ImportedModesError {
-        ImportedModesError::Missing {
-            array: self.name,
-            what: self.what,
-        }
+        let Self { name, what } = self;
+        Content(format!("the array `{name}` is missing; add {what}"))
     }
 
     /// Error for a missing array that another array requires.
     pub fn incomplete(&self, given: &'static str) -> ImportedModesError {
-        ImportedModesError::Incomplete {
-            array: self.name,
-            given,
-            what: self.what,
-        }
+        let Self { name, what } = self;
+        Content(format!(
+            "`{name}` is missing, which `{given}` requires; add {what}, or remove both arrays"
+        ))
     }
 
     /// Error for an array of zeros, with the consequence.
     pub fn zero(&self, effect: &'static str) -> ImportedModesError {
-        ImportedModesError::AllZero {
-            array: self.name,
-            effect,
-            what: self.what,
-        }
+        let Self { name, what } = self;
+        Content(format!(
+            "`{name}` contains zeros only: {effect}; it must contain {what}"
+        ))
     }
 
     /// Rejects values that are not positive.
     pub fn positive(&self, values: &[f64]) -> Result<(), ImportedModesError> {
+        let Self { name, what } = self;
         match values.iter().position(|value| *value <= 0.0) {
             None => Ok(()),
-            Some(at) => Err(ImportedModesError::NotPositive {
-                array: self.name,
-                at,
-                value: values[at],
-                what: self.what,
-            }),
+            Some(at) => Err(Content(format!(
+                "`{name}`[{at}] is {}; it must be above 0: {what}",
+                values[at]
+            ))),
         }
     }
 }
@@ -97,11 +90,10 @@ impl Arrays {
             })
             .collect();
         index.reverse();
-        Err(ImportedModesError::NotFinite {
-            array: named.name,
-            at: index,
-            value: array.values[at],
-        })
+        Err(Content(format!(
+            "`{}`{index:?} is {}; correct the file, or repeat the modal analysis",
+            named.name, array.values[at]
+        )))
     }
 
     /// Shape of an optional array, from its header.
@@ -114,11 +106,10 @@ impl Arrays {
         let shape = self.shape(named)?.ok_or_else(|| named.missing())?;
         match shape[..] {
             [count] if (1..=most).contains(&count) => self.need(named, &[count]),
-            _ => Err(ImportedModesError::Count {
-                array: named.name,
-                found: shape,
-                most,
-            }),
+            _ => Err(Content(format!(
+                "`{}` has the shape {shape:?}; it must have one axis with a length of 1 to {most}",
+                named.name
+            ))),
         }
     }
 
@@ -129,7 +120,7 @@ impl Arrays {
         shape: &[usize],
     ) -> Result<Option<Vec<f64>>, ImportedModesError> {
         match self.shape(named)? {
-            Some(found) if found != shape => Err(named.shape(found, shape.to_vec())),
+            Some(found) if found != shape => Err(named.shape(&found, shape)),
             _ => Ok(self.find(named)?.map(|array| array.values)),
         }
     }

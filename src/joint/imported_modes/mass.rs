@@ -1,6 +1,6 @@
 //! Check that mode shapes are orthonormal with respect to the mass matrix.
 
-use super::ImportedModesError;
+use super::ImportedModesError::{self, Content};
 use super::arrays::{Arrays, Named};
 
 /// Maximum deviation of `Phi^T M Phi` from the unit matrix: above the rounding of single precision, far
@@ -62,12 +62,14 @@ pub(super) fn check(arrays: &mut Arrays, modes: usize) -> Result<(), ImportedMod
     if deviation <= TOLERANCE {
         return Ok(());
     }
-    Err(ImportedModesError::NotOrthonormal {
-        first: first + 1,
-        second: second + 1,
-        product,
-        due: f64::from(u8::from(first == second)),
-    })
+    Err(Content(format!(
+        "`dof_shapes` are not mass-normalised: shape {}, `mass`, shape {} (from 1) gives {product:.6} instead of {}, the \
+         largest deviation; divide each shape by the root of its modal mass, also in `shapes`, and orthogonalise \
+         shapes of equal frequencies",
+        first + 1,
+        second + 1,
+        u8::from(first == second)
+    )))
 }
 
 /// Reads the mass matrix, if present, with the name of one of its arrays.
@@ -75,8 +77,10 @@ fn mass(arrays: &mut Arrays) -> Result<Option<(&'static str, Rows)>, ImportedMod
     if let Some(shape) = arrays.shape(&DENSE)? {
         for sparse in [&DATA, &INDICES, &STARTS] {
             if arrays.shape(sparse)?.is_some() {
-                let sparse = sparse.name;
-                return Err(ImportedModesError::TwoMasses { sparse });
+                return Err(Content(format!(
+                    "the file contains both `mass` and `{}`; remove the dense or the sparse mass matrix",
+                    sparse.name
+                )));
             }
         }
         let dofs = shape.first().copied().unwrap_or(0);
@@ -95,8 +99,10 @@ fn mass(arrays: &mut Arrays) -> Result<Option<(&'static str, Rows)>, ImportedMod
     let Some(starts) = arrays.find(&STARTS)? else {
         return Err(STARTS.incomplete(DATA.name));
     };
-    let fault = |problem: &str| ImportedModesError::Mass {
-        problem: problem.to_owned(),
+    let fault = |problem: &str| {
+        Content(format!(
+            "{problem}; save the mass matrix in the format of scipy.sparse.csr_array"
+        ))
     };
     let whole = |values: Vec<f64>, name: &Named| {
         let index = |x: f64| (x >= 0.0 && x.fract() == 0.0).then_some(x as usize);

@@ -31,7 +31,6 @@
 //! with `dof_shapes`, since the degrees of freedom of a contact node are unknown.
 
 mod arrays;
-mod error;
 mod mass;
 mod model;
 #[cfg(test)]
@@ -39,12 +38,25 @@ mod tests;
 
 use std::path::Path;
 
-pub use error::ImportedModesError;
-
+use self::ImportedModesError::Content;
 use self::arrays::{Arrays, Named};
 use super::MAX_MODES;
 use super::vector::{add_scaled, cross, dot, norm};
 use crate::fem::SurfaceMesh;
+use crate::numpy::NpzError;
+
+/// A fault in a file of modes. The message contains the array, the fault and the remedy; the caller adds
+/// the name of the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportedModesError {
+    /// The file or one of its arrays cannot be read.
+    #[error(transparent)]
+    File(#[from] NpzError),
+    /// An array is missing, or its content is invalid.
+    #[error("{0}")]
+    Content(String),
+}
 
 /// Maximum number of contact nodes.
 pub const MAX_NODES: usize = 10_000;
@@ -152,7 +164,10 @@ impl ImportedModes {
         if let Some(version) = arrays.optional(&VERSION, &[])?
             && version != [1.0]
         {
-            return Err(ImportedModesError::Version { found: version[0] });
+            return Err(Content(format!(
+                "`version` is {}, but this program supports only 1; write the arrays in format version 1",
+                version[0]
+            )));
         }
         let omega = frequencies(&mut arrays)?;
         let areas = arrays.counted(&AREAS, MAX_NODES)?;
@@ -237,26 +252,28 @@ impl ImportedModes {
     /// may be either of them or between them.
     ///
     /// # Errors
-    /// [`ImportedModesError::Load`] and [`ImportedModesError::Direction`].
+    /// If the sum of the pressures or their direction differs.
     pub fn check_load(&self, load: f64, direction: [f64; 3]) -> Result<(), ImportedModesError> {
         let (sum, total) = self.load();
         let along = norm(sum);
         if load < along * (1.0 - LOAD_TOLERANCE) || load > total * (1.0 + LOAD_TOLERANCE) {
-            return Err(ImportedModesError::Load {
-                carried: total,
-                load,
-            });
+            return Err(Content(format!(
+                "the sum of `pre_stress` times `areas` is {total:.6} N, but the load of the scene is {load} N; give Pa \
+                 and m^2, and set the load for which the pre-stress was computed"
+            )));
         }
         let angle = norm(cross(sum, direction)).atan2(dot(sum, direction));
         if angle > DIRECTION_TOLERANCE {
             let [x, y, _] = sum;
             // Rounding first avoids the output of minus zero.
             let rounded = |deg: f64| (1e3 * deg).round() / 1e3 + 0.0;
-            return Err(ImportedModesError::Direction {
-                tilt_deg: rounded(self.tilt().to_degrees()),
-                azimuth_deg: rounded(y.atan2(x).to_degrees()),
-                angle_deg: angle.to_degrees(),
-            });
+            return Err(Content(format!(
+                "the contact patch is valid for a tilt of {:.3} deg towards the azimuth {:.3} deg, which differs by \
+                 {:.3} deg from the load of the scene; set this tilt, or create a file for each tilt",
+                rounded(self.tilt().to_degrees()),
+                rounded(y.atan2(x).to_degrees()),
+                angle.to_degrees()
+            )));
         }
         Ok(())
     }
@@ -296,33 +313,40 @@ impl ImportedModes {
     fn check_sphere(&self) -> Result<(), ImportedModesError> {
         let radius = self.ball_radius();
         if !BALL_DIAMETERS.contains(&(2.0 * radius)) {
-            return Err(ImportedModesError::Radius { radius });
+            return Err(Content(format!(
+                "`positions` have a mean distance of {radius:.3e} m from the origin; give them in m with the origin at \
+                 the centre of the ball (diameters of balls are 1 to 500 mm)"
+            )));
         }
         for (node, (x, normal)) in self.positions.iter().zip(&self.normals).enumerate() {
             let length = norm(*normal);
             if (length - 1.0).abs() > UNIT_TOLERANCE {
-                return Err(ImportedModesError::NotUnit { node, length });
+                return Err(Content(format!(
+                    "`normals`[{node}] has the length {length:.6}; divide each normal by its length"
+                )));
             }
             let distance = norm(*x);
             if (distance / radius - 1.0).abs() > SPHERE_TOLERANCE {
-                return Err(ImportedModesError::OffSphere {
-                    node,
-                    distance,
-                    radius,
-                });
+                return Err(Content(format!(
+                    "`positions`[{node}] has a distance of {distance:.6} m from the origin, but the mean of all \
+                     contact nodes is {radius:.6} m; place the origin at the centre of the ball"
+                )));
             }
             let angle = norm(cross(*x, *normal)).atan2(dot(*x, *normal));
             if angle > SPHERE_TOLERANCE {
-                return Err(ImportedModesError::Turned {
-                    node,
-                    angle_deg: angle.to_degrees(),
-                });
+                return Err(Content(format!(
+                    "`normals`[{node}] deviates by {:.1} deg from the radial direction; normals must point out of the \
+                     ball",
+                    angle.to_degrees()
+                )));
             }
         }
-        let total = self.areas.iter().sum();
+        let total: f64 = self.areas.iter().sum();
         let ball = 4.0 * std::f64::consts::PI * radius * radius;
         if total > ball {
-            return Err(ImportedModesError::Areas { total, ball });
+            return Err(Content(format!(
+                "the sum of `areas`, {total:.3e} m^2, exceeds the surface of the ball, {ball:.3e} m^2; give them in m^2"
+            )));
         }
         Ok(())
     }
@@ -342,11 +366,12 @@ impl ImportedModes {
             let hz = added.sum::<f64>().sqrt() / std::f64::consts::TAU;
             // Also rejects an overflow.
             if hz.is_nan() || hz > TOO_FAST {
-                return Err(ImportedModesError::ContactTooFast {
-                    mode: mode + 1,
-                    hz,
-                    limit: TOO_FAST,
-                });
+                return Err(Content(format!(
+                    "`stiffness` times `areas` times the square of `shapes` gives mode {} (from 1) a frequency of \
+                     {hz:.1e} Hz on the contact, above {TOO_FAST:.0e} Hz; check the units N/m^3 and m^2 and the mass \
+                     normalisation of the shapes, in 1/sqrt(kg)",
+                    mode + 1
+                )));
             }
         }
         Ok(())
@@ -365,11 +390,10 @@ impl ImportedModes {
         if near && (0.5 * radius..=FARTHEST).contains(&farthest) {
             return Ok(());
         }
-        Err(ImportedModesError::Surface {
-            nearest,
-            farthest,
-            radius,
-        })
+        Err(Content(format!(
+            "`surface_vertices` have distances from {nearest:.3e} to {farthest:.3e} m from the origin, but the radius \
+             of the ball is {radius:.3e} m; give them in m with the origin at the centre of the ball, like `positions`"
+        )))
     }
 }
 
@@ -377,7 +401,8 @@ impl ImportedModes {
 fn frequencies(arrays: &mut Arrays) -> Result<Vec<f64>, ImportedModesError> {
     let in_hertz = arrays.shape(&FREQUENCIES)?.is_some();
     if in_hertz && arrays.shape(&OMEGA)?.is_some() {
-        return Err(ImportedModesError::TwoFrequencies);
+        let text = "the file contains both `omega` and `frequencies_hz`; remove one of them";
+        return Err(Content(text.to_owned()));
     }
     let (named, per_hertz) = match in_hertz {
         true => (&FREQUENCIES, 1.0),
@@ -387,22 +412,23 @@ fn frequencies(arrays: &mut Arrays) -> Result<Vec<f64>, ImportedModesError> {
     named.positive(&stated)?;
     let array = named.name;
     if let Some(before) = stated.windows(2).position(|pair| pair[1] < pair[0]) {
-        return Err(ImportedModesError::Unsorted {
-            array,
-            at: before + 1,
-        });
+        return Err(Content(format!(
+            "`{array}`[{}] is below the previous value; sort the modes by frequency, including their shapes",
+            before + 1
+        )));
     }
     let hz = stated[0] / per_hertz;
     if hz < RIGID_BELOW {
-        return Err(ImportedModesError::RigidBody { array, at: 0, hz });
+        return Err(Content(format!(
+            "`{array}`[0] is {hz:.3e} Hz, a rigid-body mode; remove rigid-body modes, so that the first mode is elastic"
+        )));
     }
     if let Some(at) = stated.iter().position(|x| x / per_hertz > TOO_FAST) {
-        return Err(ImportedModesError::TooFast {
-            array,
-            at,
-            hz: stated[at] / per_hertz,
-            limit: TOO_FAST,
-        });
+        return Err(Content(format!(
+            "`{array}`[{at}] is {:.3e} Hz, above the limit of {TOO_FAST:.0e} Hz: the step size follows the highest \
+             frequency; check the unit, and remove modes that are not excited",
+            stated[at] / per_hertz
+        )));
     }
     let omega = match in_hertz {
         true => stated.iter().map(|hz| std::f64::consts::TAU * hz).collect(),
@@ -434,10 +460,10 @@ fn surface(arrays: &mut Arrays, modes: usize) -> Result<Option<SurfaceMesh>, Imp
     let corners = arrays.need(&TRIANGLES, &[triangles, 3])?;
     let is_vertex = |x: &f64| x.fract() == 0.0 && (0.0..count as f64).contains(x);
     if let Some(wrong) = corners.iter().position(|corner| !is_vertex(corner)) {
-        return Err(ImportedModesError::Triangle {
-            triangle: wrong / 3,
-            vertices: count,
-        });
+        return Err(Content(format!(
+            "`surface_triangles`[{}] refers to a vertex outside the {count} of `surface_vertices`; count vertices from 0",
+            wrong / 3
+        )));
     }
     let shapes = arrays.belonging(&SURFACE_SHAPES, VERTICES.name, &[count, 3, modes])?;
     let corners: Vec<u32> = corners.iter().map(|corner| *corner as u32).collect();

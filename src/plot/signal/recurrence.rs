@@ -65,7 +65,7 @@ impl SignalFigures<'_> {
 
     /// The diagonals at the recurrence periods that fit in the plot, above the line of identity.
     fn period_marks(&self, periods: &RecurrencePeriods, [start, end]: [f64; 2]) -> Vec<Layer> {
-        let inside = periods.iter().enumerate().filter_map(|(k, found)| {
+        let inside = periods.0.iter().enumerate().filter_map(|(k, found)| {
             let offset = found.period * self.time_unit.factor;
             let label = format!("{}: {:.4} ms", found.kind, 1e3 * found.period);
             let line = vec![[start, start + offset], [end - offset, end]];

@@ -37,7 +37,7 @@ pub enum ExponentCount {
 
 impl ExponentCount {
     /// Number of tangent vectors for a system.
-    pub fn width<Y: System + ?Sized>(self, sys: &Y) -> usize {
+    pub fn width(self, sys: &dyn System) -> usize {
         match self {
             Self::All => sys.tangent_dim(),
             Self::Largest(count) => count,
@@ -236,8 +236,8 @@ const FIRST: f64 = 16.0;
 ///
 /// # Errors
 /// [`DynamicsError::MissingCapability`] if the integrator has no tangent vectors, and any error of the integration.
-pub fn lyapunov<Y: System + ?Sized>(
-    sys: &Y,
+pub fn lyapunov(
+    sys: &dyn System,
     integrator: &mut Integrator,
     plan: &LyapunovPlan,
     watch: OnProgress<'_, LyapunovProgress>,
@@ -368,8 +368,8 @@ fn widest(spectrum: &LyapunovSpectrum) -> f64 {
 }
 
 /// A Lyapunov study in progress.
-struct StudyRun<'a, Y: System + ?Sized> {
-    sys: &'a Y,
+struct StudyRun<'a> {
+    sys: &'a dyn System,
     integrator: &'a mut Integrator,
     plan: &'a LyapunovPlan,
     start: f64,
@@ -391,7 +391,7 @@ struct StudyRun<'a, Y: System + ?Sized> {
     trace: Option<MeanTrace>,
 }
 
-impl<Y: System + ?Sized> StudyRun<'_, Y> {
+impl StudyRun<'_> {
     /// Advances to the next sample.
     fn advance(&mut self) -> Result<(), DynamicsError> {
         self.samples += 1;

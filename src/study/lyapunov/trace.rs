@@ -18,7 +18,7 @@ pub(super) struct MeanTrace {
 impl MeanTrace {
     /// Creates an average for a system; `None` if not all tangent vectors are computed, or if events make
     /// volumes jump.
-    pub fn new<Y: System + ?Sized>(sys: &Y, width: usize) -> Option<Self> {
+    pub fn new(sys: &dyn System, width: usize) -> Option<Self> {
         let n = sys.tangent_dim();
         let smooth = sys.switching().is_none_or(|s| s.is_continuous());
         let derivative = sys.differentiable().filter(|_| width == n && smooth)?;
@@ -37,7 +37,7 @@ impl MeanTrace {
     }
 
     /// Adds the trace at a state `z` at time `t` (s); `status` is empty for a system without contact states.
-    pub fn add<Y: System + ?Sized>(&mut self, sys: &Y, status: &[u8], t: f64, z: &[f64]) {
+    pub fn add(&mut self, sys: &dyn System, status: &[u8], t: f64, z: &[f64]) {
         let Some(derivative) = sys.differentiable() else {
             return;
         };

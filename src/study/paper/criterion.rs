@@ -461,6 +461,7 @@ fn no_recurrence_period(points: &Points<'_>) -> Comparison {
     Comparison::of_points("none", points, |response| {
         let periods: Vec<String> = response
             .recurrence_periods
+            .0
             .iter()
             .map(|found| milliseconds(found.period))
             .collect();

@@ -264,6 +264,7 @@ fn curves(section: &[[f64; 2]], size: f64) -> Option<ClosedCurves> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::RecurrenceKind;
     use crate::analysis::test_signals::sines;
 
     #[test]
@@ -299,7 +300,7 @@ mod tests {
         );
         assert_eq!(found.maxima.len(), MAX_POINTS);
         assert!((found.amplitude - 1.4e-6).abs() < 1e-8);
-        let beat = found.recurrence_periods.beat().unwrap();
+        let beat = found.recurrence_periods.last(RecurrenceKind::Beat).unwrap();
         assert!((beat.period * 240.0 - 1.0).abs() < 0.01, "{beat:?}");
         let determinism = found.recurrence.unwrap().determinism.unwrap();
         assert!(determinism > 0.85, "{determinism}");

@@ -1,7 +1,7 @@
 //! Settled responses of the built-in scenes.
 
 use super::*;
-use crate::analysis::Regime;
+use crate::analysis::{RecurrenceKind, Regime};
 use crate::scene::Parameter;
 
 fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledResponse {
@@ -56,8 +56,8 @@ fn a_pure_tone_is_classified_as_periodic() {
     // The ends of the diagonal stripes are shorter than a period.
     assert!((0.6..0.8).contains(&determinism), "{determinism}");
     let periods = &found.recurrence_periods;
-    assert_eq!(periods.iter().count(), 1, "{periods:?}");
-    let period = periods.finest().unwrap().period;
+    assert_eq!(periods.0.len(), 1, "{periods:?}");
+    let period = periods.last(RecurrenceKind::Finest).unwrap().period;
     assert!((period * 4110.8 - 1.0).abs() < 0.01, "{period}");
     assert_eq!(found.state.len(), 22);
     let portrait = found.portrait.unwrap();

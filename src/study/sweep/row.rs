@@ -10,7 +10,7 @@ use serde_arrow::schema::{SchemaLike, TracingOptions};
 use serde_json::json;
 
 use super::{Place, Start, SweepPoint};
-use crate::analysis::RecurrencePeriod;
+use crate::analysis::RecurrenceKind;
 use crate::dynamics::Exponent;
 use crate::number::degrees;
 use crate::study::response::SettledResponse;
@@ -81,7 +81,10 @@ impl Leading {
     fn of(found: &SettledResponse) -> Self {
         let line = |k: usize| found.lines.get(k);
         let exponent = |k: usize| found.exponents.as_ref()?.exponents.get(k);
-        let period = |found: Option<&RecurrencePeriod>| found.map(|found| found.period);
+        let period = |kind| {
+            let longest = found.recurrence_periods.last(kind)?;
+            Some(longest.period)
+        };
         let dimension = found.exponents.as_ref().and_then(|all| all.kaplan_yorke);
         let linear = found.linear.as_ref();
         Self {
@@ -97,9 +100,9 @@ impl Leading {
             exponent_2_half_width_per_s: exponent(1).map(|e| e.half_width),
             exponent_3_per_s: exponent(2).map(|e| e.value),
             exponent_3_half_width_per_s: exponent(2).map(|e| e.half_width),
-            recurrence_period_finest_s: period(found.recurrence_periods.finest()),
-            recurrence_period_beat_s: period(found.recurrence_periods.beat()),
-            recurrence_period_doubled_s: period(found.recurrence_periods.doubled()),
+            recurrence_period_finest_s: period(RecurrenceKind::Finest),
+            recurrence_period_beat_s: period(RecurrenceKind::Beat),
+            recurrence_period_doubled_s: period(RecurrenceKind::Doubled),
             kaplan_yorke: dimension.map(|d| d.value),
             kaplan_yorke_half_width: dimension.map(|d| d.half_width),
             tilt_deg: linear.map(|linear| degrees(linear.tilt)),

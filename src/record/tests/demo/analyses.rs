@@ -6,8 +6,8 @@ use super::{SAMPLE_RATE, Signal};
 use crate::{
     analysis::{
         DelayChoice, Divergence, Evidence, FalseNeighbours, LagReason, Measures, MutualInformation,
-        RecurrenceKind, RecurrencePeriod, Regime, RidgePoint, ScalingRegion, TonalEvent, Verdict,
-        ZeroOne,
+        RecurrenceKind, RecurrencePeriod, RecurrencePeriods, Regime, RidgePoint, ScalingRegion,
+        TonalEvent, Verdict, ZeroOne,
     },
     dynamics::{Exponent, LyapunovSpectrum, Motion},
     pipeline::message::{DivergenceFit, Exponents, Record, SectionPoint, TrajectoryDivergence},
@@ -159,14 +159,12 @@ impl Signal {
                 recurrence_time_1: Some(19.0 + 5.0 * disorder),
                 recurrence_time_2: Some(47.0 - 8.0 * disorder),
             },
-            periods: [RecurrencePeriod {
+            periods: RecurrencePeriods(vec![RecurrencePeriod {
                 kind: RecurrenceKind::Finest,
                 period: 1.0 / 4110.0,
                 uncertainty: 1e-7,
                 share: 0.8,
-            }]
-            .into_iter()
-            .collect(),
+            }]),
         }
     }
 
