@@ -30,6 +30,10 @@ pub struct Claim {
     /// Reason for the tolerance.
     #[serde(default)]
     pub reason: String,
+    /// Tilts to which the claim refers, degrees.
+    tilts_deg: Option<Vec<f64>>,
+    /// First and last of these tilts, degrees; all tilts if there are neither.
+    range_deg: Option<[f64; 2]>,
     #[serde(flatten)]
     criterion: Criterion,
 }
@@ -86,7 +90,12 @@ pub struct ShortAverage {
 /// Compares every claim with the simulation results.
 pub fn compare(evidence: &Evidence) -> Vec<Finding> {
     let findings = claims().into_iter().map(|claim| {
-        let comparison = claim.criterion.compare(claim.tolerance, evidence);
+        let points: Vec<_> = match (&claim.tilts_deg, claim.range_deg) {
+            (Some(tilts), _) => tilts.iter().flat_map(|&t| evidence.between(t, t)).collect(),
+            (None, Some([from, to])) => evidence.between(from, to),
+            (None, None) => evidence.all(),
+        };
+        let comparison = claim.criterion.compare(claim.tolerance, &points, evidence);
         Finding {
             id: claim.id,
             place: claim.place,

@@ -15,73 +15,55 @@ const MIN_LINE_AMPLITUDE: f64 = 0.05;
 /// the largest exponent in chaos.
 const NEARLY_ZERO: f64 = 10.0;
 
-/// The claimed value of a measurable quantity. Angles are tilts of the load.
+/// The claimed value of a measurable quantity.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Criterion {
     /// A mode of the finite-element model has this natural frequency.
     NaturalFrequency { mode: String, hz: f64 },
     /// Number of unstable modes of steady sliding.
-    UnstableModes { tilt_deg: f64, count: usize },
+    UnstableModes(usize),
     /// The motion has one of these regimes.
-    Regime { tilt_deg: f64, is: Vec<String> },
-    /// Lines that are no harmonics of the strongest one are weaker than a share of it.
-    NearlyPeriodic { tilt_deg: f64, share: f64 },
+    Regime(Vec<String>),
+    /// Lines that are no harmonics of the strongest one are weaker than this share of it.
+    NearlyPeriodic(f64),
     /// Frequency of the strongest spectral line, Hz.
-    StrongestLine { tilt_deg: f64, hz: f64 },
+    StrongestLine(f64),
     /// Frequency of some spectral line, Hz.
-    Line { tilt_deg: f64, hz: f64 },
+    Line(f64),
     /// Frequency of some spectral line that is no harmonic of another line, Hz.
-    IndependentLine { tilt_deg: f64, hz: f64 },
+    IndependentLine(f64),
     /// A line at an integer combination of two other lines, Hz.
     Combination {
-        tilt_deg: f64,
         hz: f64,
         base_hz: [f64; 2],
         orders: [i32; 2],
     },
     /// All lines are harmonics of this frequency (Hz), and there is more than one.
-    Harmonics { tilt_deg: f64, hz: f64 },
-    /// The strongest lines at one tilt are lines at another tilt, too.
-    SameLines {
-        tilt_deg: f64,
-        as_deg: f64,
-        count: usize,
-    },
+    Harmonics(f64),
+    /// The strongest lines are lines at another tilt, too.
+    SameLines { as_deg: f64, count: usize },
     /// Least share of the power between the lines.
-    Broadband { tilt_deg: f64, share: f64 },
+    Broadband(f64),
     /// Most unstable modes have no line near their frequency that is no harmonic of another.
-    LinearMismatch { tilts_deg: Vec<f64> },
-    /// Delay of the embedding.
-    Lag { tilt_deg: f64, samples: f64 },
+    LinearMismatch {},
+    /// Delay of the embedding, samples.
+    Lag(f64),
     /// Embedding dimension.
-    Dimension { tilt_deg: f64, is: usize },
+    Dimension(usize),
     /// Distance between the diagonal lines of the recurrence plot, s.
-    RecurrencePeriod {
-        from_deg: f64,
-        to_deg: f64,
-        s: f64,
-        kind: RecurrenceKind,
-    },
+    RecurrencePeriod { s: f64, kind: RecurrenceKind },
     /// The recurrence plot has no period.
-    NoRecurrencePeriod { from_deg: f64, to_deg: f64 },
+    NoRecurrencePeriod {},
     /// Form of the Poincare section.
-    Section {
-        from_deg: f64,
-        to_deg: f64,
-        is: SectionForm,
-    },
+    Section(SectionForm),
     /// The largest Lyapunov exponent is nearly zero.
-    ExponentZero { from_deg: f64, to_deg: f64 },
+    ExponentZero {},
     /// Number of positive Lyapunov exponents.
-    ExponentsPositive {
-        from_deg: f64,
-        to_deg: f64,
-        count: usize,
-    },
+    ExponentsPositive(usize),
     /// Order of the regimes with increasing tilt.
-    Order { regimes: Vec<String> },
-    /// Number of base frequencies of each type of motion, over all tilts.
+    Order(Vec<String>),
+    /// Number of base frequencies of each type of motion.
     BaseFrequencies {
         periodic: usize,
         #[serde(rename = "quasi-periodic")]
@@ -168,85 +150,53 @@ fn khz(hz: f64) -> String {
 }
 
 impl Criterion {
-    /// Compares the claim with the evidence. `within` is the relative tolerance of numbers.
-    pub fn compare(&self, within: f64, evidence: &Evidence) -> Comparison {
-        let at = |tilt: f64| evidence.at(tilt);
-        let one = |tilt: f64| -> Vec<_> { at(tilt).map(|r| (tilt, r)).into_iter().collect() };
-        let range = |from: f64, to: f64| evidence.between(from, to);
+    /// Compares the claim with the responses at its tilts and with the evidence. `within` is the relative tolerance of
+    /// numbers.
+    pub fn compare(&self, within: f64, points: &Points<'_>, evidence: &Evidence) -> Comparison {
+        let first = points.first().map(|(_, response)| *response);
+        let line = |hz, found: &dyn Fn(&SettledResponse) -> Option<f64>| {
+            Comparison::frequency(hz, first.map(found), within)
+        };
+        let delay = evidence.delay.filter(|_| first.is_some());
         match *self {
             Self::NaturalFrequency { ref mode, hz } => {
                 natural_frequency(mode, hz, within, evidence)
             }
-            Self::UnstableModes { tilt_deg, count } => unstable_modes(count, &one(tilt_deg)),
-            Self::Regime { tilt_deg, ref is } => regimes(is, &one(tilt_deg)),
-            Self::NearlyPeriodic { tilt_deg, share } => nearly_periodic(share, &one(tilt_deg)),
-            Self::StrongestLine { tilt_deg, hz } => {
-                let line = at(tilt_deg).map(|r| r.lines.first().map(|line| line.frequency));
-                Comparison::frequency(hz, line, within)
-            }
-            Self::Line { tilt_deg, hz } => {
-                let line = at(tilt_deg).map(|r| nearest(&strong_lines(r), hz));
-                Comparison::frequency(hz, line, within)
-            }
-            Self::IndependentLine { tilt_deg, hz } => {
-                let line = at(tilt_deg).map(|r| nearest(&independent_lines(r), hz));
-                Comparison::frequency(hz, line, within)
-            }
+            Self::UnstableModes(count) => unstable_modes(count, points),
+            Self::Regime(ref allowed) => regimes(allowed, points),
+            Self::NearlyPeriodic(share) => nearly_periodic(share, points),
+            Self::StrongestLine(hz) => line(hz, &|r| Some(r.lines.first()?.frequency)),
+            Self::Line(hz) => line(hz, &|r| nearest(&strong_lines(r), hz)),
+            Self::IndependentLine(hz) => line(hz, &|r| nearest(&independent_lines(r), hz)),
             Self::Combination {
-                tilt_deg,
                 hz,
                 base_hz,
                 orders,
-            } => combination(at(tilt_deg), hz, (base_hz, orders), within),
-            Self::Harmonics { tilt_deg, hz } => harmonics(hz, within, &one(tilt_deg)),
-            Self::SameLines {
-                tilt_deg,
-                as_deg,
-                count,
-            } => same_lines(at(tilt_deg), at(as_deg), count, within),
-            Self::Broadband { tilt_deg, share } => broadband(share, &one(tilt_deg)),
-            Self::LinearMismatch { ref tilts_deg } => {
-                let points: Vec<_> = tilts_deg.iter().flat_map(|&tilt| one(tilt)).collect();
-                linear_mismatch(&points, within)
+            } => line(hz, &|r| combination(r, base_hz, orders)),
+            Self::Harmonics(hz) => harmonics(hz, within, points),
+            Self::SameLines { as_deg, count } => {
+                let model = evidence.at(as_deg);
+                same_lines(first, model, count, within)
             }
-            Self::Lag { tilt_deg, samples } => {
-                lag(samples, evidence.delay.filter(|_| at(tilt_deg).is_some()))
-            }
-            Self::Dimension { tilt_deg, is } => {
-                dimension(is, evidence.delay.filter(|_| at(tilt_deg).is_some()))
-            }
-            Self::RecurrencePeriod {
-                from_deg,
-                to_deg,
-                s,
-                kind,
-            } => recurrence_period((s, kind), within, &range(from_deg, to_deg)),
-            Self::NoRecurrencePeriod { from_deg, to_deg } => {
-                no_recurrence_period(&range(from_deg, to_deg))
-            }
-            Self::Section {
-                from_deg,
-                to_deg,
-                is,
-            } => Comparison::of_points(is, &range(from_deg, to_deg), |response| {
+            Self::Broadband(share) => broadband(share, points),
+            Self::LinearMismatch {} => linear_mismatch(points, within),
+            Self::Lag(samples) => lag(samples, delay),
+            Self::Dimension(is) => dimension(is, delay),
+            Self::RecurrencePeriod { s, kind } => recurrence_period(s, kind, within, points),
+            Self::NoRecurrencePeriod {} => no_recurrence_period(points),
+            Self::Section(form) => Comparison::of_points(form, points, |response| {
                 let found = section_form(response);
-                (
-                    found == Some(is),
-                    found.map_or_else(nothing, |form| form.to_string()),
-                )
+                let text = found.map_or_else(nothing, |found| found.to_string());
+                (found == Some(form), text)
             }),
-            Self::ExponentZero { from_deg, to_deg } => exponent_zero(&range(from_deg, to_deg)),
-            Self::ExponentsPositive {
-                from_deg,
-                to_deg,
-                count,
-            } => exponents_positive(count, &range(from_deg, to_deg)),
-            Self::Order { ref regimes } => order(regimes, &evidence.all()),
+            Self::ExponentZero {} => exponent_zero(points),
+            Self::ExponentsPositive(count) => exponents_positive(count, points),
+            Self::Order(ref regimes) => order(regimes, points),
             Self::BaseFrequencies {
                 periodic,
                 quasi_periodic,
                 chaotic,
-            } => base_frequencies([periodic, quasi_periodic, chaotic], &evidence.all()),
+            } => base_frequencies([periodic, quasi_periodic, chaotic], points),
         }
     }
 }
@@ -332,27 +282,19 @@ fn nearest(lines: &[f64], hz: f64) -> Option<f64> {
     lines.min_by(|a, b| off(*a).total_cmp(&off(*b)))
 }
 
-fn combination(
-    response: Option<&SettledResponse>,
-    hz: f64,
-    (base_hz, orders): ([f64; 2], [i32; 2]),
-    within: f64,
-) -> Comparison {
-    let measured = response.map(|response| {
-        let all: Vec<f64> = response.lines.iter().map(|line| line.frequency).collect();
-        let bases = base_hz.map(|base| nearest(&strong_lines(response), base));
-        let [Some(first), Some(second)] = bases else {
-            return None;
-        };
-        // The bases are those of the claim, not any lines.
-        let off = |line: f64, base: f64| (line / base - 1.0).abs();
-        if off(first, base_hz[0]) > BASE || off(second, base_hz[1]) > BASE {
-            return None;
-        }
-        let sum = f64::from(orders[0]) * first + f64::from(orders[1]) * second;
-        nearest(&all, sum.abs()).filter(|line| (line - sum.abs()).abs() <= MULTIPLE * second)
-    });
-    Comparison::frequency(hz, measured, within)
+/// The line at a combination of the lines nearest to two base frequencies, Hz.
+fn combination(response: &SettledResponse, base_hz: [f64; 2], orders: [i32; 2]) -> Option<f64> {
+    let all: Vec<f64> = response.lines.iter().map(|line| line.frequency).collect();
+    let strong = strong_lines(response);
+    let first = nearest(&strong, base_hz[0])?;
+    let second = nearest(&strong, base_hz[1])?;
+    // The bases are those of the claim, not any lines.
+    let off = |line: f64, base: f64| (line / base - 1.0).abs();
+    if off(first, base_hz[0]) > BASE || off(second, base_hz[1]) > BASE {
+        return None;
+    }
+    let sum = f64::from(orders[0]) * first + f64::from(orders[1]) * second;
+    nearest(&all, sum.abs()).filter(|line| (line - sum.abs()).abs() <= MULTIPLE * second)
 }
 
 /// Relative tolerance of the base frequencies of a combination.
@@ -443,7 +385,8 @@ fn linear_mismatch(points: &Points<'_>, within: f64) -> Comparison {
 }
 
 fn recurrence_period(
-    (published, kind): (f64, RecurrenceKind),
+    published: f64,
+    kind: RecurrenceKind,
     within: f64,
     points: &Points<'_>,
 ) -> Comparison {
@@ -465,10 +408,12 @@ fn no_recurrence_period(points: &Points<'_>) -> Comparison {
             .iter()
             .map(|found| milliseconds(found.period))
             .collect();
-        match periods.is_empty() {
-            true => (true, "none".to_owned()),
-            false => (false, periods.join(", ")),
-        }
+        let text = if periods.is_empty() {
+            "none".to_owned()
+        } else {
+            periods.join(", ")
+        };
+        (periods.is_empty(), text)
     })
 }
 

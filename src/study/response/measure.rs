@@ -285,7 +285,7 @@ mod tests {
     fn two_tones_are_classified_as_quasi_periodic() {
         let scene = Scene::load("doubled-torus-3deg").unwrap();
         let u = sines(200e3, 40_000, &[(4110.0, 1e-6, 0.1), (3870.0, 4e-7, 0.9)]);
-        let found = super::super::measured(&scene, 200e3, &u).unwrap();
+        let found = super::super::tests::measured(&scene, 200e3, &u).unwrap();
         assert_eq!(found.regime, Regime::QuasiPeriodic);
         assert_eq!(found.motion(), "quasi-periodic");
         assert!(

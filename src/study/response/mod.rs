@@ -12,7 +12,7 @@ mod settled;
 mod transient;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use serde::{Deserialize, Serialize};
 
@@ -29,20 +29,6 @@ use measure::Samples;
 pub use measure::section_lag;
 pub use settled::{PhasePortrait, SettledResponse};
 use transient::TransientDetector;
-
-/// The response whose displacement (m) is a signal sampled at `rate` (Hz).
-#[cfg(test)]
-pub(crate) fn measured(
-    scene: &Scene,
-    rate: f64,
-    displacement: &[f64],
-) -> Result<SettledResponse, AnalysisError> {
-    let mut samples = Samples::new(rate, displacement.len());
-    for pair in displacement.windows(2) {
-        samples.push([pair[0], (pair[1] - pair[0]) * rate]);
-    }
-    samples.response(scene, SILENCE, Bases::None)
-}
 
 /// Plan of one response: transient limits, measurement time, optional analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

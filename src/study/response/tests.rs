@@ -10,6 +10,19 @@ fn take(scene: &Scene, from: InitialState<'_>, plan: &ResponsePlan) -> SettledRe
         .expect("the callback never stops it")
 }
 
+/// The response whose displacement (m) is a signal sampled at `rate` (Hz).
+pub fn measured(
+    scene: &Scene,
+    rate: f64,
+    displacement: &[f64],
+) -> Result<SettledResponse, AnalysisError> {
+    let mut samples = Samples::new(rate, displacement.len());
+    for pair in displacement.windows(2) {
+        samples.push([pair[0], (pair[1] - pair[0]) * rate]);
+    }
+    samples.response(scene, SILENCE, Bases::None)
+}
+
 /// A short plan for tests.
 const SHORT: ResponsePlan = ResponsePlan {
     min_transient: 0.05,
