@@ -32,7 +32,7 @@ impl Section {
     /// The mesh is graded automatically towards the corner between beam and sphere.
     ///
     /// # Errors
-    /// [`FemError::Dimension`], [`FemError::Order`] and [`FemError::TooFine`].
+    /// [`FemError::Input`], [`FemError::Order`] and [`FemError::TooFine`].
     pub fn ball_on_beam(geometry: &Geometry, elements: &Elements) -> Result<Self, FemError> {
         Ok(BallOnBeam::mesh(geometry, elements)?.section)
     }
@@ -110,11 +110,9 @@ impl Heights {
         check_positive("beam diameter", beam_diameter)?;
         check_positive("beam length", beam_length)?;
         if beam_diameter >= ball_diameter {
-            return Err(FemError::Dimension {
-                name: "beam diameter",
-                value: beam_diameter,
-                requirement: "must be smaller than the ball's diameter",
-            });
+            return Err(FemError::Input(format!(
+                "beam diameter = {beam_diameter} m: must be smaller than the ball's diameter"
+            )));
         }
         let [ball, beam] = [0.5 * ball_diameter, 0.5 * beam_diameter];
         let corner = -((ball - beam) * (ball + beam)).sqrt();
@@ -123,11 +121,10 @@ impl Heights {
             LengthReading::ToCentre => -beam_length,
         };
         if end >= corner {
-            return Err(FemError::Dimension {
-                name: "beam length",
-                value: beam_length,
-                requirement: "must exceed the distance from the centre to the corner if it is measured to the centre",
-            });
+            return Err(FemError::Input(format!(
+                "beam length = {beam_length} m: must exceed the distance from the centre to the corner if it is \
+                 measured to the centre"
+            )));
         }
         Ok(Self { end, corner })
     }
@@ -216,11 +213,9 @@ pub(super) fn check_positive(name: &'static str, value: f64) -> Result<(), FemEr
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(FemError::Dimension {
-        name,
-        value,
-        requirement: "must be a positive number",
-    })
+    Err(FemError::Input(format!(
+        "{name} = {value} m: must be a positive number"
+    )))
 }
 
 /// Rejects an unavailable element order, an element size that is not a positive number, and too many

@@ -5,26 +5,9 @@ use super::{Elements, Harmonic};
 /// An error of the finite-element model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FemError {
-    /// An invalid dimension.
-    #[error("{name} = {value} m: {requirement}")]
-    Dimension {
-        /// Name of the dimension.
-        name: &'static str,
-        /// Value given, m.
-        value: f64,
-        /// Requirement.
-        requirement: &'static str,
-    },
-    /// An invalid material constant.
-    #[error("material: {name} = {value}: {requirement}")]
-    Material {
-        /// Name of the constant.
-        name: &'static str,
-        /// Value given, in SI units.
-        value: f64,
-        /// Requirement.
-        requirement: &'static str,
-    },
+    /// An invalid dimension or material constant: which, and the requirement.
+    #[error("{0}")]
+    Input(String),
     /// An element order that is not implemented.
     #[error(
         "element order = {order}: must be a whole number from {} to {}",

@@ -24,7 +24,7 @@ impl Section {
     /// modes. A bending mode represents a pair of equal frequency.
     ///
     /// # Errors
-    /// [`FemError::Material`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
+    /// [`FemError::Input`], [`FemError::TooManyModes`], [`FemError::Factorisation`],
     /// [`FemError::NoConvergence`], [`FemError::Rounding`].
     pub fn modes(
         &self,
@@ -93,19 +93,15 @@ fn check_material(material: &Material) -> Result<(), FemError> {
     } = material;
     for (name, value) in [("Young's modulus", young), ("density", density)] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(FemError::Material {
-                name,
-                value,
-                requirement: "must be a positive number",
-            });
+            return Err(FemError::Input(format!(
+                "material: {name} = {value}: must be a positive number"
+            )));
         }
     }
     if !(poisson > -1.0 && poisson < 0.5) {
-        return Err(FemError::Material {
-            name: "Poisson's ratio",
-            value: poisson,
-            requirement: "must lie between -1 and 0.5",
-        });
+        return Err(FemError::Input(format!(
+            "material: Poisson's ratio = {poisson}: must lie between -1 and 0.5"
+        )));
     }
     Ok(())
 }

@@ -33,23 +33,14 @@ pub(super) struct Tangents {
     pub block: TangentBlock,
     /// Norm and orthonormalisation.
     frame: Frame,
-    /// Treatment of the vectors between steps.
-    orthonormalisation: Orthonormalisation,
+    /// Whether vectors are orthonormalised when needed and their growth is accumulated. Otherwise they are not modified.
+    is_orthonormalised: bool,
     /// Accumulated growth.
     growth: Growth,
     /// Whether the state has changed in any step since the last reset of the growth.
     moved: bool,
     /// Correction at events.
     pub saltation: Saltation,
-}
-
-/// Treatment of tangent vectors between steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Orthonormalisation {
-    /// Vectors are orthonormalised when needed, and their growth is accumulated.
-    On,
-    /// Vectors are not modified.
-    Off,
 }
 
 impl Tangents {
@@ -65,7 +56,7 @@ impl Tangents {
                 slopes: vec![0.0; stages * numbers],
             },
             frame: Frame::new(sys, width, seed),
-            orthonormalisation: Orthonormalisation::On,
+            is_orthonormalised: true,
             growth: Growth::new(width),
             moved: false,
             saltation: Saltation::new(sys, width),
@@ -78,7 +69,7 @@ impl Tangents {
     pub fn restart(&mut self, t: f64) {
         self.frame.start(&mut self.block.end);
         self.block.start.copy_from_slice(&self.block.end);
-        self.orthonormalisation = Orthonormalisation::On;
+        self.is_orthonormalised = true;
         self.growth.clear(t);
         self.moved = false;
     }
@@ -87,7 +78,7 @@ impl Tangents {
     pub fn replace(&mut self, vectors: &[f64]) {
         self.block.end.copy_from_slice(vectors);
         self.block.start.copy_from_slice(vectors);
-        self.orthonormalisation = Orthonormalisation::Off;
+        self.is_orthonormalised = false;
     }
 
     /// Moves the start of the next step to the end of the last one, at time `t` (s), and orthonormalises
@@ -96,7 +87,7 @@ impl Tangents {
     /// # Errors
     /// [`DynamicsError::Tangent`] for a vector that is not finite.
     pub fn begin_step(&mut self, t: f64) -> Result<(), DynamicsError> {
-        if self.orthonormalisation == Orthonormalisation::On && self.frame.is_due() {
+        if self.is_orthonormalised && self.frame.is_due() {
             self.orthonormalise(t)?;
         }
         self.block.start.copy_from_slice(&self.block.end);
@@ -123,7 +114,7 @@ impl Tangents {
 
     /// Discards the growth up to time `t` (s) but keeps the directions.
     pub fn forget(&mut self, t: f64) {
-        if self.orthonormalisation == Orthonormalisation::On {
+        if self.is_orthonormalised {
             self.frame.orthonormalise(&mut self.block.end);
         }
         self.growth.clear(t);
@@ -143,7 +134,7 @@ impl Tangents {
 
     /// The growth up to time `t` (s); `None` for user-supplied vectors.
     pub fn growth(&self, t: f64) -> Option<Growth> {
-        (self.orthonormalisation == Orthonormalisation::On).then(|| {
+        self.is_orthonormalised.then(|| {
             let mut now = self.clone();
             // Non-finite vectors make the next step fail; the growth up to the last frame is valid.
             match now.orthonormalise(t) {
