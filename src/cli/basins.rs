@@ -11,8 +11,7 @@ use super::output::Kind;
 use super::report;
 use super::study_args::BasinsArgs;
 use super::sweep::{
-    Files, check_transient, compute_points, print_result, response_plan, write_points,
-    write_recording,
+    Files, check_transient, compute_points, response_plan, write_points, write_recording,
 };
 use crate::escape;
 use crate::number::fixed;
@@ -50,7 +49,8 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     }
     written.extend(write_recording(&plan, &points, &files, None)?);
     let document = Document::new(&basins, &written).with_scene(&plan.scene.name);
-    print_result(&document, &text(&title, &basins), &args.outputs, &files)?;
+    let text = text(&title, &basins);
+    document.deliver_or_print(&text, args.outputs.json.as_deref(), files.json.as_ref())?;
     if done {
         Ok(())
     } else {

@@ -112,7 +112,8 @@ fn branch(
         written.push(WrittenFile::of(file)?);
     }
     let document = Document::new(&result, &written).with_scene(name);
-    files.print(&document, &branch_text::branch(name, &result))?;
+    let text = branch_text::branch(name, &result);
+    document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
     match stop.load(Ordering::Relaxed) {
         true => Err(CliError::Interrupted),
         false => Ok(()),
@@ -258,7 +259,9 @@ fn map(
     let name = &plan.scene.name;
     let written = files.figures(args, &[map_figure(name, &result)])?;
     let document = Document::new(&result, &written).with_scene(name);
-    files.print(&document, &branch_text::map(name, &result))
+    let text = branch_text::map(name, &result);
+    document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
+    Ok(())
 }
 
 /// The parameters and their intervals: one, or two for a map.
@@ -311,14 +314,11 @@ struct Files {
     save: Option<OutputFile>,
     diagram: Option<OutputFile>,
     json: Option<OutputFile>,
-    /// Whether JSON replaces the table on the standard output.
-    prints_json: bool,
 }
 
 impl Files {
     /// Checks all outputs; `figures` are the stems of the figures' file names.
     fn check(args: &BranchArgs, figures: &[&str]) -> Result<Self, CliError> {
-        let prints_json = args.json.as_deref().is_some_and(is_stdout);
         let json = args.json.as_deref().filter(|path| !is_stdout(path));
         if let Some(directory) = &args.figures {
             let names = args.drawn.names(figures, &STUDY);
@@ -340,7 +340,6 @@ impl Files {
             save,
             diagram,
             json,
-            prints_json,
         })
     }
 
@@ -352,18 +351,5 @@ impl Files {
             }
             None => Ok(Vec::new()),
         }
-    }
-
-    /// Prints the report, or JSON with `--json -`.
-    fn print(
-        &self,
-        document: &Document<impl serde::Serialize>,
-        text: &str,
-    ) -> Result<(), CliError> {
-        match self.prints_json {
-            true => document.print()?,
-            false => document.deliver(text, self.json.as_ref())?,
-        }
-        Ok(())
     }
 }

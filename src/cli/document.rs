@@ -4,12 +4,12 @@
 //! meaning of a field. The unit of a number is the suffix of its field name. Non-finite numbers are `null`.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::output::{OutputError, OutputFile};
+use super::output::{OutputError, OutputFile, is_stdout};
 use super::report::print;
 use crate::number::size;
 use crate::{VERSION, escape};
@@ -75,6 +75,23 @@ impl<R: Serialize> Document<R> {
         let written = self.write(json);
         print(&format!("{text}{}", list(&self.files)))?;
         written
+    }
+
+    /// Prints the JSON if it was requested on the standard output, otherwise delivers text and file.
+    ///
+    /// # Errors
+    /// As [`Document::deliver`].
+    pub fn deliver_or_print(
+        &self,
+        text: &str,
+        requested: Option<&Path>,
+        json: Option<&OutputFile>,
+    ) -> Result<(), OutputError> {
+        if requested.is_some_and(is_stdout) {
+            self.print()
+        } else {
+            self.deliver(text, json)
+        }
     }
 
     /// Writes the JSON file, if there is one.

@@ -18,7 +18,7 @@ use super::paper_figures::{self, FIGURES};
 use super::report::{self, HEADING};
 use super::resources;
 use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{Files, compute_points, print_result, write_points, write_recording};
+use super::sweep::{Files, compute_points, write_points, write_recording};
 use crate::escape;
 use crate::joint::BallJoint;
 use crate::plot::Format;
@@ -135,7 +135,9 @@ pub(super) fn execute(
         written.push(WrittenFile::of(&file)?);
     }
     let document = Document::new(&result, &written).with_scene(scene);
-    print_result(&document, &text(scene, &result), &outputs, &files)
+    let text = text(scene, &result);
+    document.deliver_or_print(&text, outputs.json.as_deref(), files.json.as_ref())?;
+    Ok(())
 }
 
 /// Checks all outputs and creates the directory.

@@ -6,8 +6,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
-
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
 use super::figures::{STUDY, write_figures};
@@ -268,20 +266,7 @@ fn deliver(
     }
     let document = Document::new(&result, &written).with_scene(&plan.scene.name);
     let text = text(&plan.scene.name, &result);
-    print_result(&document, &text, outputs, files)
-}
-
-/// Prints the report, or JSON with `--json -`.
-pub(super) fn print_result(
-    document: &Document<impl Serialize>,
-    text: &str,
-    outputs: &SweepOutputs,
-    files: &Files,
-) -> Result<(), CliError> {
-    match outputs.json.as_deref().is_some_and(is_stdout) {
-        true => document.print()?,
-        false => document.deliver(text, files.json.as_ref())?,
-    }
+    document.deliver_or_print(&text, outputs.json.as_deref(), files.json.as_ref())?;
     Ok(())
 }
 
