@@ -268,12 +268,14 @@ fn is_doubled(stripes: &[Stripe], ratio: f64) -> bool {
     let heights: Vec<f64> = multiples(stripes, ratio)
         .map(|stripe| stripe.height)
         .collect();
-    let threes = || heights.windows(3).step_by(2);
-    let higher = threes().filter(|h| h[1] > h[0].max(h[2])).count();
-    let depth: f64 = threes().map(|h| h[1] - 0.5 * (h[0] + h[2])).sum();
+    let [odd, even] = [0, 1].map(|first| -> Vec<f64> {
+        let every = heights.iter().skip(first).step_by(2);
+        every.copied().collect()
+    });
+    let is_higher = |&m: &usize| odd[m..].iter().take(2).all(|odd| *odd < even[m]);
     returns(stripes, 2.0 * ratio)
-        && higher as f64 >= MIN_REGULAR * threes().len() as f64
-        && depth >= 0.5 * MIN_DEPTH * mean(&heights) * threes().len() as f64
+        && (0..even.len()).filter(is_higher).count() as f64 >= MIN_REGULAR * even.len() as f64
+        && mean(&even) - mean(&odd) >= 0.5 * MIN_DEPTH * mean(&heights)
 }
 
 /// Period of the strongest modulation of the heights in finest spacings, with its uncertainty. The heights are
