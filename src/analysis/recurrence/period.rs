@@ -136,9 +136,11 @@ impl RecurrenceCounts {
 /// The diagonals nearest to a multiple of the finest spacing.
 struct Stripe {
     cell: Range<usize>,
-    /// Projections of the rates on the cosine and the sine of the spacing.
+    /// Projection of the rates on the cosine of the spacing.
     cosine: f64,
-    sine: f64,
+    /// Sum of the rates above half the maximum within a quarter of the spacing, and its moment about the multiple.
+    mass: f64,
+    moment: f64,
     /// Sum and maximum of the rates.
     height: f64,
     rate: f64,
@@ -151,16 +153,20 @@ fn stripes(rates: &[f64], spacing: f64, most: usize) -> Vec<Stripe> {
     let edge = |multiple: f64| ((multiple * spacing).ceil() as usize).min(rates.len());
     let stripe = |j: usize| {
         let cell = edge(j as f64 - 0.5)..edge(j as f64 + 0.5);
-        let sum = |weight: fn(f64) -> f64| {
-            let terms = cell
-                .clone()
-                .map(|k| weight(TAU * k as f64 / spacing) * rates[k]);
-            terms.sum()
+        let distance = |k: usize| k as f64 - j as f64 * spacing;
+        let near = || {
+            cell.clone()
+                .filter(|&k| distance(k).abs() <= 0.25 * spacing)
         };
+        let half = 0.5 * near().map(|k| rates[k]).fold(0.0, f64::max);
+        let above = |k: usize| (rates[k] - half).max(0.0);
+        let sum =
+            |weight: &dyn Fn(usize) -> f64| cell.clone().map(|k| weight(k) * rates[k]).sum::<f64>();
         Stripe {
-            cosine: sum(f64::cos),
-            sine: sum(f64::sin),
-            height: sum(|_| 1.0),
+            cosine: sum(&|k| (TAU * k as f64 / spacing).cos()),
+            mass: near().map(above).sum(),
+            moment: near().map(|k| above(k) * distance(k)).sum(),
+            height: sum(&|_| 1.0),
             rate: rates[cell.clone()].iter().copied().fold(0.0, f64::max),
             cell,
         }
@@ -194,23 +200,12 @@ fn finest(rates: &[f64], first: usize) -> Option<([f64; 2], Vec<Stripe>)> {
 
 /// The spacing with its uncertainty from the centres of stripes, by least squares.
 fn refined(spacing: f64, stripes: &[Stripe]) -> [f64; 2] {
-    let centres = || {
-        (1..).zip(stripes).map(|(j, stripe)| {
-            let weight = f64::from(j) * stripe.cosine.max(0.0);
-            (
-                f64::from(j),
-                weight,
-                spacing / TAU * stripe.sine.atan2(stripe.cosine),
-            )
-        })
-    };
-    let square: f64 = centres().map(|(j, weight, _)| weight * j).sum();
-    let slope = centres()
-        .map(|(_, weight, centre)| weight * centre)
-        .sum::<f64>()
-        / square;
+    let stripes = || (1..).map(f64::from).zip(stripes);
+    let square: f64 = stripes().map(|(j, stripe)| j * j * stripe.mass).sum();
+    let slope = stripes().map(|(j, stripe)| j * stripe.moment).sum::<f64>() / square;
     // A second period shifts the centres in both directions with zero mean.
-    let misfit = centres().map(|(j, weight, centre)| (weight * (centre - slope * j)).powi(2));
+    let misfit =
+        stripes().map(|(j, stripe)| (j * (stripe.moment - slope * j * stripe.mass)).powi(2));
     [spacing + slope, misfit.sum::<f64>().sqrt() / square]
 }
 
@@ -247,6 +242,7 @@ fn relate(rates: &[f64], spacing: f64, stripes: &mut [Stripe]) {
         stripe.height /= expected.sum::<f64>();
     }
 }
+
 /// The stripes nearest to the multiples of `ratio` finest spacings.
 fn multiples(stripes: &[Stripe], ratio: f64) -> impl Iterator<Item = &Stripe> {
     let count = (stripes.len() as f64 / ratio) as usize;
@@ -265,17 +261,17 @@ fn returns(stripes: &[Stripe], ratio: f64) -> bool {
 
 /// Whether every second multiple of `ratio` finest spacings is higher.
 fn is_doubled(stripes: &[Stripe], ratio: f64) -> bool {
-    let heights: Vec<f64> = multiples(stripes, ratio)
-        .map(|stripe| stripe.height)
-        .collect();
-    let [odd, even] = [0, 1].map(|first| -> Vec<f64> {
-        let every = heights.iter().skip(first).step_by(2);
-        every.copied().collect()
-    });
+    let all: Vec<f64> = stripes.iter().map(|stripe| stripe.height).collect();
+    let heights = multiples(stripes, ratio).map(|stripe| stripe.height);
+    let (mut odd, mut even) = (Vec::new(), Vec::new());
+    for (m, height) in heights.enumerate() {
+        let half = if m % 2 == 0 { &mut odd } else { &mut even };
+        half.push(height);
+    }
     let is_higher = |&m: &usize| odd[m..].iter().take(2).all(|odd| *odd < even[m]);
     returns(stripes, 2.0 * ratio)
         && (0..even.len()).filter(is_higher).count() as f64 >= MIN_REGULAR * even.len() as f64
-        && mean(&even) - mean(&odd) >= 0.5 * MIN_DEPTH * mean(&heights)
+        && mean(&even) - mean(&odd) >= 0.5 * MIN_DEPTH * mean(&all)
 }
 
 /// Period of the strongest modulation of the heights in finest spacings, with its uncertainty. The heights are
