@@ -95,7 +95,7 @@ fn every_appearance_has_a_text() {
     }
     assert_eq!(
         texts[4],
-        "## Looks like one tone\n\nOne fundamental, f1 = **4.11 kHz**: the period is about \
+        "## Looks like one tone with harmonics\n\nOne fundamental, f1 = **4.11 kHz**: the period is about \
          243 µs. Harmonics: 3 f1 (12.3 kHz). A second tone, f2 = 3.87 kHz, is present but weak: \
          its amplitude is 16 % of that of f1.\n\nThe contact point oscillates by ±800 nm, at up to \
          20.0 mm/s. Against the sliding direction it reaches 17.0 mm/s; the sliding speed is \

@@ -115,7 +115,7 @@ mod tests {
 
     const GROWING: &str = "## A vibration is growing";
     const SETTLES: &str = "## The vibration settles";
-    const TONE: &str = "## Looks like one tone";
+    const TONE: &str = "## Looks like one tone with harmonics";
     const TWO_TONES: &str = "## Looks like two tones";
     const PARTED: &str = "## The perturbed trajectory has separated";
     const CHAOS: &str = "## Lyapunov exponents: chaos";

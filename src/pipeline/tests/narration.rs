@@ -112,7 +112,10 @@ fn commentary_does_not_flicker_and_is_refreshed() {
         _ => None,
     });
     assert_eq!(times, [3999.0, 13_999.0, 23_999.0, 33_999.0]);
-    assert_eq!(headings(&records), ["## Looks like one tone"]);
+    assert_eq!(
+        headings(&records),
+        ["## Looks like one tone with harmonics"]
+    );
 }
 
 #[test]

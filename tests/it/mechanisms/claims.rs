@@ -42,14 +42,18 @@ fn stated_counts(text: &str) -> Vec<usize> {
         .collect()
 }
 
-/// Frequencies of a run, Hz: of its spectral lines above 1 % of the strongest, differences of their base frequencies, and what
-/// is computed before the run.
+/// Frequencies of a run, Hz: of its spectral lines above 1 % of the strongest, at the end or, if the tilt varies, at any time;
+/// differences of their base frequencies; and what is computed before the run.
 fn frequencies(scene: &Scene, run: &Run) -> Vec<f64> {
     let mut all = Vec::new();
-    for record in &run.records {
-        let Record::Spectrum { peaks, .. } = record else {
-            continue;
-        };
+    let varies = scene
+        .joint()
+        .is_ok_and(|joint| joint.tilt.varies() || joint.patch_moves());
+    let spectra = run.records.iter().rev().filter_map(|record| match record {
+        Record::Spectrum { peaks, .. } => Some(peaks),
+        _ => None,
+    });
+    for peaks in spectra.take(if varies { usize::MAX } else { 1 }) {
         let strongest = peaks.first().map_or(0.0, |line| line.amplitude);
         let strong = peaks
             .iter()
