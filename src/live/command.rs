@@ -1,9 +1,8 @@
 //! Commands to a live session.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
+use super::tour::TourStep;
 use crate::pipeline::TooManyKicks;
 
 /// Range of playback speeds, ms of simulated time per s of wall time.
@@ -43,7 +42,7 @@ pub enum Command {
         #[serde(default)]
         mm_per_s: Option<f64>,
     },
-    /// Restart the scene.
+    /// Start the run again, from where the scene, the bookmark or the step of the tour began.
     Reset {},
     /// Switch the Lyapunov exponents and the perturbed trajectory of the scene on or off. Without
     /// them the simulation is faster. Restarts the scene.
@@ -56,8 +55,8 @@ pub enum Command {
         /// Name of a preset, or of the first scene of the session.
         name: String,
     },
-    /// Start a scene with these settings from its first instant: the motion does not depend on what ran before.
-    Open(Opening),
+    /// Start a bookmark from its first instant: the motion does not depend on what ran before.
+    Open(Box<TourStep>),
     /// Show a step of the tour, from 0, with its scene and settings; without a step the tour ends.
     Tour {
         /// The step.
@@ -72,26 +71,6 @@ pub enum Command {
     Record {},
     /// Stop the recording.
     StopRecording {},
-}
-
-/// A scene with its settings, and the motion that they lead to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Opening {
-    /// Name of a preset, or of the first scene of the session.
-    pub scene: String,
-    /// Changed numbers of the scene by their keys, in the units of these: `{ tilt_deg = 1.75 }`.
-    #[serde(default)]
-    pub set: BTreeMap<String, f64>,
-    /// Playback speed, ms of simulated time per second; unchanged by default.
-    #[serde(default)]
-    pub speed_ms_per_s: Option<f64>,
-    /// Kick at the start in addition to that of the scene, mm/s; none by default.
-    #[serde(default)]
-    pub kick_mm_per_s: Option<f64>,
-    /// The motion that it leads to, if known.
-    #[serde(default)]
-    pub promise: Option<Promise>,
 }
 
 /// A settled motion that is expected from some time on.

@@ -25,7 +25,7 @@ mod tour;
 mod views;
 
 pub use audio::AudioStream;
-pub use command::{Command, HARD_KICK, KICK_RANGE, Opening, Promise, Rejected, SPEED_RANGE};
+pub use command::{Command, HARD_KICK, KICK_RANGE, Promise, Rejected, SPEED_RANGE};
 pub use panel::{Event, Panel};
 pub use recorder::SavedFile;
 pub use server::{BoundListener, Page, RecordingPage, bind};

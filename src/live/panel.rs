@@ -2,21 +2,27 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
 use super::command::Promise;
+use super::tour::TourStep;
+use crate::analysis::{Regime, range};
 use crate::escape;
 use crate::number::trimmed;
-use crate::pipeline::message::{ContactSample, Frame, Header, Record, SpectralLine, Subject};
-use crate::pipeline::{RunStatus, Sink, SinkError};
+use crate::pipeline::message::{
+    Appearance, ContactSample, Frame, Header, Lesson, Observation, Record, SpectralLine, Subject,
+};
+use crate::pipeline::{RunState, RunStatus, Sink, SinkError};
 use crate::scene::{Control, Parameter};
 
 /// Number of events on the panel.
 const EVENTS: usize = 12;
 /// Number of spectral lines on the panel.
 const LINES: usize = 5;
+/// Most values of a state that a bookmark keeps: a command with it fits into a message.
+const MAX_STATE: usize = 1000;
 
 /// Values of the control panel at one instant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -29,7 +35,9 @@ pub struct Panel {
     pub title: String,
     /// Description of the scene as written, Markdown.
     pub about: String,
-    /// What is observed now: type of motion and tilt, in one line.
+    /// The present motion in words, the verdict that all parts of the page show: its type, or that the tilt moves.
+    pub motion: String,
+    /// The same with the tilt, in one line.
     pub now: String,
     /// Simulated time analysed so far, s.
     pub time_s: f64,
@@ -39,8 +47,8 @@ pub struct Panel {
     pub measured_speed: Option<f64>,
     /// Whether the run is paused.
     pub paused: bool,
-    /// Whether the tilt has changed within the last 40 ms of simulated time: the type of motion is that of a window in which it
-    /// moved.
+    /// Whether the tilt has changed notably within the last 40 ms of simulated time: the type of motion is that of a window in
+    /// which it moved.
     pub tilt_moves: bool,
     /// Present tilt, degrees; `None` for a scene without tilt.
     pub tilt_deg: Option<f64>,
@@ -151,7 +159,9 @@ impl Panel {
     pub(super) fn departure_from(&self, promise: &Promise) -> Option<String> {
         let motion = self.regime.as_deref()?;
         let line = self.lines.first().map(|line| line.frequency);
-        if 1e3 * self.time_s < promise.after_ms || promise.is_kept(motion, line) {
+        let is_early =
+            1e3 * self.time_s < promise.after_ms || self.confidence.is_some() && line.is_none();
+        if is_early || promise.is_kept(motion, line) {
             return None;
         }
         let line = line.map_or_else(String::new, |hz| format!(", {:.2} kHz", 1e-3 * hz));
@@ -172,27 +182,46 @@ struct RecentSamples {
     /// Magnitude of the probe's velocity, m/s.
     speeds: VecDeque<f64>,
     contacts: VecDeque<ContactSample>,
-    /// The last tilt, rad, and the end of the first frame with it, s.
-    tilt: Option<(f64, f64)>,
+    /// State at the last sample.
+    state: Option<RunState>,
+    /// Ends of the last frames, s, and their tilts, degrees.
+    tilts: VecDeque<(f64, f64)>,
+    /// Numbers of spectral lines, and of harmonics of the first tone among them.
+    lines: (usize, usize),
+    /// The last measurements for the lesson, and the last type of motion.
+    lesson: Option<Arc<Lesson>>,
+    regime: Option<Regime>,
+    /// What the vibration looks like, if the commentary is about it.
+    appearance: Option<Appearance>,
 }
 
 impl RecentSamples {
     /// Span of time, s: some periods of a low squeak.
     const SPAN: f64 = 5e-3;
-    /// Time after which a tilt counts as held, s: a window of the classification.
+    /// Time after which a tilt counts as held, s: a window of the classification; and the range of tilts that does not matter,
+    /// degrees.
     const HOLD: f64 = 40e-3;
+    const HELD: f64 = 0.15;
 
     fn push(&mut self, frame: &Frame) {
-        match self.tilt {
-            Some((tilt, _)) if tilt == frame.tilt => {}
-            None => self.tilt = Some((frame.tilt, f64::NEG_INFINITY)),
-            Some(_) => self.tilt = Some((frame.tilt, frame.end())),
-        }
+        let end = frame.end();
+        self.tilts.push_back((end, frame.tilt.to_degrees()));
+        while self
+            .tilts
+            .pop_front_if(|(t, _)| end - *t > Self::HOLD)
+            .is_some()
+        {}
         self.speeds.extend(frame.velocity.iter().map(|v| v.abs()));
         let length = (Self::SPAN / frame.dt).round() as usize;
         self.speeds
             .drain(..self.speeds.len().saturating_sub(length));
         self.contacts.extend(&frame.contacts);
+        self.state = (1..=MAX_STATE)
+            .contains(&frame.state.len())
+            .then(|| RunState {
+                time_s: frame.end() - frame.dt,
+                values: frame.state.clone(),
+            });
         // Half a sample of tolerance: times are rounded.
         let start = frame.end() - Self::SPAN - 0.5 * frame.dt;
         self.contacts.retain(|counts| counts.time >= start);
@@ -259,6 +288,8 @@ impl StatusStore {
         if lock(&self.recent).is_silent() {
             panel.lines.clear();
         }
+        panel.motion = self.motion(&panel);
+        panel.narration = commentary(&panel, lock(&self.recent).appearance);
         panel.now = self.now(&panel);
         panel.diagram_condition = panel.diagram_condition();
         panel.watching = watching;
@@ -266,13 +297,28 @@ impl StatusStore {
         panel
     }
 
+    /// The present motion in words.
+    fn motion(&self, panel: &Panel) -> String {
+        let (lines, harmonics) = lock(&self.recent).lines;
+        match panel.regime.as_deref() {
+            Some("at rest") => "at rest".to_owned(),
+            _ if panel.tilt_moves => "the tilt moves".to_owned(),
+            Some("periodic") if lines == 1 => "periodic: a pure tone".to_owned(),
+            Some("periodic") if harmonics == 1 => "periodic: a tone with 1 harmonic".to_owned(),
+            Some("periodic") if harmonics > 1 => {
+                format!("periodic: a tone with {harmonics} harmonics")
+            }
+            Some(regime) => regime.to_owned(),
+            // A scene may have commentary without a classification.
+            None => heading(&panel.narration)
+                .unwrap_or("not yet classified")
+                .to_owned(),
+        }
+    }
+
     /// What is observed now, in one line.
     fn now(&self, panel: &Panel) -> String {
-        // A scene may have commentary without a classification.
-        let heading = panel.narration.lines().next();
-        let observed = heading.and_then(|line| line.strip_prefix("## "));
-        let motion = panel.regime.as_deref().or(observed);
-        let motion = motion.unwrap_or("not yet classified");
+        let motion = &panel.motion;
         let tilted = panel.tilt_deg.zip(lock(&self.recent).scheduled_deg);
         // A tolerance for degrees that were converted.
         let off = |(tilt, [low, high]): &(f64, [f64; 2])| *tilt < low - 1e-6 || *tilt > high + 1e-6;
@@ -284,7 +330,26 @@ impl StatusStore {
                 };
                 format!("{motion}, at a tilt of {tilt:.2}° instead of the scene's {scheduled}")
             }
-            None => motion.to_owned(),
+            None => motion.clone(),
+        }
+    }
+
+    /// A bookmark of the present motion, without a name: scene, changed numbers, state, and the motion if it is classified at a
+    /// tilt that holds. A tilt that a schedule moves is held.
+    pub fn bookmark(&self) -> TourStep {
+        let panel = self.read(None, 0);
+        let is_settled = panel.confidence.is_some() && !panel.tilt_moves;
+        let changed = panel.controls.iter().filter(|it| it.value != it.start);
+        TourStep {
+            set: changed.map(|it| (it.key.to_owned(), it.value)).collect(),
+            scene: panel.scene,
+            state: lock(&self.recent).state.clone(),
+            promise: panel.regime.filter(|_| is_settled).map(|motion| Promise {
+                motion,
+                line_khz: panel.lines.first().map(|line| 1e-3 * line.frequency),
+                after_ms: 1e3 * panel.time_s,
+            }),
+            ..TourStep::default()
         }
     }
 
@@ -329,6 +394,19 @@ impl StatusStore {
             .push(name.to_string_lossy().into_owned());
     }
 
+    /// Fills the text of the lesson with the last type of motion, which is newer than its measurements.
+    fn update_lesson(&self) {
+        let (lesson, regime) = {
+            let recent = lock(&self.recent);
+            (recent.lesson.clone(), recent.regime)
+        };
+        if let Some(lesson) = lesson {
+            let mut lesson = Lesson::clone(&lesson);
+            lesson.measured.regime = regime;
+            self.panel().lesson = crate::text::lesson(&lesson);
+        }
+    }
+
     fn panel(&self) -> MutexGuard<'_, Panel> {
         lock(&self.panel)
     }
@@ -363,11 +441,41 @@ impl StatusStore {
         }
         let mut recent = lock(&self.recent);
         recent.push(frame);
-        let held = recent.tilt.map(|(_, since)| panel.time_s - since);
-        panel.tilt_moves = held.is_some_and(|held| held < RecentSamples::HOLD);
+        let [low, high] = range(recent.tilts.iter().map(|(_, deg)| *deg));
+        panel.tilt_moves = high - low > RecentSamples::HELD;
         panel.peak_velocity_mm_per_s = 1e3 * recent.peak_velocity();
         panel.nodes = recent.nodes();
     }
+}
+
+/// The heading of a commentary.
+fn heading(text: &str) -> Option<&str> {
+    text.lines().next()?.strip_prefix("## ")
+}
+
+/// The commentary under the verdict on the present motion as its heading. What the spectrum looks like is left out if it
+/// contradicts the type of motion, whose classification has more evidence.
+fn commentary(panel: &Panel, appearance: Option<Appearance>) -> String {
+    let text = &panel.narration;
+    let (Some(appearance), Some(regime)) = (appearance, panel.regime.as_deref()) else {
+        return text.clone();
+    };
+    let agrees = match appearance {
+        Appearance::Tone => regime == "periodic",
+        Appearance::TwoTones => regime == "quasi-periodic",
+        Appearance::Broad => ["chaotic", "noise"].contains(&regime),
+        Appearance::AtRest | Appearance::Silent => ["at rest", "silent"].contains(&regime),
+        Appearance::Unsettled => false,
+        // A change that the classification of a longer window may not see yet.
+        Appearance::Growing | Appearance::Fading | Appearance::Settling => return text.clone(),
+    };
+    let mut verdict = panel.motion.clone();
+    verdict[..1].make_ascii_uppercase();
+    let parts = text
+        .split("\n\n")
+        .skip(if agrees && !panel.tilt_moves { 1 } else { 2 });
+    let parts = std::iter::once(format!("## {verdict}")).chain(parts.map(str::to_owned));
+    parts.collect::<Vec<_>>().join("\n\n")
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -376,7 +484,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Sink that updates the values of the panel.
-pub struct StatusSink(pub std::sync::Arc<StatusStore>);
+pub struct StatusSink(pub Arc<StatusStore>);
 
 impl Sink for StatusSink {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
@@ -385,9 +493,19 @@ impl Sink for StatusSink {
             Record::Header(header) => store.update_from_header(&header),
             Record::Samples(frame) => store.update_from_frame(&frame),
             Record::Spectrum { peaks, .. } => {
+                let is_harmonic = |label: &str| {
+                    let order = label.strip_suffix(" f1");
+                    order.is_some_and(|order| order.parse::<u32>().is_ok())
+                };
+                let harmonics = peaks.iter().filter(|line| is_harmonic(&line.label));
+                lock(&store.recent).lines = (peaks.len(), harmonics.count());
                 store.panel().lines = peaks.into_iter().take(LINES).collect();
             }
             Record::Regime { verdict, .. } => {
+                let before = lock(&store.recent).regime.replace(verdict.regime);
+                if before != Some(verdict.regime) {
+                    store.update_lesson();
+                }
                 let mut panel = store.panel();
                 panel.confidence = verdict.decided_confidence();
                 panel.regime = Some(match panel.confidence {
@@ -396,9 +514,16 @@ impl Sink for StatusSink {
                 });
             }
             Record::Narration { observation, .. } => {
+                lock(&store.recent).appearance = match &observation {
+                    Observation::Vibration(vibration) => Some(vibration.appearance),
+                    Observation::Separated { .. } | Observation::Exponents(_) => None,
+                };
                 store.panel().narration = crate::text::narration(&observation);
             }
-            Record::Lesson(lesson) => store.panel().lesson = crate::text::lesson(&lesson),
+            Record::Lesson(lesson) => {
+                lock(&store.recent).lesson = Some(lesson);
+                store.update_lesson();
+            }
             Record::Event { time, text } | Record::Warning { time, text } => {
                 store.log(time, text);
             }
@@ -414,8 +539,6 @@ impl Sink for StatusSink {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::pipeline::message::DisplayRates;
     use crate::pipeline::{Analyser, controllable_source};
@@ -438,6 +561,16 @@ mod tests {
 
     /// The panel after a run of a scene, in frames of the given playback speed (simulated seconds per second).
     fn panel_at(scene: &str, speed: f64, duration_ms: f64) -> Panel {
+        follow(scene, speed, duration_ms, |_| {}).read(None, 0)
+    }
+
+    /// The same, with a function that is called after each frame.
+    fn follow(
+        scene: &str,
+        speed: f64,
+        duration_ms: f64,
+        mut after: impl FnMut(&StatusStore),
+    ) -> Arc<StatusStore> {
         let scene = Scene::load(scene).unwrap();
         let scene = scene.with_duration(duration_ms).unwrap();
         let mut source = controllable_source(&scene).unwrap();
@@ -450,8 +583,9 @@ mod tests {
         sink.accept(Record::Header(Arc::new(header))).unwrap();
         while let Some(frame) = source.next_frame().unwrap() {
             analyser.push(&Arc::new(frame), &mut sink).unwrap();
+            after(&store);
         }
-        store.read(None, 0)
+        store
     }
 
     #[test]
@@ -477,23 +611,86 @@ mod tests {
         header.title = "Torus".to_owned();
         header.rest_speed = 1e-6;
         sink.accept(Record::Header(Arc::new(header))).unwrap();
-        let frame = |tilt: f64, velocity| Frame {
+        let frame = |t0, tilt: f64, velocity| Frame {
+            t0,
             dt: 1e-5,
             tilt,
             velocity: vec![velocity; 1000],
             displacement: vec![0.0; 1000],
             ..Frame::default()
         };
-        store.update_from_frame(&frame(0.0, 1e-3));
+        store.update_from_frame(&frame(0.0, 0.0, 1e-3));
         assert_eq!(store.read(None, 0).now, "not yet classified");
         store.panel().regime = Some("chaotic".to_owned());
-        store.update_from_frame(&frame(5f64.to_radians(), 1e-3));
+        store.panel().confidence = Some(0.9);
+        store.update_from_frame(&frame(0.01, 5f64.to_radians(), 1e-3));
+        let motion = |store: &StatusStore| store.read(None, 0).motion;
+        assert_eq!(motion(&store), "the tilt moves");
+        assert_eq!(store.bookmark().promise, None);
+        store.update_from_frame(&frame(0.06, 5f64.to_radians(), 1e-3));
         let panel = store.read(None, 0);
         let words = "chaotic, at a tilt of 5.00° instead of the scene's 0.00°";
         assert_eq!((panel.title.as_str(), panel.now.as_str()), ("Torus", words));
-        store.update_from_frame(&frame(0.0, 1e-7));
+        assert_eq!(store.bookmark().promise.unwrap().motion, "chaotic");
+        store.update_from_frame(&frame(0.12, 0.0, 1e-7));
         let panel = store.read(None, 0);
         assert_eq!((panel.now.as_str(), panel.confidence), ("at rest", None));
+    }
+
+    /// Header, commentary, bookmark and lines never contradict each other, in a run that passes silence, tones, tori and chaos
+    /// and in one with a hysteresis.
+    #[test]
+    fn there_is_one_verdict() {
+        for (scene, duration_ms) in [
+            ("tilt-ramp", 280.0),
+            ("hysteresis", 400.0),
+            ("chaos-5deg", 150.0),
+        ] {
+            let mut verdicts = std::collections::HashSet::new();
+            follow(scene, 0.25, duration_ms, |store| {
+                let panel = store.read(None, 0);
+                let (motion, text) = (panel.motion.as_str(), panel.narration.as_str());
+                let never: &[&str] = match motion.split(':').next().unwrap_or_default() {
+                    "periodic" => &[
+                        "broadband floor",
+                        "wo base frequencies",
+                        "on a torus",
+                        "Silent",
+                    ],
+                    "quasi-periodic" => {
+                        &["broadband floor", "One fundamental", "one tone", "Silent"]
+                    }
+                    "chaotic" => &[
+                        "One fundamental",
+                        "one tone",
+                        "never exactly repeats",
+                        "Silent",
+                    ],
+                    "the tilt moves" => &[
+                        "One fundamental",
+                        "never exactly repeats",
+                        "broadband floor",
+                    ],
+                    _ => &[],
+                };
+                for words in never {
+                    assert!(!text.contains(words), "{scene}: {motion}, but {text}");
+                }
+                assert!(panel.now.starts_with(motion), "{}", panel.now);
+                let lesson = panel
+                    .lesson
+                    .lines()
+                    .find(|line| line.contains("by the last classification |"));
+                if let (Some(line), Some(regime)) = (lesson, &panel.regime) {
+                    assert!(
+                        line.contains(regime.split(' ').next().unwrap()),
+                        "{regime}, but {line}"
+                    );
+                }
+                verdicts.insert(motion.to_owned());
+            });
+            assert!(verdicts.len() > 1, "{scene}: {verdicts:?}");
+        }
     }
 
     #[test]

@@ -6,9 +6,11 @@
 //! | `/control` | web socket: commands to the server, panel and rejections to the client, as JSON |
 //! | `/views` | web socket: data of the views, binary, see [`ViewStore`](super::ViewStore) |
 //! | `/sound` | web socket: sound at 48 kHz, 32-bit floats, binary |
-//! | `/b/control`, `/b/views`, `/b/sound` | the same for a second run, which starts with its first client |
+//! | `/b/control`, `/b/views`, ... | the same for a second run, which starts with its first client |
 //! | `/diagram.json` | branch diagram of the scene over the tilt, [`TiltDiagram`](crate::study::branch::TiltDiagram); 204 without one; the panel says when it is complete |
 //! | `/tour.json` | the guided tour and the bookmarks |
+//! | `/bookmark.json` | a bookmark of the present motion, with its state |
+//! | `/lesson.json` | the pictures of the lesson, [`Panel`](crate::plot::Panel)s |
 //! | `/recordings/NAME` | a complete recording of this session |
 //!
 //! If other machines can reach the page, its address contains a key that decides whether a client controls the run
@@ -198,6 +200,7 @@ impl Page {
         let shared = Arc::new(Shared {
             session,
             audience_url: keys.as_ref().map(|keys| keyed(&keys.audience)),
+            bookmarks: Tour::bookmarks(),
             second: second.map(SecondRun::new),
         });
         let router = router(Arc::clone(&shared));
@@ -247,6 +250,8 @@ fn router(shared: Arc<Shared>) -> Router {
 /// Web sockets of one run.
 fn run_routes(session: &Arc<Session>) -> Router<Arc<Shared>> {
     Router::new()
+        .route("/bookmark.json", get(bookmark))
+        .route("/lesson.json", get(lesson))
         .route("/control", get(sockets::control))
         .route("/views", get(sockets::views))
         .route("/sound", get(sockets::sound))
@@ -261,10 +266,22 @@ async fn diagram(State(shared): State<Arc<Shared>>) -> Response {
     }
 }
 
+/// A value as JSON.
+fn json(value: &impl serde::Serialize) -> Response {
+    let text = serde_json::to_string(value).unwrap_or_default();
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
 async fn tour(State(shared): State<Arc<Shared>>) -> Response {
-    let kind = (header::CONTENT_TYPE, "application/json");
-    let sent = serde_json::json!({ "tour": shared.session.tour(), "bookmarks": Tour::bookmarks() });
-    ([kind], sent.to_string()).into_response()
+    json(&serde_json::json!({ "tour": shared.session.tour(), "bookmarks": shared.bookmarks }))
+}
+
+async fn bookmark(Extension(session): Extension<Arc<Session>>) -> Response {
+    json(&session.bookmark())
+}
+
+async fn lesson(Extension(session): Extension<Arc<Session>>) -> Response {
+    json(&session.views.lesson())
 }
 
 /// A complete recording of this session, for a download.

@@ -8,13 +8,13 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-pub(super) use self::commands::change_all;
+pub(super) use self::commands::{check_state, preset_scene, start_commands};
 use super::audio::AudioStream;
 use super::command::Promise;
 use super::diagram::{BifurcationEvents, DiagramStore};
 use super::panel::{Panel, StatusSink, StatusStore};
 use super::recorder::{Recorder, RecordingControl, SavedFile};
-use super::tour::Tour;
+use super::tour::{Tour, TourStep};
 use super::views::ViewStore;
 use crate::escape;
 use crate::pipeline::message::Summary;
@@ -91,7 +91,9 @@ struct Current {
     step: Option<usize>,
     /// Whether all pages are black.
     blank: bool,
-    /// The motion that the run was started for.
+    /// What the run was started with, without the playback speed: a restart repeats it.
+    opening: TourStep,
+    /// The motion that the run was started for, until it is changed by hand.
     promise: Option<Promise>,
     wav: Option<PathBuf>,
 }
@@ -116,6 +118,7 @@ impl Session {
                 stopped: false,
                 step: None,
                 blank: false,
+                opening: TourStep::of_scene(&plan.scene.name),
                 promise: None,
                 wav: plan.wav,
             }),
@@ -268,6 +271,14 @@ impl Session {
         };
         panel.departure = promise.and_then(|promise| panel.departure_from(&promise));
         panel
+    }
+
+    /// A bookmark of the present motion, without a name and views.
+    pub fn bookmark(&self) -> TourStep {
+        TourStep {
+            speed_ms_per_s: Some(1e3 * self.current().speed),
+            ..self.store.bookmark()
+        }
     }
 
     /// The branch diagram of the present scene as JSON; `None` if it has none, or none yet.

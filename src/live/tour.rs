@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::command::{KICK_RANGE, Opening, Promise, SPEED_RANGE, check_range};
-use super::session::change_all;
-use crate::scene::{self, PRESETS};
+use super::command::{Promise, Rejected};
+use super::session::{check_state, preset_scene, start_commands};
+use crate::pipeline::RunState;
 
 /// The tour that ships.
 const SHIPPED: &str = include_str!("../../assets/tour/squeak.toml");
@@ -25,13 +25,14 @@ pub struct Tour {
     pub steps: Vec<TourStep>,
 }
 
-/// A step of a guided tour.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A step of a guided tour, or a bookmark: a scene with its settings, and the motion that they lead to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TourStep {
-    /// What to say: a large sentence for the audience.
+    /// What to say: a large sentence for the audience, or the name of a bookmark.
+    #[serde(default)]
     pub say: String,
-    /// Name of the scene, which restarts.
+    /// Name of a preset, or of the first scene of the session, which restarts.
     pub scene: String,
     /// Changed numbers of the scene by their keys, in the units of these: `{ tilt_deg = 1.75 }`.
     #[serde(default)]
@@ -42,7 +43,10 @@ pub struct TourStep {
     /// Kick at the start in addition to that of the scene, mm/s; none by default.
     #[serde(default)]
     pub kick_mm_per_s: Option<f64>,
-    /// The motion that the step leads to, if known.
+    /// The state to start from; that of the scene by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<RunState>,
+    /// The motion that it leads to, if known.
     #[serde(default)]
     pub promise: Option<Promise>,
     /// Views; unchanged by default.
@@ -78,6 +82,8 @@ pub enum TourView {
     Body,
     /// Diagram of the branches.
     Branches,
+    /// Pictures of the lesson.
+    Lesson,
 }
 
 /// A quantity that a tour reads in the run.
@@ -148,44 +154,30 @@ impl Tour {
             return Err("it has no steps; add a table `[[step]]`".to_owned());
         }
         for (k, step) in self.steps.iter().enumerate() {
-            let checked = step.check();
-            checked.map_err(|reason| format!("step {}: {reason}", k + 1))?;
+            step.check()
+                .map_err(|reason| format!("step {}: {reason}", k + 1))?;
         }
         Ok(())
     }
 }
 
 impl TourStep {
-    /// The scene of the step with its settings.
-    pub(super) fn opening(&self) -> Opening {
-        Opening {
-            scene: self.scene.clone(),
-            set: self.set.clone(),
-            speed_ms_per_s: self.speed_ms_per_s,
-            kick_mm_per_s: self.kick_mm_per_s,
-            promise: self.promise.clone(),
+    /// A scene as it is.
+    pub(super) fn of_scene(name: &str) -> Self {
+        Self {
+            scene: name.to_owned(),
+            ..Self::default()
         }
     }
 
-    fn check(&self) -> Result<(), String> {
-        let name = &self.scene;
-        let Some(preset) = scene::preset(name) else {
-            let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-            let known = known.join(", ");
-            return Err(format!("unknown scene `{name}`; choose one of: {known}"));
-        };
-        let scene = preset.scene().map_err(|fault| fault.to_string())?;
-        change_all(&scene, &self.set).map_err(|refused| refused.to_string())?;
-        let ranges = [
-            ("`speed_ms_per_s`", self.speed_ms_per_s, SPEED_RANGE, "ms/s"),
-            ("`kick_mm_per_s`", self.kick_mm_per_s, KICK_RANGE, "mm/s"),
-        ];
-        for (name, value, range, unit) in ranges {
-            if let Some(value) = value {
-                check_range(name, value, range, unit).map_err(|refused| refused.to_string())?;
-            }
+    /// Checks the values as the command that opens the step does.
+    fn check(&self) -> Result<(), Rejected> {
+        if self.say.is_empty() {
+            return Err(Rejected("`say` is missing".to_owned()));
         }
-        Ok(())
+        let scene = preset_scene(&self.scene)?;
+        check_state(&scene, self.state.as_ref())?;
+        start_commands(&scene, self).map(drop)
     }
 }
 

@@ -15,6 +15,7 @@ use self::encode::Message;
 use self::store::State;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Delivery, Sink, SinkError};
+use crate::plot::Panel;
 
 pub use self::store::ViewCursor;
 
@@ -50,6 +51,11 @@ impl ViewStore {
         let mut message = Message::default();
         self.state().write(cursor, &mut message);
         (!message.is_empty()).then(|| message.finish())
+    }
+
+    /// The pictures of the lesson; empty for a scene without one.
+    pub fn lesson(&self) -> Vec<Panel> {
+        self.state().lesson()
     }
 
     /// Creates the sink of a run. `magnification` is that of the displacements of the body.
@@ -111,7 +117,7 @@ mod tests {
     use super::*;
     use crate::pipeline::message::DisplayRates;
     use crate::pipeline::{Analyser, controllable_source};
-    use crate::scene::Scene;
+    use crate::scene::{Mechanism, Scene};
 
     /// Header of a message.
     fn header(message: &[u8]) -> Value {
@@ -170,6 +176,39 @@ mod tests {
             assert!(
                 messages.iter().any(|m| count(m, picture) > Some(0)),
                 "{picture}"
+            );
+        }
+    }
+
+    /// The pictures that the text of each lesson names have data.
+    #[test]
+    fn every_lesson_has_its_pictures() {
+        for preset in crate::scene::PRESETS {
+            let scene = preset.scene().unwrap();
+            let Some(mechanism) = scene.mechanism else {
+                continue;
+            };
+            let mut pictures = Vec::new();
+            // A perturbed trajectory starts after the settling time.
+            let is_chaos = mechanism == Mechanism::Chaos;
+            let duration_ms = if is_chaos { 200.0 } else { 60.0 };
+            run(preset.name, 0.05, duration_ms, |store| {
+                pictures = store.lesson();
+            });
+            assert!(!pictures.is_empty(), "{mechanism:?}");
+            for panel in &pictures {
+                let points = panel.layers.iter().flat_map(|layer| layer.points_of());
+                let drawn = points.filter(|p| p.iter().all(|x| x.is_finite())).count();
+                let varies = ["Strongest line over tilt"].contains(&panel.title.as_str());
+                assert!(drawn > 1 || varies, "{}: {}", preset.name, panel.title);
+                assert!(panel.x.range[0] < panel.x.range[1] && panel.y.range[0] < panel.y.range[1]);
+            }
+            let text = serde_json::to_string(&pictures).unwrap();
+            assert!(
+                text.len() < 400_000,
+                "{}: {} bytes",
+                preset.name,
+                text.len()
             );
         }
     }

@@ -188,11 +188,17 @@ impl InteractiveSource {
 
     /// Applies the changed numbers and the kicks with which the next frame starts.
     fn apply_changes(&mut self) -> Result<(), PipelineError> {
-        let (values, kicks) = {
+        let (start, values, kicks) = {
             let mut pending = lock(&self.pending);
             let values = std::mem::take(&mut pending.values);
-            (values, std::mem::take(&mut pending.kicks))
+            let kicks = std::mem::take(&mut pending.kicks);
+            (pending.start.take(), values, kicks)
         };
+        if let Some(start) = &start {
+            self.source.seek(start.time_s)?;
+            self.anchor = (Instant::now(), self.source.time());
+            self.measured = self.anchor;
+        }
         for (parameter, value) in values {
             let change = parameter.with_value(value);
             self.done.push(match self.source.set(parameter, value) {
@@ -201,6 +207,9 @@ impl InteractiveSource {
                 Err(PipelineError::Assembly(error)) => format!("{change} refused: {error}"),
                 applied => applied.map(|()| change)?,
             });
+        }
+        if let Some(start) = &start {
+            self.source.set_state(&start.values)?;
         }
         for (size, seed) in kicks {
             self.source.kick(size, seed)?;
@@ -315,7 +324,7 @@ mod tests {
 
     use super::*;
     use crate::pipeline::message::Record;
-    use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, controllable_source};
+    use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, RunState, controllable_source};
     use crate::scene::{Parameter, Scene};
 
     fn interactive(scene: &str, speed: f64) -> (InteractiveSource, RunHandle) {
@@ -358,6 +367,40 @@ mod tests {
         assert_eq!(frame.tilt, 4.5_f64.to_radians());
         assert_eq!(frame.events, ["tilt 4.5 deg"], "only the last tilt applies");
         assert_eq!(next(&mut run).events, [""; 0]);
+    }
+
+    #[test]
+    fn a_run_continues_from_the_state_of_another() {
+        for scene in [
+            "doubled-torus-3deg",
+            "bristles",
+            "articulation",
+            "impact-oscillator",
+            "mass-on-belt",
+        ] {
+            let (mut first, _kept) = interactive(scene, FAST);
+            let before = next(&mut first);
+            let state = RunState {
+                time_s: before.end() - before.dt,
+                values: before.state,
+            };
+            let (mut second, handle) = interactive(scene, FAST);
+            handle.send(RunCommand::Continue(state)).unwrap();
+            let (expected, found) = (next(&mut first), next(&mut second));
+            assert!((found.t0 - expected.t0 + expected.dt).abs() < 1e-9);
+            assert_eq!(
+                (found.tilt, found.load),
+                (expected.tilt, expected.load),
+                "{scene}"
+            );
+            let size = expected
+                .velocity
+                .iter()
+                .fold(0.0, |m: f64, v| m.max(v.abs()));
+            for (a, b) in expected.velocity.iter().zip(&found.velocity[1..]).take(400) {
+                assert!((a - b).abs() < 1e-3 * size, "{scene}: {a} {b} of {size}");
+            }
+        }
     }
 
     /// Commands that do not act on the load leave the motion bit-identical.

@@ -39,7 +39,7 @@ mod stop_tests;
 pub use analyse::Analyser;
 pub use error::{AnalyseError, PipelineError, RecorderStopped};
 pub use motion_changes::ChangeDetector;
-pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, TooManyKicks};
+pub use pending::{MAX_KICKS_PER_FRAME, PendingCommands, RunCommand, RunState, TooManyKicks};
 pub use prepare::{Prepared, initial_state, prepare, prepare_reusing_body};
 pub use signal_source::SignalSource;
 // Only a live run of the command line uses these.

@@ -1,10 +1,24 @@
 //! Commands that wait for the next frame, combined into bounded memory.
 
+use serde::{Deserialize, Serialize};
+
 use crate::scene::Parameter;
+
+/// A state of a run at a sample. A run of the same scene continues from it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunState {
+    /// Simulated time, s: schedules of the scene continue there.
+    pub time_s: f64,
+    /// Modal coordinates, modal velocities and states of friction, as the integrator has them.
+    pub values: Vec<f64>,
+}
 
 /// A command to an interactive run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunCommand {
+    /// Start at the time of a state and from it. Only before the first frame.
+    Continue(RunState),
     /// Change a number of the scene, in the unit of a scene file; see
     /// [`ControllableSource::set`](super::ControllableSource::set).
     Set(Parameter, f64),
@@ -42,6 +56,8 @@ pub struct TooManyKicks;
 /// after the changed numbers. An end is final.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PendingCommands {
+    /// State from which the run starts; its own start by default.
+    pub(super) start: Option<RunState>,
     /// Changed numbers with their values in the unit of a scene file, each number once.
     pub(super) values: Vec<(Parameter, f64)>,
     /// Size (sqrt(kg) m/s) and seed of each kick.
@@ -67,6 +83,7 @@ impl PendingCommands {
     pub fn add(&mut self, command: RunCommand) -> Result<(), TooManyKicks> {
         let control = &mut self.control;
         match command {
+            RunCommand::Continue(state) => self.start = Some(state),
             RunCommand::Set(parameter, value) => {
                 self.values.retain(|(known, _)| *known != parameter);
                 self.values.push((parameter, value));
@@ -107,6 +124,7 @@ mod tests {
         }
         assert_eq!(refused, 1_000_000 - MAX_KICKS_PER_FRAME as u64);
         let expected = PendingCommands {
+            start: None,
             values: vec![(Parameter::tilt(), 999_999.0)],
             kicks: (0..MAX_KICKS_PER_FRAME as u64)
                 .map(|k| (k as f64, k))

@@ -111,7 +111,7 @@ impl SensitivityTracker {
         reached: Reached<'_>,
     ) -> Option<Exponents> {
         let since = reached.index.checked_sub(due.from)?;
-        if since == 0 {
+        if self.detector.is_none() {
             integrator.reset_growth();
             let detector = ChangeDetector::new(sys, integrator, reached.time, self.interval);
             self.detector = Some(detector);

@@ -468,6 +468,9 @@ impl Source for Simulation {
         self.next_sample += frame.len() as u64;
         self.frames += 1;
         self.busy_seconds += began.elapsed().as_secs_f64();
+        if self.shown.is_some() {
+            frame.state = self.z[..self.joint.tangent_dim()].to_vec();
+        }
         frame.stats = self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
         frame.error = self.integrator.take_error_estimate();
@@ -483,6 +486,27 @@ impl Source for Simulation {
 impl ControllableSource for Simulation {
     fn run_until_stopped(&mut self) {
         self.controls = Some(self.scene.live_controls());
+    }
+
+    fn seek(&mut self, time: f64) -> Result<(), PipelineError> {
+        self.next_sample = (time * self.scene.sample_rate).round() as u64;
+        let time = self.time();
+        self.integrator.start(&self.joint, time, &self.z)?;
+        while self.clock.take_jump(time).is_some() {}
+        self.apply_loading(time)
+    }
+
+    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError> {
+        let mut z = values.to_vec();
+        z.resize(values.len() + self.joint.quadratures(), 0.0);
+        self.integrator.start(&self.joint, self.time(), &z)?;
+        let q = &z[..self.joint.modes()];
+        self.joint.separated_nodes(q, &mut self.separated[0]);
+        self.audit = Audit {
+            start: self.joint.energy(&z).total(),
+            added: 0.0,
+        };
+        Ok(())
     }
 
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {

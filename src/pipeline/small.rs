@@ -151,6 +151,9 @@ impl Source for SmallSimulation {
         if frame.is_empty() {
             return Ok(None);
         }
+        if self.shown.is_some() {
+            frame.state.clone_from(z);
+        }
         frame.stats = integrator.stats();
         frame.error = integrator.take_error_estimate();
         self.crossings += frame.transitions;
@@ -169,6 +172,20 @@ impl Source for SmallSimulation {
 impl ControllableSource for SmallSimulation {
     fn run_until_stopped(&mut self) {
         self.controls = Some(self.scene.live_controls());
+    }
+
+    fn seek(&mut self, time: f64) -> Result<(), PipelineError> {
+        self.next_sample = (time * self.scene.sample_rate).round() as u64;
+        let state = self.prepared.state.clone();
+        self.set_state(&state)
+    }
+
+    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError> {
+        let time = self.time();
+        let Prepared {
+            system, integrator, ..
+        } = &mut self.prepared;
+        Ok(integrator.start(system.as_ref(), time, values)?)
     }
 
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {

@@ -40,6 +40,19 @@ pub trait ControllableSource: Source {
     /// Lets the run continue after the planned time.
     fn run_until_stopped(&mut self);
 
+    /// Sets the time of the first sample, s, at which the schedules of the scene continue. [`Self::set_state`] follows.
+    ///
+    /// # Errors
+    /// If the loading of this time is not possible.
+    fn seek(&mut self, time: f64) -> Result<(), PipelineError>;
+
+    /// Sets the state at the next sample: modal coordinates, modal velocities and states of friction, all relative to the
+    /// steady sliding under the present numbers.
+    ///
+    /// # Errors
+    /// If their number is wrong, or the integrator cannot start.
+    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError>;
+
     /// Changes a number of the scene from the next sample on, in the unit of a scene file; see [`Scene::set`]. The
     /// motion continues from its present state. A tilt replaces the tilt schedule of the scene.
     ///

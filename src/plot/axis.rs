@@ -1,9 +1,11 @@
 //! Axes: quantity, unit, range, scale and ticks.
 
+use serde::Serialize;
+
 use crate::analysis::range;
 
 /// An axis of a panel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// The quantity; may be empty.
     pub name: String,
@@ -16,7 +18,7 @@ pub struct Axis {
 }
 
 /// The scale of an axis: the mapping of values to positions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Scale {
     /// Linear.
     Linear,

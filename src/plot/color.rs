@@ -4,6 +4,8 @@
 //! Ito 2008). Exponents are violet, the largest the most saturated. Families of settings, measures and modes
 //! have muted hues (after Tol 2021).
 
+use serde::{Serialize, Serializer};
+
 use crate::analysis::Regime;
 
 /// An RGB colour: red, green, blue.
@@ -22,6 +24,10 @@ pub enum Color {
     Grid,
     /// A selected or detected value: spectral lines, the chosen delay.
     Accent,
+    /// The run itself: measured values, a rising parameter. Blue.
+    Run,
+    /// What the run is compared with: computed values, a falling parameter, a perturbed copy. Orange.
+    Compared,
     /// A type of motion.
     Regime(Regime),
     /// A Lyapunov exponent by index, from 0.
@@ -59,6 +65,8 @@ impl Color {
             Self::Pale => [214, 218, 223],
             Self::Grid => [232, 234, 237],
             Self::Accent => [190, 20, 80],
+            Self::Run => [0, 85, 138],
+            Self::Compared => [184, 67, 0],
             Self::Regime(regime) => match regime {
                 Regime::Silent => [205, 209, 214],
                 Regime::Periodic => [0, 114, 178],
@@ -81,6 +89,8 @@ impl Color {
             Self::Pale => [85, 95, 109],
             Self::Grid => [46, 52, 61],
             Self::Accent => [255, 105, 145],
+            Self::Run => [107, 201, 255],
+            Self::Compared => [255, 154, 77],
             Self::Regime(regime) => match regime {
                 Regime::Silent => [90, 102, 120],
                 Regime::Periodic => [86, 180, 233],
@@ -93,6 +103,13 @@ impl Color {
             Self::Exponent(k) => EXPONENTS[k % EXPONENTS.len()][1],
             Self::Series(k) => SERIES[k % SERIES.len()][1],
         }
+    }
+}
+
+/// The colours on a light and on a dark background.
+impl Serialize for Color {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        [self.on_light(), self.on_dark()].serialize(serializer)
     }
 }
 

@@ -1,5 +1,7 @@
 //! A figure as data, independent of the output format.
 
+use serde::Serialize;
+
 use super::axis::Axis;
 use super::color::{Color, Rgb};
 
@@ -60,7 +62,7 @@ impl Figure {
 }
 
 /// Two axes with layers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Panel {
     /// A short title.
     pub title: String,
@@ -156,7 +158,7 @@ impl Panel {
 }
 
 /// One element of a panel. Values outside the axes are clipped; non-finite values are skipped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Layer {
     /// Entity of the layer in a recording, relative to that of the panel.
     pub id: String,
@@ -169,7 +171,7 @@ pub struct Layer {
 }
 
 /// The geometry of a layer. Widths and radii are in points for a font size of 8 points.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Shape {
     /// Polylines.
     Lines {
@@ -207,7 +209,7 @@ pub enum Shape {
 }
 
 /// The shape of a marker.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Marker {
     /// A filled circle.
     #[default]
@@ -234,7 +236,7 @@ pub struct Bar {
 }
 
 /// An indexed image of at most 256 colours.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Image {
     /// Left and right end on the horizontal axis.
     pub x: [f64; 2],
@@ -249,7 +251,7 @@ pub struct Image {
 }
 
 /// A palette entry.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swatch {
     /// Colour on a light background.
     pub light: Rgb,
@@ -372,6 +374,16 @@ impl Layer {
             Shape::Lines { strips, .. } => strips.last()?.last().copied(),
             _ => None,
         }
+    }
+
+    /// All points of lines and of points.
+    pub fn points_of(&self) -> impl Iterator<Item = [f64; 2]> {
+        let (strips, points) = match &self.shape {
+            Shape::Lines { strips, .. } => (&strips[..], &[][..]),
+            Shape::Points { points, .. } => (&[][..], &points[..]),
+            _ => (&[][..], &[][..]),
+        };
+        strips.iter().flatten().chain(points).copied()
     }
 
     /// Whether the layer has points.

@@ -18,10 +18,9 @@ use super::{
 use crate::{
     analysis::range,
     pipeline::message::{
-        self, CurveQuantity, Header, LevelSample, MechanismPrediction, PredictedCurves,
-        TiltDirection, TiltedTone,
+        self, Header, LevelSample, MechanismPrediction, PredictedCurves, TiltDirection, TiltedTone,
     },
-    plot::{self, Axis, Layer, Panel},
+    plot::{Axis, prediction_panel},
     scene::Mechanism,
     text::LessonText,
 };
@@ -65,7 +64,7 @@ impl Lesson {
             draw_modes(rec, computed, spectrum)?;
         }
         if let Some(picture) = &computed.picture {
-            picture_view().draw(rec, None, &picture_panel(picture))?;
+            picture_view().draw(rec, None, &prediction_panel(picture))?;
         }
         let hysteresis = loop_plot(header);
         if let Some(plot) = &hysteresis {
@@ -181,73 +180,13 @@ pub fn loop_bounds(header: &Header) -> Option<Bounds> {
     loop_plot(header).map(|plot| plot.bounds())
 }
 
-/// The title of a computed plot.
-pub fn picture_title(picture: &PredictedCurves) -> &'static str {
-    match picture.subject {
-        CurveQuantity::Friction => "Computed friction curve; dots: steady sliding",
-        CurveQuantity::MeasuredFriction => {
-            "Friction curve; dots: measured points and steady sliding"
-        }
-        CurveQuantity::SlopeByFrequency => {
-            "Computed slope of friction for an oscillation of the speed; dots: the modes"
-        }
-        CurveQuantity::GrowthByTilt => {
-            "Computed growth rate of the fastest mode over the tilt; dots: zero"
-        }
-        CurveQuantity::SecondToneByTilt => {
-            "Computed growth rate of the second tone over the tilt; dot: Neimark-Sacker point"
-        }
-        CurveQuantity::Flutter => {
-            "Computed frequencies and growth rate of two coupled modes; dots: this run"
-        }
-    }
-}
-
 fn picture_view() -> PanelView {
     PanelView::new(paths::LESSON_COMPUTED, FIELD)
 }
 
-/// The computed curves and the marks of this run.
-fn picture_panel(picture: &PredictedCurves) -> Panel {
-    let points = || picture.curves.iter().flatten();
-    let [x_low, x_high] = range(points().map(|p| p[0]));
-    let [y_low, y_high] = range(points().map(|p| p[1]));
-    let [x, y] = match picture.subject {
-        CurveQuantity::Friction | CurveQuantity::MeasuredFriction => {
-            ["sliding speed, mm/s", "coefficient of friction"]
-        }
-        CurveQuantity::SlopeByFrequency => ["frequency, Hz", "slope, s/m"],
-        CurveQuantity::GrowthByTilt | CurveQuantity::SecondToneByTilt => {
-            ["tilt, deg", "growth rate, 1/s"]
-        }
-        CurveQuantity::Flutter => ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
-    };
-    let names: &[&str] = match (picture.subject, picture.curves.len()) {
-        (CurveQuantity::Friction, 1) => &["friction on the belt"],
-        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
-        (CurveQuantity::MeasuredFriction, _) => &["curve through the points"],
-        (CurveQuantity::SlopeByFrequency, _) => &["with the state", "in steady sliding"],
-        (CurveQuantity::GrowthByTilt, _) => &["rising tilt", "falling tilt"],
-        (CurveQuantity::SecondToneByTilt, _) => &["by Floquet multipliers"],
-        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
-    };
-    let curves = (0..).zip(&picture.curves).zip(names);
-    let curves = curves.map(|((k, curve), name)| {
-        let curve = Layer::line(curve.clone(), plot::Color::Series(k));
-        curve.with_label(*name).with_id("curves")
-    });
-    let marks = Layer::points(picture.marks.clone(), 4.2, plot::Color::Accent).with_id("marks");
-    Panel::new(
-        picture_title(picture),
-        Axis::linear(x, [x_low, x_high]),
-        Axis::linear(y, [y_low.min(0.0), (1.1 * y_high).max(0.0)]),
-        curves.chain([marks]).collect(),
-    )
-}
-
 /// Bounds of the view of a computed plot.
 pub fn picture_bounds(picture: &PredictedCurves) -> Bounds {
-    picture_view().bounds(&picture_panel(picture))
+    picture_view().bounds(&prediction_panel(picture))
 }
 
 /// Draws the computed frequencies of the unstable modes as vertical lines in the spectrum.

@@ -1,34 +1,32 @@
-// Bookmarks: scene, changed numbers, playback speed, views and the motion reached under a name, kept in this browser.
+// Bookmarks: scene, changed numbers, state, playback speed, views and the motion reached under a name, kept in this browser.
+// The server says what the present motion is.
 
-import { changedNumbers } from "/controls.js";
 import { $, make } from "/dom.js";
 import { T } from "/texts.js";
-
-// Simulated time after which a motion counts as settled, ms.
-const SETTLED = 300;
 
 export class Bookmarks {
   #run;
   #stage;
   #shipped = [];
+  // What the server says of the motion to keep.
+  #present = null;
 
   constructor(run, stage) {
     this.#run = run;
     this.#stage = stage;
     $("bookmark-add").onclick = () => this.#ask();
     $("bookmark-new").onclose = () => this.#add($("bookmark-new").returnValue === "keep" && $("bookmark-name").value.trim());
-    this.#load();
+    this.#draw();
   }
 
-  async #load() {
-    const { bookmarks } = await (await fetch("/tour.json")).json().catch(() => ({}));
-    this.#shipped = bookmarks?.steps ?? [];
+  // Sets the bookmarks that ship.
+  set shipped(steps) {
+    this.#shipped = steps;
     this.#draw();
   }
 
   get #own() {
-    const stored = JSON.parse(localStorage.getItem("bookmarks") ?? "[]");
-    return stored;
+    return JSON.parse(localStorage.getItem("bookmarks") ?? "[]");
   }
 
   #keep(bookmarks) {
@@ -36,25 +34,21 @@ export class Bookmarks {
     this.#draw();
   }
 
-  // Asks for the name of a bookmark.
+  // Asks for the name of a bookmark of the present motion.
   #ask() {
     const { scene, tilt_deg: tilt } = this.#run.panel ?? {};
     if (!scene) return;
+    this.#present = fetch("/bookmark.json").then((answer) => answer.json());
     $("bookmark-name").value = tilt === null ? scene : `${scene}, ${T.degrees(tilt)}`;
     $("bookmark-new").returnValue = "";
     $("bookmark-new").showModal();
     $("bookmark-name").select();
   }
 
-  #add(name) {
-    const { scene, speed, time_s, regime, confidence, lines } = this.#run.panel;
+  async #add(name) {
     if (!name) return;
-    const promise = confidence === null ? null : {
-      motion: regime,
-      line_khz: lines.length ? 1e-3 * lines[0].frequency_hz : null,
-      after_ms: Math.min(1e3 * time_s, SETTLED),
-    };
-    this.#keep([...this.#own, { say: name, scene, set: changedNumbers(this.#run.panel), speed_ms_per_s: 1e3 * speed, views: this.#stage.shown, promise }]);
+    const present = await this.#present;
+    this.#keep([...this.#own, { ...present, say: name, views: this.#stage.shown }]);
   }
 
   #draw() {
@@ -69,8 +63,8 @@ export class Bookmarks {
   }
 
   // Restarts the scene: the motion does not depend on what ran before.
-  open({ scene, set, speed_ms_per_s, promise, views }) {
-    this.#stage.show(views);
-    this.#run.ask({ do: "open", scene, set, speed_ms_per_s, promise });
+  open(bookmark) {
+    this.#stage.show(bookmark.views);
+    this.#run.ask({ do: "open", ...bookmark });
   }
 }

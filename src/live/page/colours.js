@@ -14,6 +14,14 @@ const REGIMES = {
 };
 const UNSTABLE_MODES = ["#96a2a9", "#58a9ff", "#43c59e", "#b98cff", "#ffd166", "#ffa53a", "#ff7a59"];
 
+// Colours of the tones by their octave, on a light and on a dark ground: about 1, 2, 4, 8 and 12 kHz.
+const TONES = [["#6b3fa0", "#c9a5ff"], ["#7a5a00", "#f5c74a"], ["#00558a", "#6bc9ff"], ["#0b7a55", "#43c59e"], ["#a02a78", "#e59ccf"]];
+
+export function toneColour(hz, style) {
+  const octave = Math.round(Math.log2(hz / 1000));
+  return TONES[Math.min(Math.max(octave, 0), TONES.length - 1)][style.light ? 0 : 1];
+}
+
 export function colour(kind) {
   const count = Number.parseInt(kind, 10);
   return REGIMES[kind] ?? UNSTABLE_MODES[Math.min(count, UNSTABLE_MODES.length - 1)] ?? "#888";

@@ -1,13 +1,23 @@
 // The diagram under the slider of the tilt: one row for each way of starting, unstable modes above, marks at the
 // bifurcations, and a marker at the present tilt. The branches themselves are a view of their own.
 
-import { colour } from "/colours.js";
+import { colour, toneColour } from "/colours.js";
 import { $, make, setText } from "/dom.js";
-import { Plot, note, readStyle, short, unit } from "/plot.js";
+import { Labels, Plot, note, readStyle, short, unit } from "/plot.js";
 import { T } from "/texts.js";
 
 // Width of a letter in a band, relative to the size of the type.
 const LETTER = 0.48;
+// Pictures after which the dot of the present motion moves, and the time from which its amplitude is read, s.
+const EVERY = 15;
+const RECENT = 5e-3;
+
+// Half the range of the displacement, m.
+function amplitude({ displacement: u, dt }) {
+  let [low, high] = [Infinity, -Infinity];
+  for (let k = 0; k < Math.min(u.length, RECENT / dt); k++) [low, high] = [Math.min(low, u.at(k)), Math.max(high, u.at(k))];
+  return high > low ? 0.5 * (high - low) : 0;
+}
 
 export class Diagram {
   #range = null;
@@ -86,8 +96,10 @@ export class Diagram {
     $("bands").replaceChildren(...marks, ...this.#counts(), ...drawn, ...this.#markers);
     // Kinds whose bands are too narrow for their names.
     const unnamed = [...kinds].filter(([, named]) => !named);
+    const key = drawn.length ? [make("span", { textContent: T.rowsKey, className: "fine" })] : [];
     $("legend").replaceChildren(
       ...unnamed.map(([kind]) => make("span", {}, make("i", { style: `background:${colour(kind)}` }), kind)),
+      ...key,
     );
     this.#tilts.forEach((deg, run) => this.mark(deg, run));
   }
@@ -137,30 +149,57 @@ export class Branches {
     this.#diagram = diagram;
   }
 
-  version() {
-    return `${this.#diagram.version} ${this.#diagram.tilt}`;
+  version(data) {
+    return `${this.#diagram.version} ${this.#diagram.tilt} ${Math.floor(data.versions.samples / EVERY)}`;
   }
 
   draw(c, width, height, data, style) {
     const full = this.#diagram.full;
     if (!full?.branches?.length) return note(c, width, height, style, this.#diagram.note ?? T.noDiagram);
+    const em = style.em;
     const tilts = full.branches.flatMap((branch) => branch.tilt_deg);
     const most = Math.max(...full.branches.flatMap((branch) => branch.amplitude_m));
     const { per, symbol } = unit(most, "m");
     const x = { range: [Math.min(...tilts), Math.max(...tilts)], label: T.tiltDeg };
     const y = { range: [0, 1.15 * most * per], label: T.amplitudeIn(symbol), format: short };
-    const plot = new Plot(c, width, height, style, x, y, 1.2 * style.em);
+    const plot = new Plot(c, width, height, style, x, y, 1.2 * em);
     plot.axes();
-    plot.clip(() => full.branches.forEach((branch, k) => this.#branch(c, plot, branch, per, k % 2 ? style.second : style.signal)));
+    plot.clip(() => full.branches.forEach((branch) => this.#branch(c, plot, branch, per, toneColour(branch.frequency_hz[0], style))));
     this.#marks(c, plot, full.bifurcations ?? [], style);
+    this.#tones(c, plot, full.branches, per, style);
     const at = plot.X(data.tilt ?? 0);
     c.fillStyle = c.strokeStyle = style.mark;
-    c.setLineDash([]);
     c.lineWidth = 2;
     c.beginPath();
     c.moveTo(at, plot.top);
     c.lineTo(at, plot.bottom);
     c.stroke();
+    // The present motion.
+    c.beginPath();
+    c.arc(at, Math.max(plot.top, plot.Y(per * amplitude(data))), 0.35 * em, 0, 7);
+    c.fill();
+  }
+
+  // The frequency of each branch, where it covers no other one.
+  #tones(c, plot, branches, per, style) {
+    const em = style.em;
+    c.font = `600 ${0.75 * em}px ${style.family}`;
+    c.textAlign = "center";
+    c.textBaseline = "bottom";
+    const taken = [];
+    for (const { tilt_deg, amplitude_m, frequency_hz } of branches) {
+      for (const share of [0.8, 0.5, 0.2, 0.95]) {
+        const k = Math.floor(share * (tilt_deg.length - 1));
+        const text = T.frequency((1e-3 * frequency_hz[k]).toFixed(2));
+        const half = c.measureText(text).width / 2 + 0.2 * em;
+        const [x, y] = [Math.min(Math.max(plot.X(tilt_deg[k]), plot.left + half), plot.right - half), plot.Y(per * amplitude_m[k]) - 0.2 * em];
+        if (taken.some((other) => Math.abs(other.x - x) < other.half + half && Math.abs(other.y - y) < em)) continue;
+        taken.push({ x, y, half });
+        c.fillStyle = toneColour(frequency_hz[k], style);
+        c.fillText(text, x, Math.max(y, plot.top + em));
+        break;
+      }
+    }
   }
 
   #branch(c, plot, { tilt_deg, amplitude_m, stable }, per, colour) {
@@ -190,8 +229,9 @@ export class Branches {
     c.textAlign = "center";
     c.strokeStyle = c.fillStyle = style.text;
     c.lineWidth = 1;
-    // The labels share their row with that of the axis; a second row is below.
-    const ends = [plot.left + 7 * em, plot.left];
+    const labels = new Labels(plot.left, plot.right, 2);
+    // The upper row begins with the label of the axis.
+    labels.block(0, 0, plot.left + 6 * em);
     for (const { kind, tilt_deg } of bifurcations) {
       const at = plot.X(tilt_deg);
       c.setLineDash([2, 3]);
@@ -199,14 +239,17 @@ export class Branches {
       c.moveTo(at, plot.top);
       c.lineTo(at, plot.bottom);
       c.stroke();
+      c.setLineDash([]);
       const name = T.kinds[kind] ?? kind;
       const half = c.measureText(name).width / 2 + 0.3 * em;
-      const middle = Math.min(Math.max(at, plot.left + half), plot.right - half);
-      const row = ends.findIndex((end) => middle - half >= end);
-      if (row < 0) continue;
-      ends[row] = middle + half;
-      c.fillText(name, middle, plot.top + (row - 0.1) * em);
+      const place = labels.place(at, half, half + 3 * em);
+      if (!place) continue;
+      const base = plot.top + (1.1 * place.row - 0.1) * em;
+      c.fillText(name, place.middle, base);
+      c.beginPath();
+      c.moveTo(at, plot.top + 0.3 * em);
+      c.lineTo(Math.min(Math.max(at, place.middle - half), place.middle + half), base);
+      c.stroke();
     }
-    c.setLineDash([]);
   }
 }

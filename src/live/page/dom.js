@@ -19,7 +19,10 @@ export function setText(element, text) {
 }
 
 // Two significant digits, without exponents.
-export const short = (x) => `${Number(x.toPrecision(2))}`;
+export const short = (x) => minus(`${Number(x.toPrecision(2))}`);
+
+// A text with minus signs in front of its negative numbers.
+export const minus = (text) => text.replaceAll(/(^|[\s(±/])-(?=\d)/g, "$1−").replaceAll(" - f", " − f");
 
 // Offers a file for download.
 export function save(blob, name) {

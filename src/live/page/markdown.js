@@ -1,3 +1,5 @@
+import { minus } from "/dom.js";
+
 // Renders the Markdown of the server's texts: headings, lists, tables, bold, italic and code.
 
 export function markdown(where, text) {
@@ -35,7 +37,7 @@ export function markdown(where, text) {
 }
 
 function inline(element, text) {
-  for (const part of text.split(/(\*\*[^*]+\*\*|\*[^*]+\*|`[^`]+`)/)) {
+  for (const part of minus(text).split(/(\*\*[^*]+\*\*|\*[^*]+\*|`[^`]+`)/)) {
     const marked = (tag, cut) => {
       const inner = document.createElement(tag);
       inner.textContent = part.slice(cut, -cut);

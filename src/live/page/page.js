@@ -8,17 +8,18 @@ import { $, setText, shown } from "/dom.js";
 import { Keys } from "/keys.js";
 import { showPanel, speedText } from "/panel.js";
 import { Run } from "/run.js";
-import { fillShare } from "/share.js";
+import { fillShare, fillSheet } from "/share.js";
 import { Sound } from "/sound.js";
 import { Stage } from "/stage.js";
 import { T, fillTexts } from "/texts.js";
-import { restoreTheme, toggleTheme } from "/theme.js";
+import { onSystemTheme, restoreTheme, toggleTheme } from "/theme.js";
 import { Tour } from "/tour.js";
 
 fillTexts(document);
 
 const state = { panel: null, audienceUrl: null, refusedUntil: 0, draggingSpeed: false };
-const sound = new Sound();
+// The sound of a run by the path of its socket.
+const sound = new Sound((path) => (path.startsWith("/b") ? comparison.second : run)?.data);
 const diagram = new Diagram();
 let scenes = [];
 let hardKick = null;
@@ -32,7 +33,7 @@ const run = new Run("", {
     hardKick = sent.hard_kick_mm_per_s;
     state.audienceUrl = sent.audience_url;
     document.body.classList.toggle("audience", !sent.controls);
-    for (const control of document.querySelectorAll("#dock input, #dock button:not(#listen), #scene")) control.disabled = !sent.controls;
+    for (const control of document.querySelectorAll(":is(#dock input, #dock button:not(#listen)):not(#sound *), #scene")) control.disabled = !sent.controls;
     $("compare").hidden = !sent.compares || !sent.controls;
   },
   panel(status, before) {
@@ -56,8 +57,12 @@ const run = new Run("", {
   data: () => stage.request(),
 });
 const stage = new Stage(run, $("views"), [new Branches(diagram)], $("choices"));
-new Bookmarks(run, stage);
+const bookmarks = new Bookmarks(run, stage);
 const tour = new Tour(run, (views) => stage.show(views));
+fetch("/tour.json").then((answer) => answer.json()).then((sent) => {
+  tour.tour = sent.tour;
+  bookmarks.shipped = sent.bookmarks?.steps ?? [];
+});
 const comparison = new Comparison(run, stage, diagram);
 comparison.onRefused = refused;
 comparison.onPanel = showControlled;
@@ -138,6 +143,8 @@ function changeTheme() {
   stage.refresh();
 }
 
+onSystemTheme(() => stage.refresh());
+
 function togglePanel() {
   const alone = document.body.classList.toggle("alone");
   setText($("panel-toggle"), alone ? T.panelShow : T.panelHide);
@@ -161,6 +168,7 @@ function compare() {
 
 // Paper is white.
 window.addEventListener("beforeprint", () => {
+  fillSheet(run);
   document.documentElement.dataset.theme = "light";
   stage.redraw();
 });

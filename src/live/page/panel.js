@@ -23,7 +23,7 @@ export function showPanel(status, before) {
   announce(status);
   setText($("title"), T.sceneAsWritten(status.now, status.title));
   showSpeed(status);
-  const sure = status.confidence === null ? "" : T.confidence(Math.round(100 * status.confidence));
+  const sure = status.confidence === null || status.tilt_moves ? "" : T.confidence(Math.round(100 * status.confidence));
   setText($("regime"), motion(status) + sure);
   const lines = status.lines.length ? status.lines.slice(0, 3).map(line) : [T.noLines];
   $("lines").replaceChildren(...lines);
@@ -39,18 +39,20 @@ export function showPanel(status, before) {
 
 export const peakVelocity = (status) => (status.regime === "at rest" ? T.atRest : `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`);
 
-// The type of motion; if the scene classifies nothing, the heading of the commentary.
-export const motion = (status) => status.regime ?? /^## (.*)/.exec(status.narration)?.[1] ?? T.notClassified;
+// The present motion in words: one verdict for all parts of the page.
+export const motion = (status) => status.motion;
 
 // The present motion in words. A change is announced only once it has lasted a while.
 let announced = { text: "", since: 0 };
 
 function announce(status) {
-  const text = motion(status) + (status.tilt_moves ? T.tiltMoves : "");
+  const text = motion(status);
   if (text !== announced.text) announced = { text, since: performance.now() };
   if (performance.now() - announced.since > SETTLED) setText($("lasting"), text);
   setText($("now"), text);
-  const named = status.lines.filter(({ label }) => /^f\d+$/.test(label)).slice(0, 3);
+  // A periodic motion has one base frequency; the line of another one that decays is no tone of its own.
+  const bases = status.regime === "periodic" ? /^f1$/ : /^f\d+$/;
+  const named = status.lines.filter(({ label }) => bases.test(label)).slice(0, 3);
   const lines = (named.length ? named : status.lines.slice(0, 1)).map((l) => T.frequency(kilo(l.frequency_hz), l.label));
   setText($("now-lines"), lines.join(" · "));
 }

@@ -112,6 +112,44 @@ export class Plot {
   }
 }
 
+// Places of labels in rows: a label stays at its mark, or moves sideways where it would cover another one.
+export class Labels {
+  constructor(left, right, rows) {
+    Object.assign(this, { left, right });
+    this.rows = Array.from({ length: rows }, () => []);
+  }
+
+  // Keeps a part of a row free.
+  block(row, from, to) {
+    this.rows[row].push([from, to]);
+  }
+
+  // The row, and the middle of a label of this half width for a mark at `at`: the nearest free place within `reach`.
+  place(at, half, reach = 0) {
+    const within = (x) => Math.min(Math.max(x, this.left + half), this.right - half);
+    const free = (taken, x) => taken.every(([a, b]) => x + half <= a || x - half >= b);
+    const places = this.rows.flatMap((taken, row) =>
+      [at, ...taken.flatMap(([a, b]) => [a - half, b + half])]
+        .map((x) => ({ row, middle: within(x), away: Math.abs(within(x) - within(at)) }))
+        .filter(({ middle, away }) => away <= reach && free(taken, middle)),
+    );
+    const place = places.toSorted((a, b) => a.away - b.away || a.row - b.row)[0];
+    if (place) this.block(place.row, place.middle - half, place.middle + half);
+    return place;
+  }
+}
+
+// A text in lines that are not wider than a width.
+export function wrapped(c, text, width) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    const longer = lines.at(-1) ? `${lines.at(-1)} ${word}` : word;
+    if (lines.at(-1) && c.measureText(longer).width > width) lines.push(word);
+    else lines[lines.length - 1] = longer;
+  }
+  return lines;
+}
+
 // Says that there is nothing to draw yet.
 export function note(context, width, height, style, text) {
   context.fillStyle = style.quiet;

@@ -1,6 +1,7 @@
 // Sharing: the address for the audience with its QR code, pictures and clips of views, the sheet, the recordings.
 
 import { $, make, save, setText } from "/dom.js";
+import { readStyle, wrapped } from "/plot.js";
 import { qrCode } from "/qr.js";
 import { T } from "/texts.js";
 
@@ -10,21 +11,42 @@ const RATE = 30;
 
 const fileName = (name) => name.toLowerCase().replaceAll(/[^a-zé0-9]+/g, "-");
 
-// Saves a picture of a view, with a line about the run below it.
-export function savePicture(canvas, name, run) {
-  const css = getComputedStyle(document.documentElement);
-  const line = 2 * Number.parseFloat(css.fontSize) * (canvas.width / canvas.clientWidth);
-  const picture = make("canvas", { width: canvas.width, height: canvas.height + line });
+// Size of a picture, in the pixels of the page and in those of the file for each of them.
+const SIZE = [800, 520];
+const SCALE = 2;
+
+// Saves a picture of a view, which `draw` draws, with a line about the run below it.
+export function savePicture(name, run, draw) {
+  const root = document.documentElement;
+  const { theme } = root.dataset;
+  if ($("picture-light").checked) root.dataset.theme = "light";
+  const style = { ...readStyle(), em: 16 };
+  const [width, height] = SIZE;
+  const { scene, now, time_s: time } = run.panel ?? {};
+  const picture = make("canvas", { width: SCALE * width, height: SCALE * (height + 4 * style.em) });
   const context = picture.getContext("2d");
-  context.fillStyle = css.getPropertyValue("--ground");
-  context.fillRect(0, 0, picture.width, picture.height);
-  context.drawImage(canvas, 0, 0);
-  context.fillStyle = css.getPropertyValue("--text");
-  context.font = `${line / 2.4}px ${css.fontFamily}`;
-  const { scene, now, tilt_deg: tilt, time_s: time } = run.panel ?? {};
-  const parts = [name, scene, now, tilt === null || tilt === undefined ? "" : T.degrees(tilt), T.seconds(time ?? 0)];
-  context.fillText(parts.filter(Boolean).join(" · "), line / 3, picture.height - line / 3);
+  context.scale(SCALE, SCALE);
+  context.fillStyle = style.ground;
+  context.fillRect(0, 0, width, picture.height);
+  draw(context, width, height, style);
+  root.dataset.theme = theme;
+  context.fillStyle = style.text;
+  context.font = `${0.9 * style.em}px ${style.family}`;
+  context.textAlign = "left";
+  context.textBaseline = "top";
+  const parts = [name, scene, now, tiltOf(run.panel), T.seconds(time ?? 0)];
+  const lines = wrapped(context, parts.filter(Boolean).join(" · "), width - 2 * style.em);
+  lines.slice(0, 3).forEach((line, k) => context.fillText(line, style.em, height + (0.4 + 1.2 * k) * style.em));
   picture.toBlob((blob) => save(blob, `${fileName(name)}.png`));
+}
+
+const tiltOf = (panel) => (panel?.tilt_deg === null ? "" : T.degrees(panel?.tilt_deg ?? 0));
+
+// Fills the line of the printed sheet that says which run it shows.
+export function fillSheet({ panel, data }) {
+  const { load_n: load, parameters } = data.start;
+  const parts = [panel?.scene, tiltOf(panel), load && T.load(load), parameters, new Date().toLocaleString()];
+  setText($("sheet"), parts.filter(Boolean).join(" · "));
 }
 
 // Saves a clip of a view.

@@ -1,6 +1,8 @@
-// The sound of the run: the vibration, a loop of its last second, and the tones of its lines.
+// The sound of the run: the vibration, its last moment at true pitch, a loop of its last second, and the tones of its
+// lines.
 //
 //   player ---+
+//   moment ---+
 //   loop -----+--> volume --> limiter --> meter --> loudspeaker
 //   tones ----+
 
@@ -16,6 +18,13 @@ const GRAIN = 0.05;
 // Reduction of the limiter that is worth a warning, dB.
 const WARNING = -6;
 const METER = 100;
+// The last moment at true pitch: its longest and shortest length, s, the time over which its end passes into its start,
+// s, and the time after which a newer one takes its place, ms.
+const MOMENT = [0.08, 0.01];
+const SEAM = 0.004;
+const RENEWED = 400;
+// Playback slower than this is heard as moments at true pitch, unless it shall not be.
+const SLOW = 1.02;
 const TONES = 6;
 
 export class Sound {
@@ -24,8 +33,12 @@ export class Sound {
   #open = null;
   #opening = false;
   #tones = new Map();
+  #data;
 
-  constructor() {
+  // `data` returns the data of the views of a run by the path of its sound.
+  constructor(data) {
+    this.#data = data;
+    $("pitch").onchange = () => this.#open && this.#repeat();
     $("volume").oninput = () => this.#open?.volume.gain.setTargetAtTime(Number($("volume").value), 0, 0.02);
     $("loop").onclick = () => this.#toggleLoop();
     $("slow").replaceChildren(...SLOWER.map((factor) => new Option(T.slowBy(factor), factor)));
@@ -55,9 +68,9 @@ export class Sound {
   }
 
   mute() {
-    const { sockets, context, timer } = this.#open;
+    const { sockets, context, timers } = this.#open;
     this.#open = null;
-    clearInterval(timer);
+    timers.forEach(clearInterval);
     for (const socket of sockets) this.#end(socket);
     context.close();
     this.samples = 0;
@@ -85,8 +98,8 @@ export class Sound {
     const limiter = new DynamicsCompressorNode(context, { threshold: -6, knee: 0, ratio: 20, attack: 0.001, release: 0.1 });
     const meter = new AnalyserNode(context, { fftSize: 2048 });
     volume.connect(limiter).connect(meter).connect(context.destination);
-    const timer = setInterval(() => this.#measure(), METER);
-    this.#open = { context, volume, limiter, meter, timer, sockets: [], kept: new Float32Array(LOOP * this.rate), written: 0 };
+    const timers = [setInterval(() => this.#measure(), METER), setInterval(() => this.#repeat(), RENEWED)];
+    this.#open = { context, volume, limiter, meter, timers, stretch: 1, moments: [], sockets: [], kept: new Float32Array(LOOP * this.rate), written: 0 };
     this.#connect();
     this.#show(true);
   }
@@ -95,10 +108,10 @@ export class Sound {
   #connect() {
     const open = this.#open;
     for (const socket of open.sockets) this.#end(socket);
-    const paths = ($("listen-run").value || "/sound").split(" ");
+    const paths = this.#paths;
     open.sockets = paths.map((path, k) => {
       const player = new AudioWorkletNode(open.context, "player", { outputChannelCount: [1] });
-      const pan = new StereoPannerNode(open.context, { pan: paths.length < 2 ? 0 : 2 * k - 1 });
+      const pan = new StereoPannerNode(open.context, { pan: side(k, paths) });
       player.connect(pan).connect(open.volume);
       const socket = new WebSocket(socketAddress(path));
       socket.binaryType = "arraybuffer";
@@ -107,6 +120,15 @@ export class Sound {
       socket.onmessage = (event) => this.#receive(event, player, k === 0);
       return socket;
     });
+  }
+
+  get #paths() {
+    return ($("listen-run").value || "/sound").split(" ");
+  }
+
+  // Whether moments are heard in place of the slow sound.
+  get #isTrue() {
+    return this.#open.stretch > SLOW && $("pitch").value === "true";
   }
 
   #receive({ data }, player, first) {
@@ -120,12 +142,48 @@ export class Sound {
       this.samples += piece.length;
       for (const x of piece) open.kept[open.written++ % open.kept.length] = x;
     }
-    if (!open.loop) player.port.postMessage(piece, [piece.buffer]);
+    if (!open.loop && !this.#isTrue) player.port.postMessage(piece, [piece.buffer]);
   }
 
   #describe({ what, time_stretch: stretch }) {
-    const pitch = stretch < 1.02 ? T.truePitch : T.lowered(short(stretch));
-    setText($("audio"), T.audio(what, pitch, stretch > 60 ? T.tooLow : ""));
+    Object.assign(this.#open, { what, stretch });
+    this.#repeat();
+  }
+
+  #say() {
+    const { what, stretch } = this.#open;
+    if (!what) return;
+    const heard = this.#isTrue ? T.moment(Math.round(1e3 * MOMENT[0])) : stretch < SLOW ? T.truePitch : T.lowered(short(stretch));
+    setText($("audio"), T.audio(what, heard, !this.#isTrue && stretch > 60 ? T.tooLow : ""));
+    $("pitch").hidden = stretch < SLOW;
+  }
+
+  // ---- the last moment at true pitch
+
+  // Replaces the moments that are heard by the newest ones.
+  #repeat() {
+    const open = this.#open;
+    const { context } = open;
+    this.#say();
+    const [now, fade] = [context.currentTime, 0.03];
+    for (const { node, gain } of open.moments) {
+      gain.gain.setTargetAtTime(0, now, fade);
+      node.stop(now + 6 * fade);
+    }
+    open.moments = [];
+    if (!this.#isTrue || open.loop) return;
+    this.#paths.forEach((path, k, paths) => {
+      const samples = moment(this.#data(path), this.rate);
+      if (!samples) return;
+      const buffer = new AudioBuffer({ length: samples.length, sampleRate: this.rate });
+      buffer.copyToChannel(samples, 0);
+      const node = new AudioBufferSourceNode(context, { buffer, loop: true });
+      const gain = new GainNode(context, { gain: 0 });
+      gain.gain.setTargetAtTime(1, now, fade);
+      node.connect(gain).connect(new StereoPannerNode(context, { pan: side(k, paths) })).connect(open.volume);
+      node.start();
+      open.moments.push({ node, gain });
+    });
   }
 
   #measure() {
@@ -202,6 +260,36 @@ export class Sound {
     }
     button.setAttribute("aria-pressed", !playing);
   }
+}
+
+// A single run is heard from the middle, two from left and right.
+const side = (k, paths) => (paths.length < 2 ? 0 : 2 * k - 1);
+
+// The last moment of a run as a loop at true pitch; `null` if it is too short or silent.
+function moment(data, rate) {
+  const { velocity, dt, start } = data ?? {};
+  if (!velocity) return null;
+  const per = 1 / (rate * dt);
+  const count = Math.floor(Math.min(velocity.length, MOMENT[0] / dt) / per);
+  if (count < MOMENT[1] * rate) return null;
+  // The mean over the samples of the run in each sample of the sound.
+  const all = Float32Array.from({ length: count }, (_, k) => {
+    const [from, to] = [Math.floor((count - 1 - k) * per), Math.max(Math.ceil((count - k) * per), 1)];
+    let sum = 0;
+    for (let age = from; age < to; age++) sum += velocity.at(age);
+    return sum / (to - from);
+  });
+  const peak = all.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+  if (!(peak > start.silence_m_per_s)) return null;
+  // The length after which the motion is most like its start.
+  const seam = Math.round(SEAM * rate);
+  let best = { length: count - seam, likeness: -Infinity };
+  for (let length = count - seam; length > 0.6 * count; length--) {
+    let likeness = 0;
+    for (let k = 0; k < seam; k++) likeness += all[k] * all[length + k];
+    if (likeness > best.likeness) best = { length, likeness };
+  }
+  return all.slice(0, best.length).map((x, k) => (0.7 / peak) * (k < seam ? (k * x + (seam - k) * all[best.length + k]) / seam : x));
 }
 
 // A sound slowed down at its pitch: overlapping grains, each faded in and out.

@@ -5,6 +5,7 @@ import { readStyle } from "/plot.js";
 import { saveClip, savePicture } from "/share.js";
 import { T } from "/texts.js";
 import { Body } from "/views/body.js";
+import { Lesson } from "/views/lesson.js";
 import { Patch } from "/views/patch.js";
 import { Portrait } from "/views/portrait.js";
 import { Recurrence } from "/views/recurrence.js";
@@ -15,15 +16,18 @@ import { Spectrum } from "/views/spectrum.js";
 
 const VIEWS = [Patch, Portrait, Scope, Spectrum, Section, Recurrence, Body, Spectrogram];
 const DEFAULT = ["patch", "portrait", "scope", "spectrum", "section", "recurrence"];
+// The same for a scene with a lesson, unless the recurrence plot shows what it is about.
+const TAUGHT = ["patch", "portrait", "scope", "spectrum", "section", "lesson"];
+const RECURRENT = ["torus", "chaos"];
 // Views of a joint, which other systems do not have.
 const JOINT = ["patch", "body", "branches"];
 // Wall time between two pictures if the system asks for reduced motion, ms.
 const CALM = 500;
 
-// The views chosen on this machine.
+// The views chosen on this machine, if any.
 function chosenViews() {
   const chosen = JSON.parse(localStorage.getItem("views") ?? "null");
-  return Array.isArray(chosen) && chosen.length ? chosen : DEFAULT;
+  return Array.isArray(chosen) && chosen.length ? chosen : null;
 }
 
 export class Stage {
@@ -31,7 +35,9 @@ export class Stage {
   constructor(run, place, extra = [], choices = null) {
     this.run = run;
     this.place = place;
-    this.views = [...VIEWS.map((View) => new View()), ...extra];
+    const lesson = new Lesson(`${run.prefix}/lesson.json`);
+    lesson.onNews = () => this.request();
+    this.views = [...VIEWS.map((View) => new View()), lesson, ...extra];
     this.drawn = 0;
     this.drawnTime = 0;
     this.#calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -39,7 +45,8 @@ export class Stage {
       this.#frame(view, choices);
       this.#onScreen.observe(view.figure);
     }
-    this.show(chosenViews());
+    this.show(chosenViews() ?? DEFAULT);
+    this.#isFree = chosenViews() === null;
     new ResizeObserver(() => this.refresh()).observe(place);
     document.addEventListener("visibilitychange", () => this.request());
   }
@@ -55,6 +62,8 @@ export class Stage {
   #style = null;
   #requested = false;
   #last = 0;
+  // Whether nobody has chosen views: each scene then has its own.
+  #isFree = false;
   // The run for which the views are arranged.
   #arranged = null;
   #all = true;
@@ -70,7 +79,10 @@ export class Stage {
     const tools = make("span", { className: "tools" });
     if (view.id === "scope") tools.append(...this.#scopeTools(view));
     const more = make("div", { className: "quiet-tools" },
-      tool(T.picture, T.pictureOf(name), () => savePicture(view.canvas, name, this.run)),
+      tool(T.picture, T.pictureOf(name), () => {
+        savePicture(name, this.run, (...where) => view.draw(...where.slice(0, 3), this.run.data, where[3], this.over?.data));
+        this.refresh();
+      }),
       view.clip,
       view.enlarge,
     );
@@ -106,6 +118,7 @@ export class Stage {
 
   // Shows these views, in the order of the page.
   show(ids) {
+    this.#isFree = false;
     this.shown = this.views.map((view) => view.id).filter((id) => ids.includes(id));
     if (this.shown.length === 0) this.shown = [...DEFAULT];
     this.one = null;
@@ -190,16 +203,21 @@ export class Stage {
     this.#last = performance.now();
     this.run.advance();
     const data = this.run.data;
+    if (!data.run) return;
     if (this.#arranged !== data.run) {
       this.#arranged = data.run;
-      this.#place();
+      if (this.#isFree) {
+        const { lesson } = data.start;
+        this.show(lesson && !RECURRENT.includes(lesson) ? TAUGHT : DEFAULT);
+        this.#isFree = true;
+      } else this.#place();
     }
     this.#style ??= readStyle();
     for (const view of this.views) {
       if (!view.figure.isConnected) continue;
       const isClipped = view.clip.disabled;
       if (view.isAway && !isClipped && !this.#all) continue;
-      const version = `${data.run} ${data.versions[view.needs] ?? view.version?.()}`;
+      const version = `${data.run} ${data.versions[view.needs] ?? view.version?.(data)}`;
       if (!this.#all && version === view.drawnVersion) continue;
       view.drawnVersion = version;
       this.#drawView(view, data);

@@ -38,11 +38,10 @@ export class Tour {
     $("tour-back").onclick = () => this.move(-1);
     $("tour-end").onclick = () => this.#ask(null);
     $("tour-window").onclick = () => this.#openWindow();
-    this.#load();
   }
 
-  async #load() {
-    const { tour } = await (await fetch("/tour.json")).json().catch(() => ({}));
+  // Sets the tour of the server; `null` if it has none.
+  set tour(tour) {
     this.#tour = tour;
     $("tour-start").hidden = !tour;
     if (!tour) return;
@@ -92,9 +91,9 @@ export class Tour {
       this.step = panel.tour_step;
       this.#display();
     }
-    if (!this.#tour?.steps[this.step]) return;
-    const { watch } = this.#tour.steps[this.step];
-    const rows = watch.map((name) => [T.quantities[name], QUANTITIES[name](panel, this.#run.data) ?? "–"]);
+    const step = this.#tour?.steps[this.step];
+    if (!step) return;
+    const rows = step.watch.map((name) => [T.quantities[name], QUANTITIES[name](panel, this.#run.data) ?? "–"]);
     rows.push([T.speed, speedText(1e3 * panel.speed)]);
     const key = JSON.stringify(rows);
     if (key === this.shown) return;

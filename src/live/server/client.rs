@@ -9,8 +9,8 @@ use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
 use super::accept::Connection;
 
-/// Maximum size of a message from a client, bytes.
-const MAX_MESSAGE: usize = 1 << 12;
+/// Maximum size of a message from a client, bytes: a bookmark with a state of 1,000 numbers.
+const MAX_MESSAGE: usize = 1 << 15;
 /// Time between two messages from a client. The excess waits on the network and not in memory.
 const READ_EVERY: Duration = Duration::from_millis(2);
 

@@ -43,6 +43,7 @@ const FILES: &[File] = files! {
     "/texts.js": JS = "texts.js",
     "/theme.js": JS = "theme.js",
     "/views/body.js": JS = "views/body.js",
+    "/views/lesson.js": JS = "views/lesson.js",
     "/views/patch.js": JS = "views/patch.js",
     "/views/portrait.js": JS = "views/portrait.js",
     "/views/recurrence.js": JS = "views/recurrence.js",

@@ -16,7 +16,7 @@ use super::accept::Connection;
 use super::client::{Client, Disconnected};
 use super::roles::Role;
 use super::shared::Shared;
-use crate::live::command::{Command, HARD_KICK, KICK_RANGE, SPEED_RANGE};
+use crate::live::command::{Command, HARD_KICK};
 use crate::live::session::Session;
 use crate::live::views::ViewCursor;
 
@@ -30,10 +30,7 @@ const VIEWS_AHEAD: u64 = 3;
 /// The first message to the page.
 #[derive(Serialize)]
 struct Welcome {
-    version: &'static str,
     scenes: Vec<[String; 2]>,
-    speed_range_ms_per_s: [f64; 2],
-    kick_range_mm_per_s: [f64; 2],
     hard_kick_mm_per_s: f64,
     /// Sampling rate of the audio, Hz.
     audio_rate_hz: u32,
@@ -80,10 +77,7 @@ async fn serve_control(
 ) -> Result<(), Disconnected> {
     let session = &session;
     let welcome = Welcome {
-        version: crate::VERSION,
         scenes: session.scenes(),
-        speed_range_ms_per_s: SPEED_RANGE,
-        kick_range_mm_per_s: KICK_RANGE,
         hard_kick_mm_per_s: HARD_KICK,
         audio_rate_hz: crate::sound::RATE,
         controls: role == Role::Presenter,

@@ -1,14 +1,15 @@
 //! The commands of a session: what they may ask for, and what they do.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 use super::{Current, Session, end};
-use crate::live::command::{
-    Command, DEFAULT_KICK, KICK_RANGE, Opening, Rejected, SPEED_RANGE, check_range,
-};
-use crate::pipeline::{PendingCommands, RunCommand};
+use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
+use crate::live::tour::TourStep;
+use crate::pipeline::{PendingCommands, RunCommand, RunState, prepare};
 use crate::scene::{PRESETS, Parameter, Scene, SceneError};
+
+/// Range of the values of a state: far beyond any motion of a joint.
+const STATE_RANGE: [f64; 2] = [-1e3, 1e3];
 
 impl Session {
     /// Applies a command. Its effect starts with the next frame.
@@ -16,6 +17,10 @@ impl Session {
     /// # Errors
     /// [`Rejected`]; nothing has changed.
     pub fn apply(&self, command: &Command) -> Result<(), Rejected> {
+        if let Command::Open(step) = command {
+            // Before the lock: it takes a moment.
+            check_state(&self.named(&step.scene)?, step.state.as_ref())?;
+        }
         let mut current = self.current();
         let current = &mut *current;
         let run_command = match command {
@@ -34,24 +39,16 @@ impl Session {
                 let kicks = self.kicks.fetch_add(1, Ordering::Relaxed);
                 kick(&current.scene, mm_per_s.unwrap_or(DEFAULT_KICK), kicks)?
             }
-            Command::Reset {} => {
-                let scene = current.scene.clone();
-                self.start(current, scene, PendingCommands::default());
-                return Ok(());
-            }
+            Command::Reset {} => return self.restart(current),
             Command::Lyapunov { enabled } => {
                 let has_them = current.scene.computes_lyapunov();
                 if std::mem::replace(&mut current.lyapunov, *enabled) != *enabled && has_them {
-                    let scene = current.scene.clone();
-                    self.start(current, scene, PendingCommands::default());
+                    return self.restart(current);
                 }
                 return Ok(());
             }
-            Command::Scene { name } => {
-                self.start(current, self.named(name)?, PendingCommands::default());
-                return Ok(());
-            }
-            Command::Open(opening) => return self.open(current, opening),
+            Command::Scene { name } => return self.open(current, &TourStep::of_scene(name)),
+            Command::Open(step) => return self.open(current, step),
             Command::Tour { step: None } => {
                 current.step = None;
                 return Ok(());
@@ -82,36 +79,31 @@ impl Session {
         Ok(())
     }
 
-    /// Starts a run of a scene, with commands that act from its first instant.
-    fn start(&self, current: &mut Current, scene: Scene, commands: PendingCommands) {
-        current.present = scene.clone();
+    /// Starts a run of a scene with the settings of a step.
+    fn open(&self, current: &mut Current, step: &TourStep) -> Result<(), Rejected> {
+        let scene = self.named(&step.scene)?;
+        (current.present, current.early) = start_commands(&scene, step)?;
+        if let Some(ms_per_s) = step.speed_ms_per_s {
+            current.speed = playback_speed(ms_per_s)?;
+        }
         current.scene = scene;
         current.restarts = true;
-        current.early = commands;
-        current.promise = None;
+        current.promise.clone_from(&step.promise);
+        current.opening = TourStep {
+            speed_ms_per_s: None,
+            ..step.clone()
+        };
         self.kicks.store(0, Ordering::Relaxed);
         if let Some(handle) = current.handle.take() {
             end(&handle);
         }
+        Ok(())
     }
 
-    fn open(&self, current: &mut Current, opening: &Opening) -> Result<(), Rejected> {
-        let scene = self.named(&opening.scene)?;
-        let mut commands = PendingCommands::default();
-        let (present, changes) = change_all(&scene, &opening.set)?;
-        for change in changes {
-            commands.add(change)?;
-        }
-        if let Some(size) = opening.kick_mm_per_s {
-            commands.add(kick(&scene, size, 0)?)?;
-        }
-        if let Some(ms_per_s) = opening.speed_ms_per_s {
-            current.speed = playback_speed(ms_per_s)?;
-        }
-        self.start(current, scene, commands);
-        current.present = present;
-        current.promise.clone_from(&opening.promise);
-        Ok(())
+    /// Starts the run again as it was started.
+    fn restart(&self, current: &mut Current) -> Result<(), Rejected> {
+        let opening = current.opening.clone();
+        self.open(current, &opening)
     }
 
     /// Shows a step of the tour.
@@ -124,7 +116,7 @@ impl Session {
                 number + 1
             ))
         })?;
-        self.open(current, &step.opening())?;
+        self.open(current, step)?;
         current.step = Some(number);
         Ok(())
     }
@@ -133,15 +125,62 @@ impl Session {
         if name == self.first.name {
             return Ok(self.first.clone());
         }
-        let preset = crate::scene::preset(name).ok_or_else(|| {
-            let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-            Rejected(format!(
-                "unknown scene `{name}`; choose one of: {}",
-                known.join(", ")
-            ))
-        })?;
-        preset.scene().map_err(|fault| Rejected(fault.to_string()))
+        preset_scene(name)
     }
+}
+
+/// The preset with a name.
+pub(in crate::live) fn preset_scene(name: &str) -> Result<Scene, Rejected> {
+    let preset = crate::scene::preset(name).ok_or_else(|| {
+        let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        let known = known.join(", ");
+        Rejected(format!("unknown scene `{name}`; choose one of: {known}"))
+    })?;
+    preset.scene().map_err(|fault| Rejected(fault.to_string()))
+}
+
+/// A scene with the numbers of a step, and the commands with which a run of it starts, all of them checked.
+///
+/// # Errors
+/// [`Rejected`], as [`Session::apply`].
+pub(in crate::live) fn start_commands(
+    scene: &Scene,
+    step: &TourStep,
+) -> Result<(Scene, PendingCommands), Rejected> {
+    let (mut present, mut commands) = (scene.clone(), PendingCommands::default());
+    if let Some(state) = &step.state {
+        commands.add(RunCommand::Continue(state.clone()))?;
+    }
+    for (key, value) in &step.set {
+        commands.add(change(scene, &mut present, key, *value)?)?;
+    }
+    if let Some(size) = step.kick_mm_per_s {
+        commands.add(kick(scene, size, 0)?)?;
+    }
+    step.speed_ms_per_s.map(playback_speed).transpose()?;
+    Ok((present, commands))
+}
+
+/// Checks that a run of a scene can start from a state.
+pub(in crate::live) fn check_state(
+    scene: &Scene,
+    state: Option<&RunState>,
+) -> Result<(), Rejected> {
+    let Some(RunState { time_s, values }) = state else {
+        return Ok(());
+    };
+    let fits = prepare(scene).map_err(|fault| Rejected(fault.to_string()))?;
+    let (name, found, expected) = (&scene.name, values.len(), fits.state.len());
+    if found != expected {
+        return Err(Rejected(format!(
+            "the bookmark is of another version of `{name}`: its state has {found} values, that of the scene {expected}"
+        )));
+    }
+    check_range("the time of a state", *time_s, [0.0, 1e6], "s")?;
+    for value in values {
+        check_range("a value of a state", *value, STATE_RANGE, "in SI units")?;
+    }
+    Ok(())
 }
 
 /// Changes a number of the present scene of a run, if it is a control of the scene at its start and within its range.
@@ -164,22 +203,6 @@ fn change(
     check_range(&what, value, control.range, parameter.unit())?;
     present.set(parameter, value).map_err(refused)?;
     Ok(RunCommand::Set(parameter, value))
-}
-
-/// A scene with changed numbers, and the commands that change them in a run of it.
-///
-/// # Errors
-/// [`Rejected`], as [`Session::apply`].
-pub(in crate::live) fn change_all(
-    scene: &Scene,
-    values: &BTreeMap<String, f64>,
-) -> Result<(Scene, Vec<RunCommand>), Rejected> {
-    let mut present = scene.clone();
-    let changes = values
-        .iter()
-        .map(|(key, value)| change(scene, &mut present, key, *value))
-        .collect::<Result<_, _>>()?;
-    Ok((present, changes))
 }
 
 /// Checks a playback speed and converts it to simulated seconds per second.

@@ -8,7 +8,8 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::live::command::{Command, Opening, Promise};
+use crate::live::command::{Command, Promise};
+use crate::live::tour::TourStep;
 
 fn session(scene: &str) -> Arc<Session> {
     let plan = SessionOptions {
@@ -211,16 +212,23 @@ fn values_out_of_range_are_rejected_with_their_names() {
     });
 }
 
+/// Opens a step in real time.
+fn open(session: &Session, step: &TourStep) {
+    let step = TourStep {
+        speed_ms_per_s: Some(1000.0),
+        ..step.clone()
+    };
+    session.apply(&Command::Open(Box::new(step))).unwrap();
+}
+
 /// Opens all steps of the tour and all bookmarks in a random order, and waits for the motion that each promises.
 fn open_in_random_order(session: &Session, seed: u64) {
     let tours = [Tour::shipped(), Tour::bookmarks()].map(Option::unwrap);
     let mut steps: Vec<_> = tours.iter().flat_map(|tour| &tour.steps).collect();
     steps.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
     for step in steps {
-        let mut opening = step.opening();
-        opening.speed_ms_per_s = Some(1000.0);
         let before = session.panel().run;
-        session.apply(&Command::Open(opening)).unwrap();
+        open(session, step);
         let promise = step.promise.as_ref();
         let after = promise.map_or(0.0, |promise| 1e-3 * promise.after_ms);
         let settled = |panel: &Panel| {
@@ -246,6 +254,69 @@ fn steps_and_bookmarks_reach_the_motions_that_they_promise() {
     with_session("hysteresis", |session| open_in_random_order(session, 1));
 }
 
+/// A bookmark of a motion that depends on the history, from anywhere.
+#[test]
+fn an_own_bookmark_reaches_its_motion_from_anywhere() {
+    with_session("hysteresis", |session| {
+        open(session, &TourStep::of_scene("hysteresis"));
+        let falling = |panel: &Panel| panel.run == 2 && panel.time_s > 0.55;
+        let deg = until(session, falling).tilt_deg.unwrap();
+        session.apply(&set("tilt_deg", deg)).unwrap();
+        let held = session.panel().time_s + 0.2;
+        until(session, |panel| {
+            panel.time_s > held && panel.confidence.is_some()
+        });
+        let own = session.bookmark();
+        let kept = own.promise.as_ref().expect("a settled motion");
+        for seed in [1, 2] {
+            let mut others = Tour::bookmarks().unwrap().steps;
+            others.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+            for step in &others[..3] {
+                let before = session.panel().run;
+                open(session, step);
+                until(session, |panel| panel.run > before && panel.time_s > 0.02);
+            }
+            let before = session.panel().run;
+            open(session, &own);
+            let classified = |panel: &Panel| {
+                panel.run > before && panel.confidence.is_some() && !panel.lines.is_empty()
+            };
+            let panel = until(session, classified);
+            let line = Some(panel.lines[0].frequency);
+            let motion = panel.regime.as_deref().unwrap();
+            assert!(kept.is_kept(motion, line), "{kept}, not {motion} {line:?}");
+            assert_eq!(panel.departure, None);
+        }
+        // From the start of the scene, another motion wins at this tilt.
+        let before = session.panel().run;
+        open(
+            session,
+            &TourStep {
+                state: None,
+                ..own.clone()
+            },
+        );
+        until(session, |panel| {
+            panel.run > before && panel.departure.is_some()
+        });
+        // A state of another scene.
+        let foreign = TourStep {
+            scene: "mass-on-belt".to_owned(),
+            set: BTreeMap::new(),
+            ..own.clone()
+        };
+        let refused = session
+            .apply(&Command::Open(Box::new(foreign)))
+            .unwrap_err();
+        assert!(
+            refused
+                .to_string()
+                .contains("another version of `mass-on-belt`"),
+            "{refused}"
+        );
+    });
+}
+
 #[test]
 #[ignore = "takes some minutes: cargo test --release --lib thirty_orders -- --ignored"]
 fn thirty_orders_reach_the_promised_motions() {
@@ -262,15 +333,12 @@ fn another_motion_than_promised_is_reported() {
             line_khz,
             after_ms: 0.0,
         };
-        let opening = |promise| Opening {
-            scene: "periodic-2deg".to_owned(),
-            set: BTreeMap::new(),
-            speed_ms_per_s: Some(1000.0),
-            kick_mm_per_s: None,
-            promise: Some(promise),
-        };
         let wrong = promise("periodic", Some(12.43));
-        session.apply(&Command::Open(opening(wrong))).unwrap();
+        let opening = TourStep {
+            promise: Some(wrong),
+            ..TourStep::of_scene("periodic-2deg")
+        };
+        open(session, &opening);
         let panel = until(session, |panel| panel.departure.is_some());
         let text = panel.departure.unwrap();
         assert!(

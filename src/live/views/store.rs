@@ -9,6 +9,7 @@ use super::encode::Message;
 use crate::pipeline::message::{
     Frame, Header, JointInfo, PatchGeometry, PatchSnapshot, Record, SectionCoordinate, Subject,
 };
+use crate::plot::{LessonPictures, Panel};
 
 /// Samples kept: 41 ms at 200 kHz, twice the trail of the phase portrait.
 const SAMPLES: usize = 1 << 13;
@@ -155,6 +156,7 @@ pub struct State {
     column_time: f64,
     columns: Series<Vec<u8>>,
     points: Series<[f32; 2]>,
+    lesson: LessonPictures,
 }
 
 /// Cursor of a client in the data of the views: what it has got.
@@ -194,6 +196,7 @@ impl State {
                 let amplitude: Vec<f32> = amplitude.iter().map(|&a| a as f32).collect();
                 let (amplitude, bin) = self.pooled(&amplitude, bin, SPECTRUM_BINS);
                 let lines = serde_json::to_value(&peaks).unwrap_or_default();
+                self.lesson.add_spectrum(bin, &amplitude, &peaks);
                 self.strobe.frequency = peaks.first().map_or(0.0, |line| line.frequency);
                 self.spectrum.set(Spectrum {
                     bin,
@@ -224,8 +227,16 @@ impl State {
                 let at = points.iter().map(|point| point.at.map(|x| x as f32));
                 self.points.extend(at, POINTS);
             }
+            Record::LevelSample(sample) => self.lesson.add_level(&sample),
+            Record::TrajectoryDivergence(divergence) => self.lesson.add_divergence(&divergence),
             _ => {}
         }
+    }
+
+    /// The pictures of the lesson.
+    pub fn lesson(&self) -> Vec<Panel> {
+        let header = self.header.as_ref();
+        header.map_or_else(Vec::new, |header| self.lesson.panels(header))
     }
 
     fn add_frame(&mut self, frame: &Frame) {
@@ -233,6 +244,9 @@ impl State {
         let pairs = frame.displacement.iter().zip(&frame.velocity);
         let pairs = pairs.map(|(&u, &v)| [u as f32, v as f32]);
         self.samples.extend(pairs, SAMPLES);
+        if let Some(header) = &self.header {
+            self.lesson.add_frame(header, frame);
+        }
         let row = self.strobe.sample(frame);
         if let Some(q) = frame.q.chunks_exact(frame.modes.max(1)).nth(row) {
             self.pose = q.iter().map(|&q| q as f32).collect();
@@ -297,6 +311,9 @@ impl State {
         set("silence_m_per_s", json!(header.silence()));
         let names = header.section.map(|at| section_label(header, at));
         set("section", json!(names));
+        set("parameters", json!(parameters(header)));
+        let lesson = header.computed.as_ref();
+        set("lesson", json!(lesson.map(|it| it.mechanism.name())));
         if let Subject::Joint(joint) = &header.subject {
             let modes = joint.modes.iter().map(|mode| json!(mode.label));
             set("modes", modes.collect());
@@ -360,6 +377,25 @@ impl State {
             message.floats("points", points.flatten().copied());
         }
     }
+}
+
+/// The parameters of the friction law or of the small system, as in the scene.
+fn parameters(header: &Header) -> String {
+    let scene: toml::Table = header.scene_text.parse().unwrap_or_default();
+    let tables = [
+        "friction",
+        "mass_on_belt",
+        "impact_oscillator",
+        "two_modes_on_belt",
+        "damped_contact",
+    ];
+    let table = tables.iter().find_map(|name| scene.get(*name)?.as_table());
+    let values = table.into_iter().flatten();
+    let scalars = values.filter(|(_, value)| !value.is_array() && !value.is_table());
+    let all: Vec<String> = scalars
+        .map(|(key, value)| format!("{key} {value}"))
+        .collect();
+    all.join(", ")
 }
 
 /// The surface of the body and the shapes of its modes, mode by mode.

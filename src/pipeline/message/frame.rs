@@ -187,6 +187,8 @@ pub struct Frame {
     pub displacement: Vec<f64>,
     /// Velocity of the same point in the same direction, m/s.
     pub velocity: Vec<f64>,
+    /// State at the last sample, from which a run can continue; empty unless the run is live.
+    pub state: Vec<f64>,
     /// Tilt of the load during this frame, rad.
     pub tilt: f64,
     /// Load during this frame, N.

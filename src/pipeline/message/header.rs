@@ -54,6 +54,8 @@ pub struct Header {
 
 /// Ratio of peak velocity to sliding speed below which a vibration is silent.
 pub const SILENCE_RATIO: f64 = 0.5e-3;
+/// Smallest such velocity, m/s.
+const SMALLEST_SILENCE: f64 = 1e-8;
 
 impl Header {
     /// The joint, if the subject is a joint.
@@ -68,7 +70,9 @@ impl Header {
     /// named.
     pub fn silence(&self) -> f64 {
         let sliding = self.joint().map_or(0.0, JointInfo::largest_sliding_speed);
-        self.rest_speed.max(SILENCE_RATIO * sliding)
+        self.rest_speed
+            .max(SILENCE_RATIO * sliding)
+            .max(SMALLEST_SILENCE)
     }
 
     /// Whether records of this analysis follow.

@@ -5,6 +5,7 @@ use rerun::external::re_sdk_types::blueprint::components::Corner2D;
 use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{AnalysisKind, Header, MechanismPrediction, Subject},
+    plot::prediction_panel,
     record::{
         lesson, paths, perturbed::PerturbedTrajectory, portrait::Portrait, section::Section, small,
         style::Quantity,
@@ -170,11 +171,8 @@ impl Layout {
     fn computed_picture(&mut self, computed: &MechanismPrediction) -> Option<ContainerLike> {
         let picture = computed.picture.as_ref()?;
         let bounds = lesson::picture_bounds(picture);
-        Some(self.picture(
-            lesson::picture_title(picture),
-            paths::LESSON_COMPUTED,
-            bounds,
-        ))
+        let title = prediction_panel(picture).title;
+        Some(self.picture(&title, paths::LESSON_COMPUTED, bounds))
     }
 
     /// Spectrum, phase portrait, delay embedding and Poincaré section of a torus.

@@ -112,10 +112,16 @@ fn the_page_tells_about_the_run_and_audio_arrives() {
     );
     browser.press(&tab, "m");
     browser.until(&tab, "squeakscope.sound.samples > 4800");
-    browser.until(
+    // At true pitch, or as it runs.
+    let heard =
+        |words: &str| format!("document.getElementById('audio').textContent.includes('{words}')");
+    browser.until(&tab, &heard("at true pitch: the last"));
+    browser.until(&tab, "document.getElementById('level').value > 0.1");
+    browser.run(
         &tab,
-        "document.getElementById('audio').textContent.includes('slowed down')",
+        "{ const p = document.getElementById('pitch'); p.value = 'run'; p.dispatchEvent(new Event('change')); }",
     );
+    browser.until(&tab, &heard("slowed down"));
     // No other server was contacted.
     let own = [
         format!("http://{}/", live.host),

@@ -24,7 +24,7 @@ export class Portrait {
       }
     }
     // Silence looks silent: of a tone of 1 kHz the displacement is this much smaller than the velocity.
-    const silence = data.start.silence_m_per_s || 1e-8;
+    const silence = data.start.silence_m_per_s;
     const full = [this.#scales[0].update(du, silence / 6283), this.#scales[1].update(dv, silence)];
     const units = [unit(full[0], "m"), unit(full[1], "m/s")];
     const axis = (k, name) => {

@@ -28,7 +28,7 @@ export class Scope {
     const length = Math.max(2, Math.min(v.length - 1, Math.round((1e-3 * sweep) / data.dt)));
     let peak = 0;
     for (let k = 0; k < Math.min(v.length, 4 * length); k++) peak = Math.max(peak, Math.abs(v.at(k)));
-    const full = this.#scale.update(peak, data.start.silence_m_per_s || 1e-8);
+    const full = this.#scale.update(peak, data.start.silence_m_per_s);
     const { per, symbol } = unit(full, "m/s");
     const x = { range: [0, sweep], label: T.timeMs };
     const y = { range: [-full * per, full * per], label: `${T.velocity}, ${symbol}` };

@@ -1,15 +1,17 @@
 // The spectrum of the velocity of the probe, with its named lines.
 
-import { Plot, note } from "/plot.js";
+import { Labels, Plot, note } from "/plot.js";
 import { T } from "/texts.js";
 
 const DECADES = [-4, 2];
 const NAMED = 6;
 const ROWS = 3;
-// Height of the type below which a row less is used.
+// Height of the type below which a row less is used, and the distance to which a name moves away from its line.
 const LOW = 16;
+const REACH = 9;
 
-const power = (d) => `10${[..."" + d].map((x) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[x] ?? "⁻").join("")}`;
+const isBase = (label) => /^f\d+$/.test(label);
+export const power = (d) => `10${[..."" + d].map((x) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[x] ?? "⁻").join("")}`;
 
 export class Spectrum {
   id = "spectrum";
@@ -48,15 +50,15 @@ export class Spectrum {
       c.globalAlpha = 1;
     });
     // Base frequencies keep their names first.
-    const rank = ({ label }) => (/^f\d+$/.test(label) ? 0 : 1);
-    const named = data.lines.toSorted((a, b) => rank(a) - rank(b)).slice(0, NAMED);
+    const named = data.lines.toSorted((a, b) => isBase(b.label) - isBase(a.label)).slice(0, NAMED);
     this.#names(c, plot, named, level, [row, rows], style, c.measureText(T.amplitude).width + style.em);
   }
 
-  // Each name takes the lowest row in which it covers no other; a name without space is left out.
+  // Each name takes the place nearest to its line where it covers no other; a name without space is left out.
   #names(c, plot, lines, level, [row, rows], style, label) {
+    const labels = new Labels(plot.left, plot.right, rows);
     // The lowest row begins with the label of the axis.
-    const ends = Array.from({ length: rows }, (_, k) => (k ? [] : [[0, label]]));
+    labels.block(0, 0, label);
     c.font = `600 ${0.8 * style.em}px ${style.family}`;
     c.textAlign = "center";
     c.textBaseline = "bottom";
@@ -69,17 +71,15 @@ export class Spectrum {
       c.fill();
       const name = `${label ? `${label} ` : ""}${(1e-3 * hz).toFixed(2)}`;
       const half = c.measureText(name).width / 2 + 0.3 * style.em;
-      const middle = Math.min(Math.max(at, plot.left + half), plot.right - half);
-      const free = ends.findIndex((taken) => taken.every(([a, b]) => middle + half < a || middle - half > b));
-      if (free < 0) continue;
-      ends[free].push([middle - half, middle + half]);
-      const base = plot.top - 0.1 * style.em - free * row;
+      const place = labels.place(at, half, isBase(label) ? REACH * style.em : half);
+      if (!place) continue;
+      const base = plot.top - 0.1 * style.em - place.row * row;
       c.fillStyle = style.text;
-      c.fillText(name, middle, base);
+      c.fillText(name, place.middle, base);
       c.strokeStyle = style.mark;
       c.globalAlpha = 0.6;
       c.beginPath();
-      c.moveTo(at, base);
+      c.moveTo(Math.min(Math.max(at, place.middle - half), place.middle + half), base);
       c.lineTo(at, level(amplitude));
       c.stroke();
       c.globalAlpha = 1;

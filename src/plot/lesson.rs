@@ -1,0 +1,366 @@
+//! The pictures of a lesson: what its text names, computed and measured.
+
+use std::collections::VecDeque;
+
+use super::{Axis, Color, Layer, Panel};
+use crate::analysis::{SpectralLine, range};
+use crate::pipeline::message::{
+    CurveQuantity, Frame, Header, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
+    TiltDirection, TrajectoryDivergence,
+};
+use crate::scene::Mechanism;
+
+/// Most points of a curve.
+const POINTS: f64 = 500.0;
+/// Time over which a course is shown, s.
+const COURSE: f64 = 0.5;
+/// Time over which the contact of a joint is shown, s, and that of a small system in periods.
+const CONTACT: f64 = 5e-3;
+const PERIODS: f64 = 6.0;
+/// Most points of the hysteresis loop in one direction.
+const LOOP: usize = 2000;
+/// Number of modes of which the energy is shown, those with the most.
+const MODES: usize = 6;
+
+/// Values over the last part of a run, in about [`POINTS`] points.
+#[derive(Debug, Default)]
+struct Course {
+    points: VecDeque<(f64, Vec<f64>)>,
+    /// Time after which nothing is added, s: what the course shows is over.
+    end: Option<f64>,
+}
+
+impl Course {
+    /// Adds values at a time (s); only the last `span` seconds remain.
+    fn push(&mut self, time: f64, values: Vec<f64>, span: f64) {
+        let last = self.points.back().map_or(f64::NEG_INFINITY, |(t, _)| *t);
+        if time - last < span / POINTS || self.end.is_some_and(|end| time > end) {
+            return;
+        }
+        let old = self.points.partition_point(|(t, _)| time - t > span);
+        self.points.drain(..old);
+        self.points.push_back((time, values));
+    }
+
+    /// A panel of values over the time: their indices with colours and labels. The axis is linear if it is to contain zero.
+    fn panel(&self, title: &str, y: &str, per: f64, curves: &[(usize, Color, &str)]) -> Panel {
+        let layer = |&(k, color, label): &(usize, Color, &str)| {
+            let points = self.points.iter().map(|(t, y)| [1e3 * t, per * y[k]]);
+            Layer::line(points.collect(), color).with_label(label)
+        };
+        let layers: Vec<Layer> = curves.iter().map(layer).collect();
+        let ends = [self.points.front(), self.points.back()];
+        let ends = ends.map(|end| end.map_or(0.0, |(t, _)| 1e3 * t));
+        let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
+        let values: Vec<f64> = values.collect();
+        let y = if values.contains(&0.0) {
+            Axis::with_margin(y, values.into_iter())
+        } else {
+            Axis::rounded_logarithmic(y, values.into_iter())
+        };
+        Panel::new(title, Axis::linear("time, ms", ends), y, layers)
+    }
+}
+
+/// What the pictures of the lesson of a run show, kept from its records.
+#[derive(Debug, Default)]
+pub struct LessonPictures {
+    /// Level and prediction, m/s.
+    level: Course,
+    /// Tilt (deg) and strongest line (kHz) with rising and with falling tilt, and the last of them.
+    tones: [VecDeque<[f64; 2]>; 2],
+    now: Vec<[f64; 2]>,
+    /// Distance of the perturbed trajectory, and the last result.
+    distance: Course,
+    divergence: Option<TrajectoryDivergence>,
+    /// Energy of each mode, J.
+    energy: Course,
+    /// Of a joint: normal force and friction, N, and the numbers of nodes that slip, stick and are separated.
+    contact: Course,
+    /// Displacement (µm) and velocity (mm/s) of a small system, and 1 while it sticks.
+    motion: Course,
+    /// Frequency (kHz) and amplitude (mm/s), and the lines.
+    spectrum: Vec<[f64; 2]>,
+    lines: Vec<SpectralLine>,
+}
+
+impl LessonPictures {
+    /// Adds a level, or the strongest line at a tilt.
+    pub fn add_level(&mut self, sample: &LevelSample) {
+        let time = sample.time;
+        if let Some(tone) = &sample.tone {
+            let point = [tone.tilt.to_degrees(), 1e-3 * tone.frequency];
+            let tones = &mut self.tones[usize::from(tone.way == TiltDirection::Down)];
+            tones.push_back(point);
+            tones.drain(..tones.len().saturating_sub(LOOP));
+            self.now = vec![point];
+            return;
+        }
+        let ends = [self.level.points.front(), self.level.points.back()];
+        if let [Some((start, _)), Some((_, last))] = ends
+            && last[1].is_finite()
+            && sample.predicted.is_none()
+        {
+            // The growth and half as long after it.
+            self.level.end = Some(time + 0.5 * (time - start));
+        }
+        let predicted = sample.predicted.unwrap_or(f64::NAN);
+        self.level.push(time, vec![sample.level, predicted], COURSE);
+    }
+
+    /// Adds a distance of the perturbed trajectory.
+    pub fn add_divergence(&mut self, divergence: &TrajectoryDivergence) {
+        let saturated = divergence.saturated;
+        self.distance.end = saturated.map(|time| 2.0 * time - divergence.start);
+        let distance = vec![divergence.distance];
+        self.distance.push(divergence.time, distance, 2.0 * COURSE);
+        self.divergence = Some(*divergence);
+    }
+
+    /// Sets the spectrum: spacing of the bins, Hz, amplitudes, m/s, and named lines.
+    pub fn add_spectrum(&mut self, bin: f64, amplitude: &[f32], lines: &[SpectralLine]) {
+        let points = (0_u32..).zip(amplitude);
+        let point = |(k, &a): (u32, &f32)| [1e-3 * bin * f64::from(k), 1e3 * f64::from(a)];
+        self.spectrum = points.map(point).collect();
+        self.lines = lines.to_vec();
+    }
+
+    /// Adds the energies, contact forces and states of a frame.
+    pub fn add_frame(&mut self, header: &Header, frame: &Frame) {
+        if !frame.kicks.is_empty() {
+            self.level = Course::default();
+        }
+        for sample in &frame.energy {
+            self.energy.push(sample.time, sample.modal.clone(), COURSE);
+        }
+        for snapshot in &frame.patch {
+            let total = |k: usize| snapshot.friction.iter().map(|f| f[k]).sum::<f64>();
+            let friction = [0, 1, 2]
+                .map(|k| total(k).powi(2))
+                .iter()
+                .sum::<f64>()
+                .sqrt();
+            let states = [NodeState::Slip, NodeState::Stick, NodeState::Separated];
+            let counts = states.map(|state| snapshot.count(state) as f64);
+            let forces = [snapshot.normal_force.iter().sum(), friction];
+            let contact = [&forces[..], &counts[..]].concat();
+            self.contact.push(snapshot.time, contact, CONTACT);
+        }
+        if let Subject::Small(small) = &header.subject {
+            for (k, &status) in frame.status.iter().enumerate() {
+                let status = small.statuses.get(usize::from(status));
+                let holds = status.is_some_and(|status| status.kind == StatusKind::Held);
+                let [u, v] = [1e6 * frame.displacement[k], 1e3 * frame.velocity[k]];
+                let span = PERIODS / small.frequency_hz;
+                let values = vec![u, v, f64::from(u8::from(holds))];
+                self.motion.push(frame.time(k), values, span);
+            }
+        }
+    }
+
+    /// The pictures that the lesson of a run names; empty for a scene without a mechanism.
+    pub fn panels(&self, header: &Header) -> Vec<Panel> {
+        let Some(computed) = &header.computed else {
+            return Vec::new();
+        };
+        let mut panels = match computed.mechanism {
+            Mechanism::NegativeSlope
+            | Mechanism::ModeCoupling
+            | Mechanism::ExchangedFriction
+            | Mechanism::Bristles
+            | Mechanism::ContactAge
+            | Mechanism::MeasuredFriction => {
+                let curves = [
+                    (0, Color::Run, "measured"),
+                    (1, Color::Compared, "computed growth"),
+                ];
+                vec![
+                    self.level
+                        .panel("Velocity level", "level, mm/s", 1e3, &curves),
+                ]
+            }
+            Mechanism::Articulation | Mechanism::Hysteresis => vec![self.tone_loop()],
+            Mechanism::StickSlip if header.joint().is_none() => vec![self.portrait()],
+            Mechanism::StickSlip => vec![self.nodes()],
+            Mechanism::LiftOff => {
+                let curves = [(0, Color::Run, "normal"), (1, Color::Compared, "friction")];
+                let forces = self
+                    .contact
+                    .panel("Contact force", "force, N", 1.0, &curves);
+                vec![forces, self.nodes()]
+            }
+            Mechanism::WhichModeWins | Mechanism::Prediction => {
+                let unstable = computed.unstable();
+                let lines = unstable.iter().map(|mode| 1e-3 * mode.frequency_hz);
+                vec![
+                    self.energies(header),
+                    self.spectrum(header, lines.collect()),
+                ]
+            }
+            Mechanism::Torus | Mechanism::TorusBirth => vec![self.spectrum(header, Vec::new())],
+            Mechanism::Chaos => vec![self.distance()],
+        };
+        panels.extend(computed.picture.as_ref().map(prediction_panel));
+        panels
+    }
+
+    fn tone_loop(&self) -> Panel {
+        let layer =
+            |points: Vec<_>, color, label| Layer::points(points, 1.6, color).with_label(label);
+        let [up, down] = [0, 1].map(|k| self.tones[k].iter().copied().collect());
+        let layers = vec![
+            layer(up, Color::Run, "rising tilt"),
+            layer(down, Color::Compared, "falling tilt"),
+            Layer::points(self.now.clone(), 3.5, Color::Ink).with_label("now"),
+        ];
+        let all = || self.tones.iter().flatten();
+        Panel::new(
+            "Strongest line over tilt",
+            Axis::with_margin("tilt, °", all().map(|p| p[0])),
+            Axis::rounded_logarithmic("strongest line, kHz", all().map(|p| p[1])),
+            layers,
+        )
+    }
+
+    fn distance(&self) -> Panel {
+        let title = "Distance of the perturbed trajectory";
+        let curves = [(0, Color::Run, "distance")];
+        let mut panel = self
+            .distance
+            .panel(title, "relative to the motion", 1.0, &curves);
+        if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
+            let at = |t: f64| {
+                [
+                    1e3 * t,
+                    (line.intercept + line.rate * (t - now.start)).exp(),
+                ]
+            };
+            let ends = vec![at(line.since), at(now.saturated.unwrap_or(now.time))];
+            panel
+                .layers
+                .push(Layer::line(ends, Color::Compared).with_label("straight line"));
+        }
+        panel
+    }
+
+    fn energies(&self, header: &Header) -> Panel {
+        let modes = header.joint().map_or(&[][..], |joint| &joint.modes);
+        let most = |k: &usize| {
+            let values = self.energy.points.iter().map(|(_, energies)| energies[*k]);
+            values.fold(0.0, f64::max)
+        };
+        let mut order: Vec<usize> = (0..modes.len()).collect();
+        order.sort_by(|a, b| most(b).total_cmp(&most(a)));
+        let curves = order.iter().zip(0..MODES);
+        let curves = curves.map(|(&k, color)| (k, Color::Series(color), &*modes[k].label));
+        let curves: Vec<_> = curves.collect();
+        self.energy
+            .panel("Energy of each mode", "energy, µJ", 1e6, &curves)
+    }
+
+    fn nodes(&self) -> Panel {
+        let curves = [
+            (2, Color::Run, "slip"),
+            (3, Color::Compared, "stick"),
+            (4, Color::Ink, "separated"),
+        ];
+        self.contact.panel("Contact nodes", "nodes", 1.0, &curves)
+    }
+
+    fn portrait(&self) -> Panel {
+        let layer = |holds: f64, color, label| {
+            let values = self.motion.points.iter().map(|(_, values)| values);
+            let points = values
+                .filter(|values| values[2] == holds)
+                .map(|v| [v[0], v[1]]);
+            Layer::points(points.collect(), 1.2, color).with_label(label)
+        };
+        let layers = vec![
+            layer(0.0, Color::Run, "slides"),
+            layer(1.0, Color::Compared, "sticks"),
+        ];
+        let [x, y] = [(0, "displacement, µm"), (1, "velocity, mm/s")].map(|(k, name)| {
+            let values = self.motion.points.iter().map(|(_, values)| values[k]);
+            Axis::with_margin(name, values)
+        });
+        Panel::new("Phase portrait", x, y, layers)
+    }
+
+    /// The spectrum with its named lines, and with computed frequencies (kHz) as grey lines.
+    fn spectrum(&self, header: &Header, computed: Vec<f64>) -> Panel {
+        let grey = computed.iter().map(|f| vec![[*f, 1e-9], [*f, 1e9]]);
+        let named = self.lines.iter().filter(|line| !line.label.is_empty());
+        let peaks = named.map(|line| {
+            let at = [1e-3 * line.frequency, 1e3 * line.amplitude];
+            (at, line.label.clone())
+        });
+        let mut layers = vec![
+            Layer::lines(grey.collect(), Color::Faint).with_label("computed, unstable modes"),
+            Layer::line(self.spectrum.clone(), Color::Run).with_label("measured"),
+            Layer::peaks(peaks.collect()),
+        ];
+        layers.drain(..usize::from(computed.is_empty()));
+        let x = Axis::linear("frequency, kHz", [0.0, 1e-3 * header.highest_frequency()]);
+        Panel::new(
+            "Spectrum",
+            x,
+            Axis::decades("amplitude, mm/s", [-4, 2]),
+            layers,
+        )
+    }
+}
+
+/// The computed curves of a lesson, with the operating points of the run.
+pub fn prediction_panel(picture: &PredictedCurves) -> Panel {
+    let points = || picture.curves.iter().flatten();
+    let [x_low, x_high] = range(points().map(|p| p[0]));
+    let [y_low, y_high] = range(points().map(|p| p[1]));
+    let (title, [x, y]) = match picture.subject {
+        CurveQuantity::Friction => (
+            "Computed friction curve; dots: steady sliding",
+            ["sliding speed, mm/s", "coefficient of friction"],
+        ),
+        CurveQuantity::MeasuredFriction => (
+            "Friction curve; dots: measured points and steady sliding",
+            ["sliding speed, mm/s", "coefficient of friction"],
+        ),
+        CurveQuantity::SlopeByFrequency => (
+            "Computed slope of friction for an oscillation of the speed; dots: the modes",
+            ["frequency, Hz", "slope, s/m"],
+        ),
+        CurveQuantity::GrowthByTilt => (
+            "Computed growth rate of the fastest mode over the tilt; dots: zero",
+            ["tilt, deg", "growth rate, 1/s"],
+        ),
+        CurveQuantity::SecondToneByTilt => (
+            "Computed growth rate of the second tone over the tilt; dot: Neimark-Sacker point",
+            ["tilt, deg", "growth rate, 1/s"],
+        ),
+        CurveQuantity::Flutter => (
+            "Computed frequencies and growth rate of two coupled modes; dots: this run",
+            ["coefficient of friction", "frequency, Hz; growth rate, 1/s"],
+        ),
+    };
+    let names: &[&str] = match (picture.subject, picture.curves.len()) {
+        (CurveQuantity::Friction, 1) => &["friction on the belt"],
+        (CurveQuantity::Friction, _) => &["as in the scene", "exchanged"],
+        (CurveQuantity::MeasuredFriction, _) => &["curve through the points"],
+        (CurveQuantity::SlopeByFrequency, _) => &["with the state", "in steady sliding"],
+        (CurveQuantity::GrowthByTilt, _) => &["rising tilt", "falling tilt"],
+        (CurveQuantity::SecondToneByTilt, _) => &["by Floquet multipliers"],
+        (CurveQuantity::Flutter, _) => &["lower frequency", "higher frequency", "growth rate"],
+    };
+    let colors = [Color::Run, Color::Compared, Color::Series(1)];
+    let curves = colors.into_iter().zip(&picture.curves).zip(names);
+    let curves = curves.map(|((color, curve), name)| {
+        let curve = Layer::line(curve.clone(), color);
+        curve.with_label(*name).with_id("curves")
+    });
+    let marks = Layer::points(picture.marks.clone(), 4.2, Color::Accent).with_id("marks");
+    Panel::new(
+        title,
+        Axis::linear(x, [x_low, x_high]),
+        Axis::linear(y, [y_low.min(0.0), (1.1 * y_high).max(0.0)]),
+        curves.chain([marks]).collect(),
+    )
+}
