@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Axis, Color, Layer, Panel};
+use super::{Axis, Color, Layer, Panel, Scale};
 use crate::analysis::{SpectralLine, range};
 use crate::pipeline::message::{
     CurveQuantity, Frame, Header, LevelSample, NodeState, PredictedCurves, StatusKind, Subject,
@@ -42,8 +42,14 @@ impl Course {
         self.points.push_back((time, values));
     }
 
-    /// A panel of values over the time: their indices with colours and labels. The axis is linear if it is to contain zero.
-    fn panel(&self, title: &str, y: &str, per: f64, curves: &[(usize, Color, &str)]) -> Panel {
+    /// A panel of values over the time: their indices with colours and labels. A logarithmic axis is for positive values.
+    fn panel(
+        &self,
+        title: &str,
+        (y, scale): (&str, Scale),
+        per: f64,
+        curves: &[(usize, Color, &str)],
+    ) -> Panel {
         let layer = |&(k, color, label): &(usize, Color, &str)| {
             let points = self.points.iter().map(|(t, y)| [1e3 * t, per * y[k]]);
             Layer::line(points.collect(), color).with_label(label)
@@ -52,11 +58,10 @@ impl Course {
         let ends = [self.points.front(), self.points.back()];
         let ends = ends.map(|end| end.map_or(0.0, |(t, _)| 1e3 * t));
         let values = layers.iter().flat_map(Layer::points_of).map(|p| p[1]);
-        let values: Vec<f64> = values.collect();
-        let y = if values.contains(&0.0) {
-            Axis::with_margin(y, values.into_iter())
+        let y = if scale == Scale::Logarithmic {
+            Axis::rounded_logarithmic(y, values)
         } else {
-            Axis::rounded_logarithmic(y, values.into_iter())
+            Axis::with_margin(y, values.chain([0.0]))
         };
         Panel::new(title, Axis::linear("time, ms", ends), y, layers)
     }
@@ -174,19 +179,21 @@ impl LessonPictures {
                     (0, Color::Run, "measured"),
                     (1, Color::Compared, "computed growth"),
                 ];
-                vec![
-                    self.level
-                        .panel("Velocity level", "level, mm/s", 1e3, &curves),
-                ]
+                vec![self.level.panel(
+                    "Velocity level",
+                    ("level, mm/s", Scale::Logarithmic),
+                    1e3,
+                    &curves,
+                )]
             }
             Mechanism::Articulation | Mechanism::Hysteresis => vec![self.tone_loop()],
             Mechanism::StickSlip if header.joint().is_none() => vec![self.portrait()],
             Mechanism::StickSlip => vec![self.nodes()],
             Mechanism::LiftOff => {
                 let curves = [(0, Color::Run, "normal"), (1, Color::Compared, "friction")];
-                let forces = self
-                    .contact
-                    .panel("Contact force", "force, N", 1.0, &curves);
+                let forces =
+                    self.contact
+                        .panel("Contact force", ("force, N", Scale::Linear), 1.0, &curves);
                 vec![forces, self.nodes()]
             }
             Mechanism::WhichModeWins | Mechanism::Prediction => {
@@ -225,9 +232,12 @@ impl LessonPictures {
     fn distance(&self) -> Panel {
         let title = "Distance of the perturbed trajectory";
         let curves = [(0, Color::Run, "distance")];
-        let mut panel = self
-            .distance
-            .panel(title, "relative to the motion", 1.0, &curves);
+        let mut panel = self.distance.panel(
+            title,
+            ("relative to the motion", Scale::Logarithmic),
+            1.0,
+            &curves,
+        );
         if let Some((now, line)) = self.divergence.and_then(|now| Some((now, now.line?))) {
             let at = |t: f64| {
                 [
@@ -254,8 +264,12 @@ impl LessonPictures {
         let curves = order.iter().zip(0..MODES);
         let curves = curves.map(|(&k, color)| (k, Color::Series(color), &*modes[k].label));
         let curves: Vec<_> = curves.collect();
-        self.energy
-            .panel("Energy of each mode", "energy, µJ", 1e6, &curves)
+        self.energy.panel(
+            "Energy of each mode",
+            ("energy, µJ", Scale::Logarithmic),
+            1e6,
+            &curves,
+        )
     }
 
     fn nodes(&self) -> Panel {
@@ -264,7 +278,8 @@ impl LessonPictures {
             (3, Color::Compared, "stick"),
             (4, Color::Ink, "separated"),
         ];
-        self.contact.panel("Contact nodes", "nodes", 1.0, &curves)
+        self.contact
+            .panel("Contact nodes", ("nodes", Scale::Linear), 1.0, &curves)
     }
 
     fn portrait(&self) -> Panel {
