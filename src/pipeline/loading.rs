@@ -42,6 +42,11 @@ impl LoadingClock {
         sample.is_multiple_of(self.every)
     }
 
+    /// The last sample, up to the given one, at which a gradual change is applied.
+    pub fn last_update(&self, sample: u64) -> u64 {
+        sample - sample % self.every
+    }
+
     /// Number of samples from a sample on that belong to one joint.
     pub fn samples_until_change(&self, sample: u64, rate: f64) -> u64 {
         let until_update = if self.tilted.varies() {

@@ -490,10 +490,13 @@ impl ControllableSource for Simulation {
 
     fn seek(&mut self, time: f64) -> Result<(), PipelineError> {
         self.next_sample = (time * self.scene.sample_rate).round() as u64;
-        let time = self.time();
-        self.integrator.start(&self.joint, time, &self.z)?;
-        while self.clock.take_jump(time).is_some() {}
-        self.apply_loading(time)
+        let update = self.clock.last_update(self.next_sample);
+        let mut loaded = update as f64 / self.scene.sample_rate;
+        while let Some(jump) = self.clock.take_jump(self.time()) {
+            loaded = loaded.max(jump);
+        }
+        self.integrator.start(&self.joint, loaded, &self.z)?;
+        self.apply_loading(loaded)
     }
 
     fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError> {
