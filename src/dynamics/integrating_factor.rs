@@ -29,366 +29,179 @@
 //! The last slope of a step is stored before its transformation to `y'`. Because the coordinates of each
 //! step refer to its own start, this slope is also the first slope of the next step.
 
-use pulp::{Arch, Simd, WithSimd};
-
-use super::combination::{Aligned, Combination, lanes};
 use super::system::add_linear;
 use super::{System, trigonometry};
-use crate::instruction_set::instruction_set;
+use crate::instruction_set::vectorised;
 
 /// Bound on the exponent `sigma h`. The backward map `exp(-h L)` amplifies by `exp(sigma h)`; the bound
 /// prevents overflow. The forward map compensates the amplification, so long steps lose no accuracy.
 const MAX_EXPONENT: f64 = 300.0;
 
-/// Order of the components in a row: for each vector of modes that are integrated exactly the coordinates, then the
-/// velocities; then all other components, called first-order here.
-#[derive(Clone, Copy, Debug)]
-struct Layout {
-    modes: usize,
-    first_order: usize,
-    lanes: usize,
-}
+/// Numbers of modes that are processed together, in the widest vectors.
+pub(super) const LANES: usize = 8;
 
-impl Layout {
-    /// Number of vectors of modes.
-    fn pairs(self) -> usize {
-        self.modes.div_ceil(self.lanes)
-    }
+/// Numbers of a group of modes; zero beyond the last mode.
+type Group = [f64; LANES];
 
-    /// Number of vectors of first-order components.
-    fn rest(self) -> usize {
-        self.first_order.div_ceil(self.lanes)
-    }
-
-    /// Vectors of numbers of the modes; zero beyond the last mode.
-    fn packed(self) -> Aligned {
-        Aligned::zeros(self.pairs() * self.lanes)
-    }
-}
-
-/// Linear parts of all modes, in vectors.
-#[derive(Clone, Debug)]
+/// Linear parts of all modes.
+#[derive(Clone, Debug, Default)]
 struct LinearModes {
-    /// `omega^2`, 1/s^2.
-    stiffness: Aligned,
-    /// `sigma = zeta omega`, 1/s.
-    decay: Aligned,
-    /// `omega_d`, rad/s.
-    damped: Aligned,
-    /// `1 / omega_d`, s; zero for a mode with zero frequency.
-    inverse: Aligned,
-    /// Largest `omega_d`, rad/s.
+    groups: Vec<LinearGroup>,
+    /// Largest damped frequency, rad/s.
     fastest: f64,
     /// Whether any mode is damped.
     is_damped: bool,
 }
 
-impl LinearModes {
-    fn new(sys: &dyn System, layout: Layout) -> Self {
-        let mut linear = Self {
-            stiffness: layout.packed(),
-            decay: layout.packed(),
-            damped: layout.packed(),
-            inverse: layout.packed(),
-            fastest: 0.0,
-            is_damped: false,
-        };
-        linear.read(sys, layout.modes);
-        linear
-    }
+/// Linear parts of a group of modes.
+#[derive(Clone, Copy, Debug, Default)]
+struct LinearGroup {
+    /// `omega^2`, 1/s^2.
+    stiffness: Group,
+    /// `sigma = zeta omega`, 1/s.
+    decay: Group,
+    /// `omega_d`, rad/s.
+    damped: Group,
+    /// `1 / omega_d`, s; zero for a mode with zero frequency.
+    inverse: Group,
+}
 
-    /// Reads the linear part of a system with an unchanged number of modes.
+impl LinearModes {
+    /// Reads the linear part of a system, of which a number of modes are integrated exactly.
     fn read(&mut self, sys: &dyn System, modes: usize) {
+        (self.fastest, self.is_damped) = (0.0, false);
         for (i, &omega) in sys.omega()[..modes].iter().enumerate() {
             let zeta = sys.damping().get(i).copied().unwrap_or(0.0);
-            self.stiffness[i] = omega * omega;
-            self.decay[i] = zeta * omega;
-            self.damped[i] = omega * (1.0 - zeta * zeta).sqrt();
-            self.inverse[i] = if omega > 0.0 {
-                self.damped[i].recip()
-            } else {
-                0.0
-            };
+            let (group, lane) = (&mut self.groups[i / LANES], i % LANES);
+            let damped = omega * (1.0 - zeta * zeta).sqrt();
+            group.stiffness[lane] = omega * omega;
+            group.decay[lane] = zeta * omega;
+            group.damped[lane] = damped;
+            group.inverse[lane] = if omega > 0.0 { damped.recip() } else { 0.0 };
+            self.fastest = self.fastest.max(damped);
+            self.is_damped |= zeta * omega != 0.0;
         }
-        self.fastest = self.damped.iter().copied().fold(0.0, f64::max);
-        self.is_damped = self.decay.iter().any(|&sigma| sigma != 0.0);
     }
 }
-
-/// Number of coefficients of a mode in a [`Propagator`].
-const COEFFICIENTS: usize = 6;
 
 /// The propagator of the free vibration, `exp(t L)`, and the column of `exp(-t L)` that acts on a force: for each
-/// vector of modes the coefficients `qq`, `qv`, `vq`, `vv` of the former and `q`, `v` of the latter.
+/// group of modes the coefficients `qq`, `qv`, `vq`, `vv` of the former and `q`, `v` of the latter.
 #[derive(Clone, Debug)]
-struct Propagator {
-    layout: Layout,
-    numbers: Aligned,
-}
+struct Propagator(Vec<[Group; 6]>);
 
 impl Propagator {
-    fn new(layout: Layout) -> Self {
-        Self {
-            layout,
-            numbers: Aligned::zeros(COEFFICIENTS * layout.pairs() * layout.lanes),
-        }
-    }
-}
-
-/// The kernel that applies a propagator to `width` tangent vectors, stored component by component.
-struct MapVectors<'a> {
-    propagator: &'a Propagator,
-    vectors: &'a mut [f64],
-    width: usize,
-    map: VectorMap,
-}
-
-/// What a propagator does to tangent vectors.
-#[derive(Clone, Copy)]
-enum VectorMap {
-    /// Applies `exp(t L)`.
-    Forward,
-    /// Applies `exp(-t L)` to slopes `[0 | f | ..]`.
-    Backward,
-}
-
-impl WithSimd for MapVectors<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let modes = self.propagator.layout.modes;
-        let (q, v) = self.vectors.split_at_mut(modes * self.width);
-        let numbers = &self.propagator.numbers[..];
-        // The few vectors of most runs need no loop.
-        macro_rules! constant {
-            ($width:literal) => {{
-                let (q, v) = (q.as_chunks_mut::<$width>().0, v.as_chunks_mut::<$width>().0);
-                for (i, (q, v)) in q.iter_mut().zip(v).enumerate() {
-                    self.map.apply::<S>(numbers, i, q, v);
-                }
-            }};
-        }
-        match self.width {
-            1 => constant!(1),
-            2 => constant!(2),
-            3 => constant!(3),
-            width => {
-                let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-                for (i, (q, v)) in rows.enumerate() {
-                    self.map.apply::<S>(numbers, i, q, v);
-                }
-            }
-        }
-    }
-}
-
-impl VectorMap {
-    /// Maps the coordinates and velocities of mode `i` of all vectors; `numbers` are those of the propagator.
-    #[inline(always)]
-    fn apply<S: Simd>(self, numbers: &[f64], i: usize, q: &mut [f64], v: &mut [f64]) {
-        let lanes = S::F64_LANES;
-        let numbers = &numbers[i / lanes * COEFFICIENTS * lanes..][..COEFFICIENTS * lanes];
-        let at = |k: usize| numbers[k * lanes + i % lanes];
-        for (q, v) in q.iter_mut().zip(v) {
-            (*q, *v) = match self {
-                Self::Forward => (at(0) * *q + at(1) * *v, at(2) * *q + at(3) * *v),
-                Self::Backward => (at(4) * *v, at(5) * *v),
-            };
-        }
-    }
-}
-
-/// The kernel that sets the propagators over several times (s).
-struct SetPropagators<'a> {
-    linear: &'a LinearModes,
-    times: &'a [f64],
-    propagators: &'a mut [Propagator],
-}
-
-impl WithSimd for SetPropagators<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for (k, &t) in self.times.iter().enumerate() {
-            let (set, rest) = self.propagators.split_at_mut(k);
-            let propagator = &mut rest[0].numbers;
-            match set.last() {
-                // The last two stages of a step belong to the same time.
-                Some(last) if t == self.times[k - 1] => propagator.copy_from_slice(&last.numbers),
-                _ => self.linear.set(simd, t, propagator),
-            }
-        }
-    }
-}
-
-impl LinearModes {
     /// Sets the propagator over `t` (s).
-    #[inline(always)]
-    fn set<S: Simd>(&self, simd: S, t: f64, propagator: &mut [f64]) {
-        let are_small = self.fastest * t.abs() < trigonometry::MAX_REDUCED_ANGLE;
-        let (propagators, _) = S::as_mut_simd_f64s(propagator).0.as_chunks_mut();
-        let pairs = propagators.len();
-        let vectors = |numbers| &S::as_simd_f64s(numbers).0[..pairs];
-        let (damped, inverse) = (vectors(&self.damped), vectors(&self.inverse));
-        let (decay, stiffness) = (vectors(&self.decay), vectors(&self.stiffness));
-        let time = simd.splat_f64s(t);
-        for p in 0..pairs {
-            let angle = simd.mul_f64s(damped[p], time);
-            let [sin, cos] = trigonometry::sin_cos(simd, angle, are_small);
-            // A mode with zero frequency: sin(omega t) / omega -> t.
-            let at_rest = simd.equal_f64s(inverse[p], simd.splat_f64s(0.0));
-            let s = simd.select_f64s(at_rest, time, simd.mul_f64s(sin, inverse[p]));
-            let decay_term = simd.mul_f64s(decay[p], s);
-            let sum = simd.add_f64s(cos, decay_term);
-            let vq = simd.mul_f64s(simd.neg_f64s(stiffness[p]), s);
-            let vv = simd.sub_f64s(cos, decay_term);
-            let mut row = [sum, s, vq, vv, simd.neg_f64s(s), sum];
-            if self.is_damped {
-                let attenuation = self.attenuation(simd, p, t);
-                for forward in &mut row[..4] {
-                    *forward = simd.mul_f64s(*forward, attenuation);
+    fn set(&mut self, linear: &LinearModes, t: f64) {
+        let are_small = linear.fastest * t.abs() < trigonometry::MAX_REDUCED_ANGLE;
+        vectorised(
+            #[inline(always)]
+            || {
+                for (row, linear) in self.0.iter_mut().zip(&linear.groups) {
+                    *row = if are_small {
+                        row_of(linear, t, trigonometry::sin_cos)
+                    } else {
+                        row_of(linear, t, f64::sin_cos)
+                    };
                 }
-                for backward in &mut row[4..] {
-                    *backward = simd.div_f64s(*backward, attenuation);
+            },
+        );
+        if !linear.is_damped {
+            return;
+        }
+        for (row, linear) in self.0.iter_mut().zip(&linear.groups) {
+            let attenuation = linear.decay.map(|decay| f64::exp(-decay * t));
+            let (forward, backward) = row.split_at_mut(4);
+            for (lane, attenuation) in attenuation.into_iter().enumerate() {
+                forward
+                    .iter_mut()
+                    .for_each(|group| group[lane] *= attenuation);
+                backward
+                    .iter_mut()
+                    .for_each(|group| group[lane] /= attenuation);
+            }
+        }
+    }
+
+    /// Maps the coordinates and velocities of the first `modes` modes of `width` vectors.
+    fn map(
+        &self,
+        z: &mut [f64],
+        modes: usize,
+        width: usize,
+        map: impl Fn(&[f64; 6], f64, f64) -> (f64, f64),
+    ) {
+        vectorised(
+            #[inline(always)]
+            || match width {
+                // The few vectors of most runs need no loop.
+                1 => self.map_each(z, modes, 1, &map),
+                2 => self.map_each(z, modes, 2, &map),
+                3 => self.map_each(z, modes, 3, &map),
+                width => self.map_each(z, modes, width, &map),
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn map_each(
+        &self,
+        z: &mut [f64],
+        modes: usize,
+        width: usize,
+        map: impl Fn(&[f64; 6], f64, f64) -> (f64, f64),
+    ) {
+        let (q, v) = z.split_at_mut(modes * width);
+        let groups = q.chunks_mut(LANES * width).zip(v.chunks_mut(LANES * width));
+        for (row, (q, v)) in self.0.iter().zip(groups) {
+            if let (1, Some(q), Some(v)) = (width, q.first_chunk_mut(), v.first_chunk_mut()) {
+                let mut both: [Group; 2] = [*q, *v];
+                for lane in 0..LANES {
+                    let coefficients = row.map(|group| group[lane]);
+                    (both[0][lane], both[1][lane]) =
+                        map(&coefficients, both[0][lane], both[1][lane]);
+                }
+                [*q, *v] = both;
+                continue;
+            }
+            let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
+            for (lane, (q, v)) in rows.enumerate() {
+                let coefficients = row.map(|group| group[lane]);
+                for (q, v) in q.iter_mut().zip(v) {
+                    (*q, *v) = map(&coefficients, *q, *v);
                 }
             }
-            let out: &mut [S::f64s; COEFFICIENTS] = &mut propagators[p];
-            *out = row;
-        }
-    }
-
-    /// `exp(-sigma t)` of a vector of modes.
-    #[inline(always)]
-    fn attenuation<S: Simd>(&self, simd: S, pair: usize, t: f64) -> S::f64s {
-        let mut factors = simd.splat_f64s(0.0);
-        let decay = &self.decay[pair * S::F64_LANES..][..S::F64_LANES];
-        let lanes = pulp::bytemuck::cast_slice_mut(std::slice::from_mut(&mut factors));
-        for (factor, decay) in lanes.iter_mut().zip(decay) {
-            *factor = f64::exp(-decay * t);
-        }
-        factors
-    }
-}
-
-/// The kernel that applies `exp(t L)` to a combination of slopes, the last of which may be due.
-struct Advance<'a> {
-    propagator: &'a Propagator,
-    rows: Combination<'a>,
-    /// What the last slope is computed from, unless it is known.
-    due: Option<PullBack<'a>>,
-    out: &'a mut [f64],
-}
-
-impl WithSimd for Advance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            propagator,
-            rows,
-            due,
-            out,
-        } = self;
-        if let Some(due) = due {
-            let last = (rows.weights.len() - 1) * rows.start.len();
-            due.write(simd, &mut rows.slopes[last..][..rows.start.len()]);
-        }
-        propagator.advance(simd, &rows, out);
-    }
-}
-
-impl Propagator {
-    /// Writes `exp(t L)` times a combination to `out`.
-    ///
-    /// The last vector of the coordinates reaches into the velocities, and the last vector of these beyond their end.
-    /// Therefore the vectors are written from the last one to the first one.
-    #[inline(always)]
-    fn advance<S: Simd>(&self, simd: S, combination: &Combination<'_>, out: &mut [f64]) {
-        let pairs = self.layout.pairs();
-        let mut pair = pairs;
-        while pair >= 2 {
-            pair -= 2;
-            let [q, v, next_q, next_v] = combination.vectors(simd, 2 * pair);
-            self.rotate(simd, pair + 1, [next_q, next_v], out);
-            self.rotate(simd, pair, [q, v], out);
-        }
-        if pair == 1 {
-            let motion = combination.vectors(simd, 0);
-            self.rotate(simd, 0, motion, out);
-        }
-        if self.layout.first_order > 0 {
-            combination.write(simd, 2 * pairs, &mut out[2 * self.layout.modes..]);
-        }
-    }
-
-    /// Writes `exp(t L)` times the coordinates and velocities of a vector of modes to `out`.
-    #[inline(always)]
-    fn rotate<S: Simd>(&self, simd: S, pair: usize, [q, v]: [S::f64s; 2], out: &mut [f64]) {
-        let row = &S::as_simd_f64s(&self.numbers).0[pair * COEFFICIENTS..][..COEFFICIENTS];
-        let first = pair * S::F64_LANES;
-        for (by, at) in [(0, first), (2, self.layout.modes + first)] {
-            let sum = simd.add_f64s(simd.mul_f64s(row[by], q), simd.mul_f64s(row[by + 1], v));
-            // Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
-            let sum = simd.add_f64s(sum, simd.splat_f64s(0.0));
-            S::as_mut_simd_f64s(&mut out[at..][..S::F64_LANES]).0[0] = sum;
         }
     }
 }
 
-/// The kernel that writes `exp(-t L) [0 | f | g]` for the force `[f | g]`.
-struct PullBack<'a> {
-    propagator: &'a Propagator,
-    force: &'a [f64],
-}
-
-impl PullBack<'_> {
-    #[inline(always)]
-    fn write<S: Simd>(&self, simd: S, slope: &mut [f64]) {
-        let Layout {
-            modes, first_order, ..
-        } = self.propagator.layout;
-        let pairs = self.propagator.layout.pairs();
-        let (slopes, rest) = slope.split_at_mut(2 * pairs * S::F64_LANES);
-        let slopes = &mut S::as_mut_simd_f64s(slopes).0[..2 * pairs];
-        let force = &S::as_simd_f64s(self.force).0[..pairs];
-        let row = &S::as_simd_f64s(&self.propagator.numbers).0[..COEFFICIENTS * pairs];
-        for p in 0..pairs {
-            slopes[2 * p] = simd.mul_f64s(row[COEFFICIENTS * p + 4], force[p]);
-            slopes[2 * p + 1] = simd.mul_f64s(row[COEFFICIENTS * p + 5], force[p]);
-        }
-        if first_order > 0 {
-            rest[..first_order].copy_from_slice(&self.force[modes..][..first_order]);
-        }
+/// The coefficients of a group of modes over `t` (s) without damping.
+#[inline(always)]
+fn row_of(linear: &LinearGroup, t: f64, sin_cos: impl Fn(f64) -> (f64, f64)) -> [Group; 6] {
+    let mut row = [[0.0; LANES]; 6];
+    for lane in 0..LANES {
+        let (sin, cos) = sin_cos(linear.damped[lane] * t);
+        let inverse = linear.inverse[lane];
+        // A mode with zero frequency: sin(omega t) / omega -> t.
+        let s = if inverse == 0.0 { t } else { sin * inverse };
+        let decay = linear.decay[lane] * s;
+        row[0][lane] = cos + decay;
+        row[1][lane] = s;
+        row[2][lane] = -linear.stiffness[lane] * s;
+        row[3][lane] = cos - decay;
+        row[4][lane] = -s;
+        row[5][lane] = cos + decay;
     }
-}
-
-/// The kernel that writes a slope.
-struct WriteSlope<'a> {
-    pull_back: PullBack<'a>,
-    slope: &'a mut [f64],
-}
-
-impl WithSimd for WriteSlope<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.pull_back.write(simd, self.slope);
-    }
+    row
 }
 
 /// The coordinates `y` in which a Runge–Kutta method is applied. `y` equals the state `z` at the start of the step.
 ///
-/// States `z` and slopes of `y` enter combinations as rows of whole vectors. Outputs `out` and forces have
-/// [`MAX_LANES`](super::combination::MAX_LANES) numbers more than needed, which are arbitrary.
-///
-/// The transformation is linear and also applies to tangent vectors, `width` of them stored component by component.
+/// The transformation is linear. It applies to `width` vectors that are stored component by component: the state, or
+/// tangent vectors.
 #[derive(Clone, Debug)]
 pub(super) struct IntegratingFactor {
-    layout: Layout,
+    /// Number of modes that are integrated exactly.
+    modes: usize,
     linear: LinearModes,
     /// Step length for which `stages` is valid, s.
     h: f64,
@@ -396,103 +209,40 @@ pub(super) struct IntegratingFactor {
     stages: Vec<Propagator>,
     /// Propagator from the start of the step to a sample.
     sample: Propagator,
-    /// Times of the stages from the start of the step, s.
-    times: Vec<f64>,
-    arch: Arch,
 }
 
 impl IntegratingFactor {
     /// The form of a system for a method with `stages` stages that integrates `modes` modes exactly: all of them, or
     /// none.
     pub fn new(sys: &dyn System, stages: usize, modes: usize) -> Self {
-        let arch = instruction_set();
-        let layout = Layout {
-            modes,
-            first_order: sys.dim() - 2 * modes,
-            lanes: lanes(arch),
+        let groups = modes.div_ceil(LANES);
+        let propagator = Propagator(vec![[[0.0; LANES]; 6]; groups]);
+        let mut linear = LinearModes {
+            groups: vec![LinearGroup::default(); groups],
+            ..LinearModes::default()
         };
+        linear.read(sys, modes);
         Self {
-            layout,
-            linear: LinearModes::new(sys, layout),
+            modes,
+            linear,
             h: 0.0,
-            stages: vec![Propagator::new(layout); stages],
-            sample: Propagator::new(layout),
-            times: vec![0.0; stages],
-            arch,
+            stages: vec![propagator.clone(); stages],
+            sample: propagator,
         }
-    }
-
-    /// Applies a propagator to `width` tangent vectors.
-    fn map_vectors(
-        &self,
-        propagator: &Propagator,
-        vectors: &mut [f64],
-        width: usize,
-        map: VectorMap,
-    ) {
-        self.arch.dispatch(MapVectors {
-            propagator,
-            vectors,
-            width,
-            map,
-        });
-    }
-
-    /// Sets the propagator to a sample at `offset` (s) after the start of the step.
-    fn prepare_sample(&mut self, offset: f64) {
-        self.arch.dispatch(SetPropagators {
-            linear: &self.linear,
-            times: &[offset],
-            propagators: std::slice::from_mut(&mut self.sample),
-        });
     }
 
     /// Number of modes that are integrated exactly.
     pub fn modes(&self) -> usize {
-        self.layout.modes
-    }
-
-    /// Length of a row.
-    pub fn row_len(&self) -> usize {
-        let Layout { lanes, .. } = self.layout;
-        (2 * self.layout.pairs() + self.layout.rest()) * lanes
-    }
-
-    /// Position of a component of the state in a row.
-    pub fn position(&self, component: usize) -> usize {
-        let Layout { modes, lanes, .. } = self.layout;
-        match component {
-            q if q < modes => q / lanes * 2 * lanes + q % lanes,
-            v if v < 2 * modes => {
-                let v = v - modes;
-                (v / lanes * 2 + 1) * lanes + v % lanes
-            }
-            w => 2 * self.layout.pairs() * lanes + w - 2 * modes,
-        }
-    }
-
-    /// Writes a state or slope to a row.
-    pub fn pack(&self, z: &[f64], row: &mut [f64]) {
-        let Layout { modes, lanes, .. } = self.layout;
-        let (motion, rest) = row.split_at_mut(2 * self.layout.pairs() * lanes);
-        let (q, others) = z.split_at(modes);
-        let (v, w) = others.split_at(modes);
-        let vectors = q.chunks(lanes).zip(v.chunks(lanes));
-        for (pair, (q, v)) in motion.chunks_exact_mut(2 * lanes).zip(vectors) {
-            let (to_q, to_v) = pair.split_at_mut(lanes);
-            to_q.iter_mut().zip(q).for_each(|(to, q)| *to = *q);
-            to_v.iter_mut().zip(v).for_each(|(to, v)| *to = *v);
-        }
-        rest.iter_mut().zip(w).for_each(|(to, w)| *to = *w);
+        self.modes
     }
 
     /// Adds the linear part that the method integrates to the slopes `[. | f | g]` of tangent vectors `z`.
     /// Components that are integrated exactly become zero.
     pub fn add_linear_part(&self, sys: &dyn System, z: &[f64], slope: &mut [f64], width: usize) {
-        if self.layout.modes < sys.modes() {
+        if self.modes < sys.modes() {
             add_linear(sys.omega(), sys.damping(), z, slope, width);
         } else {
-            slope[..self.layout.modes * width].fill(0.0);
+            slope[..self.modes * width].fill(0.0);
         }
     }
 
@@ -502,85 +252,49 @@ impl IntegratingFactor {
             return;
         }
         self.h = h;
-        for (time, node) in self.times.iter_mut().zip(nodes) {
-            *time = node * h;
-        }
         // The first stage is the start of the step.
-        self.arch.dispatch(SetPropagators {
-            linear: &self.linear,
-            times: &self.times[1..],
-            propagators: &mut self.stages[1..],
-        });
+        for (propagator, node) in self.stages.iter_mut().zip(nodes).skip(1) {
+            propagator.set(&self.linear, node * h);
+        }
     }
 
-    /// Writes the state `z` at a stage for a combination `y`. The last slope of the combination is written first if it is
-    /// `due`: that of another stage with the given force.
-    pub fn advance(
-        &self,
-        stage: usize,
-        due: Option<(usize, &[f64])>,
-        rows: Combination<'_>,
-        out: &mut [f64],
-    ) {
-        self.arch.dispatch(Advance {
-            propagator: &self.stages[stage],
-            rows,
-            due: due.map(|(from, force)| PullBack {
-                propagator: &self.stages[from],
-                force,
-            }),
-            out,
-        });
-    }
-
-    /// Writes the state `z` at `offset` (s) after the start of the step for a combination `y`.
-    pub fn advance_by(&mut self, offset: f64, rows: Combination<'_>, out: &mut [f64]) {
-        self.prepare_sample(offset);
-        self.arch.dispatch(Advance {
-            propagator: &self.sample,
-            rows,
-            due: None,
-            out,
-        });
-    }
-
-    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first to a row.
-    pub fn slope(&self, stage: usize, force: &[f64], slope: &mut [f64]) {
-        self.arch.dispatch(WriteSlope {
-            pull_back: PullBack {
-                propagator: &self.stages[stage],
-                force,
-            },
-            slope,
-        });
-    }
-
-    /// Transforms slopes of tangent vectors at a stage into slopes of `y`, in place.
+    /// Transforms slopes `[. | f | g]` at a stage after the first into slopes of `y`, in place.
     pub fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
-        self.map_vectors(&self.stages[stage], slope, width, VectorMap::Backward);
+        self.stages[stage].map(slope, self.modes, width, backward);
     }
 
-    /// Transforms tangent vectors from `y` to `z` at a stage, in place.
+    /// Transforms vectors from `y` to `z` at a stage, in place.
     pub fn push_forward(&self, stage: usize, y: &mut [f64], width: usize) {
-        self.map_vectors(&self.stages[stage], y, width, VectorMap::Forward);
+        self.stages[stage].map(y, self.modes, width, forward);
     }
 
-    /// Transforms tangent vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
+    /// Transforms vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
     pub fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
-        self.prepare_sample(offset);
-        self.map_vectors(&self.sample, y, width, VectorMap::Forward);
+        self.sample.set(&self.linear, offset);
+        self.sample.map(y, self.modes, width, forward);
     }
 
     /// Updates the linear part for a changed system with the same number of modes.
     pub fn update_linear_part(&mut self, sys: &dyn System) {
-        self.linear.read(sys, self.layout.modes);
+        self.linear.read(sys, self.modes);
         self.h = f64::NAN;
     }
 
     /// Maximum step that the linear part allows, s.
     pub fn max_step_of_linear_part(&self) -> f64 {
-        let decay = self.linear.decay.iter();
-        let fastest = decay.fold(0.0, |max: f64, sigma| max.max(sigma.abs()));
-        MAX_EXPONENT / fastest
+        let decay = self.linear.groups.iter().flat_map(|group| group.decay);
+        MAX_EXPONENT / decay.fold(0.0, |max, sigma| sigma.abs().max(max))
     }
+}
+
+/// Applies `exp(t L)`. Adding zero turns a negative zero into zero, which keeps a state at rest bitwise at rest.
+#[inline(always)]
+fn forward(c: &[f64; 6], q: f64, v: f64) -> (f64, f64) {
+    (c[0] * q + c[1] * v + 0.0, c[2] * q + c[3] * v + 0.0)
+}
+
+/// Applies `exp(-t L)` to a slope without a change of the coordinate.
+#[inline(always)]
+fn backward(c: &[f64; 6], _: f64, v: f64) -> (f64, f64) {
+    (c[4] * v, c[5] * v)
 }

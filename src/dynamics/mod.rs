@@ -72,7 +72,6 @@
 //! ```
 
 mod auto;
-mod combination;
 pub mod continuation;
 pub mod equilibrium;
 mod error;

@@ -9,9 +9,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::combination::{Aligned, Combination, MAX_LANES};
 use super::error_control::{MethodTraits, StateNorm};
-use super::integrating_factor::IntegratingFactor;
+use super::integrating_factor::{IntegratingFactor, LANES};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
 use super::system::add_linear;
 use super::tableau::Tableau;
@@ -27,18 +26,14 @@ pub(super) struct RungeKutta<const S: usize> {
     /// Coordinates of the method.
     pub form: IntegratingFactor,
     pub step: Step,
-    /// Start of the step, as a row.
-    start: Aligned,
-    /// Slopes of `y` at the stages, one row each.
-    slopes: Aligned,
-    /// Slope of `y` at the start of the step, component by component.
+    /// Slopes of `y` at the stages, one row of whole vectors each.
+    slopes: Vec<f64>,
+    /// Slope of `y` at the start of the step.
     start_slope: Vec<f64>,
-    /// State at the present stage.
-    state: Aligned,
+    /// State at the present stage, a row.
+    state: Vec<f64>,
     /// Force `[f | g]` at the present stage; the whole right-hand side if the form integrates no mode exactly.
-    force: Aligned,
-    /// The start of a combination that is a difference, as a row.
-    zeros: Aligned,
+    force: Vec<f64>,
     /// The second error estimate, if the tableau has one.
     coarse_error: Vec<f64>,
     /// Whether the dense-output stages belong to the last step.
@@ -50,47 +45,43 @@ pub(super) struct RungeKutta<const S: usize> {
 impl<const S: usize> RungeKutta<S> {
     /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
     pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
-        let form = IntegratingFactor::new(sys, S, modes);
-        let (dim, len) = (sys.dim(), form.row_len());
+        let dim = sys.dim();
+        let row = dim.next_multiple_of(LANES);
         Self {
             tableau,
-            form,
+            form: IntegratingFactor::new(sys, S, modes),
             step: Step::new(dim),
-            start: Aligned::zeros(len),
-            slopes: Aligned::zeros(S * len),
+            slopes: vec![0.0; S * row],
             start_slope: vec![0.0; dim],
-            state: Aligned::zeros(dim + MAX_LANES),
-            force: Aligned::zeros(dim - modes + MAX_LANES),
-            zeros: Aligned::zeros(len),
+            state: vec![0.0; row],
+            force: vec![0.0; dim - modes],
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
         }
     }
 
-    /// The change of the slope from one stage to another, component by component.
+    /// The change of the slope from one stage to another.
     pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let (from, to) = (self.slope_row(from), self.slope_row(to));
-        for (c, out) in out.iter_mut().enumerate() {
-            let at = self.form.position(c);
-            *out = to[at] - from[at];
+        let slopes = self.slope_row(to).iter().zip(self.slope_row(from));
+        for (out, (to, from)) in out.iter_mut().zip(slopes) {
+            *out = to - from;
         }
     }
 
-    /// The change of `y`, divided by the step, from one stage to another, component by component.
+    /// The change of `y`, divided by the step, from one stage to another.
     pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
         let stages = &self.tableau.stages;
         for (c, out) in out.iter_mut().enumerate() {
-            let at = self.form.position(c);
             let weights = stages[to].iter().zip(&stages[from]).enumerate();
             *out = weights
-                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[at])
+                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[c])
                 .sum();
         }
     }
 
     fn slope_row(&self, stage: usize) -> &[f64] {
-        &self.slopes[stage * self.start.len()..][..self.start.len()]
+        &self.slopes[stage * self.state.len()..][..self.state.len()]
     }
 
     /// Exchanges the records at the two ends of the step.
@@ -100,23 +91,32 @@ impl<const S: usize> RungeKutta<S> {
         }
     }
 
-    /// Writes the state at a stage, and before it the slope of the stage `due`.
-    fn advance(&mut self, stage: usize, due: Option<usize>) {
-        let rows = Combination {
-            start: &self.start,
-            h: self.step.length(),
-            slopes: &mut self.slopes,
-            weights: &self.tableau.stages[stage][..stage],
-        };
-        let due = due.map(|from| (from, &self.force[..]));
-        self.form.advance(stage, due, rows, &mut self.state);
+    /// Writes the slope of `y` at a stage from the force there.
+    fn write_slope(&mut self, stage: usize) {
+        let (modes, row) = (self.form.modes(), self.state.len());
+        let slope = &mut self.slopes[stage * row..][..row];
+        slope[modes..][..self.force.len()].copy_from_slice(&self.force);
+        self.form.pull_back(stage, slope, 1);
+    }
+
+    /// Writes a state at the start of the step to the row of the state, whose end remains zero.
+    fn write_start(&mut self) {
+        self.state[..self.step.dim()].copy_from_slice(&self.step.start);
+    }
+
+    /// Writes the state at a stage.
+    fn advance(&mut self, stage: usize) {
+        self.write_start();
+        let weights = &self.tableau.stages[stage][..stage];
+        accumulate(&mut self.state, self.step.length(), &self.slopes, weights);
+        self.form.push_forward(stage, &mut self.state, 1);
     }
 
     /// Evaluates the force at a stage.
     fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
         let dim = self.step.dim();
         let modes = self.form.modes();
-        let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
+        let (z, slope) = (&self.state[..dim], &mut self.force[..]);
         let out = &mut slope[sys.modes() - modes..];
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
@@ -132,30 +132,25 @@ impl<const S: usize> RungeKutta<S> {
     fn write_end_slope(&mut self) {
         let (q, rest) = self.step.end_slope.split_at_mut(self.form.modes());
         q.fill(0.0);
-        rest.copy_from_slice(&self.force[..rest.len()]);
+        rest.copy_from_slice(&self.force);
     }
 
     /// Writes the error estimates and the slope at the end of the step, which they need.
     fn estimate_errors(&mut self) {
-        let (dim, end, h) = (self.step.dim(), self.tableau.end, self.step.length());
-        let rows = Combination {
-            start: &self.zeros,
-            h,
-            slopes: &mut self.slopes,
-            weights: &self.tableau.error[..=end],
-        };
-        let due = Some((end, &self.force[..]));
-        self.form.advance(end, due, rows, &mut self.state);
-        self.step.error.copy_from_slice(&self.state[..dim]);
-        if let Some(weights) = &self.tableau.coarse_error {
-            let rows = Combination {
-                start: &self.zeros,
-                h,
-                slopes: &mut self.slopes,
-                weights: &weights[..=end],
-            };
-            self.form.advance(end, None, rows, &mut self.state);
-            self.coarse_error.copy_from_slice(&self.state[..dim]);
+        let (tableau, dim) = (self.tableau, self.step.dim());
+        self.write_slope(tableau.end);
+        let coarse = tableau.coarse_error.as_ref();
+        let estimates = [
+            (Some(&tableau.error), &mut self.step.error),
+            (coarse, &mut self.coarse_error),
+        ];
+        let h = self.step.full_end_time - self.step.start_time;
+        for (weights, error) in estimates {
+            let Some(weights) = weights else { continue };
+            self.state.fill(0.0);
+            accumulate(&mut self.state, h, &self.slopes, &weights[..=tableau.end]);
+            self.form.push_forward(tableau.end, &mut self.state, 1);
+            error.copy_from_slice(&self.state[..dim]);
         }
     }
 }
@@ -201,9 +196,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
     fn begin_step(&mut self) {
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
-        let len = self.start.len();
-        self.form.pack(&self.step.start, &mut self.start);
-        self.form.pack(&self.start_slope, &mut self.slopes[..len]);
+        self.slopes[..self.start_slope.len()].copy_from_slice(&self.start_slope);
         self.swap_end_records();
     }
 
@@ -227,7 +220,10 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.form.prepare(&self.tableau.nodes, self.step.length());
         for stage in 1..=end {
             // The slope of the first stage is known.
-            self.advance(stage, (stage > 1).then_some(stage - 1));
+            if stage > 1 {
+                self.write_slope(stage - 1);
+            }
+            self.advance(stage);
             if let (true, Some(status)) = (stage == end, status) {
                 switching(sys).settle(status, end_time, &mut self.state[..dim]);
             }
@@ -259,12 +255,10 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             return;
         }
         self.is_dense = true;
-        let len = self.start.len();
         for stage in tableau.end + 1..S {
-            self.advance(stage, None);
+            self.advance(stage);
             self.evaluate(sys, status, stage);
-            let slope = &mut self.slopes[stage * len..][..len];
-            self.form.slope(stage, &self.force, slope);
+            self.write_slope(stage);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -276,13 +270,10 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         }
         let h = self.step.length();
         let offset = t - self.step.start_time;
-        let rows = Combination {
-            start: &self.start,
-            h,
-            slopes: &mut self.slopes,
-            weights: &self.tableau.weights(offset / h),
-        };
-        self.form.advance_by(offset, rows, &mut self.state);
+        let weights = self.tableau.weights(offset / h);
+        self.write_start();
+        accumulate(&mut self.state, h, &self.slopes, &weights);
+        self.form.push_forward_by(offset, &mut self.state, 1);
         out.copy_from_slice(&self.state[..out.len()]);
     }
 
@@ -389,18 +380,28 @@ impl WithSimd for Accumulate<'_> {
 }
 
 impl Accumulate<'_> {
-    /// Adds the first `N` terms.
+    /// Adds the first `N` terms, in whole vectors as far as possible.
     #[inline(always)]
     fn terms<const N: usize>(&mut self) {
         let dim = self.y.len();
         let weights: [f64; N] = std::array::from_fn(|j| self.weights[j]);
         let slopes: [&[f64]; N] = std::array::from_fn(|j| &self.slopes[j * dim..][..dim]);
-        for (i, y) in self.y.iter_mut().enumerate() {
-            let mut sum = weights[0] * slopes[0][i];
-            for j in 1..N {
-                sum += weights[j] * slopes[j][i];
+        let rows = slopes.map(|slope| slope.as_chunks::<LANES>());
+        let (vectors, rest) = self.y.as_chunks_mut::<LANES>();
+        for (i, y) in vectors.iter_mut().enumerate() {
+            let mut sum = [0.0; LANES];
+            for (weight, (vectors, _)) in weights.iter().zip(&rows) {
+                for (sum, slope) in sum.iter_mut().zip(&vectors[i]) {
+                    *sum += weight * slope;
+                }
             }
-            *y += self.h * sum;
+            for (y, sum) in y.iter_mut().zip(sum) {
+                *y += self.h * sum;
+            }
+        }
+        for (i, y) in rest.iter_mut().enumerate() {
+            let terms = weights.iter().zip(&rows);
+            *y += self.h * terms.fold(0.0, |sum, (weight, (_, rest))| sum + weight * rest[i]);
         }
     }
 }

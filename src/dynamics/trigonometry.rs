@@ -2,15 +2,11 @@
 //!
 //! An exponential method evaluates sine and cosine of one angle per mode at every sample and at every
 //! change of the step. The standard library processes one angle at a time. The branch-free form below
-//! processes a vector of them at the same accuracy: the angle is reduced to `[-pi/4, pi/4]` with a two-part value
+//! is vectorised in a loop, at the same accuracy: the angle is reduced to `[-pi/4, pi/4]` with a two-part value
 //! of pi/2 (W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980), where the
 //! Taylor series are short.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
-
-use pulp::Simd;
-
-use super::combination::MAX_LANES;
 
 /// The leading 33 bits of pi/2: a product with an integer below 2^20 is exact.
 const HALF_PI_HIGH: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
@@ -21,71 +17,27 @@ const ROUNDING_OFFSET: f64 = 1.5 * (1_u64 << 52) as f64;
 /// Angles below this are reduced exactly (fewer than 2^20 multiples of pi/2), rad.
 pub(super) const MAX_REDUCED_ANGLE: f64 = 1e6;
 
-/// Sine and cosine of each angle (rad). `are_small` states that all are below [`MAX_REDUCED_ANGLE`].
+/// Sine and cosine of an angle (rad) below [`MAX_REDUCED_ANGLE`].
 #[inline(always)]
-pub(super) fn sin_cos<S: Simd>(simd: S, angles: S::f64s, are_small: bool) -> [S::f64s; 2] {
-    if are_small {
-        return reduced(simd, angles);
-    }
-    let (mut sin, mut cos) = ([0.0; MAX_LANES], [0.0; MAX_LANES]);
-    let (sin, cos) = (&mut sin[..S::F64_LANES], &mut cos[..S::F64_LANES]);
-    simd.partial_store_f64s(sin, angles);
-    each_sin_cos(sin, cos);
-    [sin, cos].map(|numbers| simd.partial_load_f64s(numbers))
-}
-
-/// Replaces angles by their sines and writes their cosines, by the standard library.
-#[inline(never)]
-fn each_sin_cos(angles: &mut [f64], cos: &mut [f64]) {
-    for (x, cos) in angles.iter_mut().zip(cos) {
-        (*x, *cos) = x.sin_cos();
-    }
-}
-
-/// Sine and cosine of angles below [`MAX_REDUCED_ANGLE`].
-#[inline(always)]
-fn reduced<S: Simd>(simd: S, x: S::f64s) -> [S::f64s; 2] {
-    let offset = simd.splat_f64s(ROUNDING_OFFSET);
-    let rounded = multiply_add(simd, x, simd.splat_f64s(FRAC_2_PI), offset);
-    let turns = simd.sub_f64s(rounded, offset);
-    let high = multiply_add(simd, turns, simd.splat_f64s(-HALF_PI_HIGH), x);
-    let r = multiply_add(simd, turns, simd.splat_f64s(-HALF_PI_LOW), high);
-    let r2 = simd.mul_f64s(r, r);
-    let s = multiply_add(simd, simd.mul_f64s(r, r2), series(simd, r2, &SINE), r);
-    let c = multiply_add(simd, r2, series(simd, r2, &COSINE), simd.splat_f64s(1.0));
+pub(super) fn sin_cos(x: f64) -> (f64, f64) {
+    let rounded = x * FRAC_2_PI + ROUNDING_OFFSET;
+    let turns = rounded - ROUNDING_OFFSET;
+    let r = x - turns * HALF_PI_HIGH - turns * HALF_PI_LOW;
+    let r2 = r * r;
+    let s = r * r2 * series(r2, &SINE) + r;
+    let c = r2 * series(r2, &COSINE) + 1.0;
     // Multiples of pi/2: sin -> cos -> -sin -> -cos. Bit 0 exchanges the two, bit 1 changes the sign.
-    let quadrant = simd.transmute_u64s_f64s(rounded);
-    let is_odd = has_bit(simd, quadrant, 1);
-    let sin = simd.select_f64s(is_odd, c, s);
-    let cos = simd.select_f64s(is_odd, s, c);
-    let next = simd.add_u64s(quadrant, simd.splat_u64s(1));
-    [
-        simd.select_f64s(has_bit(simd, quadrant, 2), simd.neg_f64s(sin), sin),
-        simd.select_f64s(has_bit(simd, next, 2), simd.neg_f64s(cos), cos),
-    ]
-}
-
-/// `a b + c`, with two roundings on every machine.
-#[inline(always)]
-fn multiply_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-    simd.add_f64s(simd.mul_f64s(a, b), c)
-}
-
-/// Whether the integers have the given bit.
-#[inline(always)]
-fn has_bit<S: Simd>(simd: S, integers: S::u64s, bit: u64) -> S::m64s {
-    let bit = simd.splat_u64s(bit);
-    simd.equal_u64s(simd.and_u64s(integers, bit), bit)
+    let quadrant = rounded.to_bits();
+    let (sin, cos) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
+    let sign = |quadrant: u64| if quadrant & 2 == 0 { 1.0 } else { -1.0 };
+    (sign(quadrant) * sin, sign(quadrant.wrapping_add(1)) * cos)
 }
 
 /// `sum_k coefficients[k] x^k` by Horner's rule.
 #[inline(always)]
-fn series<S: Simd>(simd: S, x: S::f64s, coefficients: &[f64; 8]) -> S::f64s {
-    let mut sum = simd.splat_f64s(0.0);
-    for &c in coefficients.iter().rev() {
-        sum = multiply_add(simd, sum, x, simd.splat_f64s(c));
-    }
-    sum
+fn series(x: f64, coefficients: &[f64; 8]) -> f64 {
+    let terms = coefficients.iter().rev();
+    terms.fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
 /// Coefficients of `(sin r - r) / r^3` in powers of `r^2`: `-1/3!, 1/5!, ..`.
@@ -113,31 +65,7 @@ const COSINE: [f64; 8] = [
 
 #[cfg(test)]
 mod tests {
-    use pulp::{Arch, WithSimd};
-
     use super::*;
-
-    /// Sines and cosines of angles.
-    struct Both<'a>(&'a [f64]);
-
-    impl WithSimd for Both<'_> {
-        type Output = [Vec<f64>; 2];
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> [Vec<f64>; 2] {
-            let (mut sin, mut cos) = (Vec::new(), Vec::new());
-            for angles in self.0.chunks(S::F64_LANES) {
-                let are_small = angles.iter().all(|x| x.abs() < MAX_REDUCED_ANGLE);
-                let found = sin_cos(simd, simd.partial_load_f64s(angles), are_small);
-                for (out, vector) in [&mut sin, &mut cos].into_iter().zip(found) {
-                    let mut numbers = vec![0.0; angles.len()];
-                    simd.partial_store_f64s(&mut numbers, vector);
-                    out.extend(numbers);
-                }
-            }
-            [sin, cos]
-        }
-    }
 
     #[test]
     fn agrees_with_the_standard_library_to_two_units_in_the_last_place() {
@@ -152,7 +80,7 @@ mod tests {
             2.0 * FRAC_PI_2,
             999_999.0,
         ]);
-        let [sin, cos] = Arch::new().dispatch(Both(&angles));
+        let (sin, cos): (Vec<f64>, Vec<f64>) = angles.iter().map(|x| sin_cos(*x)).unzip();
         for (i, x) in angles.iter().enumerate() {
             assert!(
                 (sin[i] - x.sin()).abs() <= 2.3e-16,
@@ -169,13 +97,5 @@ mod tests {
         }
         assert_eq!((sin[8401], cos[8401]), (0.0, 1.0));
         assert_eq!(sin[8402], 1e-300);
-    }
-
-    #[test]
-    fn large_angles_use_the_standard_library() {
-        let [sin, cos] = Arch::new().dispatch(Both(&[1e9, 0.5, f64::NAN]));
-        assert_eq!((sin[0], cos[0]), 1e9_f64.sin_cos());
-        assert_eq!((sin[1], cos[1]), 0.5_f64.sin_cos());
-        assert!(sin[2].is_nan() && cos[2].is_nan());
     }
 }
