@@ -84,6 +84,11 @@ impl LinearModes {
     }
 }
 
+/// Maps the coordinate and the velocity of a mode by the coefficients of a propagator.
+trait Map: Fn(&[f64; 6], f64, f64) -> (f64, f64) + Copy {}
+
+impl<F: Fn(&[f64; 6], f64, f64) -> (f64, f64) + Copy> Map for F {}
+
 /// The propagator of the free vibration, `exp(t L)`, and the column of `exp(-t L)` that acts on a force: for each
 /// group of modes the coefficients `qq`, `qv`, `vq`, `vv` of the former and `q`, `v` of the latter.
 #[derive(Clone, Debug)]
@@ -110,65 +115,70 @@ impl Propagator {
         }
         for (row, linear) in self.0.iter_mut().zip(&linear.groups) {
             let attenuation = linear.decay.map(|decay| f64::exp(-decay * t));
-            let (forward, backward) = row.split_at_mut(4);
-            for (lane, attenuation) in attenuation.into_iter().enumerate() {
-                forward
+            for lane in 0..LANES {
+                row[..4]
                     .iter_mut()
-                    .for_each(|group| group[lane] *= attenuation);
-                backward
+                    .for_each(|group| group[lane] *= attenuation[lane]);
+                row[4..]
                     .iter_mut()
-                    .for_each(|group| group[lane] /= attenuation);
+                    .for_each(|group| group[lane] /= attenuation[lane]);
             }
         }
     }
 
     /// Maps the coordinates and velocities of the first `modes` modes of `width` vectors.
-    fn map(
-        &self,
-        z: &mut [f64],
-        modes: usize,
-        width: usize,
-        map: impl Fn(&[f64; 6], f64, f64) -> (f64, f64),
-    ) {
+    fn map(&self, z: &mut [f64], modes: usize, width: usize, map: impl Map) {
+        let (q, v) = z.split_at_mut(modes * width);
+        // The few vectors of most runs need no loop.
+        macro_rules! constant {
+            ($width:literal, $first:expr, $q:expr, $v:expr) => {{
+                let q = $q.as_chunks_mut::<$width>().0.iter_mut();
+                let v = $v.as_chunks_mut::<$width>().0.iter_mut();
+                let pairs = q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..]));
+                self.map_pairs($first, pairs, map);
+            }};
+        }
         vectorised(
             #[inline(always)]
             || match width {
-                // The few vectors of most runs need no loop.
-                1 => self.map_each(z, modes, 1, &map),
-                2 => self.map_each(z, modes, 2, &map),
-                3 => self.map_each(z, modes, 3, &map),
-                width => self.map_each(z, modes, width, &map),
+                1 => {
+                    let (groups, q) = q.as_chunks_mut::<LANES>();
+                    let (first, v) = v.split_at_mut(groups.len() * LANES);
+                    let pairs = groups.iter_mut().zip(first.as_chunks_mut().0);
+                    for (row, (q, v)) in self.0.iter().zip(pairs) {
+                        let mut both: [Group; 2] = [*q, *v];
+                        for lane in 0..LANES {
+                            let coefficients = std::array::from_fn(|k| row[k][lane]);
+                            (both[0][lane], both[1][lane]) =
+                                map(&coefficients, both[0][lane], both[1][lane]);
+                        }
+                        [*q, *v] = both;
+                    }
+                    constant!(1, groups.len() * LANES, q, v);
+                }
+                2 => constant!(2, 0, q, v),
+                3 => constant!(3, 0, q, v),
+                width => {
+                    let pairs = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
+                    self.map_pairs(0, pairs, map);
+                }
             },
         );
     }
 
+    /// Maps the coordinates and velocities of the modes from `first` on.
     #[inline(always)]
-    fn map_each(
+    fn map_pairs<'a>(
         &self,
-        z: &mut [f64],
-        modes: usize,
-        width: usize,
-        map: impl Fn(&[f64; 6], f64, f64) -> (f64, f64),
+        first: usize,
+        pairs: impl Iterator<Item = (&'a mut [f64], &'a mut [f64])>,
+        map: impl Map,
     ) {
-        let (q, v) = z.split_at_mut(modes * width);
-        let groups = q.chunks_mut(LANES * width).zip(v.chunks_mut(LANES * width));
-        for (row, (q, v)) in self.0.iter().zip(groups) {
-            if let (1, Some(q), Some(v)) = (width, q.first_chunk_mut(), v.first_chunk_mut()) {
-                let mut both: [Group; 2] = [*q, *v];
-                for lane in 0..LANES {
-                    let coefficients = row.map(|group| group[lane]);
-                    (both[0][lane], both[1][lane]) =
-                        map(&coefficients, both[0][lane], both[1][lane]);
-                }
-                [*q, *v] = both;
-                continue;
-            }
-            let rows = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-            for (lane, (q, v)) in rows.enumerate() {
-                let coefficients = row.map(|group| group[lane]);
-                for (q, v) in q.iter_mut().zip(v) {
-                    (*q, *v) = map(&coefficients, *q, *v);
-                }
+        for (i, (q, v)) in (first..).zip(pairs) {
+            let row = &self.0[i / LANES];
+            let coefficients = std::array::from_fn(|k| row[k][i % LANES]);
+            for (q, v) in q.iter_mut().zip(v) {
+                (*q, *v) = map(&coefficients, *q, *v);
             }
         }
     }
