@@ -131,39 +131,46 @@ impl Propagator {
         let (q, v) = z.split_at_mut(modes * width);
         // The few vectors of most runs need no loop.
         macro_rules! constant {
-            ($width:literal, $first:expr, $q:expr, $v:expr) => {{
-                let q = $q.as_chunks_mut::<$width>().0.iter_mut();
-                let v = $v.as_chunks_mut::<$width>().0.iter_mut();
-                let pairs = q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..]));
-                self.map_pairs($first, pairs, map);
+            ($width:literal) => {{
+                let q = q.as_chunks_mut::<$width>().0.iter_mut();
+                let v = v.as_chunks_mut::<$width>().0.iter_mut();
+                self.map_pairs(0, q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..])), map);
             }};
         }
         vectorised(
             #[inline(always)]
             || match width {
-                1 => {
-                    let (groups, q) = q.as_chunks_mut::<LANES>();
-                    let (first, v) = v.split_at_mut(groups.len() * LANES);
-                    let pairs = groups.iter_mut().zip(first.as_chunks_mut().0);
-                    for (row, (q, v)) in self.0.iter().zip(pairs) {
-                        let mut both: [Group; 2] = [*q, *v];
-                        for lane in 0..LANES {
-                            let coefficients = std::array::from_fn(|k| row[k][lane]);
-                            (both[0][lane], both[1][lane]) =
-                                map(&coefficients, both[0][lane], both[1][lane]);
-                        }
-                        [*q, *v] = both;
-                    }
-                    constant!(1, groups.len() * LANES, q, v);
-                }
-                2 => constant!(2, 0, q, v),
-                3 => constant!(3, 0, q, v),
+                1 => self.map_one(q, v, map),
+                2 => constant!(2),
+                3 => constant!(3),
                 width => {
                     let pairs = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
                     self.map_pairs(0, pairs, map);
                 }
             },
         );
+    }
+
+    /// Maps the coordinates `q` and the velocities `v` of a vector, a group at a time.
+    #[inline(always)]
+    fn map_one(&self, q: &mut [f64], v: &mut [f64], map: impl Map) {
+        let (groups, q) = q.as_chunks_mut::<LANES>();
+        let (first, v) = v.split_at_mut(groups.len() * LANES);
+        let count = groups.len();
+        for (row, (q, v)) in self
+            .0
+            .iter()
+            .zip(groups.iter_mut().zip(first.as_chunks_mut().0))
+        {
+            let mut both: [Group; 2] = [*q, *v];
+            for lane in 0..LANES {
+                let coefficients = std::array::from_fn(|k| row[k][lane]);
+                (both[0][lane], both[1][lane]) = map(&coefficients, both[0][lane], both[1][lane]);
+            }
+            [*q, *v] = both;
+        }
+        let rest = q.chunks_exact_mut(1).zip(v.chunks_exact_mut(1));
+        self.map_pairs(count * LANES, rest, map);
     }
 
     /// Maps the coordinates and velocities of the modes from `first` on.
@@ -268,6 +275,27 @@ impl IntegratingFactor {
         }
     }
 
+    /// Prepares the propagator to a sample at `offset` (s) after the start of the step.
+    pub fn prepare_sample(&mut self, offset: f64) {
+        self.sample.set(&self.linear, offset);
+    }
+
+    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first.
+    #[inline(always)]
+    pub fn write_slope(&self, stage: usize, force: &[f64], slope: &mut [f64]) {
+        let (q, v) = slope.split_at_mut(self.modes);
+        v[..force.len()].copy_from_slice(force);
+        self.stages[stage].map_one(q, v, backward);
+    }
+
+    /// Transforms a state from `y` to `z` at a stage, or at the sample that is prepared, in place.
+    #[inline(always)]
+    pub fn advance(&self, stage: Option<usize>, y: &mut [f64]) {
+        let (q, v) = y.split_at_mut(self.modes);
+        let propagator = stage.map_or(&self.sample, |stage| &self.stages[stage]);
+        propagator.map_one(q, v, forward);
+    }
+
     /// Transforms slopes `[. | f | g]` at a stage after the first into slopes of `y`, in place.
     pub fn pull_back(&self, stage: usize, slope: &mut [f64], width: usize) {
         self.stages[stage].map(slope, self.modes, width, backward);
@@ -280,7 +308,7 @@ impl IntegratingFactor {
 
     /// Transforms vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
     pub fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
-        self.sample.set(&self.linear, offset);
+        self.prepare_sample(offset);
         self.sample.map(y, self.modes, width, forward);
     }
 

@@ -7,8 +7,6 @@
 //! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
 //! additional stages for the dense output, which are evaluated on demand.
 
-use pulp::{Simd, WithSimd};
-
 use super::error_control::{MethodTraits, StateNorm};
 use super::integrating_factor::{IntegratingFactor, LANES};
 use super::stepper::{Step, Stepper, differentiable, force, switching};
@@ -16,7 +14,7 @@ use super::system::add_linear;
 use super::tableau::Tableau;
 use super::tangents::TangentBlock;
 use super::{SolverStats, System};
-use crate::instruction_set::instruction_set;
+use crate::instruction_set::vectorised;
 
 /// A tableau in a form.
 #[derive(Clone, Debug)]
@@ -91,25 +89,40 @@ impl<const S: usize> RungeKutta<S> {
         }
     }
 
-    /// Writes the slope of `y` at a stage from the force there.
-    fn write_slope(&mut self, stage: usize) {
-        let (modes, row) = (self.form.modes(), self.state.len());
-        let slope = &mut self.slopes[stage * row..][..row];
-        slope[modes..][..self.force.len()].copy_from_slice(&self.force);
-        self.form.pull_back(stage, slope, 1);
-    }
-
-    /// Writes a state at the start of the step to the row of the state, whose end remains zero.
-    fn write_start(&mut self) {
-        self.state[..self.step.dim()].copy_from_slice(&self.step.start);
-    }
-
-    /// Writes the state at a stage.
-    fn advance(&mut self, stage: usize) {
-        self.write_start();
+    /// Writes the state at a stage, and before it the slope of the stage `due`.
+    fn advance(&mut self, stage: usize, due: Option<usize>) {
         let weights = &self.tableau.stages[stage][..stage];
-        accumulate(&mut self.state, self.step.length(), &self.slopes, weights);
-        self.form.push_forward(stage, &mut self.state, 1);
+        self.combine(due, weights, true, Some(stage));
+    }
+
+    /// Writes a combination of slopes to the row of the state, whose end remains zero: at a stage, or at the sample for
+    /// which the form is prepared. It is added to the start of the step, unless it is a difference. The slope of the stage
+    /// `due` is written first.
+    fn combine(
+        &mut self,
+        due: Option<usize>,
+        weights: &[f64],
+        has_start: bool,
+        stage: Option<usize>,
+    ) {
+        let (row, h) = (self.state.len(), self.step.length());
+        let (state, slopes) = (&mut self.state[..], &mut self.slopes[..]);
+        let (start, force, form) = (&self.step.start, &self.force, &self.form);
+        vectorised(
+            #[inline(always)]
+            || {
+                if let Some(due) = due {
+                    form.write_slope(due, force, &mut slopes[due * row..][..row]);
+                }
+                if has_start {
+                    state[..start.len()].copy_from_slice(start);
+                } else {
+                    state.fill(0.0);
+                }
+                add_combination(state, h, slopes, weights);
+                form.advance(stage, state);
+            },
+        );
     }
 
     /// Evaluates the force at a stage.
@@ -138,19 +151,12 @@ impl<const S: usize> RungeKutta<S> {
     /// Writes the error estimates and the slope at the end of the step, which they need.
     fn estimate_errors(&mut self) {
         let (tableau, dim) = (self.tableau, self.step.dim());
-        self.write_slope(tableau.end);
-        let coarse = tableau.coarse_error.as_ref();
-        let estimates = [
-            (Some(&tableau.error), &mut self.step.error),
-            (coarse, &mut self.coarse_error),
-        ];
-        let h = self.step.full_end_time - self.step.start_time;
-        for (weights, error) in estimates {
-            let Some(weights) = weights else { continue };
-            self.state.fill(0.0);
-            accumulate(&mut self.state, h, &self.slopes, &weights[..=tableau.end]);
-            self.form.push_forward(tableau.end, &mut self.state, 1);
-            error.copy_from_slice(&self.state[..dim]);
+        let end = tableau.end;
+        self.combine(Some(end), &tableau.error[..=end], false, Some(end));
+        self.step.error.copy_from_slice(&self.state[..dim]);
+        if let Some(weights) = &tableau.coarse_error {
+            self.combine(None, &weights[..=end], false, Some(end));
+            self.coarse_error.copy_from_slice(&self.state[..dim]);
         }
     }
 }
@@ -220,10 +226,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.form.prepare(&self.tableau.nodes, self.step.length());
         for stage in 1..=end {
             // The slope of the first stage is known.
-            if stage > 1 {
-                self.write_slope(stage - 1);
-            }
-            self.advance(stage);
+            self.advance(stage, (stage > 1).then_some(stage - 1));
             if let (true, Some(status)) = (stage == end, status) {
                 switching(sys).settle(status, end_time, &mut self.state[..dim]);
             }
@@ -255,10 +258,12 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             return;
         }
         self.is_dense = true;
+        let row = self.state.len();
         for stage in tableau.end + 1..S {
-            self.advance(stage);
+            self.advance(stage, None);
             self.evaluate(sys, status, stage);
-            self.write_slope(stage);
+            let slope = &mut self.slopes[stage * row..][..row];
+            self.form.write_slope(stage, &self.force, slope);
         }
         stats.rhs_evals += (S - 1 - tableau.end) as u64;
     }
@@ -270,10 +275,8 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         }
         let h = self.step.length();
         let offset = t - self.step.start_time;
-        let weights = self.tableau.weights(offset / h);
-        self.write_start();
-        accumulate(&mut self.state, h, &self.slopes, &weights);
-        self.form.push_forward_by(offset, &mut self.state, 1);
+        self.form.prepare_sample(offset);
+        self.combine(None, &self.tableau.weights(offset / h), true, None);
         out.copy_from_slice(&self.state[..out.len()]);
     }
 
@@ -339,69 +342,53 @@ impl<const S: usize> Stepper for RungeKutta<S> {
 
 /// Adds `h sum_j weights[j] slopes[j]` to `y`.
 pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
-    instruction_set().dispatch(Accumulate {
-        y,
-        h,
-        slopes,
-        weights,
-    });
+    vectorised(
+        #[inline(always)]
+        || add_combination(y, h, slopes, weights),
+    );
 }
 
 /// The kernel of [`accumulate`]. Sums are not fused with products: the result is the same on every machine.
-struct Accumulate<'a> {
-    y: &'a mut [f64],
-    h: f64,
-    slopes: &'a [f64],
-    weights: &'a [f64],
-}
-
-impl WithSimd for Accumulate<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) {
-        // A constant number of terms lets the compiler keep the sum of each component in a register.
-        while self.weights.len() > 8 {
-            self.terms::<8>();
-            self.slopes = &self.slopes[8 * self.y.len()..];
-            self.weights = &self.weights[8..];
-        }
-        match self.weights.len() {
-            1 => self.terms::<1>(),
-            2 => self.terms::<2>(),
-            3 => self.terms::<3>(),
-            4 => self.terms::<4>(),
-            5 => self.terms::<5>(),
-            6 => self.terms::<6>(),
-            7 => self.terms::<7>(),
-            _ => self.terms::<8>(),
-        }
+#[inline(always)]
+fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64]) {
+    // A constant number of terms lets the compiler keep the sum of each component in a register.
+    while weights.len() > 8 {
+        add_terms::<8>(y, h, slopes, weights);
+        slopes = &slopes[8 * y.len()..];
+        weights = &weights[8..];
+    }
+    match weights.len() {
+        1 => add_terms::<1>(y, h, slopes, weights),
+        2 => add_terms::<2>(y, h, slopes, weights),
+        3 => add_terms::<3>(y, h, slopes, weights),
+        4 => add_terms::<4>(y, h, slopes, weights),
+        5 => add_terms::<5>(y, h, slopes, weights),
+        6 => add_terms::<6>(y, h, slopes, weights),
+        7 => add_terms::<7>(y, h, slopes, weights),
+        _ => add_terms::<8>(y, h, slopes, weights),
     }
 }
 
-impl Accumulate<'_> {
-    /// Adds the first `N` terms, in whole vectors as far as possible.
-    #[inline(always)]
-    fn terms<const N: usize>(&mut self) {
-        let dim = self.y.len();
-        let weights: [f64; N] = std::array::from_fn(|j| self.weights[j]);
-        let slopes: [&[f64]; N] = std::array::from_fn(|j| &self.slopes[j * dim..][..dim]);
-        let rows = slopes.map(|slope| slope.as_chunks::<LANES>());
-        let (vectors, rest) = self.y.as_chunks_mut::<LANES>();
-        for (i, y) in vectors.iter_mut().enumerate() {
-            let mut sum = [0.0; LANES];
-            for (weight, (vectors, _)) in weights.iter().zip(&rows) {
-                for (sum, slope) in sum.iter_mut().zip(&vectors[i]) {
-                    *sum += weight * slope;
-                }
-            }
-            for (y, sum) in y.iter_mut().zip(sum) {
-                *y += self.h * sum;
+/// Adds the first `N` terms, in whole vectors as far as possible.
+#[inline(always)]
+fn add_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
+    let dim = y.len();
+    let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
+    let rows: [_; N] = std::array::from_fn(|j| slopes[j * dim..][..dim].as_chunks::<LANES>());
+    let (vectors, rest) = y.as_chunks_mut::<LANES>();
+    for (i, y) in vectors.iter_mut().enumerate() {
+        let mut sum = [0.0; LANES];
+        for (weight, (vectors, _)) in weights.iter().zip(&rows) {
+            for (sum, slope) in sum.iter_mut().zip(&vectors[i]) {
+                *sum += weight * slope;
             }
         }
-        for (i, y) in rest.iter_mut().enumerate() {
-            let terms = weights.iter().zip(&rows);
-            *y += self.h * terms.fold(0.0, |sum, (weight, (_, rest))| sum + weight * rest[i]);
+        for (y, sum) in y.iter_mut().zip(sum) {
+            *y += h * sum;
         }
+    }
+    for (i, y) in rest.iter_mut().enumerate() {
+        let terms = weights.iter().zip(&rows);
+        *y += h * terms.fold(0.0, |sum, (weight, (_, rest))| sum + weight * rest[i]);
     }
 }
