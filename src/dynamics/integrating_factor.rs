@@ -134,54 +134,31 @@ impl Propagator {
             ($width:literal) => {{
                 let q = q.as_chunks_mut::<$width>().0.iter_mut();
                 let v = v.as_chunks_mut::<$width>().0.iter_mut();
-                self.map_pairs(0, q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..])), map);
+                self.map_pairs(q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..])), map);
             }};
         }
         vectorised(
             #[inline(always)]
             || match width {
-                1 => self.map_one(q, v, map),
+                1 => constant!(1),
                 2 => constant!(2),
                 3 => constant!(3),
                 width => {
                     let pairs = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-                    self.map_pairs(0, pairs, map);
+                    self.map_pairs(pairs, map);
                 }
             },
         );
     }
 
-    /// Maps the coordinates `q` and the velocities `v` of a vector, a group at a time.
-    #[inline(always)]
-    fn map_one(&self, q: &mut [f64], v: &mut [f64], map: impl Map) {
-        let (groups, q) = q.as_chunks_mut::<LANES>();
-        let (first, v) = v.split_at_mut(groups.len() * LANES);
-        let count = groups.len();
-        for (row, (q, v)) in self
-            .0
-            .iter()
-            .zip(groups.iter_mut().zip(first.as_chunks_mut().0))
-        {
-            let mut both: [Group; 2] = [*q, *v];
-            for lane in 0..LANES {
-                let coefficients = std::array::from_fn(|k| row[k][lane]);
-                (both[0][lane], both[1][lane]) = map(&coefficients, both[0][lane], both[1][lane]);
-            }
-            [*q, *v] = both;
-        }
-        let rest = q.chunks_exact_mut(1).zip(v.chunks_exact_mut(1));
-        self.map_pairs(count * LANES, rest, map);
-    }
-
-    /// Maps the coordinates and velocities of the modes from `first` on.
+    /// Maps the coordinates and velocities of all modes.
     #[inline(always)]
     fn map_pairs<'a>(
         &self,
-        first: usize,
         pairs: impl Iterator<Item = (&'a mut [f64], &'a mut [f64])>,
         map: impl Map,
     ) {
-        for (i, (q, v)) in (first..).zip(pairs) {
+        for (i, (q, v)) in pairs.enumerate() {
             let row = &self.0[i / LANES];
             let coefficients = std::array::from_fn(|k| row[k][i % LANES]);
             for (q, v) in q.iter_mut().zip(v) {
@@ -280,20 +257,73 @@ impl IntegratingFactor {
         self.sample.set(&self.linear, offset);
     }
 
-    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first.
-    #[inline(always)]
-    pub fn write_slope(&self, stage: usize, force: &[f64], slope: &mut [f64]) {
-        let (q, v) = slope.split_at_mut(self.modes);
-        v[..force.len()].copy_from_slice(force);
-        self.stages[stage].map_one(q, v, backward);
+    /// Length of a row: coordinates, velocities and first-order components, each in whole groups.
+    pub fn row_len(&self, dim: usize) -> usize {
+        2 * self.padded() + (dim - 2 * self.modes).next_multiple_of(LANES)
     }
 
-    /// Transforms a state from `y` to `z` at a stage, or at the sample that is prepared, in place.
+    /// Length of the coordinates in a row.
+    fn padded(&self) -> usize {
+        self.modes.next_multiple_of(LANES)
+    }
+
+    /// Position of a component of the state in a row.
+    pub fn position(&self, component: usize) -> usize {
+        let parts = (component / self.modes.max(1)).min(2 * self.modes.min(1));
+        component + parts * (self.padded() - self.modes)
+    }
+
+    /// Writes a state or slope to a row.
+    pub fn pack(&self, z: &[f64], row: &mut [f64]) {
+        let (q, rest) = z.split_at(self.modes);
+        let (v, w) = rest.split_at(self.modes);
+        row[..q.len()].copy_from_slice(q);
+        row[self.padded()..][..v.len()].copy_from_slice(v);
+        row[2 * self.padded()..][..w.len()].copy_from_slice(w);
+    }
+
+    /// Writes the slope of `y` for the force `[f | g]` at a stage after the first to a row.
     #[inline(always)]
-    pub fn advance(&self, stage: Option<usize>, y: &mut [f64]) {
-        let (q, v) = y.split_at_mut(self.modes);
+    pub fn write_slope(&self, stage: usize, force: &[f64], row: &mut [f64]) {
+        let (q, rest) = row.split_at_mut(self.padded());
+        let (v, w) = rest.split_at_mut(self.padded());
+        let slopes = q.as_chunks_mut::<LANES>().0.iter_mut();
+        let slopes = slopes.zip(v.as_chunks_mut::<LANES>().0);
+        let groups = self.stages[stage]
+            .0
+            .iter()
+            .zip(force.as_chunks::<LANES>().0);
+        for ((c, f), (q, v)) in groups.zip(slopes) {
+            *q = std::array::from_fn(|lane| c[4][lane] * f[lane]);
+            *v = std::array::from_fn(|lane| c[5][lane] * f[lane]);
+        }
+        w.copy_from_slice(&force[self.modes..][..w.len()]);
+    }
+
+    /// Transforms a row from `y` to a state `z` at a stage, or at the sample that is prepared.
+    ///
+    /// The last group of the coordinates reaches into the velocities, and that of these beyond their end. Therefore the
+    /// groups are written from the last one to the first one.
+    #[inline(always)]
+    pub fn advance(&self, stage: Option<usize>, row: &[f64], z: &mut [f64]) {
         let propagator = stage.map_or(&self.sample, |stage| &self.stages[stage]);
-        propagator.map_one(q, v, forward);
+        let (q, rest) = row.split_at(self.padded());
+        let (v, w) = rest.split_at(self.padded());
+        let motion = q
+            .as_chunks::<LANES>()
+            .0
+            .iter()
+            .zip(v.as_chunks::<LANES>().0);
+        for (k, (c, (q, v))) in propagator.0.iter().zip(motion).enumerate().rev() {
+            let mut next = [[0.0; LANES]; 2];
+            for lane in 0..LANES {
+                let coefficients = std::array::from_fn(|k| c[k][lane]);
+                (next[0][lane], next[1][lane]) = forward(&coefficients, q[lane], v[lane]);
+            }
+            z[k * LANES..][..LANES].copy_from_slice(&next[0]);
+            z[self.modes + k * LANES..][..LANES].copy_from_slice(&next[1]);
+        }
+        z[2 * self.modes..][..w.len()].copy_from_slice(w);
     }
 
     /// Transforms slopes `[. | f | g]` at a stage after the first into slopes of `y`, in place.

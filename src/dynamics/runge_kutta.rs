@@ -24,11 +24,15 @@ pub(super) struct RungeKutta<const S: usize> {
     /// Coordinates of the method.
     pub form: IntegratingFactor,
     pub step: Step,
-    /// Slopes of `y` at the stages, one row of whole vectors each.
+    /// Start of the step, as a row.
+    start: Vec<f64>,
+    /// Slopes of `y` at the stages, one row each.
     slopes: Vec<f64>,
-    /// Slope of `y` at the start of the step.
+    /// A combination of slopes, a row.
+    sum: Vec<f64>,
+    /// Slope of `y` at the start of the step, component by component.
     start_slope: Vec<f64>,
-    /// State at the present stage, a row.
+    /// State at the present stage. It and the force end with a vector of arbitrary numbers.
     state: Vec<f64>,
     /// Force `[f | g]` at the present stage; the whole right-hand side if the form integrates no mode exactly.
     force: Vec<f64>,
@@ -44,42 +48,47 @@ impl<const S: usize> RungeKutta<S> {
     /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
     pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
         let dim = sys.dim();
-        let row = dim.next_multiple_of(LANES);
+        let form = IntegratingFactor::new(sys, S, modes);
+        let row = form.row_len(dim);
         Self {
             tableau,
-            form: IntegratingFactor::new(sys, S, modes),
+            form,
             step: Step::new(dim),
+            start: vec![0.0; row],
             slopes: vec![0.0; S * row],
+            sum: vec![0.0; row],
             start_slope: vec![0.0; dim],
-            state: vec![0.0; row],
-            force: vec![0.0; dim - modes],
+            state: vec![0.0; dim + LANES],
+            force: vec![0.0; dim - modes + LANES],
             coarse_error: vec![0.0; dim],
             is_dense: false,
             records: Vec::new(),
         }
     }
 
-    /// The change of the slope from one stage to another.
+    /// The change of the slope from one stage to another, component by component.
     pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
-        let slopes = self.slope_row(to).iter().zip(self.slope_row(from));
-        for (out, (to, from)) in out.iter_mut().zip(slopes) {
-            *out = to - from;
+        let (from, to) = (self.slope_row(from), self.slope_row(to));
+        for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
+            *out = to[at] - from[at];
         }
     }
 
-    /// The change of `y`, divided by the step, from one stage to another.
+    /// The change of `y`, divided by the step, from one stage to another, component by component.
     pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
         let stages = &self.tableau.stages;
         for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
             let weights = stages[to].iter().zip(&stages[from]).enumerate();
             *out = weights
-                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[c])
+                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[at])
                 .sum();
         }
     }
 
     fn slope_row(&self, stage: usize) -> &[f64] {
-        &self.slopes[stage * self.state.len()..][..self.state.len()]
+        &self.slopes[stage * self.start.len()..][..self.start.len()]
     }
 
     /// Exchanges the records at the two ends of the step.
@@ -95,9 +104,8 @@ impl<const S: usize> RungeKutta<S> {
         self.combine(due, weights, true, Some(stage));
     }
 
-    /// Writes a combination of slopes to the row of the state, whose end remains zero: at a stage, or at the sample for
-    /// which the form is prepared. It is added to the start of the step, unless it is a difference. The slope of the stage
-    /// `due` is written first.
+    /// Writes a combination of slopes to the state: at a stage, or at the sample for which the form is prepared. It is
+    /// added to the start of the step, unless it is a difference. The slope of the stage `due` is written first.
     fn combine(
         &mut self,
         due: Option<usize>,
@@ -105,9 +113,9 @@ impl<const S: usize> RungeKutta<S> {
         has_start: bool,
         stage: Option<usize>,
     ) {
-        let (row, h) = (self.state.len(), self.step.length());
-        let (state, slopes) = (&mut self.state[..], &mut self.slopes[..]);
-        let (start, force, form) = (&self.step.start, &self.force, &self.form);
+        let (row, h) = (self.start.len(), self.step.length());
+        let (sum, slopes, state) = (&mut self.sum[..], &mut self.slopes[..], &mut self.state[..]);
+        let (start, force, form) = (&self.start, &self.force, &self.form);
         vectorised(
             #[inline(always)]
             || {
@@ -115,12 +123,12 @@ impl<const S: usize> RungeKutta<S> {
                     form.write_slope(due, force, &mut slopes[due * row..][..row]);
                 }
                 if has_start {
-                    state[..start.len()].copy_from_slice(start);
+                    sum.copy_from_slice(start);
                 } else {
-                    state.fill(0.0);
+                    sum.fill(0.0);
                 }
-                add_combination(state, h, slopes, weights);
-                form.advance(stage, state);
+                add_combination(sum, h, slopes, weights);
+                form.advance(stage, sum, state);
             },
         );
     }
@@ -129,7 +137,7 @@ impl<const S: usize> RungeKutta<S> {
     fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
         let dim = self.step.dim();
         let modes = self.form.modes();
-        let (z, slope) = (&self.state[..dim], &mut self.force[..]);
+        let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
         let out = &mut slope[sys.modes() - modes..];
         let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
         match self.records.get_mut(stage) {
@@ -145,7 +153,7 @@ impl<const S: usize> RungeKutta<S> {
     fn write_end_slope(&mut self) {
         let (q, rest) = self.step.end_slope.split_at_mut(self.form.modes());
         q.fill(0.0);
-        rest.copy_from_slice(&self.force);
+        rest.copy_from_slice(&self.force[..rest.len()]);
     }
 
     /// Writes the error estimates and the slope at the end of the step, which they need.
@@ -202,7 +210,9 @@ impl<const S: usize> Stepper for RungeKutta<S> {
     fn begin_step(&mut self) {
         self.step.start_at_end();
         self.start_slope.copy_from_slice(&self.step.end_slope);
-        self.slopes[..self.start_slope.len()].copy_from_slice(&self.start_slope);
+        let row = self.start.len();
+        self.form.pack(&self.step.start, &mut self.start);
+        self.form.pack(&self.start_slope, &mut self.slopes[..row]);
         self.swap_end_records();
     }
 
@@ -258,7 +268,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
             return;
         }
         self.is_dense = true;
-        let row = self.state.len();
+        let row = self.start.len();
         for stage in tableau.end + 1..S {
             self.advance(stage, None);
             self.evaluate(sys, status, stage);
