@@ -32,6 +32,20 @@ fn lawson_is_exact_for_free_vibration_at_very_long_steps() {
     }
 }
 
+/// Angles of more than 1e6 rad are those of the standard library.
+#[test]
+fn lawson_is_exact_over_many_turns_in_a_step() {
+    let free = Free {
+        omega: vec![2e4],
+        damping: vec![0.0],
+    };
+    let [lawson, ..] = adaptive_methods(1e-9, 250.0);
+    let integrator = run(lawson, &free, &[1.0, 0.0], 200.0);
+    assert_eq!(integrator.stats().steps, 1);
+    let exact = free.exact(&[1.0, 0.0], 200.0);
+    assert!((integrator.state()[0] - exact[0]).abs() < 1e-8);
+}
+
 #[test]
 fn lawson_needs_far_fewer_evaluations_for_a_weak_force() {
     let [lawson, tsit, ..] = adaptive_methods(1e-8, 1.0);
