@@ -384,21 +384,21 @@ fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64
 fn add_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
     let dim = y.len();
     let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
-    let rows: [_; N] = std::array::from_fn(|j| slopes[j * dim..][..dim].as_chunks::<LANES>());
-    let (vectors, rest) = y.as_chunks_mut::<LANES>();
-    for (i, y) in vectors.iter_mut().enumerate() {
+    let rows: [&[f64]; N] = std::array::from_fn(|j| &slopes[j * dim..][..dim]);
+    let whole = dim - dim % LANES;
+    for i in (0..whole).step_by(LANES) {
         let mut sum = [0.0; LANES];
-        for (weight, (vectors, _)) in weights.iter().zip(&rows) {
-            for (sum, slope) in sum.iter_mut().zip(&vectors[i]) {
+        for (weight, row) in weights.iter().zip(rows) {
+            for (sum, slope) in sum.iter_mut().zip(&row[i..i + LANES]) {
                 *sum += weight * slope;
             }
         }
-        for (y, sum) in y.iter_mut().zip(sum) {
+        for (y, sum) in y[i..i + LANES].iter_mut().zip(sum) {
             *y += h * sum;
         }
     }
-    for (i, y) in rest.iter_mut().enumerate() {
-        let terms = weights.iter().zip(&rows);
-        *y += h * terms.fold(0.0, |sum, (weight, (_, rest))| sum + weight * rest[i]);
+    for (i, y) in y.iter_mut().enumerate().skip(whole) {
+        let terms = weights.iter().zip(rows);
+        *y += h * terms.fold(0.0, |sum, (weight, row)| sum + weight * row[i]);
     }
 }
