@@ -2,8 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use squeakscope::joint::BallJoint;
 use squeakscope::pipeline::message::{CurveQuantity, Record};
 use squeakscope::scene::{Mechanism, PRESETS, Scene, SmallSystem, SystemSpec};
+use squeakscope::study::stability;
 
 use super::run::Run;
 
@@ -162,20 +164,22 @@ fn only_the_doubled_torus_has_half_lines() {
     }
 }
 
-/// The growth rates that `bristles` states, with its friction and with that of the speed alone.
+/// The growth rates that `bristles` states, with its friction and with that of `periodic-2deg`.
 #[test]
 fn bristles_slow_the_growth_of_the_higher_modes_as_stated() {
-    let run = Run::named("bristles");
-    let memory = run.computed().memory.as_ref().expect("bristles");
-    let higher = |modes: &[squeakscope::joint::NamedMode]| {
-        let mut rates: Vec<_> = modes.iter().filter(|mode| mode.unstable).collect();
-        rates.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let rates = rates[1..].iter();
-        rates
+    let rates = |name: &str| {
+        let scene = Scene::load(name).expect("preset");
+        let joint = scene.joint().expect("a joint");
+        let ball = BallJoint::new(&joint.spec).expect("a body");
+        let at = stability(&ball, &[joint.tilt.at(0.0)]).expect("modes");
+        let mut modes: Vec<_> = at[0].unstable().collect();
+        modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let higher = modes[1..].iter();
+        higher
             .map(|mode| format!("{:.0}", mode.growth))
             .collect::<Vec<_>>()
     };
-    let [alone, with] = [&memory.modes_of_speed_alone, &run.computed().modes].map(|m| higher(m));
+    let [alone, with] = ["periodic-2deg", "bristles"].map(rates);
     let sentence = format!(
         "{}, {} and {} to {}, {} and {} 1/s",
         alone[0], alone[1], alone[2], with[0], with[1], with[2]

@@ -44,6 +44,10 @@ fn a_joint_with_constant_friction_turns_silently() {
         "mu_s = 0.55\nmu_d = 0.25\ncreep_slope_s_per_m = 1000\nstribeck_slope_s_per_m = 13.25\n";
     assert!(text.contains(from));
     let text = text
+        .replace(
+            "    { key = \"friction.stribeck_slope_s_per_m\", min = 5, max = 25 },\n",
+            "",
+        )
         .replace("[start]", "[damping]\nratio = 0.005\n\n[start]")
         .replace(
             from,
