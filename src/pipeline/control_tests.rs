@@ -1,5 +1,6 @@
 //! Numbers of a scene that commands change.
 
+use crate::joint::Friction;
 use crate::pipeline::message::{DisplayRates, Frame};
 use crate::pipeline::{ControllableSource, controllable_source};
 use crate::scene::{Control, PRESETS, Parameter, Scene};
@@ -37,6 +38,11 @@ fn a_number_set_at_the_start_is_the_number_of_the_scene() {
         // With `carry = "displacement"` a change is a step, which excites the joint.
         let overrides = [("time.tolerance", "1e-8"), ("time.carry", "absent")];
         let scene = preset.scene().unwrap().with_overrides(&overrides).unwrap();
+        let friction = scene.joint().map(|joint| &joint.spec.friction);
+        if matches!(friction, Ok(Friction::Dynamic(_))) {
+            // Bristles and contacts keep their state, which is not that of the new equilibrium.
+            continue;
+        }
         for Control {
             parameter,
             range,
