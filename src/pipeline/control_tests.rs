@@ -39,7 +39,7 @@ fn a_number_set_at_the_start_is_the_number_of_the_scene() {
         let overrides = [("time.tolerance", "1e-8"), ("time.carry", "absent")];
         let scene = preset.scene().unwrap().with_overrides(&overrides).unwrap();
         let friction = scene.joint().map(|joint| &joint.spec.friction);
-        if matches!(friction, Ok(Friction::Dynamic(_))) {
+        if matches!(friction, Ok(Friction::Dynamic { .. })) {
             // Bristles and contacts keep their state, which is not that of the new equilibrium.
             continue;
         }
