@@ -99,7 +99,7 @@ pub(super) fn boxed(small: &SmallSystem) -> Box<dyn System + Send> {
 }
 
 /// Row that maps the modal coordinates of a small system to its displacement.
-fn small_probe(small: &SmallSystem) -> Vec<f64> {
+pub(super) fn small_probe(small: &SmallSystem) -> Vec<f64> {
     match small {
         SmallSystem::TwoModesOnBelt(system) => system.along().to_vec(),
         SmallSystem::ImpactOscillator(_)

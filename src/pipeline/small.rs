@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::computed;
 use super::message::{DisplayRates, Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
-use super::prepare::{boxed, kick};
+use super::prepare::{boxed, kick, small_probe};
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
 use super::source::{ControllableSource, header, record_change};
 use super::{PipelineError, Prepared, Source, prepare};
@@ -195,10 +195,13 @@ impl ControllableSource for SmallSimulation {
             return Ok(());
         };
         let Prepared {
-            system, integrator, ..
+            system,
+            probe,
+            integrator,
+            ..
         } = &mut self.prepared;
         integrator.integrate_to(system.as_ref(), time)?;
-        *system = boxed(small);
+        (*system, *probe) = (boxed(small), small_probe(small));
         if let SmallSystem::ImpactOscillator(oscillator) = small {
             // A wall that moves takes a mass that it reaches along.
             let position = integrator.state()[0];

@@ -261,7 +261,10 @@ fn the_number_of_connections_is_limited() {
         waiting.peek(&mut [0]).is_err(),
         "served beyond the limit of connections"
     );
-    let refused = ask(&mut open[0], &json!({ "do": "tilt", "deg": 99 }));
+    let refused = ask(
+        &mut open[0],
+        &json!({ "do": "set", "key": "tilt_deg", "value": 99 }),
+    );
     assert!(
         refused.unwrap().contains("the tilt must be"),
         "existing connections continue"
@@ -295,7 +298,13 @@ fn a_flood_of_kicks_is_limited_and_every_kick_is_answered() {
     assert_eq!(refused, 4 * SENT - MAX_KICKS_PER_FRAME);
     // Other clients are not affected.
     let mut other = served.socket("/control").unwrap();
-    assert_eq!(ask(&mut other, &json!({ "do": "tilt", "deg": 4 })), None);
+    assert_eq!(
+        ask(
+            &mut other,
+            &json!({ "do": "set", "key": "tilt_deg", "value": 4 })
+        ),
+        None
+    );
 }
 
 #[test]

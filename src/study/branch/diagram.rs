@@ -376,7 +376,10 @@ pub fn shipped_diagram(scene: &Scene) -> Option<&'static str> {
         let stored = preset(name).and_then(|preset| preset.scene().ok());
         stored.is_some_and(|stored| upright(&stored).as_ref() == Some(&own))
     };
-    SHIPPED.iter().find(is_own).map(|(_, text)| *text)
+    let stored = SHIPPED.iter().filter(is_own);
+    // Its own, or that of a scene with the same joint and start.
+    let (_, text) = stored.min_by_key(|(name, _)| *name != scene.name)?;
+    Some(text)
 }
 
 #[cfg(test)]

@@ -196,7 +196,7 @@ pub fn modes(desk: &Desk) -> Vec<Vec<u8>> {
 
 pub fn commands(_: &Desk) -> Vec<Vec<u8>> {
     let texts = [
-        r#"{"do": "tilt", "deg": 3.5}"#,
+        r#"{"do": "set", "key": "tilt_deg", "value": 3.5}"#,
         r#"{"do": "pause"}"#,
         r#"{"do": "speed", "ms_per_s": 20}"#,
         r#"{"do": "kick", "mm_per_s": 1e-3}"#,
