@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use super::analyse_args::AnalyseArgs;
 use super::document::{Document, WrittenFile};
 use super::error::{Cause, CliError};
-use super::figures::{PIXELS, write_figures};
+use super::figures::{PIXELS, draw};
 use super::interrupt;
 use super::output::{Kind, OutputFile};
 use super::progress::Progress;
@@ -56,15 +56,13 @@ pub(super) fn execute(
     let analysed = analyse(args, file, stop)?;
     let report = &analysed.report;
     let mut files = Vec::new();
-    if let Some(directory) = &args.figures {
-        let drawn = (&args.drawn, &PIXELS[..]);
-        files.extend(write_figures(
-            directory,
-            "--figures",
-            &signal_figures(report),
-            drawn,
-        )?);
-    }
+    // The report is printed even if a file cannot be written.
+    let drawn = draw(
+        args.figures.as_deref(),
+        || signal_figures(report),
+        (&args.drawn, &PIXELS),
+        &mut files,
+    );
     if let Some(labels) = &labels {
         let text = label_text(report.events(), report.level_reference());
         labels.write(|out| out.write_all(text.as_bytes()))?;
@@ -83,6 +81,7 @@ pub(super) fn execute(
         text.push('\n');
     }
     Document::new(&analysed, &files).deliver(&text, json.as_ref())?;
+    drawn?;
     if let Some(recording) = &save {
         print_viewer_command(recording.path())?;
     }

@@ -166,6 +166,7 @@ pub struct ScenesArgs {
 
 /// Arguments of `squeakscope stability`.
 #[derive(Debug, Arguments)]
+#[command(group(clap::ArgGroup::new("drawn").args(["causes", "sensitivities"]).multiple(true)))]
 pub struct StabilityArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -185,13 +186,8 @@ pub struct StabilityArgs {
     pub json: Option<PathBuf>,
     #[command(flatten)]
     pub overwrite: Overwrite,
-    /// Draw the sensitivities of the unstable modes to this directory.
-    #[arg(
-        long,
-        value_name = "DIR",
-        requires = "sensitivities",
-        help_heading = "Figures"
-    )]
+    /// Draw the sensitivities of the unstable modes, and the causes, to this directory.
+    #[arg(long, value_name = "DIR", requires = "drawn", help_heading = "Figures")]
     pub figures: Option<PathBuf>,
     #[command(flatten)]
     pub drawn: FigureArgs,

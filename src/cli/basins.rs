@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::document::Document;
 use super::error::CliError;
-use super::figures::{STUDY, write_figures};
+use super::figures::{STUDY, draw};
 use super::lyapunov_text::title;
 use super::output::Kind;
 use super::report;
@@ -42,15 +42,18 @@ pub(super) fn execute(args: &BasinsArgs, stop: &AtomicBool) -> Result<(), CliErr
     let mut written = vec![write_points(&plan, &mut points, &files, done)?];
     let basins = Basins::new(&plan, &points, !done);
     let title = title(&plan.scene.name, basins.tilt);
-    if let Some(directory) = &args.outputs.figures {
-        let figure = basins_figure(&title, &points, &basins.attractors);
-        let drawn = (&args.outputs.drawn, &STUDY[..]);
-        written.extend(write_figures(directory, "--figures", &[figure], drawn)?);
-    }
+    // The report is printed even if a file cannot be written.
+    let drawn = draw(
+        args.outputs.figures.as_deref(),
+        || vec![basins_figure(&title, &points, &basins.attractors)],
+        (&args.outputs.drawn, &STUDY),
+        &mut written,
+    );
     written.extend(write_recording(&plan, &points, &files, None)?);
     let document = Document::new(&basins, &written).with_scene(&plan.scene.name);
     let text = text(&title, &basins);
     document.deliver_or_print(&text, args.outputs.json.as_deref(), files.json.as_ref())?;
+    drawn?;
     if done {
         Ok(())
     } else {

@@ -7,7 +7,7 @@ use super::branch_args::BranchArgs;
 use super::branch_text;
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
-use super::figures::{STUDY, write_figures};
+use super::figures::{STUDY, draw};
 use super::interrupt;
 use super::output::{Kind, OutputFile, is_stdout};
 use super::progress::Progress;
@@ -16,7 +16,7 @@ use super::resources;
 use super::run::command_line;
 use super::steps::{Interval, Keyed};
 use crate::dynamics::equilibrium::EquilibriumError;
-use crate::plot::{Figure, branch_figure, map_figure, modes_figure, multipliers_figure};
+use crate::plot::{branch_figure, map_figure, modes_figure, multipliers_figure};
 use crate::record::branch::{BranchStudy, save_branch};
 use crate::scene::{Parameter, Scene};
 use crate::study::branch::{
@@ -106,7 +106,13 @@ fn branch(
         figures.push(branch_figure(name, &result, &settled));
         figures.push(multipliers_figure(name, &result));
     }
-    written.extend(files.figures(args, &figures)?);
+    // The report is printed even if a file cannot be written.
+    let drawn = draw(
+        args.figures.as_deref(),
+        || figures,
+        (&args.drawn, &STUDY),
+        &mut written,
+    );
     if let Some(file) = files.save.as_ref().filter(|_| !result.points.is_empty()) {
         record(file, &plan, &result)?;
         written.push(WrittenFile::of(file)?);
@@ -114,6 +120,7 @@ fn branch(
     let document = Document::new(&result, &written).with_scene(name);
     let text = branch_text::branch(name, &result);
     document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
+    drawn?;
     match stop.load(Ordering::Relaxed) {
         true => Err(CliError::Interrupted),
         false => Ok(()),
@@ -257,11 +264,17 @@ fn map(
         return Err(CliError::NoResult);
     };
     let name = &plan.scene.name;
-    let written = files.figures(args, &[map_figure(name, &result)])?;
+    let mut written = Vec::new();
+    let drawn = draw(
+        args.figures.as_deref(),
+        || vec![map_figure(name, &result)],
+        (&args.drawn, &STUDY),
+        &mut written,
+    );
     let document = Document::new(&result, &written).with_scene(name);
     let text = branch_text::map(name, &result);
     document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
-    Ok(())
+    drawn
 }
 
 /// The parameters and their intervals: one, or two for a map.
@@ -341,15 +354,5 @@ impl Files {
             diagram,
             json,
         })
-    }
-
-    /// Draws the figures, if they are requested.
-    fn figures(&self, args: &BranchArgs, figures: &[Figure]) -> Result<Vec<WrittenFile>, CliError> {
-        match &args.figures {
-            Some(directory) => {
-                write_figures(directory, "--figures", figures, (&args.drawn, &STUDY))
-            }
-            None => Ok(Vec::new()),
-        }
     }
 }

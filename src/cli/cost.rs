@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::document::Document;
 use super::error::CliError;
-use super::figures::{STUDY, write_figures};
+use super::figures::{STUDY, draw};
 use super::interrupt;
 use super::output::Kind;
 use super::progress::Progress;
@@ -48,12 +48,14 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
         })?,
     };
     // The report is printed even if a file cannot be written.
-    let drawn = args.figures.as_ref().map_or(Ok(Vec::new()), |directory| {
-        let figures = [cost_figure(&scene.name, &study)];
-        write_figures(directory, "--figures", &figures, (&args.drawn, &STUDY))
-    });
-    let files = drawn.as_deref().unwrap_or_default();
-    Document::new(&study, files)
+    let mut files = Vec::new();
+    let drawn = draw(
+        args.figures.as_deref(),
+        || vec![cost_figure(&scene.name, &study)],
+        (&args.drawn, &STUDY),
+        &mut files,
+    );
+    Document::new(&study, &files)
         .with_scene(&scene.name)
         .deliver(&text(&scene.name, &study), json.as_ref())?;
     drawn?;

@@ -141,6 +141,7 @@ impl Outputs {
         }
         let figure = || lyapunov_figure(&title(scene, found.tilt), found);
         if let Some((file, format)) = &self.picture {
+            drawn.check(&[figure()])?;
             files.push(write_figure(file, &figure(), drawn, *format)?);
         }
         if let Some(directory) = &self.directory {

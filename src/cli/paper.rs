@@ -122,6 +122,7 @@ pub(super) fn execute(
         // Prefer a format that browsers show, and PNG to SVG.
         let shown = shown.rev().find(|format| **format != Format::Pdf);
         let ending = shown.unwrap_or(&Format::Pdf).ending();
+        let figures = args.drawn.arrange(&figures);
         let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
         let start = (&**scene, &*result.start.to_string());
         let page = words::page(start, &figures, ending, (&result.score, &result.claims));

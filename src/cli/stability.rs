@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::args::StabilityArgs;
 use super::document::Document;
 use super::error::{Cause, CliError};
-use super::figures::{STUDY, write_figures};
+use super::figures::{STUDY, draw};
 use super::interrupt;
 use super::output::Kind;
 use super::progress::Progress;
@@ -17,14 +17,11 @@ use super::report::{self, BAD, HEADING};
 use crate::escape;
 use crate::joint::{BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH};
 use crate::number::{degrees, fixed, significant};
-use crate::plot::{Figure, sensitivities_figure};
+use crate::plot::{Figure, causes_figure, sensitivities_figure};
 use crate::scene::{Parameter, Scene, SceneError, Schedule};
 use crate::study::branch::{ModeSensitivities, sensitivities};
 use crate::study::{StabilityAt, growth_causes, stability as modes};
 use crate::table::Table;
-
-/// Stem of the figure of the sensitivities.
-const FIGURE: &str = "sensitivities";
 
 /// Largest number of sensitivities that are printed for a mode.
 const MOST_SENSITIVE: usize = 12;
@@ -67,12 +64,39 @@ impl ModesAt {
     }
 }
 
-/// Stem of the figure of the sensitivities at a tilt among several.
-fn figure_name(tilt_deg: f64, of: usize) -> String {
+/// Stem of a figure at a tilt among several.
+fn figure_name(stem: &str, tilt_deg: f64, of: usize) -> String {
     match of {
-        1 => FIGURE.to_owned(),
-        _ => format!("{FIGURE}-{tilt_deg}deg"),
+        1 => stem.to_owned(),
+        _ => format!("{stem}-{tilt_deg}deg"),
     }
+}
+
+/// The requested figures at each tilt.
+fn figures(
+    args: &StabilityArgs,
+    scene: &str,
+    tilts_deg: &[f64],
+    result: &StabilityResult,
+) -> Vec<Figure> {
+    let figures = tilts_deg
+        .iter()
+        .zip(&result.tilts)
+        .flat_map(|(tilt_deg, modes)| {
+            let title = format!("{scene} at {tilt_deg} deg");
+            let causes = args
+                .causes
+                .then(|| causes_figure(&title, &modes.at, &modes.explained));
+            let sensitivities = args
+                .sensitivities
+                .then(|| sensitivities_figure(&title, &modes.sensitive()));
+            let named = move |figure: Figure| Figure {
+                name: figure_name(&figure.name, *tilt_deg, tilts_deg.len()),
+                ..figure
+            };
+            causes.into_iter().chain(sensitivities).map(named)
+        });
+    figures.collect()
 }
 
 /// Runs the command.
@@ -99,7 +123,15 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
     let json = [("--json", Kind::JSON, args.json.as_deref())];
     let [json] = args.overwrite.check_all(args.scene.input(), json)?;
     if let Some(directory) = &args.figures {
-        let stems = tilts_deg.iter().map(|tilt| figure_name(*tilt, tilts.len()));
+        let requested = [
+            (args.causes, "causes"),
+            (args.sensitivities, "sensitivities"),
+        ];
+        let stems = requested.iter().filter(|(is_drawn, _)| *is_drawn);
+        let stems = stems.flat_map(|(_, stem)| {
+            let tilts_deg = tilts_deg.iter();
+            tilts_deg.map(|tilt_deg| figure_name(stem, *tilt_deg, tilts.len()))
+        });
         let names = args.drawn.names(stems, &STUDY);
         args.overwrite
             .check_directory(directory, "--figures", &names)?;
@@ -113,26 +145,20 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         add_sensitivities(&scene, &tilts_deg, &mut result, stop)?;
     }
     let mut written = Vec::new();
-    if let Some(directory) = &args.figures {
-        let figures = tilts_deg
-            .iter()
-            .zip(&result.tilts)
-            .map(|(tilt_deg, at)| Figure {
-                name: figure_name(*tilt_deg, tilts.len()),
-                ..sensitivities_figure(
-                    &format!("{} at {tilt_deg} deg", scene.name),
-                    &at.sensitive(),
-                )
-            });
-        let figures: Vec<Figure> = figures.collect();
-        written = write_figures(directory, "--figures", &figures, (&args.drawn, &STUDY))?;
-    }
+    // The report is printed even if a file cannot be written.
+    let drawn = draw(
+        args.figures.as_deref(),
+        || figures(args, &scene.name, &tilts_deg, &result),
+        (&args.drawn, &STUDY),
+        &mut written,
+    );
     let texts = tilts_deg.iter().zip(&result.tilts);
     let text: String = texts
         .map(|(tilt_deg, modes)| text(&scene.name, *tilt_deg, modes))
         .collect();
     let document = Document::new(&result, &written).with_scene(&scene.name);
-    Ok(document.deliver(&text, json.as_ref())?)
+    document.deliver(&text, json.as_ref())?;
+    drawn
 }
 
 /// Computes the sensitivities at each tilt.

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::document::{Document, WrittenFile};
 use super::error::CliError;
-use super::figures::{STUDY, write_figures};
+use super::figures::{STUDY, draw};
 use super::interrupt;
 use super::output::{Kind, OutputFile, Overwrite, is_stdout};
 use super::progress::Progress;
@@ -245,11 +245,13 @@ fn deliver(
     stop: &AtomicBool,
 ) -> Result<(), CliError> {
     let mut written = vec![write_points(plan, points, files, !interrupted)?];
-    if let Some(directory) = &outputs.figures {
-        let drawn = (&outputs.drawn, &STUDY[..]);
-        let figures = sweep_figures(plan, points);
-        written.extend(write_figures(directory, "--figures", &figures, drawn)?);
-    }
+    // The report is printed even if a file cannot be written.
+    let drawn = draw(
+        outputs.figures.as_deref(),
+        || sweep_figures(plan, points),
+        (&outputs.drawn, &STUDY),
+        &mut written,
+    );
     written.extend(write_recording(plan, points, files, None)?);
     let mut result = SweepResult::new(plan, points, shard, interrupted);
     if !interrupted && !result.hysteresis.is_empty() {
@@ -267,7 +269,7 @@ fn deliver(
     let document = Document::new(&result, &written).with_scene(&plan.scene.name);
     let text = text(&plan.scene.name, &result);
     document.deliver_or_print(&text, outputs.json.as_deref(), files.json.as_ref())?;
-    Ok(())
+    drawn
 }
 
 /// Writes the complete table and removes that which grew; the latter stays for `--resume` if points are missing.

@@ -33,7 +33,7 @@
 //! Use the results:
 //!
 //! * [Listen to a squeak](how_to::listen): WAV files and audio on the page.
-//! * [Make figures for a paper](how_to::figures).
+//! * [Make figures for slides and for a paper](how_to::figures).
 //! * [Read results in Python, R and other programs](how_to::read_results): JSON, Arrow, CSV, NumPy.
 //! * [Use it from Python](how_to::python): arrays in and out, results as objects and tables.
 //! * [Use the library](how_to::library).

@@ -15,6 +15,8 @@ pub struct Axis {
     pub range: [f64; 2],
     /// The mapping of values to positions.
     pub scale: Scale,
+    /// Names of the rows of [`Scale::Rows`], from the top.
+    pub names: Vec<String>,
 }
 
 /// The scale of an axis: the mapping of values to positions.
@@ -26,12 +28,14 @@ pub enum Scale {
     Integer,
     /// Logarithmic; values must be positive.
     Logarithmic,
-    /// Linear, without ticks or labels.
-    Hidden,
+    /// Named rows of height 1, the last at the bottom between 0 and 1.
+    Rows,
 }
 
 /// Largest number of ticks at 1, 2 and 5 times powers of ten; with more, only powers of ten get ticks.
 const MOST_ROUND: usize = 9;
+/// First digits of the distance of two ticks.
+const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 
 impl Axis {
     /// A linear axis over a range. `name` is the quantity, optionally followed by a comma and the unit. An
@@ -46,6 +50,7 @@ impl Axis {
             unit: unit.to_owned(),
             range: drawable(range),
             scale: Scale::Linear,
+            names: Vec::new(),
         }
     }
 
@@ -57,12 +62,19 @@ impl Axis {
         }
     }
 
-    /// An axis without ticks and labels.
-    pub fn hidden(range: [f64; 2]) -> Self {
+    /// Named rows from the top.
+    pub fn rows(names: Vec<String>) -> Self {
+        let range = [0.0, names.len().max(1) as f64];
         Self {
-            scale: Scale::Hidden,
+            scale: Scale::Rows,
+            names,
             ..Self::linear("", range)
         }
+    }
+
+    /// The centre of a row.
+    pub fn row(&self, number: usize) -> f64 {
+        self.range[1] - 0.5 - number as f64
     }
 
     /// A logarithmic axis between two positive values.
@@ -113,7 +125,7 @@ impl Axis {
     pub fn fraction(&self, value: f64) -> f64 {
         let [low, high] = self.range;
         match self.scale {
-            Scale::Linear | Scale::Integer | Scale::Hidden => (value - low) / (high - low),
+            Scale::Linear | Scale::Integer | Scale::Rows => (value - low) / (high - low),
             Scale::Logarithmic => {
                 let value = value.max(f64::MIN_POSITIVE);
                 (value / low).ln() / (high / low).ln()
@@ -126,8 +138,8 @@ impl Axis {
         let [low, high] = self.range;
         let rough = (high - low) / most.max(1) as f64;
         match self.scale {
-            Scale::Hidden => Vec::new(),
-            Scale::Linear => multiples(low, high, round_step(rough, &[1.0, 2.0, 2.5, 5.0])),
+            Scale::Rows => (0..self.names.len()).map(|k| self.row(k)).collect(),
+            Scale::Linear => multiples(low, high, round_step(rough, &STEPS)),
             Scale::Integer => multiples(low, high, round_step(rough.max(1.0), &[1.0, 2.0, 5.0])),
             Scale::Logarithmic => {
                 let inside = |v: &f64| low * (1.0 - 1e-9) <= *v && *v <= high * (1.0 + 1e-9);
@@ -138,7 +150,10 @@ impl Axis {
                 if ticks.len() > most.min(MOST_ROUND) {
                     ticks.retain(|tick| is_power_of_ten(*tick));
                 }
-                let step = ticks.len().div_ceil(most.max(1)).max(1);
+                if ticks.len() < 2 {
+                    return multiples(low, high, round_step(rough, &STEPS));
+                }
+                let step = ticks.len().div_ceil(most.max(1));
                 ticks.into_iter().step_by(step).collect()
             }
         }
@@ -147,6 +162,9 @@ impl Axis {
     /// Labels of ticks. On a logarithmic axis they are written as powers of ten unless all read well as
     /// decimals.
     pub fn labels(&self, ticks: &[f64]) -> Vec<String> {
+        if self.scale == Scale::Rows {
+            return self.names.clone();
+        }
         let plain = ticks.iter().all(|tick| (1e-2..=1e4).contains(tick));
         let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
         let largest = self.range[0].abs().max(self.range[1].abs());
@@ -159,6 +177,29 @@ impl Axis {
         };
         ticks.iter().map(label).collect()
     }
+}
+
+/// A key of a scene as the name of an axis or row: its table and its words, then the unit.
+pub fn readable(path: &str, unit: &str) -> String {
+    if path == "load.tilt_deg" {
+        return "tilt of the load, deg".to_owned();
+    }
+    let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let symbol = unit.to_lowercase().replace("1/", "/").replace('^', "");
+    let symbol = symbol.replace('²', "2").replace('µ', "u");
+    let endings = ["_per_", "_"].map(|per| symbol.replace('/', per));
+    let mut names = endings
+        .iter()
+        .filter_map(|ending| key.strip_suffix(&**ending));
+    let name = names.next().unwrap_or(key).trim_end_matches('_');
+    let name = name.replace("mu_", "μ");
+    let name = if name.starts_with(table) {
+        name
+    } else {
+        format!("{table} {name}")
+    };
+    let label = [name.replace('_', " "), unit.to_owned()].join(", ");
+    label.trim_end_matches(", ").to_owned()
 }
 
 /// The values 1, 2 and 5 times powers of ten that enclose two positive values, in ascending order.
@@ -315,6 +356,33 @@ mod tests {
         assert_eq!(decades([0.02, 3.0].into_iter()), [-2, 1]);
         assert_eq!(decades([1.0].into_iter()), [0, 1]);
         assert_eq!(decades([].into_iter()), [-1, 0]);
+    }
+
+    #[test]
+    fn keys_are_readable() {
+        for (path, unit, name) in [
+            ("load.tilt_deg", "deg", "tilt of the load, deg"),
+            ("load.load_n", "N", "load, N"),
+            ("friction.mu_s", "", "friction μs"),
+            (
+                "friction.stribeck_slope_s_per_m",
+                "s/m",
+                "friction stribeck slope, s/m",
+            ),
+            (
+                "friction.bristle_stiffness_per_m",
+                "1/m",
+                "friction bristle stiffness, 1/m",
+            ),
+            ("body.density_kg_m3", "kg/m^3", "body density, kg/m^3"),
+            (
+                "rotation.angular_velocity_rad_per_s",
+                "rad/s",
+                "rotation angular velocity, rad/s",
+            ),
+        ] {
+            assert_eq!(readable(path, unit), name);
+        }
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Figures of branches over one parameter: modes of the equilibria, and the stability map over two parameters.
 
-use super::axis::{Axis, extent};
+use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
 use crate::analysis::range;
 use crate::study::branch::{
-    Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind, axis_label,
+    Branch, EquilibriumPoint, MapPoint, StabilityMap, SteadyBifurcationKind,
 };
 
 /// Height of a row of panels, mm.
@@ -26,7 +26,7 @@ const MAX_COLORS: usize = 8;
 /// dashed where it is unstable, with the points at which a mode changes its stability.
 pub fn modes_figure(scene: &str, branch: &Branch) -> Figure {
     let points = &branch.equilibria;
-    let x = Axis::linear(branch.axis_label(), branch.interval);
+    let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
     let shown = |growth: f64| -> bool { growth >= lowest(points) };
     let growths = all(points, |mode| Some(mode.growth).filter(|g| shown(*g)));
     let [low, high] = extent(growths.chain([0.0]));
@@ -171,7 +171,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let [low, high] = range(axis.values.iter().copied());
         let half = 0.5 * (high - low) / (axis.values.len().max(2) - 1) as f64;
         Axis::linear(
-            axis_label(&axis.parameter, &axis.unit),
+            readable(&axis.parameter, &axis.unit),
             [low - half, high + half],
         )
     });
@@ -211,8 +211,7 @@ pub fn map_figure(scene: &str, map: &StabilityMap) -> Figure {
         let palette = [STABLE].into_iter().chain(shades[..251].iter().copied());
         let mut layers = vec![image(map, &axes, palette.collect(), &growth)];
         layers.extend(curves(map));
-        let title =
-            format!("largest growth rate: {low:.0} (pale) to {high:.0} 1/s (dark), green: stable");
+        let title = format!("largest growth rate: {low:.0} (pale) to {high:.0} 1/s; green: stable");
         panels.push(panel(&title, layers));
     }
     let title = format!("{scene}: stability of steady sliding");

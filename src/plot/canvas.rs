@@ -4,10 +4,13 @@ use std::fmt::Write as _;
 
 use super::color::{Color, Rgb};
 use super::figure::Panel;
-use super::text::escape;
+use super::text::{escape, shown, width};
 
 /// Line height over font size.
 pub const LINE_HEIGHT: f64 = 1.4;
+
+/// Boxes that overlap by rounding errors only are apart, points.
+const ROUNDING: f64 = 0.01;
 
 /// A rectangle (rect) in points; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,11 +21,37 @@ pub struct Rect {
     pub height: f64,
 }
 
-/// The document so far, and the font size.
+impl Rect {
+    /// Whether the rectangle lies inside another.
+    pub fn is_in(&self, other: &Self) -> bool {
+        let right = other.x + other.width + ROUNDING;
+        let bottom = other.y + other.height + ROUNDING;
+        self.x >= other.x - ROUNDING
+            && self.y >= other.y - ROUNDING
+            && self.x + self.width <= right
+            && self.y + self.height <= bottom
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.x + self.width > other.x + ROUNDING
+            && other.x + other.width > self.x + ROUNDING
+            && self.y + self.height > other.y + ROUNDING
+            && other.y + other.height > self.y + ROUNDING
+    }
+}
+
+/// The document so far, with the boxes of its texts.
 pub struct Canvas {
     pub out: String,
     /// Font size, points.
     pub font_size: f64,
+    pub page: Rect,
+    texts: Vec<Rect>,
+    /// Whether everything has room: no text covers another or leaves the page, and each plot area has ticks and a
+    /// useful size.
+    pub fits: bool,
+    /// Share of the plot areas in the height of the page.
+    pub plots: f64,
 }
 
 /// Anchor of a text: its horizontal alignment relative to its position.
@@ -34,6 +63,23 @@ pub enum Anchor {
 }
 
 impl Canvas {
+    /// An empty page of a size and a font size in points.
+    pub fn new([width, height]: [f64; 2], font_size: f64) -> Self {
+        Self {
+            out: String::new(),
+            font_size,
+            page: Rect {
+                x: 0.0,
+                y: 0.0,
+                width,
+                height,
+            },
+            texts: Vec::new(),
+            fits: true,
+            plots: 0.0,
+        }
+    }
+
     /// Appends elements. Writing to a string cannot fail.
     pub fn push(&mut self, elements: std::fmt::Arguments<'_>) {
         let _ = self.out.write_fmt(elements);
@@ -54,6 +100,11 @@ impl Canvas {
         ));
     }
 
+    /// Whether a box is on the page and covers no text.
+    pub fn is_free(&self, place: &Rect) -> bool {
+        place.is_in(&self.page) && !self.texts.iter().any(|text| text.overlaps(place))
+    }
+
     /// Draws a text, vertically centred at a position; `size` is relative to the font size.
     pub fn text(
         &mut self,
@@ -62,16 +113,52 @@ impl Canvas {
         anchor: Anchor,
         (size, bold, color): (f64, bool, Color),
     ) {
-        let anchor = match anchor {
-            Anchor::Start => "",
-            Anchor::Middle => " text-anchor=\"middle\"",
-            Anchor::End => " text-anchor=\"end\"",
+        let height = size * self.font_size;
+        let width = width(&shown(text), height, bold);
+        let (before, name) = match anchor {
+            Anchor::Start => (0.0, "start"),
+            Anchor::Middle => (0.5, "middle"),
+            Anchor::End => (1.0, "end"),
         };
+        // From the top of the capital letters to the bottom of letters such as "g".
+        self.take(Rect {
+            x: x - before * width,
+            y: y - 0.42 * height,
+            width,
+            height,
+        });
+        let y = y + 0.36 * height;
+        let place = format!("x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"{name}\"");
+        self.write(&place, text, (size, bold, color));
+    }
+
+    /// Draws a text that is read from below, centred at a position.
+    pub fn turned_text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
+        let (width, height) = (self.font_size, width(&shown(text), self.font_size, false));
+        self.take(Rect {
+            x: x - 0.42 * width,
+            y: y - 0.5 * height,
+            width,
+            height,
+        });
+        let x = x + 0.36 * width;
+        let place =
+            format!("transform=\"translate({x:.2},{y:.2}) rotate(-90)\" text-anchor=\"middle\"");
+        self.write(&place, text, (1.0, false, color));
+    }
+
+    fn take(&mut self, place: Rect) {
+        let is_empty = place.width * place.height == 0.0;
+        self.fits &= is_empty || self.is_free(&place);
+        self.texts.push(place);
+    }
+
+    fn write(&mut self, place: &str, text: &str, (size, bold, color): (f64, bool, Color)) {
         let weight = if bold { " font-weight=\"600\"" } else { "" };
-        let size = size * self.font_size;
-        let (y, color, text) = (y + 0.36 * size, hex(color.on_light()), escape(text));
+        let (size, color) = (size * self.font_size, hex(color.on_light()));
+        let text = escape(&shown(text));
         self.push(format_args!(
-            "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" fill=\"{color}\"{anchor}{weight}>{text}</text>"
+            "<text {place} font-size=\"{size:.2}\" fill=\"{color}\"{weight}>{text}</text>"
         ));
     }
 }

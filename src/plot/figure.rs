@@ -53,6 +53,23 @@ impl Figure {
         Self::new(name, title, height, rows)
     }
 
+    /// A figure for each panel, with the number of the panel in its name. A figure of one panel remains as it is.
+    pub fn panels(&self) -> Vec<Self> {
+        let panels = self.rows.iter().flatten();
+        let mut figures: Vec<Self> = panels
+            .zip(1..)
+            .map(|(panel, number)| Self {
+                name: format!("{}-{number}", self.name),
+                rows: vec![vec![panel.clone()]],
+                ..self.clone()
+            })
+            .collect();
+        if let [one] = &mut figures[..] {
+            one.name.clone_from(&self.name);
+        }
+        figures
+    }
+
     /// Sets the width.
     #[must_use]
     pub fn with_width(mut self, width_mm: f64) -> Self {
@@ -94,22 +111,22 @@ impl Panel {
         }
     }
 
-    /// Horizontal bars, the first at the top, each with a text above it.
-    pub fn bars(title: impl Into<String>, x: Axis, bars: Vec<Bar>) -> Self {
-        let y = Axis::hidden([0.0, bars.len().max(1) as f64]);
-        let top = y.range[1];
-        let left = x.range[0];
-        let layers = bars.into_iter().zip(0..).flat_map(|(bar, row)| {
-            let top = top - f64::from(row);
-            let ends = [top - 0.85, top - 0.55];
-            let [low, high] = ends.map(|y| [[left, y], [bar.value, y]]);
-            let outline = vec![low[0], low[1], high[1], high[0]];
-            [
-                Layer::areas(vec![outline], 1.0, bar.color).with_id("bars"),
-                Layer::text([left, top - 0.3], bar.text),
-            ]
+    /// Horizontal bars in rows with names, the first row at the top. A bar is the number of its row, its ends and its
+    /// colour.
+    pub fn bars(
+        title: impl Into<String>,
+        x: Axis,
+        names: Vec<String>,
+        bars: impl IntoIterator<Item = (usize, [f64; 2], Color)>,
+    ) -> Self {
+        let y = Axis::rows(names);
+        let bars = bars.into_iter().map(|(row, [from, to], color)| {
+            let [low, high] = [-0.32, 0.32].map(|half| y.row(row) + half);
+            let outline = vec![[from, low], [to, low], [to, high], [from, high]];
+            Layer::areas(vec![outline], 1.0, color).with_id("bars")
         });
-        let layers = layers.collect();
+        let zero = Layer::line(vec![[0.0, 0.0], [0.0, y.range[1]]], Color::Ink).with_id("zero");
+        let layers = bars.chain([zero]).collect();
         Self::new(title, x, y, layers)
     }
 
@@ -204,7 +221,7 @@ pub enum Shape {
     },
     /// An image in a rectangle of the axes.
     Image(Image),
-    /// A left-aligned text at a position.
+    /// A text above a position, starting there.
     Text([f64; 2], String),
 }
 
@@ -222,17 +239,6 @@ pub enum Marker {
     Up,
     /// A triangle pointing down.
     Down,
-}
-
-/// A horizontal bar.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
-    /// Length of the bar on the horizontal axis.
-    pub value: f64,
-    /// Text above the bar.
-    pub text: String,
-    /// Colour of the bar.
-    pub color: Color,
 }
 
 /// An indexed image of at most 256 colours.
@@ -330,15 +336,6 @@ impl Layer {
         Self::lines(strips.collect(), color).with_id("intervals")
     }
 
-    /// Vertical bars of a width. Each span is the abscissa of the centre, lower and upper end.
-    pub fn columns(spans: &[[f64; 3]], width: f64, color: Color) -> Self {
-        let outlines = spans.iter().map(|[x, from, to]| {
-            let [left, right] = [x - 0.5 * width, x + 0.5 * width];
-            vec![[left, *from], [right, *from], [right, *to], [left, *to]]
-        });
-        Self::areas(outlines.collect(), 1.0, color).with_id("columns")
-    }
-
     /// A horizontal line across the panel.
     pub fn horizontal_line(y: f64) -> Self {
         let ends = [[-FAR, y], [FAR, y]];
@@ -358,7 +355,7 @@ impl Layer {
         Self::new("image", Color::Ink, Shape::Image(image))
     }
 
-    /// A text.
+    /// A text above a position, starting there.
     pub fn text(at: [f64; 2], text: impl Into<String>) -> Self {
         Self::new("text", Color::Ink, Shape::Text(at, text.into()))
     }

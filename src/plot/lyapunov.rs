@@ -118,10 +118,10 @@ fn largest(spectrum: &LyapunovSpectrum, omega_1: f64) -> Panel {
     ];
     layers.extend(by_sign(spectrum, &exponents));
     Panel::new(
-        "largest exponents; grey band: not distinguishable from zero",
+        format!("largest over ω1 = {omega_1:.0} rad/s; grey: zero"),
         x,
         Axis::with_margin(
-            format!("exponent over ω1 = {omega_1:.0} rad/s, 1e−3"),
+            "exponent over ω1, 1e−3",
             ends(exponents.into_iter()).chain([-bound, bound]),
         ),
         layers,

@@ -2,7 +2,7 @@
 
 use base64::Engine as _;
 
-use super::canvas::{Anchor, Canvas, PlotArea, hex};
+use super::canvas::{Anchor, Canvas, PlotArea, Rect, hex};
 use super::color::Color;
 use super::figure::{Image, Layer, Marker, Shape};
 use super::text;
@@ -61,14 +61,15 @@ pub fn draw(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
     }
 }
 
-/// Draws the texts of a layer, which may extend beyond the axes.
+/// Draws the texts of a layer where they cover no other text. A text without such a place is omitted.
 pub fn draw_text(canvas: &mut Canvas, area: &PlotArea<'_>, layer: &Layer) {
     match &layer.shape {
-        Shape::Text(place, words) => {
-            if let Some([x, y]) = area.position(*place).filter(|_| area.contains(*place)) {
-                // A text that starts at the vertical axis must not touch it.
-                let at = [x.max(area.rect.x + 0.5 * canvas.font_size), y];
-                canvas.text(at, words, Anchor::Start, (1.0, false, layer.color));
+        Shape::Text(at, name) => {
+            let (half, em) = (0.5 * label_width(canvas, name), canvas.font_size);
+            if let Some([x, y]) = area.position(*at).filter(|_| area.contains(*at)) {
+                let at = [x.max(area.rect.x) + half, y];
+                let rows = (0..NAME_ROWS).map(|k| [at[0], y - (0.9 + 1.2 * k as f64) * em]);
+                label(canvas, area, rows, name);
             }
         }
         Shape::Peaks(peaks) => label_peaks(canvas, area, peaks, layer.color),
@@ -243,51 +244,77 @@ fn encode(image: &Image) -> Option<Vec<u8>> {
     Some(data)
 }
 
-/// Labels the peaks above their tips in the given order. Each label takes the lowest row in which it overlaps
-/// no other; a label without space is omitted.
+/// Labels the peaks in the given order, each above its tip, beside it, or in a free row above with a line to the tip.
+/// A label covers no other peak, and a line no label.
 fn label_peaks(
     canvas: &mut Canvas,
     area: &PlotArea<'_>,
     peaks: &[([f64; 2], String)],
     color: Color,
 ) {
-    let font_size = canvas.font_size;
+    let em = canvas.font_size;
     let (left, right) = (area.rect.x, area.rect.x + area.rect.width);
-    let mut taken: Vec<[f64; 3]> = Vec::new();
-    for (point, name) in peaks.iter().filter(|(_, name)| !name.is_empty()) {
-        let Some([x, tip]) = area.position(*point).filter(|_| area.contains(*point)) else {
-            continue;
-        };
-        let half = 0.5 * text::width(name, font_size, false) + 0.2 * font_size;
+    let shown = peaks.iter().filter(|(point, _)| area.contains(*point));
+    let tips = shown.filter_map(|(point, name)| Some((area.position(*point)?, name)));
+    let tips: Vec<([f64; 2], &String)> = tips.collect();
+    for ([x, tip], name) in tips.iter().filter(|(_, name)| !name.is_empty()) {
+        let half = 0.5 * label_width(canvas, name);
         let middle = x.clamp((left + half).min(right - half), right - half);
-        let above = |k: usize| [middle, tip - (1.0 + 1.2 * k as f64) * font_size];
-        // Next to the tip, for peaks just below the top.
-        let beside = [
-            x + half + 0.7 * font_size,
-            tip.max(area.rect.y + 0.7 * font_size),
-        ];
-        let is_free = |[middle, y]: &[f64; 2]| {
-            let covers = |[other, width, height]: &[f64; 3]| {
-                (other - middle).abs() < width + half && (height - y).abs() < 1.15 * font_size
+        let row = |k: usize| [middle, tip - (1.0 + 1.2 * k as f64) * em];
+        // Next to the tip, also for peaks just below the top.
+        let level = tip.max(area.rect.y + 0.7 * em);
+        let beside = [1.0, -1.0].map(|side| [x + side * (half + 0.7 * em), level]);
+        let places = [row(0)].into_iter().chain(beside);
+        let places = places.chain((1..NAME_ROWS).map(row)).filter(|[middle, y]| {
+            let covers = |([x, tip], _): &([f64; 2], _)| {
+                (x - middle).abs() < half + 0.3 * em && (tip - y).abs() < 0.8 * em
             };
-            *y > area.rect.y && middle + half <= right + 0.01 && !taken.iter().any(covers)
-        };
-        let mut places = (0..NAME_ROWS).map(above).chain([beside]);
-        let Some([middle, y]) = places.find(is_free) else {
-            continue;
-        };
-        taken.push([middle, half, y]);
-        // A translucent background keeps the label legible.
-        canvas.push(format_args!(
-            "<rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"#fff\" fill-opacity=\"0.8\"/>",
-            middle - half,
-            y - 0.55 * font_size,
-            2.0 * half,
-            1.1 * font_size
-        ));
-        if y < tip - 1.5 * font_size {
-            canvas.line([x, y + 0.6 * font_size, x, tip], color, 0.5, "");
+            let line = Rect {
+                x: *x,
+                y: y + 0.6 * em,
+                width: 0.1 * em,
+                height: tip - y - 0.6 * em,
+            };
+            !tips.iter().any(covers) && (*y > tip - 1.5 * em || canvas.is_free(&line))
+        });
+        let places: Vec<[f64; 2]> = places.collect();
+        let place = label(canvas, area, places.into_iter(), name);
+        if let Some([_, y]) = place.filter(|[_, y]| *y < tip - 1.5 * em) {
+            canvas.line([*x, y + 0.6 * em, *x, *tip], color, 0.5, "");
         }
-        canvas.text([middle, y], name, Anchor::Middle, (0.95, false, Color::Ink));
     }
+}
+
+/// Width of a label with its background.
+fn label_width(canvas: &Canvas, name: &str) -> f64 {
+    text::width(&text::shown(name), canvas.font_size, false) + 0.4 * canvas.font_size
+}
+
+/// Writes a label at the first of some places where it lies in the plot area and covers no other text, and returns the
+/// place.
+fn label(
+    canvas: &mut Canvas,
+    area: &PlotArea<'_>,
+    mut places: impl Iterator<Item = [f64; 2]>,
+    name: &str,
+) -> Option<[f64; 2]> {
+    let em = canvas.font_size;
+    let (width, height) = (label_width(canvas, name), 1.15 * em);
+    let background = |[x, y]: [f64; 2]| Rect {
+        x: x - 0.5 * width,
+        y: y - 0.48 * em,
+        width,
+        height,
+    };
+    let place = places.find(|at| {
+        let place = background(*at);
+        place.is_in(&area.rect) && canvas.is_free(&place)
+    })?;
+    let Rect { x, y, .. } = background(place);
+    // A translucent background keeps the label legible.
+    canvas.push(format_args!(
+        "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"#fff\" fill-opacity=\"0.85\"/>"
+    ));
+    canvas.text(place, name, Anchor::Middle, (1.0, false, Color::Ink));
+    Some(place)
 }

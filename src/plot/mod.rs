@@ -40,6 +40,8 @@ mod svg;
 mod text;
 
 #[cfg(test)]
+mod layout_tests;
+#[cfg(test)]
 mod tests;
 
 pub use axis::{Axis, Scale, round_up};
@@ -48,11 +50,11 @@ pub use branch::{map_figure, modes_figure};
 pub use color::{Color, Rgb};
 pub use cost::cost_figure;
 pub use embedding::{false_neighbours, mutual_information};
-pub use figure::{Bar, Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
+pub use figure::{Figure, FigureError, Image, Layer, Marker, Panel, Shape, Swatch};
 pub use lesson::{LessonPictures, prediction_panel};
 pub use lyapunov::lyapunov_figure;
 pub use orbits::{branch_figure, multipliers_figure, multipliers_panel};
-pub use sensitivities::sensitivities_figure;
+pub use sensitivities::{causes_figure, sensitivities_figure};
 pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
@@ -63,7 +65,7 @@ pub use unit::Unit;
 impl Figure {
     /// The figure as an SVG document.
     pub fn svg(&self, look: &FigureOptions) -> String {
-        svg::document(self, look)
+        svg::page(self, look, svg::layout(self, look), true).out
     }
 
     /// The figure as a PNG image.
@@ -92,5 +94,24 @@ impl Figure {
             Format::Png => self.png(look),
             Format::Pdf => self.pdf(look),
         }
+    }
+}
+
+#[cfg(feature = "figure")]
+impl FigureOptions {
+    /// The smallest size of the proportions of the chosen one at which all texts have room; `None` if they have room.
+    pub fn needed_size(&self, figures: &[Figure]) -> Option<Size> {
+        let has_room = |size: &Size| {
+            let mut figures = figures.iter();
+            figures.all(|figure| svg::font_size(figure, self, size.0).is_some())
+        };
+        let Size(sides) = self.size.filter(|size| !has_room(size))?;
+        let larger = (0..500).map(|k| {
+            let grown = sides.map(|side| side * (1.0 + 0.01 * f64::from(k)));
+            Size(grown.map(f64::ceil))
+        });
+        // Of very long or high pages none may suffice.
+        let square = Size(self.default_mm([figure::PAGE_MM; 2]));
+        larger.chain([square]).find(has_room).or(Some(square))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::axis::{Axis, extent};
+use super::axis::{Axis, extent, readable};
 use super::color::Color;
 use super::figure::{Figure, Layer, Marker, Panel};
 use super::unit::Unit;
@@ -29,7 +29,7 @@ const CIRCLE: u32 = 180;
 /// dashed where they do not, the equilibrium at amplitude zero, and the bifurcations. `settled` are the points of a
 /// sweep over the same parameter, drawn as dots in the colour of their type of motion.
 pub fn branch_figure(scene: &str, branch: &Branch, settled: &[SweepPoint]) -> Figure {
-    let x = Axis::linear(branch.axis_label(), branch.interval);
+    let x = Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval);
     let responses = || {
         settled
             .iter()
@@ -121,12 +121,8 @@ fn rotation_panel(branch: &Branch, x: Axis) -> Option<Panel> {
             .with_line_width(1.6)
             .with_id("tongues"),
     );
-    Some(Panel::new(
-        "rotation number of the tori; bars: phase-locked",
-        x,
-        y,
-        layers,
-    ))
+    let title = "rotation number of the tori; bars: phase-locked";
+    Some(Panel::new(title, x, y, layers))
 }
 
 /// The figure `multipliers`: the Floquet multipliers of all orbits in the complex plane, and the largest magnitudes over
@@ -155,7 +151,12 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
             }
         }
         let label = ["largest", "second", "third"][k];
-        layers.push(Layer::lines(strips, color).with_label(label).with_id(label));
+        // Lines behind are wider, so that those of a complex pair, which coincide, remain visible.
+        let line = Layer::lines(strips, color).with_line_width(1.1 + 1.1 * k as f64);
+        layers.extend(
+            line.last_point()
+                .map(|_| line.with_label(label).with_id(label)),
+        );
     }
     let marks = branch.orbit_bifurcations().map(|found| {
         let magnitude = 1.0;
@@ -165,7 +166,7 @@ pub fn multipliers_figure(scene: &str, branch: &Branch) -> Figure {
     let values = (0..3).flat_map(|k| magnitudes(k).map(|(_, at)| at[1]));
     let magnitude = Panel::new(
         "magnitudes, without the trivial multiplier",
-        Axis::linear(branch.axis_label(), branch.interval),
+        Axis::linear(readable(&branch.parameter, &branch.unit), branch.interval),
         Axis::with_margin("magnitude", values.chain([1.0])),
         layers,
     );

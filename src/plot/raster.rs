@@ -12,7 +12,7 @@ use super::text;
 /// Dots per inch of an SVG.
 const DOTS: f32 = 96.0;
 
-fn tree(svg: &str) -> Result<Tree, FigureError> {
+pub fn tree(svg: &str) -> Result<Tree, FigureError> {
     let options = Options {
         fontdb: fonts(),
         font_family: text::FAMILY.to_owned(),

@@ -1,25 +1,90 @@
-//! Figure of the sensitivities of the modes of steady sliding (tornado chart).
+//! Figures of the growth of the modes of steady sliding: what contributes to it, and what changes it.
 
-use super::axis::Axis;
+use super::axis::{Axis, extent, readable};
 use super::color::Color;
 use super::figure::{Figure, Layer, Panel};
+use crate::joint::{Cause, ExplainedMode};
 use crate::number::significant;
+use crate::study::StabilityAt;
 use crate::study::branch::{ModeSensitivities, ParameterSensitivity};
 
-/// Largest number of bars.
+/// Largest number of bars of a mode.
 const MOST: usize = 9;
-/// Height of a bar with its text, mm, and of the rest of a row of panels.
-const BAR_MM: [f64; 2] = [7.0, 26.0];
+/// Largest number of modes of the figure of the causes.
+const MODES: usize = 10;
+/// Lowest end of the axis of the contributions, relative to the upper end.
+const LOWEST: f64 = -1.2;
+/// Height of a row, mm, and of the rest of a panel.
+const ROW_MM: [f64; 2] = [5.0, 30.0];
 /// Colours of a growing and a decreasing growth rate.
 const COLORS: [Color; 2] = [Color::Series(4), Color::Series(3)];
+
+/// The figure `causes`: what contributes to the growth rate of each oscillating mode. `explained` are the oscillating
+/// modes of `at`, in the same order. Of many modes, those with the largest growth rates are shown.
+pub fn causes_figure(title: &str, at: &StabilityAt, explained: &[ExplainedMode]) -> Figure {
+    let oscillating = at.modes.iter().filter(|mode| mode.frequency_hz > 0.0);
+    let mut modes: Vec<_> = explained.iter().zip(oscillating).collect();
+    modes.sort_by(|a, b| b.0.growth.total_cmp(&a.0.growth));
+    modes.truncate(MODES);
+    modes.sort_by(|a, b| a.0.frequency_hz.total_cmp(&b.0.frequency_hz));
+    let modes = modes.into_iter().map(|(mode, named)| {
+        let kilohertz = 1e-3 * mode.frequency_hz;
+        (format!("{}, {kilohertz:.2} kHz", named.label), mode)
+    });
+    let panel = contributions(&modes.collect::<Vec<_>>());
+    let height = ROW_MM[1] + ROW_MM[0] * panel.y.names.len() as f64;
+    let title = format!("{title}: contributions to the growth rate");
+    Figure::new("causes", title, height, vec![vec![panel]])
+}
+
+/// The stacked contributions of the terms of the model to the growth rate of each mode, positive ones to the right and
+/// negative ones to the left of zero, with their sum. Strong damping does not determine the axis.
+pub fn contributions(modes: &[(String, &ExplainedMode)]) -> Panel {
+    let color =
+        |cause: Cause| Color::Series(Cause::ALL.iter().position(|c| *c == cause).unwrap_or(0));
+    let mut bars = Vec::new();
+    for (row, (_, mode)) in modes.iter().enumerate() {
+        let mut ends = [0.0_f64; 2];
+        for cause in &mode.causes {
+            let end = &mut ends[usize::from(cause.share < 0.0)];
+            let from = *end;
+            *end += cause.share;
+            bars.push((row, [from, *end], color(cause.cause)));
+        }
+    }
+    let [low, high] = extent(bars.iter().map(|(_, [_, end], _)| *end).chain([0.0]));
+    let lowest = if high > 0.0 { LOWEST * high } else { low };
+    let title = if low < lowest {
+        "strong damping is cut at the left edge"
+    } else {
+        ""
+    };
+    let axis = Axis::with_margin("growth rate, 1/s", [low.max(lowest), high].into_iter());
+    let names = modes.iter().map(|(name, _)| name.clone());
+    let mut panel = Panel::bars(title, axis, names.collect(), bars);
+    let causes = modes.first().map_or(&[][..], |(_, mode)| &mode.causes);
+    let keys = causes.iter().map(|cause| {
+        let name = cause.cause.name().replace("Omega x u", "Ω × u");
+        Layer::areas(Vec::new(), 1.0, color(cause.cause)).with_label(name)
+    });
+    let sums = modes.iter().enumerate();
+    let sums = sums.map(|(row, (_, mode))| [mode.growth, panel.y.row(row)]);
+    let sums: Vec<[f64; 2]> = sums.collect();
+    // The pale rim is visible on dark bars.
+    let rims = Layer::points(sums.clone(), 3.4, Color::Pale).with_id("rims");
+    let sums = Layer::points(sums, 2.3, Color::Ink).with_id("sums");
+    let sums = sums.with_label("sum: growth rate");
+    panel.layers.extend(keys.chain([rims, sums]));
+    panel
+}
 
 /// The figure `sensitivities`: for each mode the numbers of the scene with the largest change of the growth rate per
 /// 1 %, from the top. `title` names the scene.
 pub fn sensitivities_figure(title: &str, modes: &[&ModeSensitivities]) -> Figure {
     let panels: Vec<Panel> = modes.iter().map(|mode| panel(mode)).collect();
     let columns = if panels.len() == 1 { 1 } else { 2 };
-    let row = BAR_MM[1] + BAR_MM[0] * MOST as f64;
-    let title = format!("{title}: change of the growth rate if a number increases by 1 %");
+    let row = ROW_MM[1] + ROW_MM[0] * MOST as f64;
+    let title = format!("{title}: growth rate if a number increases by 1 %");
     Figure::grid("sensitivities", title, row, columns, &panels)
 }
 
@@ -30,31 +95,23 @@ fn panel(mode: &ModeSensitivities) -> Panel {
         .filter(|parameter| parameter.growth_per_percent != 0.0)
         .take(MOST)
         .collect();
-    let largest = shown
+    let changes = shown.iter().map(|parameter| parameter.growth_per_percent);
+    let names = shown
         .iter()
-        .map(|parameter| parameter.growth_per_percent.abs())
-        .fold(f64::MIN_POSITIVE, f64::max);
-    let x = Axis::linear(
-        "change of the growth rate, 1/s",
-        [-1.1 * largest, 1.1 * largest],
-    );
-    let top = MOST as f64;
-    let mut layers = vec![Layer::line(vec![[0.0, 0.0], [0.0, top]], Color::Ink).with_id("zero")];
-    for (row, parameter) in (0..).zip(&shown) {
-        let value = parameter.growth_per_percent;
-        let top = top - f64::from(row);
-        let [low, high] = [top - 0.88, top - 0.6];
-        let outline = vec![[0.0, low], [value, low], [value, high], [0.0, high]];
-        let color = COLORS[usize::from(value < 0.0)];
-        layers.push(Layer::areas(vec![outline], 1.0, color).with_id("bars"));
-        let text = format!("{}: {}", parameter.parameter, significant(value, 3));
-        layers.push(Layer::text([-1.07 * largest, top - 0.36], text));
-    }
-    let title = format!(
-        "{}, {:.1} Hz, growth rate {} 1/s",
-        mode.mode.label,
-        mode.mode.frequency_hz,
-        significant(mode.mode.growth, 4)
-    );
-    Panel::new(title, x, Axis::hidden([0.0, top]), layers)
+        .map(|parameter| readable(&parameter.parameter, &parameter.unit));
+    let axis = changes.clone().chain([0.0]);
+    let bars = changes
+        .enumerate()
+        .map(|(row, change)| (row, [0.0, change], COLORS[usize::from(change < 0.0)]));
+    Panel::bars(
+        format!(
+            "{}, {:.1} Hz, growth rate {} 1/s",
+            mode.mode.label,
+            mode.mode.frequency_hz,
+            significant(mode.mode.growth, 4)
+        ),
+        Axis::with_margin("change of the growth rate, 1/s", axis),
+        names.collect(),
+        bars,
+    )
 }

@@ -13,7 +13,7 @@ pub enum Style {
     /// Screen: titles, 1,000 points wide, rendered at twice that resolution.
     #[default]
     Screen,
-    /// Slides: titles, large font.
+    /// Slides: 16:9, one panel a file, the largest font with which everything has room.
     Slides,
 }
 
@@ -57,6 +57,16 @@ pub struct Size(pub [f64; 2]);
 /// Smallest and largest side of a figure, mm.
 const SIDES: [f64; 2] = [20.0, 2000.0];
 
+/// Width and height of a slide, mm.
+const SLIDE_MM: [f64; 2] = [254.0, 143.0];
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self([width, height]) = self;
+        write!(f, "{width}x{height}")
+    }
+}
+
 impl FromStr for Size {
     type Err = SizeError;
 
@@ -65,10 +75,8 @@ impl FromStr for Size {
         let side = |text: &str| text.trim().parse().map_err(|_| SizeError);
         let sides = [side(width)?, side(height)?];
         let [least, most] = SIDES;
-        match sides.iter().all(|side| (least..=most).contains(side)) {
-            true => Ok(Self(sides)),
-            false => Err(SizeError),
-        }
+        let is_allowed = sides.iter().all(|side| (least..=most).contains(side));
+        is_allowed.then_some(Self(sides)).ok_or(SizeError)
     }
 }
 
@@ -100,22 +108,26 @@ pub struct FigureOptions {
 impl FigureOptions {
     /// The size of a figure whose size on paper is `own`, mm.
     pub fn size_mm(&self, own: [f64; 2]) -> [f64; 2] {
-        let enlarged = match self.style {
-            Style::Paper => 1.0,
-            // The page width becomes 1,000 points of 1/96 inch.
-            Style::Screen => 1.47,
-            Style::Slides => 1.6,
-        };
         self.size
-            .map_or(own.map(|side| enlarged * side), |size| size.0)
+            .map_or_else(|| self.default_mm(own), |Size(size)| size)
     }
 
-    /// The font size, points.
-    pub fn font_size(&self) -> f64 {
+    /// The default size of a figure whose size on paper is `own`, mm.
+    pub fn default_mm(&self, own: [f64; 2]) -> [f64; 2] {
         match self.style {
-            Style::Paper => 7.5,
-            Style::Screen => 8.5,
-            Style::Slides => 13.0,
+            Style::Paper => own,
+            // The page width becomes 1,000 points of 1/96 inch.
+            Style::Screen => own.map(|side| 1.47 * side),
+            Style::Slides => SLIDE_MM,
+        }
+    }
+
+    /// The smallest and the largest font size, points.
+    pub fn font_sizes(&self) -> [f64; 2] {
+        match self.style {
+            Style::Paper => [7.5, 7.5],
+            Style::Screen => [8.5, 8.5],
+            Style::Slides => [9.0, 18.0],
         }
     }
 

@@ -3,21 +3,63 @@
 use super::axis::{Axis, Scale};
 use super::canvas::{Anchor, Canvas, LINE_HEIGHT, PlotArea, Rect};
 use super::color::Color;
-use super::figure::{Figure, Layer, Panel};
+use super::figure::{Figure, Layer, Panel, Shape};
 use super::marks;
 use super::style::FigureOptions;
 use super::text::{self, FALLBACK, escape};
 
 /// Points per millimetre.
 const POINTS: f64 = 72.0 / 25.4;
-/// The SVG document of a figure.
-pub fn document(figure: &Figure, look: &FigureOptions) -> String {
-    let mm = look.size_mm(figure.size_mm);
+/// Smallest width and height of a plot area, relative to the font size.
+const LEAST_PLOT: [f64; 2] = [6.0, 3.5];
+/// Space between the edge of a cell and its texts, and between the labels of an axis and the axis.
+const EDGE: f64 = 0.6;
+const GAP: f64 = 0.65;
+/// Space after a legend sample and after its text, relative to the font size.
+const AFTER: [f64; 2] = [0.4, 1.2];
+/// Largest share of the width of a cell that the names of rows take.
+const NAMES: f64 = 0.42;
+/// Height of the labels and the name of a horizontal axis, relative to the font size.
+const BELOW: f64 = 3.6;
+/// Largest number of ticks of an axis.
+const MOST_TICKS: usize = 10;
+/// The style of most texts: size, weight and colour.
+const PLAIN: (f64, bool, Color) = (1.0, false, Color::Ink);
+const FAINT: (f64, bool, Color) = (1.0, false, Color::Faint);
+
+/// The smallest share of the height for plot areas that a larger font must leave.
+const PLOTS: f64 = 0.5;
+
+/// Size (mm) and font size (points) of a figure. The default size grows until everything has room.
+pub fn layout(figure: &Figure, look: &FigureOptions) -> ([f64; 2], f64) {
+    let size = look.size_mm(figure.size_mm);
+    let grown = (0..100).map(|k| size.map(|side| side * (1.0 + 0.02 * f64::from(k))));
+    let mut sizes = grown.take(if look.size.is_some() { 1 } else { 100 });
+    let fitting = sizes.find_map(|mm| Some((mm, font_size(figure, look, mm)?)));
+    fitting.unwrap_or((size, look.font_sizes()[0]))
+}
+
+/// The largest font size of the style with which everything has room on a page of a size (mm) and the plot areas take
+/// half of the height, or else the smallest; `None` if the page is too small.
+pub fn font_size(figure: &Figure, look: &FigureOptions, mm: [f64; 2]) -> Option<f64> {
+    let [least, most] = look.font_sizes();
+    let sizes = (0..).map(|k| most - f64::from(k));
+    sizes.take_while(|size| *size >= least).find(|size| {
+        let page = page(figure, look, (mm, *size), false);
+        page.fits && (page.plots >= PLOTS || *size == least)
+    })
+}
+
+/// The page of a figure at a size (mm) and a font size (points). Without `marks` only the texts are placed, to find
+/// out whether they have room.
+pub fn page(
+    figure: &Figure,
+    look: &FigureOptions,
+    (mm, font_size): ([f64; 2], f64),
+    marks: bool,
+) -> Canvas {
     let [width, height] = mm.map(|side| side * POINTS);
-    let mut canvas = Canvas {
-        out: String::new(),
-        font_size: look.font_size(),
-    };
+    let mut canvas = Canvas::new([width, height], font_size);
     let [mm_width, mm_height] = mm;
     canvas.push(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
@@ -31,22 +73,15 @@ pub fn document(figure: &Figure, look: &FigureOptions) -> String {
     canvas.push(format_args!(
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
     ));
-    let font_size = canvas.font_size;
-    let mut top = 0.5 * font_size;
+    let mut top = 0.3 * font_size;
     if look.has_title() {
-        let large = 1.35;
-        let lines = text::wrap(
-            &figure.title,
-            width - 2.0 * font_size,
-            large * font_size,
-            true,
-        );
-        for line in lines {
-            let at = [font_size, top + 0.8 * large * font_size];
+        let large = 1.25;
+        let size = large * font_size;
+        for line in text::wrap(&figure.title, width - 2.0 * font_size, size, true) {
+            let at = [EDGE * font_size, top + 0.5 * LINE_HEIGHT * size];
             canvas.text(at, &line, Anchor::Start, (large, true, Color::Ink));
-            top += LINE_HEIGHT * large * font_size;
+            top += LINE_HEIGHT * size;
         }
-        top += 0.5 * font_size;
     }
     let body = Rect {
         x: 0.0,
@@ -54,263 +89,347 @@ pub fn document(figure: &Figure, look: &FigureOptions) -> String {
         width,
         height: height - top,
     };
-    rows(&mut canvas, figure, body);
+    rows(&mut canvas, figure, body, marks);
     canvas.out.push_str("</svg>\n");
-    canvas.out
+    canvas
 }
 
-fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect) {
+fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
+    let em = canvas.font_size;
     let height = body.height / figure.rows.len().max(1) as f64;
-    // The same width for all panels, so that plot areas are vertically aligned.
-    let panels = figure.rows.iter().flatten();
-    let ticks = panels.map(|panel| label_width(panel, height, canvas.font_size));
-    let left = ticks.fold(0.0, f64::max);
-    let font_size = canvas.font_size;
-    let margins = figure.rows.iter().flat_map(|row| {
-        let width = body.width / row.len().max(1) as f64 - left;
-        row.iter()
-            .map(move |panel| right_margin(panel, width, font_size))
-    });
-    let right = margins.fold(0.0, f64::max);
-    for (number, row) in figure.rows.iter().enumerate() {
+    // The margins are the same for rows with as many panels, so that plot areas are aligned. They depend on the ticks,
+    // these on the height of the plot areas, and this on the headers, whose lines depend on the margins.
+    let mut margins = vec![[5.0 * em, 2.0 * em]; figure.rows.len()];
+    let mut heights = vec![height - 6.0 * em; figure.rows.len()];
+    let mut placed: Vec<Vec<Texts<'_>>> = Vec::new();
+    for _ in 0..3 {
+        let rows = figure.rows.iter().zip(&heights).zip(&margins);
+        let texts = rows.map(|((row, plot), margins)| {
+            let cell = [body.width / row.len().max(1) as f64, height];
+            let texts = row
+                .iter()
+                .map(|panel| Texts::new(panel, (cell, *plot), *margins, em));
+            texts.collect()
+        });
+        placed = texts.collect();
+        let aligned = |len: usize| placed.iter().filter(move |row| row.len() == len).flatten();
+        let left = |len| aligned(len).map(|texts| texts.left(em)).fold(0.0, f64::max);
+        let right = |len| aligned(len).map(|texts| texts.right).fold(0.0, f64::max);
+        let lengths = placed.iter().map(Vec::len);
+        margins = lengths.map(|len| [left(len), right(len)]).collect();
+        heights = placed.iter().map(|row| height - outside(row, em)).collect();
+    }
+    for (number, row) in placed.iter().enumerate() {
+        canvas.plots += heights[number] / canvas.page.height;
         let width = body.width / row.len().max(1) as f64;
-        let headers: Vec<PanelHeader> = row
-            .iter()
-            .map(|panel| PanelHeader::new(panel, width - 2.0 * canvas.font_size, canvas.font_size))
-            .collect();
-        let tallest = headers.iter().map(|header| header.height(canvas.font_size));
-        let tallest = tallest.fold(0.0, f64::max);
-        for (place, (panel, header)) in row.iter().zip(&headers).enumerate() {
+        let [left, right] = margins[number];
+        for (place, texts) in row.iter().enumerate() {
             let cell = Rect {
                 x: body.x + place as f64 * width,
                 y: body.y + number as f64 * height,
                 width,
                 height,
             };
-            header.draw(canvas, cell);
-            let area = plot_area(panel, cell, tallest, [left, right], canvas.font_size);
-            draw_panel(canvas, panel, area);
+            let [mut width, mut height] = [cell.width - left - right, heights[number]];
+            canvas.fits &= width >= LEAST_PLOT[0] * em && height >= LEAST_PLOT[1] * em;
+            let mut x = cell.x + left;
+            texts.draw_header(
+                canvas,
+                [cell.x + indent(texts.panel, left, em), cell.y + 0.2 * em],
+            );
+            let y = cell.y + cell.height - heights[number] - BELOW * em;
+            if texts.panel.square {
+                let side = width.min(height);
+                x += 0.5 * (width - side);
+                [width, height] = [side, side];
+            }
+            let [width, height] = [width, height].map(|side| side.max(em));
+            let frame = Rect {
+                x,
+                y,
+                width,
+                height,
+            };
+            draw_panel(canvas, texts, frame, marks);
+            let name = &texts.names[1];
+            let half = 0.5 * text::width(name, em, false) + 0.3 * em;
+            let [low, high] = [cell.y + half, cell.y + cell.height - half];
+            let y = (frame.y + 0.5 * frame.height).min(high).max(low);
+            canvas.turned_text([frame.x - left + em, y], name, Color::Faint);
         }
     }
 }
 
-/// Width of the tick labels and of the name of the vertical axis.
-fn label_width(panel: &Panel, height: f64, font_size: f64) -> f64 {
-    let ticks = panel
-        .y
-        .ticks(max_ticks(&panel.y, height, font_size, !panel.square));
-    let labels = panel.y.labels(&ticks);
-    let widths = labels
-        .iter()
-        .map(|label| text::width(label, font_size, false));
-    let name = if panel.y.label().is_empty() {
-        0.0
-    } else {
-        1.6 * font_size
-    };
-    widths.fold(0.0, f64::max) + name
+/// Height of the headers of a row, and of the labels of its horizontal axes.
+fn outside(row: &[Texts<'_>], em: f64) -> f64 {
+    let headers = row.iter().map(|texts| texts.header_height(em));
+    headers.fold(0.0, f64::max) + BELOW * em
 }
 
-/// Space to the right of a plot area of about `width` for the last label of the horizontal axis, which is centred
-/// on its tick.
-fn right_margin(panel: &Panel, width: f64, font_size: f64) -> f64 {
-    let ticks = panel.x.ticks(max_ticks(&panel.x, width, font_size, false));
-    let labels = panel.x.labels(&ticks);
-    let overhangs = ticks.iter().zip(&labels).map(|(tick, label)| {
-        0.5 * text::width(label, font_size, false) - width * (1.0 - panel.x.fraction(*tick))
-    });
-    overhangs.fold(0.8 * font_size, f64::max) + 0.8 * font_size
-}
-
-/// Maximum number of ticks of an axis of a length. Ticks of a vertical axis are closer (`close`), except in a
-/// square panel, where both axes have the same number.
-fn max_ticks(axis: &Axis, length: f64, font_size: f64, close: bool) -> usize {
-    let available = match (close, axis.scale) {
-        (true, Scale::Logarithmic) => 2.0,
-        (true, _) => 3.5,
-        (false, _) => 7.0,
-    };
-    ((length / (available * font_size)) as usize).clamp(3, 10)
-}
-
-/// The plot area of a panel.
-fn plot_area(
-    panel: &Panel,
-    cell: Rect,
-    header: f64,
-    [left, right]: [f64; 2],
-    font_size: f64,
-) -> Rect {
-    let left = left + 1.8 * font_size;
-    let below = 3.8 * font_size;
-    let width = (cell.width - left - right).max(font_size);
-    let height = (cell.height - header - below).max(font_size);
-    let side = width.min(height);
-    let [width, height] = if panel.square {
-        [side, side]
-    } else {
-        [width, height]
-    };
-    Rect {
-        x: cell.x + left,
-        y: cell.y + header,
-        width,
-        height,
-    }
-}
-
-/// Title, caption and legend above a plot area, as lines.
-struct PanelHeader<'a> {
+/// The texts of a panel, broken into lines.
+struct Texts<'a> {
+    panel: &'a Panel,
     title: Vec<String>,
     caption: Vec<String>,
+    /// Layers with a legend entry, by lines.
     legend: Vec<Vec<&'a Layer>>,
+    names: [String; 2],
+    ticks: [Ticks; 2],
+    /// Space to the right of the plot area.
+    right: f64,
 }
 
-/// Width of a legend sample, and of the gap to its label, relative to the font size.
-const SAMPLE: f64 = 1.8;
-const GAP: f64 = 0.5;
+/// Positions on an axis and their labels, by lines.
+type Ticks = Vec<(f64, Vec<String>)>;
 
-impl<'a> PanelHeader<'a> {
-    fn new(panel: &'a Panel, available: f64, font_size: f64) -> Self {
-        let mut legend: Vec<Vec<&Layer>> = Vec::new();
-        let mut taken = f64::INFINITY;
-        for layer in panel.layers.iter().filter(|layer| !layer.label.is_empty()) {
-            let entry = entry_width(layer, font_size);
-            if taken + entry > available {
-                legend.push(Vec::new());
-                taken = 0.0;
-            }
-            taken += entry;
-            legend
-                .last_mut()
-                .expect("the first entry starts a line")
-                .push(layer);
+impl<'a> Texts<'a> {
+    /// The texts for a cell and a height of the plot area, with margins to the left and right of the plot area.
+    fn new(
+        panel: &'a Panel,
+        ([width, height], plot): ([f64; 2], f64),
+        [left, right]: [f64; 2],
+        em: f64,
+    ) -> Self {
+        let wide = width - left - right;
+        let sides = if panel.square {
+            [wide.min(plot); 2]
+        } else {
+            [wide, plot]
+        };
+        let x = ticks(&panel.x, sides[0], em, [5.0, 0.6 * em]);
+        let close = match (panel.square, panel.y.scale) {
+            (true, _) => 5.0,
+            (false, Scale::Logarithmic) => 2.0,
+            _ => 2.8,
+        };
+        let mut y = ticks(&panel.y, sides[1], em, [close, 0.0]);
+        for (_, lines) in &mut y {
+            *lines = text::wrap(&lines.concat(), NAMES * width, em, false);
         }
+        let overhangs = x.iter().map(|(tick, lines)| {
+            0.5 * widest(lines, em) - sides[0] * (1.0 - panel.x.fraction(*tick))
+        });
+        let header = (width - indent(panel, left, em) - EDGE * em).max(em);
         Self {
-            title: text::wrap(&panel.title, available, 1.1 * font_size, true),
-            caption: text::wrap(&panel.caption, available, font_size, false),
-            legend,
+            panel,
+            names: [&panel.x, &panel.y].map(Axis::label),
+            title: text::wrap(&panel.title, header, 1.1 * em, true),
+            caption: text::wrap(&panel.caption, header, em, false),
+            legend: legend(panel, header, em),
+            right: overhangs.fold(GAP * em, f64::max) + EDGE * em,
+            ticks: [x, y],
         }
     }
 
-    fn height(&self, font_size: f64) -> f64 {
-        let lines = self.title.len() + self.caption.len() + self.legend.len();
-        (LINE_HEIGHT * lines as f64 + 0.9) * font_size
+    /// Space to the left of the plot area.
+    fn left(&self, em: f64) -> f64 {
+        let labels = self.ticks[1].iter().map(|(_, lines)| widest(lines, em));
+        let name = if self.names[1].is_empty() {
+            0.0
+        } else {
+            LINE_HEIGHT
+        };
+        labels.fold(0.0, f64::max) + (name + EDGE + GAP) * em
     }
 
-    fn draw(&self, canvas: &mut Canvas, cell: Rect) {
-        let font_size = canvas.font_size;
-        let mut y = cell.y + 0.5 * LINE_HEIGHT * font_size;
+    fn header_height(&self, em: f64) -> f64 {
+        let lines = self.title.len() + self.caption.len() + self.legend.len();
+        (LINE_HEIGHT * lines as f64 + 0.8) * em
+    }
+
+    fn draw_header(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
+        let em = canvas.font_size;
+        let mut y = top + 0.5 * LINE_HEIGHT * em;
         let titles = self
             .title
             .iter()
             .map(|line| (line, (1.1, true, Color::Ink)));
-        let captions = self
-            .caption
-            .iter()
-            .map(|line| (line, (1.0, false, Color::Faint)));
+        let captions = self.caption.iter().map(|line| (line, FAINT));
         for (line, style) in titles.chain(captions) {
-            canvas.text([cell.x + font_size, y], line, Anchor::Start, style);
-            y += LINE_HEIGHT * font_size;
+            canvas.text([left, y], line, Anchor::Start, style);
+            y += LINE_HEIGHT * em;
         }
         for line in &self.legend {
-            let mut x = cell.x + font_size;
+            let mut x = left;
             for layer in line {
-                marks::legend_sample(canvas, layer, [x, y], SAMPLE * font_size);
-                let at = [x + (SAMPLE + GAP) * font_size, y];
-                canvas.text(at, &layer.label, Anchor::Start, (1.0, false, Color::Ink));
-                x += entry_width(layer, font_size);
+                let sample = sample_width(layer) * em;
+                marks::legend_sample(canvas, layer, [x, y], sample);
+                let at = [x + sample + AFTER[0] * em, y];
+                canvas.text(at, &layer.label, Anchor::Start, PLAIN);
+                x += entry_width(layer, em);
             }
-            y += LINE_HEIGHT * font_size;
+            y += LINE_HEIGHT * em;
         }
     }
 }
 
-fn entry_width(layer: &Layer, font_size: f64) -> f64 {
-    text::width(&layer.label, font_size, false) + (SAMPLE + GAP + 1.3) * font_size
+fn widest(lines: &[String], em: f64) -> f64 {
+    let widths = lines.iter().map(|line| text::width(line, em, false));
+    widths.fold(0.0, f64::max)
 }
 
-fn draw_panel(canvas: &mut Canvas, panel: &Panel, frame: Rect) {
-    axes(canvas, panel, frame);
+/// Distance of the header from the left edge. It leaves room for the name of the vertical axis.
+fn indent(panel: &Panel, left: f64, em: f64) -> f64 {
+    if panel.y.scale == Scale::Rows {
+        EDGE * em
+    } else {
+        left
+    }
+}
+
+/// The layers of the legend in lines of a width.
+fn legend(panel: &Panel, available: f64, em: f64) -> Vec<Vec<&Layer>> {
+    let mut lines: Vec<Vec<&Layer>> = Vec::new();
+    let mut taken = f64::INFINITY;
+    for layer in panel.layers.iter().filter(|layer| !layer.label.is_empty()) {
+        let entry = entry_width(layer, em);
+        if taken + entry > available + AFTER[1] * em {
+            lines.push(Vec::new());
+            taken = 0.0;
+        }
+        taken += entry;
+        lines
+            .last_mut()
+            .expect("the first entry starts a line")
+            .push(layer);
+    }
+    lines
+}
+
+fn entry_width(layer: &Layer, em: f64) -> f64 {
+    let after = sample_width(layer) + AFTER[0] + AFTER[1];
+    text::width(&layer.label, em, false) + after * em
+}
+
+/// Width of a legend sample, relative to the font size.
+fn sample_width(layer: &Layer) -> f64 {
+    match layer.shape {
+        Shape::Points { .. } => 0.7,
+        Shape::Areas { .. } => 1.0,
+        _ => 1.9,
+    }
+}
+
+/// As many ticks of an axis of a length as are `spacing` font sizes apart, but at least two, with labels that keep a
+/// gap; labels of a vertical axis have the height of a line.
+fn ticks(axis: &Axis, length: f64, em: f64, [spacing, gap]: [f64; 2]) -> Ticks {
+    let most = ((length / (spacing * em)) as usize).clamp(2, MOST_TICKS);
+    let choice = |most: usize| -> Ticks {
+        let ticks = axis.ticks(most);
+        let labels = axis.labels(&ticks).into_iter().map(|label| vec![label]);
+        ticks.into_iter().zip(labels).collect()
+    };
+    let are_apart = |ticks: &Ticks| {
+        let half = |lines: &[String]| {
+            if gap > 0.0 {
+                0.5 * (widest(lines, em) + gap)
+            } else {
+                0.55 * em
+            }
+        };
+        let mut pairs = ticks.windows(2);
+        ticks.len() > 1
+            && pairs.all(|pair| {
+                let [low, high] = [&pair[0], &pair[1]];
+                let apart = axis.fraction(high.0) - axis.fraction(low.0);
+                apart * length >= half(&low.1) + half(&high.1)
+            })
+    };
+    let numbers = (1..=most).rev().chain(most + 1..=MOST_TICKS);
+    match axis.scale {
+        Scale::Rows => choice(most),
+        _ => { numbers }
+            .map(choice)
+            .find(are_apart)
+            .unwrap_or_else(|| choice(most)),
+    }
+}
+
+fn draw_panel(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect, marks: bool) {
+    axes(canvas, texts, frame);
+    let panel = texts.panel;
     let Rect {
         x,
         y,
         width,
         height,
     } = frame;
-    // A nested SVG element clips its content and needs no identifier that another figure could share.
-    canvas.push(format_args!(
-        "<svg x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
-         viewBox=\"{x:.2} {y:.2} {width:.2} {height:.2}\" overflow=\"hidden\">"
-    ));
     let area = PlotArea { panel, rect: frame };
-    for layer in &panel.layers {
-        marks::draw(canvas, &area, layer);
+    if marks {
+        // A nested SVG element clips its content and needs no identifier that another figure could share.
+        canvas.push(format_args!(
+            "<svg x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
+             viewBox=\"{x:.2} {y:.2} {width:.2} {height:.2}\" overflow=\"hidden\">"
+        ));
+        for layer in &panel.layers {
+            marks::draw(canvas, &area, layer);
+        }
+        canvas.push(format_args!("</svg>"));
     }
-    canvas.push(format_args!("</svg>"));
+    let lines = text::wrap(
+        &panel.note,
+        width - canvas.font_size,
+        canvas.font_size,
+        false,
+    );
+    let middle = [x + 0.5 * width, y + 0.5 * height];
+    centred(canvas, middle, &lines, (Anchor::Middle, FAINT));
     for layer in &panel.layers {
         marks::draw_text(canvas, &area, layer);
     }
-    if !panel.note.is_empty() {
-        let middle = [x + 0.5 * width, y + 0.5 * height];
-        canvas.text(
-            middle,
-            &panel.note,
-            Anchor::Middle,
-            (1.0, false, Color::Faint),
-        );
+}
+
+/// Lines of a text, vertically centred at a position.
+fn centred(
+    canvas: &mut Canvas,
+    [x, y]: [f64; 2],
+    lines: &[String],
+    (anchor, style): (Anchor, (f64, bool, Color)),
+) {
+    let step = 1.15 * canvas.font_size;
+    let first = y - 0.5 * step * (lines.len() as f64 - 1.0);
+    for (k, line) in lines.iter().enumerate() {
+        canvas.text([x, first + step * k as f64], line, anchor, style);
     }
 }
 
 /// Grid, ticks with labels, names and lines of both axes.
-fn axes(canvas: &mut Canvas, panel: &Panel, frame: Rect) {
-    let font_size = canvas.font_size;
+fn axes(canvas: &mut Canvas, texts: &Texts<'_>, frame: Rect) {
+    let em = canvas.font_size;
+    let panel = texts.panel;
     let (left, right) = (frame.x, frame.x + frame.width);
     let (top, bottom) = (frame.y, frame.y + frame.height);
     let grid = !panel.has_image();
-    let tick = 0.4 * font_size;
-    let ticks = panel
-        .x
-        .ticks(max_ticks(&panel.x, frame.width, font_size, false));
-    for (value, label) in ticks.iter().zip(panel.x.labels(&ticks)) {
+    let tick = 0.4 * em;
+    let [x_ticks, y_ticks] = &texts.ticks;
+    for (axis, ticks) in [(&panel.x, x_ticks), (&panel.y, y_ticks)] {
+        canvas.fits &= ticks.len() > 1 || axis.scale != Scale::Linear;
+    }
+    for (value, label) in x_ticks {
         let x = left + frame.width * panel.x.fraction(*value);
         if grid {
             canvas.line([x, top, x, bottom], Color::Grid, 0.7, "");
         }
         canvas.line([x, bottom, x, bottom + tick], Color::Faint, 0.7, "");
-        let at = [x, bottom + tick + 0.8 * font_size];
-        canvas.text(at, &label, Anchor::Middle, (1.0, false, Color::Ink));
-    }
-    let middle = [0.5 * (left + right), bottom + 2.5 * font_size];
-    let faint = (1.0, false, Color::Faint);
-    canvas.text(middle, &panel.x.label(), Anchor::Middle, faint);
-    let ticks = panel
-        .y
-        .ticks(max_ticks(&panel.y, frame.height, font_size, !panel.square));
-    let labels = panel.y.labels(&ticks);
-    let widths = labels
-        .iter()
-        .map(|label| text::width(label, font_size, false));
-    let widest = widths.fold(0.0, f64::max);
-    for (value, label) in ticks.iter().zip(&labels) {
-        let y = bottom - frame.height * panel.y.fraction(*value);
-        if grid {
-            canvas.line([left, y, right, y], Color::Grid, 0.7, "");
-        }
-        canvas.line([left - tick, y, left, y], Color::Faint, 0.7, "");
-        canvas.text(
-            [left - 1.6 * tick, y],
+        centred(
+            canvas,
+            [x, bottom + tick + 0.8 * em],
             label,
-            Anchor::End,
-            (1.0, false, Color::Ink),
+            (Anchor::Middle, PLAIN),
         );
     }
-    let [x, y] = [left - 1.6 * tick - widest - font_size, 0.5 * (top + bottom)];
-    canvas.push(format_args!(
-        "<g transform=\"translate({x:.2},{y:.2}) rotate(-90)\">"
-    ));
-    canvas.text([0.0, 0.0], &panel.y.label(), Anchor::Middle, faint);
-    canvas.push(format_args!("</g>"));
+    let middle = [0.5 * (left + right), bottom + 2.4 * em];
+    canvas.text(middle, &texts.names[0], Anchor::Middle, FAINT);
+    for (value, label) in y_ticks {
+        let y = bottom - frame.height * panel.y.fraction(*value);
+        if panel.y.scale != Scale::Rows {
+            if grid {
+                canvas.line([left, y, right, y], Color::Grid, 0.7, "");
+            }
+            canvas.line([left - tick, y, left, y], Color::Faint, 0.7, "");
+        }
+        centred(canvas, [left - GAP * em, y], label, (Anchor::End, PLAIN));
+    }
     canvas.line([left, top, left, bottom], Color::Faint, 0.7, "");
     canvas.line([left, bottom, right, bottom], Color::Faint, 0.7, "");
     if !grid {

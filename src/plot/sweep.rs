@@ -1,7 +1,7 @@
 //! Figures of a sweep: bifurcation diagram, exponents and spectral lines over one parameter, or a map of
 //! regimes over two. Fig. 11 of the paper.
 
-use super::axis::{Axis, extent};
+use super::axis::{Axis, extent, readable};
 use super::color::{Color, Rgb, colormap, colormap_index};
 use super::figure::{Figure, Image, Layer, Marker, Panel, Swatch};
 use super::unit::Unit;
@@ -48,7 +48,7 @@ struct ParameterPanels<'a> {
 pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
     if let [_] = &plan.axes[..] {
         let shared = ParameterPanels::new(plan, points);
-        let mut rows = vec![vec![shared.maxima()]];
+        let mut rows = vec![vec![shared.maxima()], vec![shared.lines()]];
         if shared
             .found
             .iter()
@@ -56,13 +56,14 @@ pub fn sweep_figures(plan: &SweepPlan, points: &[SweepPoint]) -> Vec<Figure> {
         {
             rows.push(vec![shared.exponents()]);
         }
-        rows.push(vec![shared.lines()]);
-        let starts: Vec<&str> = plan
-            .starts
-            .iter()
-            .map(|start| start_label(*start))
-            .collect();
-        let title = format!("{}: {}", plan.scene.name, starts.join(", "));
+        let starts = match &plan.starts[..] {
+            [start] => start_label(*start).to_owned(),
+            starts => {
+                let starts: Vec<String> = starts.iter().map(Start::to_string).collect();
+                format!("starts {}", starts.join(", "))
+            }
+        };
+        let title = format!("{}: {starts}", plan.scene.name);
         let height = ROW_MM * rows.len() as f64;
         return vec![Figure::new("bifurcation", title, height, rows)];
     }
@@ -78,7 +79,7 @@ pub fn bifurcation(plan: &SweepPlan, points: &[SweepPoint]) -> Figure {
     let panels = [shared.exponents(), shared.maxima(), shared.lines()];
     let rows = panels.into_iter().zip(["a", "b", "c"]);
     let rows = rows.map(|(panel, letter)| {
-        let title = format!("{letter}  {}", panel.title);
+        let title = format!("{letter}: {}", panel.title);
         vec![Panel { title, ..panel }]
     });
     let starts: Vec<&str> = plan
@@ -144,7 +145,9 @@ fn half_step(axis: &sweep::Axis) -> f64 {
 fn parameter_axis(axis: &sweep::Axis) -> Axis {
     let [low, high] = range(axis.values().iter().copied());
     let half = half_step(axis);
-    Axis::linear(axis.label(), [low - half, high + half])
+    let parameter = axis.parameter();
+    let name = readable(parameter.path(), parameter.unit());
+    Axis::linear(name, [low - half, high + half])
 }
 
 impl<'a> ParameterPanels<'a> {
@@ -177,7 +180,7 @@ impl<'a> ParameterPanels<'a> {
     fn start_legend(&self) -> Vec<Layer> {
         let starts = self.starts.iter().filter(|_| self.starts.len() > 1);
         let keys = starts.map(|(start, _)| {
-            Layer::legend_entry(start_label(*start), Color::Ink).with_marker(marker(*start))
+            Layer::legend_entry(start.to_string(), Color::Ink).with_marker(marker(*start))
         });
         keys.collect()
     }
@@ -205,15 +208,15 @@ impl<'a> ParameterPanels<'a> {
         layers.filter(Layer::has_points).collect()
     }
 
-    /// A vertical line at each doubling of the starts shown, and their legend entry.
+    /// A vertical line at each doubling of the starts shown, the last with the legend entry.
     fn doublings(&self) -> Vec<Layer> {
         let shown = |start: &Start| self.starts.iter().any(|(own, _)| own == start);
         let shown = self.doublings.iter().filter(|(start, _)| shown(start));
         let mut layers: Vec<Layer> = shown
             .map(|(_, middle)| Layer::vertical_line(*middle, Color::Ink))
             .collect();
-        if !layers.is_empty() {
-            layers.push(Layer::legend_entry("doubling", Color::Ink));
+        if let Some(last) = layers.last_mut() {
+            last.label = "doubling".to_owned();
         }
         layers
     }
@@ -326,7 +329,7 @@ impl<'a> ParameterPanels<'a> {
             }));
             upper = least;
             keys.push(Layer::legend_entry(
-                format!("at least {:.0} % of the strongest", 100.0 * least),
+                format!("from {:.0} %", 100.0 * least),
                 color,
             ));
         }
@@ -341,7 +344,7 @@ impl<'a> ParameterPanels<'a> {
         keys.extend(self.doublings());
         keys.extend(layers);
         Panel::new(
-            "spectral lines",
+            "spectral lines by amplitude relative to the strongest",
             self.axis.clone(),
             Axis::linear("frequency, kHz", [0.0, 1.08 * highest]),
             keys,
@@ -415,14 +418,16 @@ fn map(plan: &SweepPlan, start: Start, found: &[Point<'_>]) -> Figure {
     let there = Regime::ALL.into_iter().filter(there);
     let keys = there.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
     let unsettled = found.iter().filter(|point| !point.response.settled);
-    let stars = unsettled.map(|point| Layer::text([point.values[0], point.values[1]], "*"));
-    let stars: Vec<Layer> = stars.collect();
-    let title = match stars.is_empty() {
-        true => "type of motion",
-        false => "type of motion (*: not in steady state)",
-    };
-    let layers = [regimes].into_iter().chain(keys).chain(stars).collect();
-    let mut panels = vec![panel(title.to_owned(), layers)];
+    let unsettled = unsettled.map(|point| [point.values[0], point.values[1]]);
+    let crosses = Layer::points(unsettled.collect(), 2.0, Color::Ink).with_marker(Marker::Cross);
+    let crosses = crosses.with_label("not in steady state");
+    let crosses = Some(crosses).filter(Layer::has_points);
+    let layers = { [regimes].into_iter() }
+        .chain(keys)
+        .chain(crosses)
+        .collect();
+    let title = "type of motion".to_owned();
+    let mut panels = vec![panel(title, layers)];
     let largest = |response: &SettledResponse| {
         let spectrum = response.exponents.as_ref()?;
         spectrum.exponents.first().map(|e| e.value)
@@ -435,8 +440,7 @@ fn map(plan: &SweepPlan, start: Start, found: &[Point<'_>]) -> Figure {
         let image = image(shades, &|response| {
             largest(response).map(|value| colormap_index(value.max(0.0) / most).min(254))
         });
-        let title =
-            format!("largest Lyapunov exponent: pale is 0 or negative, black {most:.0} 1/s");
+        let title = format!("largest exponent: pale is 0 or negative, black {most:.0} 1/s");
         panels.push(panel(title, vec![image]));
     }
     let title = format!("{}: {}", plan.scene.name, start_label(start));

@@ -139,10 +139,7 @@ fn starts_are_offset_and_have_different_markers() {
     // The legend lists the exponents first, then the starts.
     let legend = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let legend: Vec<&str> = legend.map(|layer| &*layer.label).collect();
-    assert_eq!(
-        legend,
-        ["λ1", "λ2", "λ3", "upward continuation", "fresh starts"]
-    );
+    assert_eq!(legend, ["λ1", "λ2", "λ3", "upward", "fresh"]);
     let first = |wanted: Marker| {
         let mut points = panel.layers.iter().filter_map(|layer| match &layer.shape {
             Shape::Points { points, marker, .. } if *marker == wanted => points.first(),

@@ -11,7 +11,7 @@ const LOOK: FigureOptions = FigureOptions {
 };
 
 /// A report on a torus with two base frequencies; its curves are analytical.
-fn report(name: &str) -> SignalAnalysis {
+pub fn report(name: &str) -> SignalAnalysis {
     let rate = 200e3;
     let samples: Vec<f64> = test_signals::sines(
         rate,
@@ -376,7 +376,12 @@ fn everything() -> Figure {
             &[[0.0, 0.1, 0.2], [1.0, 0.2, 0.3], [0.5, 0.2, f64::INFINITY]],
             Color::Faint,
         ),
-        Layer::columns(&[[0.5, 0.0, 0.4]], 0.2, Color::Pale).with_label("columns"),
+        Layer::areas(
+            vec![vec![[0.4, 0.0], [0.6, 0.0], [0.6, 0.4]]],
+            1.0,
+            Color::Pale,
+        )
+        .with_label("columns"),
         Layer::intervals(&[[0.5, 0.1, 0.9]], Color::Series(1)),
         Layer::line(points.clone(), Color::Series(0))
             .dashed()
@@ -385,8 +390,8 @@ fn everything() -> Figure {
             .with_marker(Marker::Cross)
             .with_label("points"),
         Layer::peaks(vec![
-            ([0.5, 0.5], "f1".to_owned()),
-            ([0.51, 0.5], "f2".to_owned()),
+            ([0.5, 0.8], "f1".to_owned()),
+            ([0.51, 0.8], "f2".to_owned()),
         ]),
         Layer::horizontal_line(0.5),
         Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),

@@ -32,18 +32,38 @@ pub fn width(text: &str, size: f64, bold: bool) -> f64 {
     size * text.chars().map(ems).sum::<f64>()
 }
 
-/// Breaks a text at spaces into lines of at most `max_width` points.
+/// Breaks a text at spaces, and words that are too long anywhere, into lines of at most `max_width` points.
 pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
+    let text = shown(text);
+    let is_long = |line: &str| width(line, size, bold) > max_width;
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
-        let longer = lines.last().map(|line| format!("{line} {word}"));
-        match longer.filter(|line| width(line, size, bold) <= max_width) {
-            Some(longer) => *lines.last_mut().expect("a line exists") = longer,
-            None => lines.push(word.to_owned()),
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if !is_long(&format!("{line} {word}")) => *line += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
+        }
+        while let Some(line) = lines.last_mut().filter(|line| is_long(line)) {
+            let ends = line.char_indices().skip(1).map(|(end, _)| end);
+            let Some(end) = ends.take_while(|end| !is_long(&line[..*end])).last() else {
+                break;
+            };
+            let rest = line.split_off(end);
+            lines.push(rest);
         }
     }
-    lines.retain(|line| !line.is_empty());
     lines
+}
+
+/// A text as it is shown: control characters escaped, and a minus sign for a hyphen before a number.
+pub fn shown(text: &str) -> String {
+    let text = crate::escape::lines(text);
+    let sign = |(at, c): (usize, char)| {
+        let is_sign = c == '-'
+            && !text[..at].ends_with(char::is_alphanumeric)
+            && text[at + 1..].starts_with(|next: char| next.is_ascii_digit());
+        if is_sign { '−' } else { c }
+    };
+    text.char_indices().map(sign).collect()
 }
 
 /// Escapes a text as the content of an XML element or attribute. Control characters are not allowed in XML.
@@ -72,8 +92,15 @@ mod tests {
         assert!(lines.len() > 1);
         assert!(lines.iter().all(|line| width(line, 10.0, true) <= 100.0));
         assert_eq!(lines.join(" "), text);
-        assert_eq!(wrap("unbreakable", 5.0, 10.0, false), ["unbreakable"]);
+        let pieces = wrap("a_file_name_without_spaces.wav", 60.0, 10.0, false);
+        assert!(pieces.iter().all(|line| width(line, 10.0, false) <= 60.0));
+        assert_eq!(pieces.concat(), "a_file_name_without_spaces.wav");
         assert!(wrap("", 5.0, 10.0, false).is_empty());
+    }
+
+    #[test]
+    fn numbers_have_a_minus_sign() {
+        assert_eq!(shown("torus-3deg: -2.1 (-3)"), "torus-3deg: −2.1 (−3)");
     }
 
     #[test]

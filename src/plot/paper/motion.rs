@@ -1,11 +1,12 @@
 //! Fig. 4 to 10: the motion at one tilt, the choice of its embedding, and comparisons over the tilt.
 
 use crate::analysis::{DelayChoice, RecurrenceImage};
-use crate::joint::{Cause, ExplainedMode};
+use crate::joint::ExplainedMode;
 use crate::plot::response::{
     self, LAG, SMALLEST, SectionAxes, SpectrumAxes, interpolated, largest,
 };
-use crate::plot::{Axis, Color, Figure, Layer, Panel, false_neighbours, mutual_information};
+use crate::plot::sensitivities::contributions;
+use crate::plot::{Figure, Panel, false_neighbours, mutual_information};
 use crate::study::response::{PhasePortrait, SettledResponse};
 
 /// Highest frequency of a spectrum, Hz, and the decades of its amplitude axis.
@@ -26,7 +27,12 @@ pub fn motion(
         "Fig. {number}: at {tilt_deg}°, {}",
         response.regime.with_confidence(response.confidence)
     );
-    let mut panels = vec![growth(modes)];
+    let unstable = modes.iter().filter(|mode| mode.unstable()).count();
+    let named = modes
+        .iter()
+        .map(|mode| (format!("{:.2} kHz", 1e-3 * mode.frequency_hz), mode));
+    let growth = contributions(&named.collect::<Vec<_>>());
+    let mut panels = vec![growth.with_title(format!("{unstable} unstable modes"))];
     if let Some(portrait) = &response.portrait {
         let color = response::color(response);
         let strongest = response
@@ -43,7 +49,7 @@ pub fn motion(
         ]);
     }
     for (panel, letter) in panels.iter_mut().zip(["a", "b", "c", "d", "e", "f"]) {
-        panel.title = format!("{letter}  {}", panel.title);
+        panel.title = format!("{letter}: {}", panel.title);
     }
     Figure::grid(format!("figure-{number}"), title, 66.0, 3, &panels)
 }
@@ -55,50 +61,6 @@ fn recurrence(portrait: &PhasePortrait) -> Option<RecurrenceImage> {
     portrait.recurrence().ok().flatten().filter(|_| moves)
 }
 
-/// Growth rate of each oscillating mode and its contributions, which sum to the growth rate.
-fn growth(modes: &[ExplainedMode]) -> Panel {
-    const WIDTH: f64 = 0.45;
-    const DAMPING: [Cause; 4] = [
-        Cause::Direction,
-        Cause::Structure,
-        Cause::ContactDamping,
-        Cause::Convection,
-    ];
-    let feeds = [
-        (&[Cause::Slope][..], Color::Series(6), "slope"),
-        (&[Cause::Coupling], Color::Series(0), "coupling"),
-        (&DAMPING, Color::Pale, "damping"),
-    ];
-    let mut layers = vec![Layer::horizontal_line(0.0)];
-    // Positive contributions are stacked upwards, negative ones downwards.
-    let mut ends = vec![[0.0_f64; 2]; modes.len()];
-    for (causes, color, label) in feeds {
-        let spans = modes.iter().zip(&mut ends).map(|(mode, ends)| {
-            let of = mode.causes.iter().filter(|c| causes.contains(&c.cause));
-            let share: f64 = of.map(|cause| cause.share).sum();
-            let end = &mut ends[usize::from(share < 0.0)];
-            let from = *end;
-            *end += share;
-            [1e-3 * mode.frequency_hz, from, *end]
-        });
-        layers.push(Layer::columns(&spans.collect::<Vec<_>>(), WIDTH, color).with_label(label));
-    }
-    let unstable = modes.iter().filter(|mode| mode.unstable()).count();
-    for (grows, color) in [(true, Color::Accent), (false, Color::Ink)] {
-        let chosen = modes.iter().filter(|mode| mode.unstable() == grows);
-        let points = chosen.map(|mode| [1e-3 * mode.frequency_hz, mode.growth]);
-        layers.push(Layer::points(points.collect(), 2.4, color));
-    }
-    let highest = modes.iter().map(|mode| mode.growth).fold(100.0, f64::max);
-    let growth = [-0.4 * highest, 1.25 * highest];
-    Panel::new(
-        format!("{unstable} unstable modes"),
-        Axis::linear("frequency, kHz", [0.0, 13.0]),
-        Axis::linear("growth rate (dots), contributions (bars), 1/s", growth),
-        layers,
-    )
-}
-
 /// Fig. 8: mutual information and fraction of false nearest neighbours of the motion at a tilt (degrees),
 /// sampled every `dt` (s).
 pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
@@ -106,12 +68,12 @@ pub fn embedding(tilt_deg: f64, choice: &DelayChoice, dt: f64) -> Figure {
     let delay = step * choice.lag as f64;
     let information = mutual_information(choice, "µs", step)
         .with_title(format!(
-            "a  average mutual information: delay {delay:.0} µs"
+            "a: average mutual information: delay {delay:.0} µs"
         ))
         .with_top_label(format!("{} samples", choice.lag));
     let neighbours = false_neighbours(choice)
         .with_title(format!(
-            "b  false nearest neighbours: dimension {}",
+            "b: false nearest neighbours: dimension {}",
             choice.dimension
         ))
         .with_top_label(format!("m = {}", choice.dimension));

@@ -1,9 +1,8 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{SignalFigures, skipped_panel};
-use crate::analysis::{Divergence, ScalingRegion};
+use crate::analysis::{Divergence, Regime, ScalingRegion};
 use crate::plot::axis::extent;
-use crate::plot::figure::Bar;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 use crate::study::signal::Outcome;
 
@@ -80,27 +79,34 @@ impl SignalFigures<'_> {
             Ok(verdict) => verdict,
             Err(reason) => return self.skipped("regime", "Type of motion", reason),
         };
-        let bars = verdict.evidence.iter().map(|piece| Bar {
-            value: piece.weight,
-            text: format!(
-                "{} → {}: {}",
-                piece.criterion,
-                piece.supported_regimes(),
-                piece.explanation()
-            ),
-            color: match piece.supports.contains(&verdict.regime) {
-                true => Color::Regime(verdict.regime),
-                false => Color::Faint,
-            },
-        });
-        let bars: Vec<Bar> = bars.collect();
-        let rows = bars.len().max(1) as f64;
-        let panel = Panel::bars(
-            verdict.summary(),
-            Axis::linear("weight of the evidence", [0.0, 1.0]),
-            bars,
-        );
+        // A bar has a part for each type of motion that its evidence supports.
+        let parts = verdict
+            .evidence
+            .iter()
+            .enumerate()
+            .flat_map(|(row, piece)| {
+                let part = piece.weight / piece.supports.len().max(1) as f64;
+                let supports = piece.supports.iter().enumerate();
+                supports.map(move |(k, regime)| {
+                    let ends = [k, k + 1].map(|k| part * k as f64);
+                    (row, ends, Color::Regime(*regime))
+                })
+            });
+        let names: Vec<String> = verdict
+            .evidence
+            .iter()
+            .map(|e| e.criterion.to_string())
+            .collect();
+        let height = 34.0 + 7.0 * names.len() as f64;
+        let axis = Axis::linear("weight of the evidence", [0.0, 1.0]);
+        let mut panel = Panel::bars(verdict.summary(), axis, names, parts);
+        let supported =
+            |regime: &Regime| verdict.evidence.iter().any(|e| e.supports.contains(regime));
+        let keys = Regime::ALL.into_iter().filter(supported);
+        let keys =
+            keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));
+        panel.layers.extend(keys);
         let title = self.title("Type of motion");
-        Figure::new("regime", title, 26.0 + 9.0 * rows, vec![vec![panel]])
+        Figure::new("regime", title, height, vec![vec![panel]])
     }
 }

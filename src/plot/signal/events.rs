@@ -5,9 +5,6 @@ use crate::analysis::TonalEvent;
 use crate::plot::figure::Marker;
 use crate::plot::{Color, Figure, Layer};
 
-/// Distance of an event's number from its start, as a share of the height of the figure.
-const NUMBER_DISTANCE: f64 = 0.03;
-
 /// Colour of ridges: visible on the dark colours of strong tones.
 const RIDGE: Color = Color::Series(6);
 
@@ -20,20 +17,19 @@ impl SignalFigures<'_> {
             (None, _) => "no tonal events: the sample rate is not that of sound",
             (Some(_), 0) => "no tonal events",
             (Some(sound), _) => &format!(
-                "ridges of the events with numbers and levels ({}), from start to end (triangles)",
+                "events with number and level ({}), from start to end (triangles)",
                 sound.level_reference
             ),
         };
         if !events.is_empty() {
-            let above = NUMBER_DISTANCE * (panel.y.range[1] - panel.y.range[0]);
-            panel.layers.extend(self.event_layers(events, above));
+            panel.layers.extend(self.event_layers(events));
         }
         let rows = vec![vec![panel.with_title(title)]];
         Figure::new("events", self.title("Tonal events"), 88.0, rows)
     }
 
-    /// Ridges, starts, ends and numbers, the latter at a distance above the starts.
-    fn event_layers(&self, events: &[TonalEvent], above: f64) -> Vec<Layer> {
+    /// Ridges, starts, ends and numbers, the latter above the starts.
+    fn event_layers(&self, events: &[TonalEvent]) -> Vec<Layer> {
         let ridges = events.iter().map(|event| self.ridge(event));
         let ends = |time: fn(&TonalEvent) -> f64| -> Vec<[f64; 2]> {
             events
@@ -43,9 +39,8 @@ impl SignalFigures<'_> {
         };
         let (starts, stops) = (ends(|event| event.start_s), ends(|event| event.end_s));
         let numbers = starts.iter().zip(events).zip(1..);
-        let numbers = numbers.map(|(([time, frequency], event), number)| {
-            let text = format!("{number}: {:.1}", event.level_db);
-            Layer::text([*time, frequency + above], text).with_id("numbers")
+        let numbers = numbers.map(|((start, event), number)| {
+            Layer::text(*start, format!("{number}: {:.1}", event.level_db)).with_id("numbers")
         });
         let numbers: Vec<Layer> = numbers.collect();
         let mark = |points, marker, id| {

@@ -2,6 +2,7 @@
 
 use super::{SignalFigures, envelope};
 use crate::analysis::{Bases, Column, LevelReference};
+use crate::number::significant;
 use crate::plot::axis::extent;
 use crate::plot::color::{colormap, colormap_index};
 use crate::plot::{Axis, Color, Figure, Image, Layer, Panel, Swatch};
@@ -68,13 +69,16 @@ impl SignalFigures<'_> {
         });
         let unit = &self.unit;
         let title = format!(
-            "{}; broadband floor {:.2} % of the power",
+            "{}; broadband floor {:.2} %",
             bases(&self.report.tones.naming.bases),
             100.0 * self.report.tones.broadband_share
         );
         let reference = match is_pressure {
             true => LevelReference::SoundPressure.to_string(),
-            false => format!("dB re {:.3} {}", strongest * unit.factor, unit.symbol),
+            false => {
+                let strongest = significant(strongest * unit.factor, 3);
+                format!("dB re {strongest} {}", unit.symbol)
+            }
         };
         let panel = Panel::new(
             title,

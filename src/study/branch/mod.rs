@@ -45,7 +45,7 @@ pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcati
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
 pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits};
-pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint, axis_label};
+pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
 pub use scene_family::{SceneFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 pub use steady::{SteadyFamily, SteadyState};

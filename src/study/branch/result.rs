@@ -210,18 +210,4 @@ impl Branch {
     pub fn name(&self) -> &str {
         self.parameter.rsplit('.').next().unwrap_or(&self.parameter)
     }
-
-    /// Label of an axis of the parameter.
-    pub fn axis_label(&self) -> String {
-        axis_label(&self.parameter, &self.unit)
-    }
-}
-
-/// Label of an axis of a parameter with a path and a unit.
-pub fn axis_label(path: &str, unit: &str) -> String {
-    match (path, unit) {
-        ("load.tilt_deg", _) => "tilt of the load, deg".to_owned(),
-        (path, "") => path.to_owned(),
-        (path, unit) => format!("{path}, {unit}"),
-    }
 }
