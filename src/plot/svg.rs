@@ -105,10 +105,10 @@ fn rows(canvas: &mut Canvas, figure: &Figure, body: Rect, marks: bool) {
     for _ in 0..3 {
         let rows = figure.rows.iter().zip(&heights).zip(&margins);
         let texts = rows.map(|((row, plot), margins)| {
-            let cell = [body.width / row.len().max(1) as f64, height];
+            let cell = body.width / row.len().max(1) as f64;
             let texts = row
                 .iter()
-                .map(|panel| Texts::new(panel, (cell, *plot), *margins, em));
+                .map(|panel| Texts::new(panel, [cell, *plot], *margins, em));
             texts.collect()
         });
         placed = texts.collect();
@@ -183,13 +183,8 @@ struct Texts<'a> {
 type Ticks = Vec<(f64, Vec<String>)>;
 
 impl<'a> Texts<'a> {
-    /// The texts for a cell and a height of the plot area, with margins to the left and right of the plot area.
-    fn new(
-        panel: &'a Panel,
-        ([width, height], plot): ([f64; 2], f64),
-        [left, right]: [f64; 2],
-        em: f64,
-    ) -> Self {
+    /// The texts for the width of a cell and the height of the plot area, and for the margins to its left and right.
+    fn new(panel: &'a Panel, [width, plot]: [f64; 2], [left, right]: [f64; 2], em: f64) -> Self {
         let wide = width - left - right;
         let sides = if panel.square {
             [wide.min(plot); 2]
