@@ -683,7 +683,7 @@ mod tests {
                     .find(|line| line.contains("by the last classification |"));
                 if let (Some(line), Some(regime)) = (lesson, &panel.regime) {
                     assert!(
-                        line.contains(regime.split(' ').next().unwrap()),
+                        line.contains(regime.split([' ', ':']).next().unwrap()),
                         "{regime}, but {line}"
                     );
                 }

@@ -395,7 +395,7 @@ fn everything() -> Figure {
         ]),
         Layer::horizontal_line(0.5),
         Layer::vertical_line(0.7, Color::Accent).with_label("chosen"),
-        Layer::text([0.1, 0.9], "a text"),
+        Layer::text([0.15, 0.25], "a text"),
     ];
     let axis = |name| Axis::linear(name, [0.0, 1.0]);
     let panel = Panel::new("one panel", axis("x, mm"), axis("y, s"), layers).with_note("a note");

@@ -47,11 +47,18 @@ const EDGES: &[(&str, &[&str])] = &[
         ],
     ),
     // Figures are functions of results: they compute nothing, and do not depend on their backend.
-    ("plot", &["fem", "joint", "analysis", "dynamics", "study"]),
+    (
+        "plot",
+        &[
+            "fem", "joint", "analysis", "dynamics", "scene", "pipeline", "study",
+        ],
+    ),
     ("sound", &["pipeline", "export"]),
     (
         "live",
-        &["scene", "pipeline", "text", "record", "sound", "study"],
+        &[
+            "scene", "pipeline", "text", "record", "sound", "study", "plot",
+        ],
     ),
     (
         "cli",

@@ -136,7 +136,7 @@ export const T = {
   viewers: (count) => (count === 1 ? "1 page shows this run" : `${count} pages show this run`),
   recordingTo: (file) => `recording to ${file}`,
   degrees: (deg) => `${deg.toFixed(2)}°`.replace("-", "−"),
-  value: (value, unit) => (unit === "deg" ? T.degrees(value) : `${Number(value.toPrecision(4))} ${unit}`.trimEnd().replace("-", "−")),
+  value: (value, unit) => (unit === "deg" ? T.degrees(value) : `${Number(value.toPrecision(4))} ${unit.replace("^2", "²").replace(/^u/, "µ")}`.trimEnd().replace("-", "−")),
   line: (khz, name, mm) => `${khz} kHz${name ? ` ${name}` : ""}, ${mm} mm/s`,
   frequency: (khz, name) => `${name ? `${name} ` : ""}${khz} kHz`,
 

@@ -52,11 +52,7 @@ fn a_tilt_command_changes_the_tilt_in_the_views() {
     views.until_tilt(4.5);
     let panel = control.panel(|panel| panel["tilt_deg"] == 4.5);
     let events = panel["events"].as_array().unwrap();
-    assert!(
-        events
-            .iter()
-            .any(|event| event["text"] == "tilt 4.5 degrees")
-    );
+    assert!(events.iter().any(|event| event["text"] == "tilt 4.5 deg"));
     assert_eq!(live.interrupt(), Some(0));
 }
 
@@ -85,7 +81,7 @@ fn invalid_commands_are_rejected() {
     let live = Live::start("doubled-torus-3deg", &[]);
     let mut control = live.socket("/control");
     for (command, part) in [
-        (tilt(10.01), "the tilt must be between 0 and 10 degrees"),
+        (tilt(10.01), "the tilt must be between 0 and 10 deg"),
         (tilt(-0.01), "the tilt must be"),
         (
             json!({ "do": "speed", "ms_per_s": 1001 }),
