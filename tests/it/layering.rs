@@ -57,7 +57,7 @@ const EDGES: &[(&str, &[&str])] = &[
     (
         "live",
         &[
-            "scene", "pipeline", "text", "record", "sound", "study", "plot",
+            "analysis", "scene", "pipeline", "text", "record", "sound", "study", "plot",
         ],
     ),
     (
