@@ -170,6 +170,10 @@ impl Propagator {
 
 /// The coefficients of a group of modes over `t` (s) without damping.
 #[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "a lane is an index of several arrays, and the loop is vectorised"
+)]
 fn row_of(linear: &LinearGroup, t: f64, sin_cos: impl Fn(f64) -> (f64, f64)) -> [Group; 6] {
     let mut row = [[0.0; LANES]; 6];
     for lane in 0..LANES {
