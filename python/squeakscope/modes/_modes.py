@@ -25,7 +25,7 @@ _MASS_TOLERANCE = 0.02
 _SPHERE_TOLERANCE = 0.02
 # Keys and tables of a scene that the modes and their patch replace, and the description of the former body.
 _REPLACED = dict.fromkeys(
-    ["about", "mechanism", "body", "socket", "contact.nodes", "contact.quadrature"]
+    ["about", "mechanism", "controls", "body", "socket", "contact.nodes", "contact.quadrature"]
     + ["contact.stiffness_distribution", "contact.radius_factor"]
 )
 # Smallest plausible mass per volume of the bounding box of the nodes, kg/m^3, which that of a slender body exceeds and a

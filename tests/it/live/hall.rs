@@ -4,6 +4,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use serde_json::json;
+
 use super::Live;
 use super::browser::{Browser, Tab};
 use super::page::{PANEL, opened};
@@ -47,6 +49,7 @@ struct Hall {
 impl Hall {
     /// Waits until the run reaches its promised motion, or for some seconds, checks every page and keeps its picture.
     fn inspect(&mut self, name: &str, seconds: f64) {
+        self.show(0);
         let lecturer = &self.tabs[0];
         let settled = format!(
             "(window.waited ??= performance.now()) && ({PANEL}.time_s > 0.35 && {PANEL}.confidence !== null || \
@@ -57,6 +60,7 @@ impl Hall {
         self.browser.until(lecturer, &settled);
         self.shown += 1;
         for (k, (page, _)) in PAGES.iter().enumerate() {
+            self.show(k);
             let found = self.browser.run(&self.tabs[k], CONTRADICTIONS);
             println!("{:3} {name}, {page}: {found}", self.shown);
             assert_eq!(
@@ -71,6 +75,19 @@ impl Hall {
             }
         }
         assert_eq!(self.browser.errors, [""; 0], "{name}");
+    }
+
+    /// Brings a page to the front, since a browser draws no other, and waits for its next picture.
+    fn show(&mut self, k: usize) {
+        let tab = &self.tabs[k];
+        self.browser
+            .call(Some(tab), "Page.bringToFront", &json!({}));
+        self.browser
+            .until(tab, "Boolean(window.squeakscope?.state.panel)");
+        self.browser
+            .run(tab, "window.shownAt = squeakscope.stage.drawn");
+        self.browser
+            .until(tab, "squeakscope.stage.drawn > window.shownAt");
     }
 
     fn lecturer(&mut self, script: &str) {
@@ -89,7 +106,6 @@ fn a_whole_lecture_has_no_contradiction() {
     }
     for (tab, (_, size)) in tabs.iter().zip(PAGES) {
         browser.resize(tab, size);
-        browser.until(tab, "window.squeakscope?.stage.drawn > 3");
     }
     let folder = std::env::var_os("SQUEAKSCOPE_SCREENSHOTS").map(PathBuf::from);
     let mut hall = Hall {
