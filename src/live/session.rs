@@ -260,7 +260,9 @@ impl Session {
         let (status, tour_step, blank, promise) = {
             let current = self.current();
             let status = current.handle.as_ref().map(RunHandle::status);
-            (status, current.step, current.blank, current.promise.clone())
+            // Between two runs the panel is still that of the former one.
+            let promise = status.and(current.promise.clone());
+            (status, current.step, current.blank, promise)
         };
         let mut panel = Panel {
             diagram: self.diagrams.number(),
