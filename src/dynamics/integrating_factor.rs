@@ -128,43 +128,46 @@ impl Propagator {
 
     /// Maps the coordinates and velocities of the first `modes` modes of `width` vectors.
     fn map(&self, z: &mut [f64], modes: usize, width: usize, map: impl Map) {
-        let (q, v) = z.split_at_mut(modes * width);
-        // The few vectors of most runs need no loop.
-        macro_rules! constant {
-            ($width:literal) => {{
-                let q = q.as_chunks_mut::<$width>().0.iter_mut();
-                let v = v.as_chunks_mut::<$width>().0.iter_mut();
-                self.map_pairs(q.zip(v).map(|(q, v)| (&mut q[..], &mut v[..])), map);
-            }};
-        }
+        let (q, v) = z[..2 * modes * width].split_at_mut(modes * width);
         vectorised(
             #[inline(always)]
             || match width {
-                1 => constant!(1),
-                2 => constant!(2),
-                3 => constant!(3),
-                width => {
-                    let pairs = q.chunks_exact_mut(width).zip(v.chunks_exact_mut(width));
-                    self.map_pairs(pairs, map);
-                }
+                // The few vectors of most runs need no loop.
+                1 => self.map_groups(q, v, 1, map),
+                2 => self.map_groups(q, v, 2, map),
+                3 => self.map_groups(q, v, 3, map),
+                _ => self.map_groups(q, v, width, map),
             },
         );
     }
 
-    /// Maps the coordinates and velocities of all modes.
+    /// Maps the coordinates and velocities of `width` vectors, group by group.
     #[inline(always)]
-    fn map_pairs<'a>(
-        &self,
-        pairs: impl Iterator<Item = (&'a mut [f64], &'a mut [f64])>,
-        map: impl Map,
-    ) {
-        for (i, (q, v)) in pairs.enumerate() {
-            let row = &self.0[i / LANES];
-            let coefficients = std::array::from_fn(|k| row[k][i % LANES]);
-            for (q, v) in q.iter_mut().zip(v) {
-                (*q, *v) = map(&coefficients, *q, *v);
+    fn map_groups(&self, q: &mut [f64], v: &mut [f64], width: usize, map: impl Map) {
+        let groups = q.chunks_mut(LANES * width).zip(v.chunks_mut(LANES * width));
+        for (row, (q, v)) in self.0.iter().zip(groups) {
+            // A constant length of whole groups lets the compiler use whole vectors.
+            if q.len() == LANES * width {
+                map_group(
+                    row,
+                    &mut q[..LANES * width],
+                    &mut v[..LANES * width],
+                    width,
+                    map,
+                );
+            } else {
+                map_group(row, q, v, width, map);
             }
         }
+    }
+}
+
+/// Maps the coordinates and velocities of a group of modes of `width` vectors.
+#[inline(always)]
+fn map_group(row: &[Group; 6], q: &mut [f64], v: &mut [f64], width: usize, map: impl Map) {
+    for (i, (q, v)) in q.iter_mut().zip(v).enumerate() {
+        let coefficients = std::array::from_fn(|k| row[k][i / width]);
+        (*q, *v) = map(&coefficients, *q, *v);
     }
 }
 
@@ -203,10 +206,9 @@ pub(super) struct IntegratingFactor {
     linear: LinearModes,
     /// Step length for which `stages` is valid, s.
     h: f64,
-    /// Propagators from the start of the step to each stage; that of the first stage is not used.
+    /// Propagators from the start of the step to each stage, and the last one to a sample. That of the first stage is
+    /// not used.
     stages: Vec<Propagator>,
-    /// Propagator from the start of the step to a sample.
-    sample: Propagator,
 }
 
 impl IntegratingFactor {
@@ -224,8 +226,7 @@ impl IntegratingFactor {
             modes,
             linear,
             h: 0.0,
-            stages: vec![propagator.clone(); stages],
-            sample: propagator,
+            stages: vec![propagator; stages + 1],
         }
     }
 
@@ -258,7 +259,9 @@ impl IntegratingFactor {
 
     /// Prepares the propagator to a sample at `offset` (s) after the start of the step.
     pub fn prepare_sample(&mut self, offset: f64) {
-        self.sample.set(&self.linear, offset);
+        if let Some(sample) = self.stages.last_mut() {
+            sample.set(&self.linear, offset);
+        }
     }
 
     /// Length of a row: coordinates, velocities and first-order components, each in whole groups.
@@ -304,13 +307,12 @@ impl IntegratingFactor {
         w.copy_from_slice(&force[self.modes..][..w.len()]);
     }
 
-    /// Transforms a row from `y` to a state `z` at a stage, or at the sample that is prepared.
+    /// Transforms a row from `y` to a state `z` at a stage, or, after the last one, at the sample that is prepared.
     ///
     /// The last group of the coordinates reaches into the velocities, and that of these beyond their end. Therefore the
     /// groups are written from the last one to the first one.
     #[inline(always)]
-    pub fn advance(&self, stage: Option<usize>, row: &[f64], z: &mut [f64]) {
-        let propagator = stage.map_or(&self.sample, |stage| &self.stages[stage]);
+    pub fn advance(&self, stage: usize, row: &[f64], z: &mut [f64]) {
         let (q, rest) = row.split_at(self.padded());
         let (v, w) = rest.split_at(self.padded());
         let motion = q
@@ -318,7 +320,7 @@ impl IntegratingFactor {
             .0
             .iter()
             .zip(v.as_chunks::<LANES>().0);
-        for (k, (c, (q, v))) in propagator.0.iter().zip(motion).enumerate().rev() {
+        for (k, (c, (q, v))) in self.stages[stage].0.iter().zip(motion).enumerate().rev() {
             let mut next = [[0.0; LANES]; 2];
             for lane in 0..LANES {
                 let coefficients = std::array::from_fn(|k| c[k][lane]);
@@ -343,7 +345,7 @@ impl IntegratingFactor {
     /// Transforms vectors from `y` to `z` at `offset` (s) after the start of the step, in place.
     pub fn push_forward_by(&mut self, offset: f64, y: &mut [f64], width: usize) {
         self.prepare_sample(offset);
-        self.sample.map(y, self.modes, width, forward);
+        self.push_forward(self.stages.len() - 1, y, width);
     }
 
     /// Updates the linear part for a changed system with the same number of modes.

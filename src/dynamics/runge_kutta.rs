@@ -30,6 +30,8 @@ pub(super) struct RungeKutta<const S: usize> {
     slopes: Vec<f64>,
     /// A combination of slopes, a row.
     sum: Vec<f64>,
+    /// A row of zeros, to which differences are added.
+    zero: Vec<f64>,
     /// Slope of `y` at the start of the step, component by component.
     start_slope: Vec<f64>,
     /// State at the present stage. It and the force end with a vector of arbitrary numbers.
@@ -57,6 +59,7 @@ impl<const S: usize> RungeKutta<S> {
             start: vec![0.0; row],
             slopes: vec![0.0; S * row],
             sum: vec![0.0; row],
+            zero: vec![0.0; row],
             start_slope: vec![0.0; dim],
             state: vec![0.0; dim + LANES],
             force: vec![0.0; dim - modes + LANES],
@@ -98,35 +101,31 @@ impl<const S: usize> RungeKutta<S> {
         }
     }
 
-    /// Writes the state at a stage, and before it the slope of the stage `due`.
-    fn advance(&mut self, stage: usize, due: Option<usize>) {
+    /// Writes the state at a stage, and before it the slope of the stage `due`, if it is not the first one.
+    fn advance(&mut self, stage: usize, due: usize) {
         let weights = &self.tableau.stages[stage][..stage];
-        self.combine(due, weights, true, Some(stage));
+        self.combine(due, weights, true, stage);
     }
 
-    /// Writes a combination of slopes to the state: at a stage, or at the sample for which the form is prepared. It is
-    /// added to the start of the step, unless it is a difference. The slope of the stage `due` is written first.
-    fn combine(
-        &mut self,
-        due: Option<usize>,
-        weights: &[f64],
-        has_start: bool,
-        stage: Option<usize>,
-    ) {
+    /// Writes a combination of slopes to the state: at a stage, or, for `stage` `S`, at the sample for which the form
+    /// is prepared. It is added to the start of the step, unless it is a difference. The slope of the stage `due` is
+    /// written first; that of the first stage, 0, is known.
+    fn combine(&mut self, due: usize, weights: &[f64], has_start: bool, stage: usize) {
         let (row, h) = (self.start.len(), self.step.length());
         let (sum, slopes, state) = (&mut self.sum[..], &mut self.slopes[..], &mut self.state[..]);
         let (start, force, form) = (&self.start, &self.force, &self.form);
+        let start = if has_start { start } else { &self.zero };
         vectorised(
             #[inline(always)]
             || {
-                if let Some(due) = due {
+                if due > 0 {
                     form.write_slope(due, force, &mut slopes[due * row..][..row]);
                 }
-                if has_start {
-                    sum.copy_from_slice(start);
-                } else {
-                    sum.fill(0.0);
-                }
+                // Whole groups: a copy without a call.
+                let groups = sum.as_chunks_mut::<LANES>().0.iter_mut();
+                groups
+                    .zip(start.as_chunks::<LANES>().0)
+                    .for_each(|(sum, start)| *sum = *start);
                 add_combination(sum, h, slopes, weights);
                 form.advance(stage, sum, state);
             },
@@ -160,10 +159,10 @@ impl<const S: usize> RungeKutta<S> {
     fn estimate_errors(&mut self) {
         let (tableau, dim) = (self.tableau, self.step.dim());
         let end = tableau.end;
-        self.combine(Some(end), &tableau.error[..=end], false, Some(end));
+        self.combine(end, &tableau.error[..=end], false, end);
         self.step.error.copy_from_slice(&self.state[..dim]);
         if let Some(weights) = &tableau.coarse_error {
-            self.combine(None, &weights[..=end], false, Some(end));
+            self.combine(0, &weights[..=end], false, end);
             self.coarse_error.copy_from_slice(&self.state[..dim]);
         }
     }
@@ -235,8 +234,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         let (dim, end) = (self.step.dim(), self.tableau.end);
         self.form.prepare(&self.tableau.nodes, self.step.length());
         for stage in 1..=end {
-            // The slope of the first stage is known.
-            self.advance(stage, (stage > 1).then_some(stage - 1));
+            self.advance(stage, stage - 1);
             if let (true, Some(status)) = (stage == end, status) {
                 switching(sys).settle(status, end_time, &mut self.state[..dim]);
             }
@@ -270,7 +268,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         self.is_dense = true;
         let row = self.start.len();
         for stage in tableau.end + 1..S {
-            self.advance(stage, None);
+            self.advance(stage, 0);
             self.evaluate(sys, status, stage);
             let slope = &mut self.slopes[stage * row..][..row];
             self.form.write_slope(stage, &self.force, slope);
@@ -286,7 +284,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         let h = self.step.length();
         let offset = t - self.step.start_time;
         self.form.prepare_sample(offset);
-        self.combine(None, &self.tableau.weights(offset / h), true, None);
+        self.combine(0, &self.tableau.weights(offset / h), true, S);
         out.copy_from_slice(&self.state[..out.len()]);
     }
 
