@@ -97,7 +97,7 @@ pub fn analyse<'py>(
         rate,
         from: start,
         to: end,
-        max_samples: None,
+        ..Selection::default()
     };
     let found = long_call(py, progress.as_ref(), |watch| {
         let signal = match (&path, given) {
@@ -182,7 +182,7 @@ pub fn read_signal_file<'py>(
         rate,
         from: start,
         to: end,
-        max_samples: None,
+        ..Selection::default()
     };
     let signal = long_call(py, None, |_| read(&path, &selection))?;
     fields(

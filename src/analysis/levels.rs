@@ -35,12 +35,13 @@ impl LevelReference {
     /// Unit of signals whose levels are relative to 20 uPa.
     pub const PASCAL: &str = "Pa";
 
-    /// The reference for a signal with a unit: its full scale, 1, if the unit is `FS`, or if there is no unit and no
-    /// sample is larger.
+    /// The reference for a signal with a unit: its full scale, 1, if the unit is `FS` and no sample is larger than lossy
+    /// coding makes it, or if there is no unit and no sample is larger than 1.
     pub fn of(unit: &str, largest: f64) -> Self {
         match unit {
             Self::PASCAL => Self::SoundPressure,
-            "FS" => Self::FullScale,
+            // Files of floats may hold other quantities.
+            "FS" if largest <= OVERSHOOT => Self::FullScale,
             // Arrays without a unit usually hold the samples of a sound file as they are.
             "" if largest <= 1.0 => Self::FullScale,
             _ => Self::LargestSample,
@@ -66,6 +67,9 @@ impl fmt::Display for LevelReference {
         })
     }
 }
+
+/// Largest sample of a sound that lossy coding has taken beyond its full scale, 1.
+const OVERSHOOT: f64 = 2.0;
 
 /// Time constant of the time weighting F (IEC 61672-1), s.
 const FAST: f64 = 0.125;
@@ -299,6 +303,14 @@ pub struct Calibration {
     pub sensitivity_pa: f64,
     /// The tone of the calibrator; `None` if the sensitivity was given.
     pub calibrator: Option<CalibratorTone>,
+}
+
+impl Calibration {
+    /// That of a signal in Pa.
+    pub const PASCAL: Self = Self {
+        sensitivity_pa: 1.0,
+        calibrator: None,
+    };
 }
 
 /// The tone of a calibrator in its recording.

@@ -13,11 +13,13 @@ use super::figures::{PIXELS, draw};
 use super::interrupt;
 use super::output::{Kind, OutputFile};
 use super::progress::Progress;
+use super::report::HEADING;
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
 use super::signal_text;
-use crate::analysis::{LevelReference, TonalEvent, range};
+use crate::analysis::{LevelReference, Span, TonalEvent, range};
+use crate::escape;
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -25,7 +27,8 @@ use crate::plot::{SIGNAL_FIGURES, signal_figures};
 use crate::record::{Output, RerunSink};
 use crate::scene::RecordSpec;
 use crate::study::signal::{
-    AnalysedFile, SignalAnalysis, SignalOptions, highest_frequency, live_analysis,
+    AnalysedFile, Label, Score, SignalAnalysis, SignalOptions, highest_frequency, live_analysis,
+    write_events,
 };
 
 /// Analyses a single file, with all outputs.
@@ -37,11 +40,12 @@ pub(super) fn execute(
     file: &Path,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), CliError> {
-    let [save, labels, json] = args.overwrite.check_all(
+    let [save, labels, events, json] = args.overwrite.check_all(
         Some(file.as_os_str()),
         [
             ("--save", Kind::RECORDING, args.save.as_deref()),
             ("--labels", Kind::LABELS, args.labels.as_deref()),
+            ("--events", Kind::TABLE, args.events.as_deref()),
             ("--json", Kind::JSON, args.json.as_deref()),
         ],
     )?;
@@ -53,7 +57,7 @@ pub(super) fn execute(
     if save.is_some() {
         resources::check_memory()?;
     }
-    let analysed = analyse(args, file, stop)?;
+    let analysed = analyse(args, file, args.column.as_deref(), stop)?;
     let report = &analysed.report;
     let mut files = Vec::new();
     // The report is printed even if a file cannot be written.
@@ -64,9 +68,10 @@ pub(super) fn execute(
         &mut files,
     );
     if let Some(labels) = &labels {
-        let text = label_text(report.events(), report.level_reference());
-        labels.write(|out| out.write_all(text.as_bytes()))?;
-        files.push(WrittenFile::of(labels)?);
+        files.push(write_labels(labels, report)?);
+    }
+    if let Some(events) = &events {
+        files.push(write_table(events, [&analysed])?);
     }
     let summary = save
         .as_ref()
@@ -76,6 +81,9 @@ pub(super) fn execute(
     let mut text = signal_text::text(file, report);
     if let Some(levels) = &analysed.sound_levels {
         text = format!("{}\n{text}", signal_text::levels_text(levels));
+    }
+    if let Some(score) = &analysed.truth {
+        text = format!("{}\n{text}", score_text(score));
     }
     if !files.is_empty() {
         text.push('\n');
@@ -91,20 +99,24 @@ pub(super) fn execute(
     }
 }
 
-/// Reads and analyses a file.
+/// Reads and analyses a column of a file.
 ///
 /// # Errors
-/// If the file has no such signal, or it cannot be analysed; an interrupt.
+/// If the file has no such signal or labels, or it cannot be analysed; an interrupt.
 pub(super) fn analyse(
     args: &AnalyseArgs,
     file: &Path,
+    column: Option<&str>,
     stop: &Arc<AtomicBool>,
 ) -> Result<AnalysedFile, CliError> {
+    let truth = args.truth.as_ref().map(|truth| read_labels(truth, file));
+    let truth = truth.transpose()?;
     let signal = read(
         file,
         &Selection {
-            column: args.column.clone(),
+            column: column.map(str::to_owned),
             rate: args.rate,
+            skip_lines: args.skip_lines,
             from: args.from,
             to: args.to,
             max_samples: Some(args.max_samples),
@@ -114,6 +126,7 @@ pub(super) fn analyse(
     resources::start_thread_pool()?;
     let calibrator = Selection {
         column: args.column.clone(),
+        skip_lines: args.skip_lines,
         ..Selection::default()
     };
     let calibration = args.calibration.as_ref();
@@ -133,7 +146,60 @@ pub(super) fn analyse(
         path: file.to_owned(),
         reason,
     })?;
-    analysed.ok_or(CliError::NoResult)
+    let mut analysed = analysed.ok_or(CliError::NoResult)?;
+    analysed.truth = truth.map(|labels| Score::of(analysed.report.events(), &labels));
+    Ok(analysed)
+}
+
+/// The labels of a file: those of `truth`, or of the text file with its name in this directory.
+fn read_labels(truth: &Path, file: &Path) -> Result<Vec<Label>, CliError> {
+    let path = if truth.is_dir() {
+        truth
+            .join(file.file_stem().unwrap_or_default())
+            .with_added_extension("txt")
+    } else {
+        truth.to_owned()
+    };
+    let refused = |reason: String| CliError::Input(format!("{}: {reason}", path.display()));
+    let text = std::fs::read_to_string(&path).map_err(|error| {
+        refused(format!(
+            "cannot read the labels ({error}); export them from Audacity, or make an empty file if nothing sounds"
+        ))
+    })?;
+    Label::parse(&text).map_err(|error| refused(error.to_string()))
+}
+
+/// Events compared with labels: the counts, and what is false and missed.
+pub(super) fn score_text(score: &Score) -> String {
+    let mut text = format!("{HEADING}labels{HEADING:#} {score}\n");
+    for label in &score.missed {
+        let (Span { start_s, end_s }, name) = (label.span, escape::line(&label.text));
+        let line = format!("  missed: {start_s:.3} to {end_s:.3} s {name}");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+/// Writes the tonal events as labels.
+pub(super) fn write_labels(
+    file: &OutputFile,
+    report: &SignalAnalysis,
+) -> Result<WrittenFile, CliError> {
+    let text = label_text(report.events(), report.level_reference());
+    file.write(|out| out.write_all(text.as_bytes()))?;
+    Ok(WrittenFile::of(file)?)
+}
+
+/// Writes the tonal events of files as a table.
+pub(super) fn write_table<'a>(
+    file: &OutputFile,
+    analysed: impl IntoIterator<Item = &'a AnalysedFile>,
+) -> Result<WrittenFile, CliError> {
+    write_events(file.path(), analysed).map_err(|source| CliError::Run {
+        task: "writing of the table",
+        source: source.into(),
+    })?;
+    Ok(WrittenFile::of(file)?)
 }
 
 /// Tonal events as labels of Audacity: a line with start, end, frequency and level, and a line with the range of frequencies.
@@ -328,14 +394,21 @@ mod tests {
         );
         let why = reason["reason"].as_str().expect("a text");
         assert!(why.starts_with("the file contains no sample"), "{why}");
-        // Outputs of a single file.
-        let drawn = AnalyseArgs {
-            figures: Some(path("figures")),
+        // An output of a single file, and two files of one name.
+        let recorded = AnalyseArgs {
+            save: Some(path("out.rrd")),
             ..args(&["more", "tone.csv"])
         };
-        let refused = execute(&drawn, &stop).expect_err("refused");
-        assert_eq!(refused.exit_code(), 2);
-        assert!(refused.to_string().contains("--figures"), "{refused}");
+        std::fs::copy(path("tone.csv"), path("more/tone.dat")).expect("copied");
+        let labelled = AnalyseArgs {
+            labels: Some(path("labels")),
+            ..args(&["more", "tone.csv"])
+        };
+        for (args, reason) in [(recorded, "--save"), (labelled, "would have the same name")] {
+            let refused = execute(&args, &stop).expect_err("refused");
+            assert_eq!(refused.exit_code(), 2);
+            assert!(refused.to_string().contains(reason), "{refused}");
+        }
     }
 
     #[test]

@@ -16,17 +16,29 @@ use crate::study::signal::CalibrationSource;
 /// Arguments of `squeakscope analyse`.
 #[derive(Debug, Default, Arguments)]
 pub struct AnalyseArgs {
-    /// Signal files: WAV, FLAC, MP3, Ogg, AIFF, CSV or other text columns, .npy, .npz, .mat, or recordings (.rrd); a
-    /// directory stands for the signal files in it.
+    /// Signal files: WAV, FLAC, MP3, M4A, MP4, Ogg, Opus, AIFF, CSV or other text columns, .uff, .npy, .npz, .mat, or recordings
+    /// (.rrd); a directory stands for the signal files in it.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// Column or channel, by name or by index from 0 (the time column does not count) [default: the only
     /// one].
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     pub column: Option<String>,
-    /// Sampling rate, if the file does not state it.
+    /// Analyse each column or channel, as a file of its own.
+    #[arg(long, conflicts_with = "column", help_heading = "Input")]
+    pub each_channel: bool,
+    /// Sampling rate, if the file does not state it or states a wrong one.
     #[arg(long, value_name = "HZ", help_heading = "Input")]
     pub rate: Option<f64>,
+    /// Skip this many lines at the start of a text file.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        hide_default_value = true,
+        help_heading = "Input"
+    )]
+    pub skip_lines: u64,
     /// Skip samples before this time.
     #[arg(long, value_name = "SECONDS", help_heading = "Input")]
     pub from: Option<f64>,
@@ -74,12 +86,19 @@ pub struct AnalyseArgs {
     /// Count the line of identity, as recurrent points and as a diagonal line: no Theiler window.
     #[arg(long, conflicts_with = "theiler", help_heading = "Analysis")]
     pub line_of_identity: bool,
+    /// Compare the tonal events with labels of Audacity, and count those found, false and missed: the labels of the file, or
+    /// a directory with the labels NAME.txt of each file NAME.
+    #[arg(long, value_name = "FILE.txt|DIR", help_heading = "Analysis")]
+    pub truth: Option<PathBuf>,
     /// Analyse this many files at once, if there are several [default: 1; each takes the memory of its samples].
     #[arg(long, value_name = "N", help_heading = "Execution")]
     pub jobs: Option<NonZero<usize>>,
-    /// Write the tonal events as labels for Audacity.
-    #[arg(long, value_name = "FILE.txt", help_heading = "Output")]
+    /// Write the tonal events as labels for Audacity; of several files, a file for each in this directory.
+    #[arg(long, value_name = "FILE.txt|DIR", help_heading = "Output")]
     pub labels: Option<PathBuf>,
+    /// Write the tonal events of all files as one table.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub events: Option<PathBuf>,
     /// Save a recording of the signal with each analysis over time.
     #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
     pub save: Option<PathBuf>,
@@ -88,7 +107,7 @@ pub struct AnalyseArgs {
     pub json: Option<PathBuf>,
     #[command(flatten)]
     pub overwrite: Overwrite,
-    /// Draw the figures to this directory.
+    /// Draw the figures to this directory; of several files, to a directory for each in it.
     #[arg(long, value_name = "DIR", help_heading = "Figures")]
     pub figures: Option<PathBuf>,
     #[command(flatten)]

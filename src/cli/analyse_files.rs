@@ -1,5 +1,6 @@
 //! `squeakscope analyse`: of several files, a table over the files and one JSON document.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,16 +10,19 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::analyse::{self, analyse};
+use super::analyse::{self, analyse, score_text, write_labels, write_table};
 use super::analyse_args::AnalyseArgs;
-use super::document::Document;
+use super::document::{Document, WrittenFile};
 use super::error::CliError;
-use super::output::Kind;
+use super::figures::{PIXELS, draw};
+use super::output::{Kind, OutputFile};
+use super::report::print_notice;
 use super::resources;
 use crate::escape;
-use crate::import::Format;
+use crate::import::{Format, channels};
 use crate::number::fixed;
-use crate::study::signal::AnalysedFile;
+use crate::plot::{SIGNAL_FIGURES, signal_figures};
+use crate::study::signal::{AnalysedFile, Score};
 use crate::table::Table;
 
 /// The analyses of several files.
@@ -28,16 +32,21 @@ pub(super) struct AnalysedFiles {
     analyses: Vec<AnalysedFile>,
     /// Failures: files that could not be analysed.
     failures: Vec<FailedFile>,
+    /// Skipped: files in a directory that are no signals.
+    skipped: Vec<FailedFile>,
 }
 
-/// A file that could not be analysed.
+/// A file that was not analysed.
 #[derive(Serialize, JsonSchema)]
 struct FailedFile {
     /// Path of the file.
     file: PathBuf,
-    /// Reason why it could not be analysed.
+    /// Reason why it was not analysed.
     reason: String,
 }
+
+/// A column of a file; `None` for the column that the arguments select.
+type Job = (PathBuf, Option<String>);
 
 /// Runs the command.
 ///
@@ -45,66 +54,188 @@ struct FailedFile {
 /// Bad input before any work, or a file that cannot be analysed; failure while drawing or recording; an interrupt.
 pub(super) fn execute(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     match &args.files[..] {
-        [file] if !file.is_dir() => analyse::execute(args, file, stop),
+        [file] if !file.is_dir() && !args.each_channel => analyse::execute(args, file, stop),
         _ => analyse_all(args, stop),
     }
 }
 
-/// Analyses several files.
+/// Analyses several files or channels.
 fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     for (option, given) in [
         ("--save", args.save.is_some()),
-        ("--labels", args.labels.is_some()),
-        ("--figures", args.figures.is_some()),
         ("--event", args.event.is_some()),
     ] {
         if given {
             return Err(CliError::Input(format!(
-                "{option} is for a single file; analyse the files one by one, or omit it"
+                "{option} is for a single signal; analyse the signals one by one, or omit it"
             )));
         }
     }
-    let files = files(&args.files)?;
-    let json = [("--json", Kind::JSON, args.json.as_deref())];
-    let [json] = args.overwrite.check_all(None, json)?;
+    let mut result = AnalysedFiles::default();
+    let jobs = jobs(args, &mut result.skipped)?;
+    let outputs = [
+        ("--events", Kind::TABLE, args.events.as_deref()),
+        ("--json", Kind::JSON, args.json.as_deref()),
+    ];
+    let [events, json] = args.overwrite.check_all(None, outputs)?;
+    check_directories(args, jobs.iter().map(|(job, _)| job))?;
     resources::start_thread_pool()?;
-    let jobs = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut found: Vec<(&Path, Result<AnalysedFile, CliError>)> = Vec::new();
-    for some in files.chunks(jobs) {
-        let analysed = some
-            .par_iter()
-            .map(|file| (&**file, analyse(args, file, stop)));
-        found.extend(analysed.collect::<Vec<_>>());
-        if found
-            .iter()
-            .any(|(_, report)| matches!(report, Err(CliError::NoResult)))
-        {
-            return Err(CliError::NoResult);
+    let at_once = args.jobs.map_or(1, |jobs| jobs.get());
+    let mut written = Vec::new();
+    let mut rows: Vec<(Job, Result<AnalysedFile, CliError>)> = Vec::new();
+    let mut jobs = jobs.into_iter().peekable();
+    while jobs.peek().is_some() {
+        let some: Vec<_> = jobs.by_ref().take(at_once).collect();
+        let analysed = some.into_par_iter().map(|(job, error)| {
+            let analysed = match error {
+                Some(error) => Err(error),
+                None => analyse(args, &job.0, job.1.as_deref(), stop),
+            };
+            (job, analysed)
+        });
+        for (job, analysed) in analysed.collect::<Vec<_>>() {
+            let analysed = match analysed {
+                Err(CliError::NoResult) => return Err(CliError::NoResult),
+                Ok(analysed) => Ok(with_pictures(args, &job, analysed, &mut written)?),
+                failed => failed,
+            };
+            rows.push((job, analysed));
         }
     }
-    let text = text(&found);
-    let mut result = AnalysedFiles::default();
-    for (file, analysed) in found {
+    let text = text(&rows, args.each_channel);
+    for ((file, _), analysed) in rows {
         match analysed {
             Ok(analysed) => result.analyses.push(analysed),
             Err(error) => result.failures.push(FailedFile {
-                file: file.to_owned(),
+                file,
                 reason: reason(&error),
             }),
         }
     }
-    Document::new(&result, &[]).deliver(&text, json.as_ref())?;
+    if let Some(events) = &events {
+        written.push(write_table(events, &result.analyses)?);
+    }
+    let all = result.analyses.len() + result.failures.len();
+    Document::new(&result, &written).deliver(&text, json.as_ref())?;
     match result.failures.len() {
         0 => Ok(()),
         failed => Err(CliError::Input(format!(
-            "{failed} of {} files could not be analysed; the table has the reasons",
-            files.len()
+            "{failed} of {all} signals could not be analysed; the table has the reasons"
         ))),
     }
 }
 
-/// The files, with those in a directory whose format is known.
-fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+/// The signals, with the error of a file whose channels cannot be listed.
+fn jobs(
+    args: &AnalyseArgs,
+    skipped: &mut Vec<FailedFile>,
+) -> Result<Vec<(Job, Option<CliError>)>, CliError> {
+    let files = files(&args.files, skipped)?;
+    if files.len() > 1 && args.truth.as_ref().is_some_and(|truth| !truth.is_dir()) {
+        return Err(CliError::Input(
+            "--truth is a directory for several files, with the labels NAME.txt of each file NAME"
+                .to_owned(),
+        ));
+    }
+    let mut jobs: Vec<(Job, Option<CliError>)> = Vec::new();
+    for file in files {
+        // A recording has a main column.
+        if !args.each_channel || Format::of(&file).is_ok_and(|format| format == Format::Rrd) {
+            jobs.push(((file, args.column.clone()), None));
+            continue;
+        }
+        match channels(&file, args.skip_lines) {
+            Ok(names) => jobs.extend(
+                names
+                    .into_iter()
+                    .map(|name| ((file.clone(), Some(name)), None)),
+            ),
+            Err(error) => jobs.push(((file, None), Some(error.into()))),
+        }
+    }
+    Ok(jobs)
+}
+
+/// Name of a signal for its figures and labels.
+fn name((file, column): &Job) -> String {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let column = column
+        .as_ref()
+        .map_or(String::new(), |column| format!("-{column}"));
+    // A name of a column may be no name of a file.
+    format!("{stem}{column}").replace(|c: char| std::path::is_separator(c) || c == ':', "_")
+}
+
+/// Checks that the figures and labels of all signals can be written.
+fn check_directories<'a>(
+    args: &AnalyseArgs,
+    jobs: impl Iterator<Item = &'a Job>,
+) -> Result<(), CliError> {
+    if args.labels.is_none() && args.figures.is_none() {
+        return Ok(());
+    }
+    let mut named = BTreeMap::new();
+    for job in jobs {
+        if let Some(other) = named.insert(name(job), job) {
+            return Err(CliError::Input(format!(
+                "figures and labels of {} and {} would have the same name; rename one, or analyse them one by one",
+                other.0.display(),
+                job.0.display()
+            )));
+        }
+    }
+    if let Some(directory) = &args.figures {
+        for name in named.keys() {
+            let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
+            let directory = directory.join(name);
+            args.overwrite
+                .check_directory(&directory, "--figures", &names)?;
+        }
+    }
+    if let Some(directory) = &args.labels {
+        let names: Vec<_> = named.keys().map(|name| format!("{name}.txt")).collect();
+        args.overwrite
+            .check_directory(directory, "--labels", &names)?;
+    }
+    Ok(())
+}
+
+/// Writes the figures and labels of a signal, of which the results are kept.
+fn with_pictures(
+    args: &AnalyseArgs,
+    job: &Job,
+    mut analysed: AnalysedFile,
+    written: &mut Vec<WrittenFile>,
+) -> Result<AnalysedFile, CliError> {
+    let report = &mut analysed.report;
+    let directory = args
+        .figures
+        .as_ref()
+        .map(|directory| directory.join(name(job)));
+    draw(
+        directory.as_deref(),
+        || signal_figures(report),
+        (&args.drawn, &PIXELS),
+        written,
+    )?;
+    if let Some(directory) = &args.labels {
+        std::fs::create_dir_all(directory).map_err(|error| {
+            CliError::Failed(format!("cannot create {} ({error})", directory.display()))
+        })?;
+        let path = directory.join(format!("{}.txt", name(job)));
+        written.push(write_labels(
+            &OutputFile::check(&path, "--labels")?,
+            report,
+        )?);
+    }
+    report.signal.samples = Vec::new();
+    report.part = None;
+    report.spectrogram = Vec::new();
+    Ok(analysed)
+}
+
+/// The files, with those in a directory whose format is known; the others are `skipped`, with the reason.
+fn files(given: &[PathBuf], skipped: &mut Vec<FailedFile>) -> Result<Vec<PathBuf>, CliError> {
     let mut files = Vec::new();
     for path in given {
         if !path.is_dir() {
@@ -118,20 +249,40 @@ fn files(given: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
             ))
         };
         let entries = std::fs::read_dir(path).map_err(unreadable)?;
-        let mut inside = Vec::new();
-        for entry in entries {
-            let entry = entry.map_err(unreadable)?.path();
-            if entry.is_file() && Format::of(&entry).is_ok() {
-                inside.push(entry);
-            }
-        }
+        let entries = entries.map(|entry| entry.map(|entry| entry.path()));
+        let mut inside = entries
+            .collect::<io::Result<Vec<_>>>()
+            .map_err(unreadable)?;
+        inside.retain(|entry| entry.is_file());
         inside.sort();
-        if inside.is_empty() {
+        let before = files.len();
+        for entry in &inside {
+            let is_text = |path: &Path| path.extension().is_some_and(|ending| ending == "txt");
+            let recording = |other: &&PathBuf| {
+                !is_text(other)
+                    && other.file_stem() == entry.file_stem()
+                    && Format::of(other).is_ok()
+            };
+            let recording = inside.iter().find(recording).filter(|_| is_text(entry));
+            let reason = match (recording, Format::of(entry)) {
+                (Some(recording), _) => format!("labels of {}", recording.display()),
+                (None, Ok(_)) => {
+                    files.push(entry.clone());
+                    continue;
+                }
+                (None, Err(problem)) => problem.to_string(),
+            };
+            print_notice(&format!("{} is not analysed: {reason}", entry.display()));
+            skipped.push(FailedFile {
+                file: entry.clone(),
+                reason,
+            });
+        }
+        if files.len() == before {
             return Err(CliError::Input(format!(
                 "the directory `{directory}` has no file of a known format; give the path of a signal"
             )));
         }
-        files.extend(inside);
     }
     Ok(files)
 }
@@ -145,49 +296,70 @@ fn reason(error: &CliError) -> String {
     }
 }
 
-/// The files, one per row.
-fn text(found: &[(&Path, Result<AnalysedFile, CliError>)]) -> String {
-    let table = Table::default().left("file").right("duration, s");
-    let calibrated = |analysed: &AnalysedFile| analysed.sound_levels.is_some();
-    let has_levels = found
-        .iter()
-        .any(|(_, analysed)| analysed.as_ref().is_ok_and(calibrated));
-    let table = match has_levels {
-        true => table.right("dB(A)"),
-        false => table,
+/// The signals, one per row, and how many events have labels.
+fn text(rows: &[(Job, Result<AnalysedFile, CliError>)], each_channel: bool) -> String {
+    let analysed = || {
+        rows.iter()
+            .filter_map(|(_, analysed)| analysed.as_ref().ok())
     };
-    let table = table.right("events").right("event, Hz").right("line, Hz");
-    let mut table = table.left("type of motion");
-    for (file, report) in found {
+    let has_levels = analysed().any(|file| file.sound_levels.is_some());
+    let scores: Vec<_> = analysed().filter_map(|file| file.truth.as_ref()).collect();
+    let mut table = Table::default().left("file");
+    if each_channel {
+        table = table.left("channel");
+    }
+    table = table.right("duration, s");
+    if has_levels {
+        table = table.right("dB(A)");
+    }
+    table = table.right("events").right("event, Hz").right("line, Hz");
+    if !scores.is_empty() {
+        table = table.right("found").right("false").right("missed");
+    }
+    table = table.left("type of motion");
+    for ((file, column), analysed) in rows {
         let mut row = vec![escape::path(file)];
-        match report {
+        if each_channel {
+            row.push(escape::line(column.as_deref().unwrap_or_default()).into_owned());
+        }
+        match analysed {
             Ok(AnalysedFile {
                 report,
                 sound_levels,
+                truth,
                 ..
             }) => {
-                let line = report.tones.lines.first();
                 row.push(fixed(Some(report.facts.duration_s), 3));
                 if has_levels {
                     let levels = sound_levels.as_ref();
                     row.push(fixed(levels.map(|l| l.levels.a_weighted_level_db), 1));
                 }
+                let line = report.tones.lines.first();
                 row.extend([
                     report.events().len().to_string(),
                     fixed(report.event().map(|event| event.frequency_hz), 1),
                     fixed(line.map(|named| named.line.frequency), 1),
-                    match report.verdict.get() {
-                        Ok(verdict) => verdict.regime.to_string(),
-                        Err(_) => String::new(),
-                    },
                 ]);
+                if let Some(score) = truth {
+                    let counts = [score.found, score.false_events.len(), score.missed.len()];
+                    row.extend(counts.map(|count| count.to_string()));
+                }
+                let verdict = report.verdict.get().ok();
+                row.push(verdict.map_or(String::new(), |verdict| verdict.regime.to_string()));
             }
             Err(error) => {
-                row.extend(vec![String::new(); 4 + usize::from(has_levels)]);
+                let empty = 4 + usize::from(has_levels) + if scores.is_empty() { 0 } else { 3 };
+                row.extend(vec![String::new(); empty]);
                 row.push(escape::line(&reason(error)).into_owned());
             }
         }
         table.row(row);
     }
-    table.text()
+    let mut text = table.text();
+    if !scores.is_empty() {
+        let mut sum = Score::default();
+        scores.into_iter().for_each(|score| sum += score.clone());
+        text += &format!("\n{}", score_text(&sum));
+    }
+    text
 }

@@ -16,10 +16,14 @@ pub(super) fn read(path: &Path, selection: &Selection) -> Result<Signal, CliErro
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
         let progress = Progress::of_phases();
-        let signal = read_signal_with(path, selection, &mut |share| {
-            progress.update(share, "reading");
-        });
-        return Ok(signal?);
+        let mut watch = |share| progress.update(share, "reading");
+        let mut warn = |damage: &str| {
+            print_warning(&format!(
+                "{}: {damage}; the samples before the damage are used",
+                path.display()
+            ));
+        };
+        return Ok(read_signal_with(path, selection, &mut watch, &mut warn)?);
     }
     let series = read_series(path, selection.column.as_deref())?;
     if let Some(damage) = &series.damage {

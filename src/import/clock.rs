@@ -35,6 +35,21 @@ pub(super) struct Uniform {
     pub uncertainty: f64,
 }
 
+impl Uniform {
+    /// From the first time and the spacing, s, with its relative uncertainty. If that permits it, the rate is rounded to
+    /// a whole number of Hz: 44100, not 44099.9999.
+    pub fn new(start: f64, spacing: f64, uncertainty: f64) -> Self {
+        let rate = 1.0 / spacing;
+        let whole = rate.round();
+        let is_whole = whole > 0.0 && (rate / whole - 1.0).abs() <= uncertainty;
+        Self {
+            rate: if is_whole { whole } else { rate },
+            start,
+            uncertainty,
+        }
+    }
+}
+
 /// Calls a function for each time, s, from the first one; can be called repeatedly.
 pub(super) type EachTime<'a> = dyn FnMut(&mut dyn FnMut(f64)) -> Result<(), Problem> + 'a;
 
@@ -44,6 +59,12 @@ const TIME_TOLERANCE: f64 = 1e-3;
 
 /// Maximum tolerance due to the number of digits, in sample spacings: a missing sample deviates more.
 const MAX_DIGIT_TOLERANCE: f64 = 0.2;
+
+/// An interval of this many usual ones is a gap.
+const GAP: f64 = 1.5;
+
+/// With more gaps than one in this many samples the clock is uneven.
+const RARE: usize = 100;
 
 /// Relative tolerance of a given rate from that of the file.
 const SAME_RATE: f64 = 1e-6;
@@ -60,17 +81,17 @@ impl Timing {
         }
         let own = match self {
             Self::Unknown => return Ok((asked.ok_or_else(Problem::no_rate)?, 0.0)),
-            Self::Rate(rate) => Uniform {
-                rate: valid_rate(rate)?,
-                start: 0.0,
-                uncertainty: 0.0,
-            },
+            // A header may be wrong, unlike the times of the samples.
+            Self::Rate(rate) => return Ok((asked.map_or_else(|| valid_rate(rate), Ok)?, 0.0)),
             Self::Times {
                 resolution,
                 relative,
                 ..
             } => uniform(times, resolution, relative)?,
-            Self::Uniform(uniform) => uniform,
+            Self::Uniform(uniform) => {
+                valid_rate(uniform.rate)?;
+                uniform
+            }
         };
         match asked {
             Some(asked) if (asked / own.rate - 1.0).abs() > SAME_RATE.max(own.uncertainty) => {
@@ -98,15 +119,14 @@ fn valid_rate(rate: f64) -> Result<f64, Problem> {
 }
 
 /// Checks in two passes that times are evenly spaced. The spacing follows from the first and the last time;
-/// every other time must lie on the line between them. If the digits permit it, the rate is rounded to a
-/// whole number of Hz:
-/// 44100, not 44099.9999. `resolution` and `relative` as in [`Timing::Times`].
+/// every other time must lie on the line between them. `resolution` and `relative` as in [`Timing::Times`].
 pub(super) fn uniform(
     times: &mut EachTime<'_>,
     resolution: f64,
     relative: f64,
 ) -> Result<Uniform, Problem> {
     let (mut count, mut first, mut last, mut largest) = (0, f64::NAN, f64::NAN, 0.0_f64);
+    let mut longest = 0.0_f64;
     let mut stall = None;
     times(&mut |time| {
         if count == 0 {
@@ -117,6 +137,7 @@ pub(super) fn uniform(
                  times, or remove them and give --rate"
             )));
         }
+        longest = longest.max(time - last);
         last = time;
         largest = largest.max(time.abs());
         count += 1;
@@ -132,29 +153,42 @@ pub(super) fn uniform(
         .max(relative * largest)
         .min(MAX_DIGIT_TOLERANCE * spacing);
     let tolerance = TIME_TOLERANCE + resolution / spacing;
-    let mut index = 0;
-    let mut fault = None;
+    // Intervals that are longer than the others are gaps.
+    let usual = (last - first - longest) / (count - 2).max(1) as f64;
+    let (mut index, mut former) = (0, first);
+    let (mut fault, mut gap, mut gaps) = (None, None, 0);
     times(&mut |time| {
         let off = ((time - first) / spacing - index as f64).abs();
         if off > tolerance && fault.is_none() {
-            fault = Some(Problem::Content(format!(
+            fault = Some(format!(
                 "the samples are not evenly spaced in time: sample {index} is at {time} s, {off:.3} sample spacings \
                  from its nominal time; resample the signal, or remove the times and give --rate"
-            )));
+            ));
         }
-        index += 1;
+        let interval = time - former;
+        if interval > GAP * usual {
+            gap.get_or_insert((index - 1, former, interval));
+            gaps += 1;
+        }
+        (index, former) = (index + 1, time);
     })?;
+    if let Some((sample, time, interval)) =
+        gap.filter(|_| fault.is_some() && gaps <= 1 + count / RARE)
+    {
+        let number = if gaps == 1 {
+            "a gap".to_owned()
+        } else {
+            format!("{gaps} gaps")
+        };
+        fault = Some(format!(
+            "the time has {number}: {interval:.6} s pass after sample {sample} (at {time} s), instead of {usual:.3e} s; \
+             save the parts before and after it as files of their own"
+        ));
+    }
     if let Some(fault) = fault {
-        return Err(fault);
+        return Err(Problem::Content(fault));
     }
     let rounding = f64::EPSILON * first.abs().max(last.abs());
     let uncertainty = (resolution + rounding) / (last - first);
-    let rate = 1.0 / spacing;
-    let whole = rate.round();
-    let is_integer = whole > 0.0 && (rate / whole - 1.0).abs() <= uncertainty;
-    Ok(Uniform {
-        rate: if is_integer { whole } else { rate },
-        start: first,
-        uncertainty,
-    })
+    Ok(Uniform::new(first, spacing, uncertainty))
 }

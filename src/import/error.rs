@@ -71,8 +71,8 @@ impl Problem {
     /// Text instead of a number.
     pub(super) fn not_a_number(line: u64, column: &str, text: &str) -> Self {
         Self::Content(format!(
-            "line {line}, column `{column}`: `{text}` is not a number; correct the line, or start it with # if it is \
-             a comment"
+            "line {line}, column `{column}`: `{text}` is not a number; correct the line, start it with # if it is a \
+             comment, or skip the lines up to it with --skip-lines N"
         ))
     }
 }

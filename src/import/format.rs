@@ -5,6 +5,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::Problem;
+use super::uff::is_universal;
 use crate::foreign::open_file;
 
 /// Block size for reading, bytes.
@@ -15,7 +16,7 @@ pub(super) const BLOCK: usize = 1 << 16;
 pub enum Format {
     /// Sampled sound.
     Wav,
-    /// Compressed sound, and AIFF.
+    /// Other sound: AIFF, and compressed.
     Sound,
     /// Columns of numbers as text.
     Text,
@@ -25,6 +26,8 @@ pub enum Format {
     Npz,
     /// A MATLAB file.
     Mat,
+    /// A universal file.
+    Universal,
     /// A Rerun recording.
     Rrd,
 }
@@ -64,7 +67,7 @@ impl Format {
             Ok(Self::Npz)
         } else if begins(b"RRF") {
             Ok(Self::Rrd)
-        } else if begins(b"fLaC") || begins(b"OggS") || begins(b"ID3") || is_aiff(bytes) {
+        } else if is_sound(bytes) {
             Ok(Self::Sound)
         } else if begins(b"MATLAB 5.0") {
             Ok(Self::Mat)
@@ -78,7 +81,9 @@ impl Format {
                 "a TDMS file",
                 "export it as text (.lvm or CSV) in LabVIEW, or as .npz in Python (nptdms, numpy.savez)",
             ))
-        } else if is_text(bytes) {
+        } else if is_universal(bytes) {
+            Ok(Self::Universal)
+        } else if begins(b"\xff\xfe") || begins(b"\xfe\xff") || is_text(bytes) {
             Ok(Self::Text)
         } else {
             let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -87,24 +92,27 @@ impl Format {
                 return Ok(Self::Sound);
             }
             let known = [
-                "wav", "flac", "mp3", "ogg", "aiff", "csv", "tsv", "txt", "dat", "npy", "npz",
-                "mat", "rrd",
+                "wav", "flac", "mp3", "m4a", "mp4", "ogg", "opus", "aiff", "csv", "tsv", "txt",
+                "dat", "uff", "unv", "npy", "npz", "mat", "rrd",
             ];
             let called = extension.filter(|e| known.contains(&e.as_str()));
             let called = called.map_or_else(String::new, |e| {
                 format!(" (the extension is .{e}, but the content is different)")
             });
             Err(Problem::Content(format!(
-                "unknown file format{called}; convert the file to one of: WAV, FLAC, MP3, Ogg, AIFF, CSV (or other \
-                 columns of text), .npy, .npz, .mat, .rrd"
+                "unknown file format{called}; convert the file to one of: WAV, FLAC, MP3, M4A, Ogg, AIFF, CSV (or other \
+                 columns of text), .uff, .npy, .npz, .mat, .rrd"
             )))
         }
     }
 }
 
-/// Whether a content is AIFF, or its form with compression.
-fn is_aiff(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"FORM") && matches!(bytes.get(8..12), Some(b"AIFF" | b"AIFC"))
+/// Whether a content is FLAC, Ogg, MP3 with a tag, MP4, or AIFF with and without compression.
+fn is_sound(bytes: &[u8]) -> bool {
+    let magics: [&[u8]; 3] = [b"fLaC", b"OggS", b"ID3"];
+    magics.iter().any(|magic| bytes.starts_with(magic))
+        || bytes.get(4..8) == Some(b"ftyp")
+        || bytes.starts_with(b"FORM") && matches!(bytes.get(8..12), Some(b"AIFF" | b"AIFC"))
 }
 
 /// Whether the bytes contain no control characters except those of text.

@@ -2,9 +2,10 @@
 //!
 //! | format | columns | clock |
 //! |---|---|---|
-//! | WAV: PCM of 8 to 32 bits, float of 32 or 64 bits, any number of channels | `left`, `right`; of more channels `0`, `1`, ...; full scale is 1 FS | the header |
-//! | FLAC, MP3, Ogg Vorbis, AIFF | as WAV | the header |
-//! | CSV and similar formats: fields separated by `,` `;` tab or blanks; with or without a header; `#` comments; decimal commas unless commas separate the fields | by header or by index, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first column if it increases uniformly |
+//! | WAV: PCM of 8 to 32 bits, float of 32 or 64 bits, A-law, mu-law, ADPCM, any number of channels | `left`, `right`; of more channels `0`, `1`, ...; full scale is 1 FS | the header |
+//! | AIFF, FLAC, MP3, AAC in MP4, Ogg Vorbis and Opus | as WAV | the header |
+//! | universal files: time histories of dataset 58 | by node and direction | the header of each, or its times |
+//! | CSV and similar formats: fields separated by `,` `;` tab or blanks; with or without titles, a header and a row of units; `#` comments; decimal points or commas; UTF-8, UTF-16, Latin-1 | by header or by index, from 0 | a column named `t`, `time`, `zeit`, ... (unit in its name, else s), or the first column if it increases uniformly |
 //! | `.npy`: integers and floats of any size and byte order, one or two axes | by index along the shorter axis | none |
 //! | `.npz`: several of these, compressed or not | by name; for two axes `name[0]`, `name[1]`, ... | an array `t` or `time`, or a number `rate`, `fs` or `sample_rate` |
 //! | MATLAB `.mat` up to version 7: real numeric arrays of one or two axes | as `.npz` | as `.npz` |
@@ -16,7 +17,7 @@
 //!
 //! # Memory
 //!
-//! Files are read in blocks, except MATLAB files, which are read as a whole. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
+//! Files are read in blocks, except MATLAB and universal files and UTF-16, which are read as a whole. Only the selected samples are stored, 8 bytes each, plus a few MB for any file.
 //! A file may therefore be much larger than the memory, and a small file cannot claim more memory than it
 //! contains:
 //!
@@ -31,7 +32,6 @@
 //! times; therefore pipes and devices are rejected.
 
 mod clock;
-mod compressed;
 mod error;
 mod format;
 mod lines;
@@ -39,18 +39,25 @@ mod mat;
 mod npy;
 mod preamble;
 mod signal;
+mod sound;
 mod table;
 mod text;
+mod uff;
 mod units;
 mod wav;
 
-use std::io::{BufRead, BufReader, Seek};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 pub use error::{ImportError, Problem};
 pub use format::Format;
 pub use signal::{MAX_SAMPLES, Selection, Signal};
+use sound::Sound;
 pub use table::Table;
+use table::{ColumnHeader, Source};
+use text::Text;
+
+use crate::foreign::open_file;
 
 /// Reads a signal from a file.
 ///
@@ -58,11 +65,12 @@ pub use table::Table;
 /// If the file cannot be read, has no known [`Format`], or does not contain the selection: [`Problem`] gives
 /// the place and the remedy.
 pub fn read_signal(path: &Path, selection: &Selection) -> Result<Signal, ImportError> {
-    read_signal_with(path, selection, &mut |_| ())
+    read_signal_with(path, selection, &mut |_| (), &mut |_| ())
 }
 
 /// As [`read_signal`] with progress reports: `progress` receives the fraction of the file, 0 to 1, that the
-/// present pass has read. A file is read up to six times, text with a clock most often.
+/// present pass has read, and `warn` what is wrong with a damaged sound of which the samples before the damage are
+/// read. A file is read up to six times, text with a clock most often.
 ///
 /// # Errors
 /// As [`read_signal`].
@@ -70,8 +78,9 @@ pub fn read_signal_with(
     path: &Path,
     selection: &Selection,
     progress: &mut dyn FnMut(f64),
+    warn: &mut dyn FnMut(&str),
 ) -> Result<Signal, ImportError> {
-    read(path, selection, progress).map_err(|problem| ImportError {
+    read(path, selection, progress, warn).map_err(|problem| ImportError {
         path: path.to_owned(),
         problem,
     })
@@ -81,35 +90,85 @@ fn read(
     path: &Path,
     selection: &Selection,
     progress: &mut dyn FnMut(f64),
+    warn: &mut dyn FnMut(&str),
 ) -> Result<Signal, Problem> {
     let file = format::Reported::open(path, progress)?;
-    decode(
-        BufReader::with_capacity(format::BLOCK, file),
-        path,
-        selection,
-    )
+    let content = BufReader::with_capacity(format::BLOCK, file);
+    decode(content, path, selection, warn)
 }
 
-/// Decodes a signal. The name of a single column is the stem of `path`.
+/// The columns or channels of a file, for [`Selection::column`]: their names, or indices where a name is not unique. The
+/// first `skipped` lines of a text are left out.
+///
+/// # Errors
+/// If the file cannot be read or has no known [`Format`].
+pub fn channels(path: &Path, skipped: u64) -> Result<Vec<String>, ImportError> {
+    let headings = || {
+        let content = BufReader::with_capacity(format::BLOCK, open_file(path)?.0);
+        Ok(match Format::of(path)? {
+            Format::Universal => uff::headings(content)?,
+            format => source(content, path, format, skipped)?.headings(),
+        })
+    };
+    let headings = headings().map_err(|problem| ImportError {
+        path: path.to_owned(),
+        problem,
+    })?;
+    let names = headings.iter().enumerate().map(|(place, column)| {
+        let is_same = |other: &&ColumnHeader| other.header == column.header;
+        if headings.iter().filter(is_same).count() == 1 {
+            column.header.clone()
+        } else {
+            place.to_string()
+        }
+    });
+    Ok(names.collect())
+}
+
+/// Decodes a signal.
 fn decode(
     mut content: impl BufRead + Seek,
     path: &Path,
     selection: &Selection,
+    warn: &mut dyn FnMut(&str),
 ) -> Result<Signal, Problem> {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match Format::of_content(&mut content, path)? {
-        Format::Wav => table::read(&mut wav::Wav::open(content, &stem)?, selection),
-        Format::Text => table::read(&mut text::Text::open(content, &stem)?, selection),
-        Format::Npy => table::read(&mut npy::Npy::open(content, &stem)?, selection),
-        Format::Npz => table::read(&mut npy::Npz::open(content)?, selection),
-        Format::Sound => table::read(&mut compressed::Compressed::open(path, &stem)?, selection),
-        Format::Mat => table::read(&mut mat::read(content)?, selection),
-        Format::Rrd => Err(Problem::Content(
-            "the file is a recording (.rrd), which this build cannot read; build with the feature `record`, or export \
-             the column as CSV"
-                .to_owned(),
-        )),
+        Format::Universal => uff::read(content, selection),
+        format => {
+            let mut source = source(content, path, format, selection.skip_lines)?;
+            if let Some(damage) = source.damage() {
+                warn(damage);
+            }
+            table::read(&mut *source, selection)
+        }
     }
+}
+
+/// The columns of a content. The name of a single column is the stem of `path`.
+fn source<'a>(
+    mut content: impl BufRead + Seek + 'a,
+    path: &Path,
+    format: Format,
+    skipped: u64,
+) -> Result<Box<dyn Source + 'a>, Problem> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(match format {
+        Format::Wav | Format::Sound => Box::new(Sound::open(path, format == Format::Wav, &stem)?),
+        Format::Text => match lines::from_utf16(&mut content)? {
+            Some(text) => Box::new(Text::open(Cursor::new(text), &stem, skipped)?),
+            None => Box::new(Text::open(content, &stem, skipped)?),
+        },
+        Format::Npy => Box::new(npy::Npy::open(content, &stem)?),
+        Format::Npz => Box::new(npy::Npz::open(content)?),
+        Format::Mat => Box::new(mat::read(content)?),
+        Format::Universal | Format::Rrd => {
+            return Err(Problem::Content(
+                "the file is a recording (.rrd), which this build cannot read; build with the feature `record`, or export \
+                 the column as CSV"
+                    .to_owned(),
+            ));
+        }
+    })
 }
 
 #[cfg(test)]

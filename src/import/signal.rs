@@ -35,8 +35,10 @@ impl Signal {
 pub struct Selection {
     /// Column or channel, by name or by index from 0; optional for a single column.
     pub column: Option<String>,
-    /// Sample rate, Hz, for a file without a clock.
+    /// Sample rate, Hz, for a file without a clock, or instead of that in its header.
     pub rate: Option<f64>,
+    /// Number of lines to skip at the start of a text.
+    pub skip_lines: u64,
     /// Start time, s of the file's time.
     pub from: Option<f64>,
     /// End time, s of the file's time; a sample at this time is excluded.

@@ -122,6 +122,11 @@ pub(super) trait Source {
     /// Time information.
     fn timing(&self) -> Timing;
 
+    /// What is wrong with the file, of which the samples before the damage are read.
+    fn damage(&self) -> Option<&str> {
+        None
+    }
+
     /// Calls `each` for the time of each sample (s), if the file contains times; by default it does nothing.
     fn times(&mut self, _each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
         Ok(())
@@ -200,7 +205,10 @@ pub(super) fn check_column_count(have: usize) -> Result<(), Problem> {
 }
 
 /// Index of the selected column: by its full header, by its name, or by its index from 0.
-fn find_column(headings: &[ColumnHeader], asked: Option<&str>) -> Result<usize, Problem> {
+pub(super) fn find_column(
+    headings: &[ColumnHeader],
+    asked: Option<&str>,
+) -> Result<usize, Problem> {
     let refused = |reason: String| Problem::Content(format!("{reason}: {}", listed(headings)));
     let Some(asked) = asked else {
         return match headings.len() {

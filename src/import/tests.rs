@@ -44,6 +44,7 @@ pub(super) fn selection(words: &[(&str, &str)]) -> Selection {
         rate: number("rate"),
         from: number("from"),
         to: number("to"),
+        skip_lines: word("skip").map_or(0, |w| w.parse().unwrap()),
         max_samples: word("max").map(|w| w.parse().unwrap()),
     }
 }
@@ -146,8 +147,21 @@ fn a_stereo_file_needs_a_selected_channel() {
             "{message}"
         );
     }
-    let path = folder.put("five.wav", wav(16, false, 5, 50));
-    assert!(read_signal(&path, &selection(&[("column", "4")])).is_ok());
+    for channels in [5, 70] {
+        let path = folder.put("many.wav", wav(32, true, channels, 1000));
+        for channel in [0, channels - 1] {
+            let column = channel.to_string();
+            let words = [("column", &*column), ("from", "0.05"), ("to", "0.1")];
+            let part = read_signal(&path, &selection(&words)).unwrap();
+            let amplitude = f64::from(channel + 1);
+            let error = |(k, x): (usize, &f64)| (x - amplitude * wave(400 + k)).abs();
+            let errors = part.samples.iter().enumerate().map(error);
+            assert!(
+                part.samples.len() == 400 && errors.fold(0.0, f64::max) < 1e-5,
+                "{channel}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -158,21 +172,53 @@ fn damaged_wav_files_are_rejected() {
         let error = read_signal(&folder.put("tone.wav", bytes), &Selection::default());
         error.unwrap_err().to_string()
     };
-    for cut in [whole.len() - 1, whole.len() - 100, 44] {
-        let message = refused(&whole[..cut]);
+    // Without power or space the samples are there, but not what the header says.
+    let mut unfinished = whole.clone();
+    unfinished[4..8].fill(0);
+    unfinished[40..44].fill(0);
+    for (bytes, count, damage) in [
+        (
+            &whole[..whole.len() - 1],
+            499,
+            "states 1000 bytes of samples, and the file has 999",
+        ),
+        (
+            &whole[..whole.len() - 100],
+            450,
+            "states 1000 bytes of samples, and the file has 900",
+        ),
+        (
+            &unfinished[..],
+            500,
+            "states 0 bytes of samples, and the file has 1000",
+        ),
+    ] {
+        let path = folder.put("tone.wav", bytes);
+        let mut warnings = Vec::new();
+        let mut warn = |damage: &str| warnings.push(damage.to_owned());
+        let signal = read_signal_with(&path, &selection(&[]), &mut |_| (), &mut warn).unwrap();
+        assert_eq!(signal.samples.len(), count);
         assert!(
-            message.contains("is truncated: the chunk `data` has"),
-            "{message}"
+            warnings.len() == 1 && warnings[0].contains(damage),
+            "{warnings:?}"
         );
     }
+    assert!(refused(&whole[..44]).contains("no sample"));
     assert!(refused(&whole[..40]).contains("the `data` chunk is missing"));
     assert!(refused(&wav(16, false, 1, 0)).contains("no sample"));
     let mut other = whole.clone();
     other[20] = 85;
     assert!(refused(&other).contains("the WAV coding 85"));
+    // Every second sample would be left out.
+    let mut misaligned = whole.clone();
+    misaligned[32] = 4;
+    assert!(refused(&misaligned).contains("16 bits for each of 1 channels, and 4 bytes"));
     let mut silent_clock = whole.clone();
     silent_clock[24..28].fill(0);
     assert!(refused(&silent_clock).contains("the sample rate 0 Hz is invalid"));
+    let path = folder.put("tone.wav", &silent_clock);
+    let corrected = read_signal(&path, &selection(&[("rate", "44100")])).unwrap();
+    assert_eq!((corrected.rate, corrected.samples.len()), (44_100.0, 500));
     // A program that writes to a pipe does not know the length in advance.
     let mut piped = whole.clone();
     piped[40..44].fill(0xFF);
@@ -193,6 +239,13 @@ fn all_text_formats_are_read() {
         "Time,u\n(ms),(V)\n\n0,0.5\n100,-1.25\n200,2e3\n300,4\n",
         "0,0.5\n0.1,-1.25\n0.2,2e3\n0.3,4\n",
         "index,state,t,u\n0,on,0,0.5\n1,on,0.1,-1.25\n2,off,0.2,2e3\n3,off,0.3,4\n",
+        // Spreadsheets: the separator, and decimal commas in quotation marks.
+        "sep=;\nt;u\n0;0,5\n0,1;-1,25\n0,2;2e3\n0,3;4\n",
+        "\"t\",\"u\"\n\"0,0\",\"0,5\"\n\"0,1\",\"-1,25\"\n\"0,2\",\"2e3\"\n\"0,3\",\"4\"\n",
+        // Titles and settings, a row of units.
+        "Rig 3, left\nt;u\n0;0,5\n0,1;-1,25\n0,2;2e3\n0,3;4\n",
+        "Date\t12.03.2024\nChannels\t2\n\nTime\tu\nms\tm/s\n0\t0.5\n100\t-1.25\n200\t2e3\n300\t4\n",
+        "Rig 3\nt u\n0 0.5\n0.1 -1.25\n0.2 2e3\n0.3 4\n",
     ];
     for text in texts {
         let words = if text.starts_with("index") {
@@ -206,6 +259,22 @@ fn all_text_formats_are_read() {
         assert_eq!(signal.samples, expected, "{text}");
         assert_eq!((signal.rate, signal.start), (10.0, 0.0), "{text}");
     }
+    let titled = "any,title\nsec,val\n0,0.5\n0.1,-1.25\n0.2,2e3\n0.3,4\n";
+    assert!(folder.refused(titled, &[]).contains("with --skip-lines N"));
+    let signal = folder.text(titled, &[("skip", "1")]).unwrap();
+    assert_eq!((signal.samples, &*signal.name), (expected.to_vec(), "val"));
+    for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+        let text = "\u{feff}t\tu (\u{b5}m)\r\n0\t0,5\r\n0,1\t-1,25\r\n";
+        let text: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
+        let signal = read_signal(&folder.put("table.csv", text), &Selection::default()).unwrap();
+        assert_eq!(
+            (signal.samples, &*signal.unit),
+            (vec![0.5, -1.25], "\u{b5}m")
+        );
+    }
+    let latin = b"t;a (m/s\xb2)\n0;1\n1;2\n";
+    let signal = read_signal(&folder.put("table.csv", latin), &Selection::default()).unwrap();
+    assert_eq!(signal.unit, "m/s\u{b2}");
     // A column of row numbers is not a clock.
     let counted = ",u\n0,0.5\n1,-1.25\n2,2e3\n3,4\n";
     assert!(folder.refused(counted, &[]).contains("with --rate HZ"));
@@ -271,7 +340,11 @@ fn invalid_text_is_reported_with_its_position() {
             &[],
             "sample 1 (at 1 s) of `u` is -1e300; samples are finite numbers",
         ),
-        ("t,u\n0,1\n1,1\n3,1\n4,1\n", &[], "sample 1 is at 1 s"),
+        (
+            "t,u\n0,1\n1,1\n3,1\n4,1\n",
+            &[],
+            "the time has a gap: 2.000000 s pass after sample 1 (at 1 s)",
+        ),
         (
             "t,u\n0,1\n1,1\n1,1\n",
             &[],
@@ -367,12 +440,10 @@ fn times_are_uniform_within_their_number_of_digits() {
     // A single missing sample is found at any position.
     for lost in [1, 2, 999, 1997, 1998] {
         let time = |k: usize| format!("{:.6}", (k + usize::from(k >= lost)) as f64 / 44_100.0);
-        assert!(
-            folder
-                .refused(&table(&time), &[])
-                .contains("not evenly spaced"),
-            "{lost}"
-        );
+        let message = folder.refused(&table(&time), &[]);
+        let place = format!(" s pass after sample {} (", lost - 1);
+        let is_gap = message.contains("the time has a gap: 0.00004");
+        assert!(is_gap && message.contains(&place), "{lost}: {message}");
     }
     // A clock with a drift of 1 %.
     let drifting = |k: usize| {
@@ -455,7 +526,8 @@ proptest! {
     fn random_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), magic in 0..6_usize) {
         let magics: [&[u8]; 6] = [b"", b"RIFF\0\0\0\0WAVEfmt \x10\0\0\0", b"\x93NUMPY\x01\0\x20\0", b"PK\x03\x04", b"t,u\n0,", b"0;"];
         let bytes = [magics[magic], &bytes].concat();
-        let _ = decode(Cursor::new(&bytes), Path::new("x"), &selection(&[("rate", "1")]));
+        let folder = TestFolder::new();
+        let _ = read_signal(&folder.put("x", bytes), &selection(&[("rate", "1")]));
     }
 
     #[test]
@@ -474,6 +546,7 @@ proptest! {
         // An excessive shape overflows in the header reader, which checks it.
         prop_assume!(!(kind == 1 && byte.is_ascii_digit()));
         bytes[place] = byte;
-        let _ = decode(Cursor::new(&bytes), Path::new("x"), &Selection::default());
+        let folder = TestFolder::new();
+        let _ = read_signal(&folder.put("x", bytes), &Selection::default());
     }
 }

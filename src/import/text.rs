@@ -1,10 +1,8 @@
 //! Columns of numbers as text: CSV and similar formats.
 //!
-//! The separator is detected from the first row of numbers: `;`, else a tab, else `,`, else blanks. If commas
-//! do not separate fields, they may be decimal points. A row above the numbers contains the column names; a
-//! second one, all in brackets, contains their units. Lines that start with `#` are comments. The last
-//! comment before the numbers contains the column names if no row does and it has as many fields (as
-//! `numpy.savetxt` writes it). An empty field is a missing sample.
+//! The separator is detected from the first row of numbers: `;`, else a tab, else `,`, else blanks. A comma within a
+//! field is a decimal point. What stands above the numbers is read by the module `preamble`. Lines that start with `#`
+//! are comments. An empty field is a missing sample.
 //!
 //! The first pass through the text finds columns, rows and digits. Later passes read the times and the
 //! selected samples. No column is stored.
@@ -13,14 +11,16 @@ use std::io::{BufRead, Seek};
 use std::ops::Range;
 
 use super::clock::{Timing, uniform};
-use super::lines::{Separator, each_line};
-use super::preamble::Preamble;
+use super::lines::{Separator, each_line, number};
+use super::preamble::{Preamble, is_comment, is_row_of_numbers, widths};
 use super::table::{ColumnHeader, Source, check_column_count};
 use super::{Problem, units};
 
 /// A text whose columns are known.
 pub(super) struct Text<R> {
     content: R,
+    /// Number of lines before the preamble.
+    skipped: u64,
     /// Columns of numbers, without the times.
     scan: Scan,
     /// Field of the time column, and its unit, s.
@@ -39,9 +39,10 @@ struct Named {
 }
 
 impl<R: BufRead + Seek> Text<R> {
-    pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
-        let preamble = Preamble::of(&mut content)?.unwrap_or_default();
-        let mut scan = Scan::of(&mut content, &preamble)?;
+    /// Opens a text without its first `skipped` lines.
+    pub fn open(mut content: R, stem: &str, skipped: u64) -> Result<Self, Problem> {
+        let preamble = Preamble::of(&mut content, skipped)?;
+        let mut scan = Scan::of(&mut content, skipped, &preamble)?;
         // Columns of words are ignored if there are others.
         if scan.columns.iter().any(|c| c.seen.count > 0) {
             scan.columns.retain(|c| c.seen.count > 0);
@@ -53,13 +54,14 @@ impl<R: BufRead + Seek> Text<R> {
         }
         let mut text = Self {
             content,
+            skipped,
             scan,
             time: None,
             timing: Timing::Unknown,
             stem: stem.to_owned(),
         };
         if text.scan.columns.len() > 1 {
-            text.find_time();
+            text.find_time(preamble.clock.is_some());
         }
         if let Some(clock) = preamble.clock {
             text.timing = Timing::Uniform(clock);
@@ -67,8 +69,8 @@ impl<R: BufRead + Seek> Text<R> {
         Ok(text)
     }
 
-    /// Removes the time column from the columns, if there is one.
-    fn find_time(&mut self) {
+    /// Removes the time column from the columns, if there is one. Without a clock it may have no name.
+    fn find_time(&mut self, has_clock: bool) {
         let columns = &mut self.scan.columns;
         let second =
             |c: &Named| units::seconds(&c.heading.unit).filter(|_| units::is_time(&c.heading.name));
@@ -86,7 +88,7 @@ impl<R: BufRead + Seek> Text<R> {
             };
         } else if first.seen.is_row_index {
             columns.remove(0);
-        } else {
+        } else if !has_clock {
             let all = 0..self.scan.rows;
             let mut values = |each: &mut dyn FnMut(f64)| self.values(field, all.clone(), each);
             if let Ok(uniform) = uniform(&mut values, resolution, 0.0) {
@@ -105,13 +107,13 @@ impl<R: BufRead + Seek> Text<R> {
     ) -> Result<(), Problem> {
         let (separator, first) = (self.scan.separator, self.scan.first);
         let mut row = 0;
-        each_line(&mut self.content, |line, text| {
+        each_line(&mut self.content, self.skipped, |line, text| {
             if line < first || is_comment(text) {
                 return Ok(true);
             }
             if rows.contains(&row) {
                 let field = separator.fields(text).nth(field);
-                each(field.and_then(|f| separator.number(f)).unwrap_or(f64::NAN));
+                each(field.and_then(number).unwrap_or(f64::NAN));
             }
             row += 1;
             Ok(row < rows.end)
@@ -161,10 +163,6 @@ impl<R: BufRead + Seek> Source for Text<R> {
     }
 }
 
-fn is_comment(line: &str) -> bool {
-    line.starts_with('#')
-}
-
 /// Result of the first pass.
 struct Scan {
     separator: Separator,
@@ -175,30 +173,21 @@ struct Scan {
 }
 
 impl Scan {
-    fn of(content: &mut (impl BufRead + Seek), preamble: &Preamble) -> Result<Self, Problem> {
+    fn of(
+        content: &mut (impl BufRead + Seek),
+        skipped: u64,
+        preamble: &Preamble,
+    ) -> Result<Self, Problem> {
         let mut scan: Option<Self> = None;
-        // The first two rows above the numbers, and the last line before them.
-        let mut above = Vec::new();
-        let mut last = String::new();
-        each_line(content, |line, text| {
+        each_line(content, skipped, |line, text| {
             match &mut scan {
-                _ if line <= preamble.last => {}
-                Some(_) if is_comment(text) => {}
+                _ if line <= preamble.last || is_comment(text) => {}
                 Some(scan) => scan.take(line, text)?,
-                None if !is_comment(text) && is_row_of_numbers(text) => {
-                    let begun = if preamble.columns.is_empty() {
-                        Self::begin(line, text, &above, &last)?
-                    } else {
-                        Self::after_preamble(line, text, preamble)
-                    };
+                None if is_row_of_numbers(text) => {
+                    let begun = Self::begin(line, text, preamble)?;
                     scan.insert(begun).take(line, text)?;
                 }
-                None => {
-                    if !is_comment(text) && above.len() < 2 {
-                        above.push((line, text.to_owned()));
-                    }
-                    text.clone_into(&mut last);
-                }
+                None => {}
             }
             Ok(true)
         })?;
@@ -206,57 +195,21 @@ impl Scan {
     }
 
     /// The columns of the first row of numbers, with the names and units of a preamble.
-    fn after_preamble(first: u64, sample: &str, preamble: &Preamble) -> Self {
-        let separator = Separator::of(sample);
-        let last = separator.fields(sample).enumerate();
-        let last = last.filter(|(_, field)| !field.is_empty()).last();
-        let named = |field: usize| {
-            let (name, unit) = preamble.columns.get(field).cloned().unwrap_or_default();
-            Named {
-                field,
-                heading: ColumnHeader::with_unit(name, &unit, 0),
-                seen: ColumnStatistics::default(),
-            }
+    fn begin(first: u64, row: &str, preamble: &Preamble) -> Result<Self, Problem> {
+        let separator = Separator::of(row);
+        let (given, have) = widths(separator, row);
+        // A trailing separator in each row is not a column, unless it has a name.
+        let count = if preamble.is_heading {
+            have.min(given.max(preamble.columns.len()))
+        } else {
+            given
         };
-        Self {
-            separator,
-            first,
-            rows: 0,
-            columns: (preamble.beside..=last.map_or(0, |(k, _)| k))
-                .map(named)
-                .collect(),
-        }
-    }
-
-    /// Determines the columns from the first row of numbers and the lines above it.
-    fn begin(
-        first: u64,
-        sample: &str,
-        above: &[(u64, String)],
-        last: &str,
-    ) -> Result<Self, Problem> {
-        let separator = Separator::of(sample);
-        let mut count = separator.fields(sample).count();
-        let (names, units_row) = headings(above, separator)?;
-        let names = names.or_else(|| {
-            let names: Vec<_> = separator.fields(last.strip_prefix('#')?.trim()).collect();
-            (names.len() == count && count > 1).then_some(names)
-        });
-        // A trailing separator in each row is not a column.
-        let named_empty = |names: &[&str]| names.last() == Some(&"");
-        if separator.fields(sample).last() == Some("") && names.as_deref().is_none_or(named_empty) {
-            count -= 1;
-        }
         check_column_count(count)?;
         let named = |field: usize| {
-            let header = *names.as_ref().and_then(|n| n.get(field)).unwrap_or(&"");
-            let mut heading = ColumnHeader::new(header.to_owned(), 0);
-            if let Some(unit) = units_row.as_ref().and_then(|u| bracketed(u.get(field)?)) {
-                heading.unit = unit.to_owned();
-            }
+            let heading = preamble.columns.get(field).cloned();
             Named {
                 field,
-                heading,
+                heading: heading.unwrap_or_else(|| ColumnHeader::new(String::new(), 0)),
                 seen: ColumnStatistics::default(),
             }
         };
@@ -264,7 +217,7 @@ impl Scan {
             separator,
             first,
             rows: 0,
-            columns: (0..count).map(named).collect(),
+            columns: (preamble.beside..count).map(named).collect(),
         })
     }
 
@@ -276,7 +229,7 @@ impl Scan {
         let (mut have, mut given) = (0, 0);
         for field in self.separator.fields(row) {
             if let Some(column) = columns.next_if(|column| column.field == have) {
-                column.seen.take(field, line, self.separator);
+                column.seen.take(field, line);
             }
             have += 1;
             if !field.is_empty() {
@@ -290,42 +243,6 @@ impl Scan {
         }
         self.rows += 1;
         Ok(())
-    }
-}
-
-/// Whether at least half of the fields are numbers.
-fn is_row_of_numbers(row: &str) -> bool {
-    let separator = Separator::of(row);
-    let (mut numbers, mut words) = (0, 0);
-    for field in separator.fields(row).filter(|f| !f.is_empty()) {
-        match separator.number(field) {
-            Some(_) => numbers += 1,
-            None => words += 1,
-        }
-    }
-    numbers > 0 && numbers >= words
-}
-
-/// The fields of a heading.
-type Fields<'a> = Option<Vec<&'a str>>;
-
-/// Names and units from the rows above the numbers, of which the first two are given.
-fn headings(
-    rows: &[(u64, String)],
-    separator: Separator,
-) -> Result<(Fields<'_>, Fields<'_>), Problem> {
-    let fields = |row| separator.fields(row).collect::<Vec<_>>();
-    match rows {
-        [] => Ok((None, None)),
-        [(_, names)] => Ok((Some(fields(names)), None)),
-        [(_, names), (_, units)] if fields(units).iter().all(|u| bracketed(u).is_some()) => {
-            Ok((Some(fields(names)), Some(fields(units))))
-        }
-        [(_, names), (line, row), ..] => {
-            let first = |row| fields(row).first().copied().unwrap_or("");
-            let text = shortened(first(row));
-            Err(Problem::not_a_number(*line, first(names), &text))
-        }
     }
 }
 
@@ -348,11 +265,11 @@ struct ColumnStatistics {
 }
 
 impl ColumnStatistics {
-    fn take(&mut self, field: &str, line: u64, separator: Separator) {
+    fn take(&mut self, field: &str, line: u64) {
         if self.fault.is_some() {
             return;
         }
-        let number = separator.number(field);
+        let number = number(field);
         if number.is_some() {
             self.take_digits(field);
         } else if !field.is_empty() {
@@ -391,15 +308,8 @@ impl ColumnStatistics {
     }
 }
 
-/// Text in brackets.
-fn bracketed(field: &str) -> Option<&str> {
-    let pairs = [('(', ')'), ('[', ']')];
-    let inside = |(open, close)| field.strip_prefix(open)?.strip_suffix(close);
-    pairs.into_iter().find_map(inside)
-}
-
 /// Start of a text, for a message.
-fn shortened(text: &str) -> String {
+pub(super) fn shortened(text: &str) -> String {
     const MOST: usize = 30;
     match text.char_indices().nth(MOST) {
         Some((end, _)) => format!("{}...", &text[..end]),

@@ -63,6 +63,47 @@ pub(super) fn is_time(name: &str) -> bool {
     TIMES.contains(&name.to_lowercase().as_str())
 }
 
+/// A unit without brackets around it.
+pub(super) fn without_brackets(unit: &str) -> &str {
+    let pairs = [('(', ')'), ('[', ']')];
+    let inside = |(open, close)| unit.strip_prefix(open)?.strip_suffix(close);
+    pairs.into_iter().find_map(inside).unwrap_or(unit).trim()
+}
+
+/// Units that a row of units may have besides those of [`ENDINGS`].
+const FURTHER: [&str; 14] = [
+    "",
+    "-",
+    "1",
+    "%",
+    "g",
+    "A",
+    "mA",
+    "dB",
+    "Nm",
+    "bar",
+    "kN",
+    "m/s2",
+    "m/s\u{b2}",
+    "\u{b0}C",
+];
+
+/// Whether a row below one of names is one of units: all in brackets, all known, or a unit of time below the
+/// name of a time.
+pub(super) fn is_row(names: &[&str], row: &[&str]) -> bool {
+    let mut pairs = names.iter().zip(row);
+    let is_known = |unit: &&str| {
+        let unit = without_brackets(unit);
+        FURTHER.contains(&unit) || ENDINGS.iter().any(|(_, known)| *known == unit)
+    };
+    row.iter().all(|unit| without_brackets(unit) != *unit)
+        || row.iter().all(is_known)
+        || pairs.any(|(name, unit)| {
+            let unit = without_brackets(unit);
+            is_time(name) && !unit.is_empty() && seconds(unit).is_some()
+        })
+}
+
 /// A unit of time in seconds; `None` for other units.
 pub(super) fn seconds(unit: &str) -> Option<f64> {
     Some(match unit.to_lowercase().as_str() {

@@ -1,19 +1,19 @@
-//! WAV: sampled sound.
+//! The header of a WAV file, replaced by one that the library symphonia decodes.
 //!
 //! A RIFF file is a sequence of chunks, each with an identifier, a length and its bytes. `fmt ` describes the
-//! coding of the samples, and `data` contains them, channel by channel for each instant. Integers are
-//! left-aligned in their bytes (8-bit samples have an offset of 128, the others are signed); full scale is
-//! therefore `2^(bits - 1)` of the bytes they occupy (Multimedia Programming Interface and Data
-//! Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has 64-bit
-//! lengths in a separate chunk (EBU Tech 3306, 2009).
+//! coding of the samples, and `data` contains them, channel by channel for each instant (Multimedia Programming
+//! Interface and Data Specifications 1.0, IBM and Microsoft, 1991; the extensible form: Microsoft, 2007). RF64 has
+//! 64-bit lengths in a separate chunk (EBU Tech 3306, 2009).
+//!
+//! The lengths in a header may be wrong: a recorder that loses its power leaves zeros, and a copy may be truncated. Then
+//! the samples up to the end of the file count.
 
-use std::io::{Read, Seek, SeekFrom};
-use std::ops::Range;
+use std::fs::File;
+use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
+
+use symphonia::core::io::{MediaSource, ReadOnlySource};
 
 use super::Problem;
-use super::clock::Timing;
-use super::format::BLOCK;
-use super::table::{ColumnHeader, Source};
 
 const FORMAT: &str = "WAV";
 
@@ -21,193 +21,173 @@ const FORMAT: &str = "WAV";
 const OPEN_END: u32 = u32::MAX;
 
 /// Number of bytes of a chunk that are evaluated.
-const MAX_CHUNK_READ: u64 = 40;
+const MAX_CHUNK_READ: u64 = 1024;
 
-/// Coding of the samples.
-struct Coding {
-    channels: usize,
-    rate: u32,
-    /// Bytes per sample of one channel.
-    width: usize,
-    /// Bytes per instant.
-    frame: usize,
-    /// Converts the bytes of one sample to a number.
-    number: fn(&[u8]) -> f64,
+/// The samples of a file behind a header of their own.
+pub(super) struct Wav {
+    pub content: Box<dyn MediaSource>,
+    /// Stated sample rate, Hz; 0 is replaced in the new header, as the library would refuse it.
+    pub rate: u32,
+    /// Number of channels that the new header states as successive samples of one channel, as the library knows 26
+    /// channels at most; 1 if it states the channels.
+    pub interleaved: usize,
+    /// Number of samples, if their length exceeds the 32 bits of the header; zeros without end follow.
+    pub count: Option<u64>,
+    /// What is wrong with the lengths in the header.
+    pub damage: Option<String>,
 }
 
-/// A file whose header has been read.
-pub(super) struct Wav<R> {
-    content: R,
-    coding: Coding,
-    /// Position of the first sample, bytes.
-    begin: u64,
-    /// Number of samples per channel.
-    frames: usize,
-    /// Name of a single channel.
-    stem: String,
-}
-
-impl<R: Read + Seek> Wav<R> {
-    pub fn open(mut content: R, stem: &str) -> Result<Self, Problem> {
-        let (coding, begin, length) = chunks(&mut content)?;
-        let frame = coding.frame as u64;
-        if !length.is_multiple_of(frame) {
-            return Err(cut_short("the last sample", length % frame, frame));
-        }
-        if length == 0 {
+impl Wav {
+    /// Reads the header of a file.
+    pub fn open(file: File) -> Result<Self, Problem> {
+        let mut content = BufReader::new(file);
+        let Chunks {
+            format,
+            begin,
+            length,
+            damage,
+        } = chunks(&mut content)?;
+        let (mut format, frame, interleaved) = normal_format(format)?;
+        let rate = u32_at(&format, 4);
+        format[4..8].copy_from_slice(&rate.max(1).to_le_bytes());
+        let whole = length - length % frame;
+        let incomplete = (whole < length).then(|| "its last sample is incomplete".to_owned());
+        if whole == 0 {
             return Err(Problem::no_samples("a header"));
         }
+        let stated = u32::try_from(whole).unwrap_or(OPEN_END);
+        let is_long = stated == OPEN_END;
+        if is_long && is_adpcm(u16_at(&format, 0)) {
+            let what = "ADPCM of more than 4 GiB";
+            return Err(Problem::unsupported(what, "split the file"));
+        }
+        let mut header = b"RIFF\xff\xff\xff\xffWAVEfmt ".to_vec();
+        header.extend((format.len() as u32).to_le_bytes());
+        header.extend(format);
+        header.extend(b"data");
+        header.extend(stated.to_le_bytes());
+        content.seek(SeekFrom::Start(begin))?;
+        let content = Cursor::new(header).chain(content.take(whole));
+        let content = content.chain(io::repeat(0).take(if is_long { u64::MAX } else { 0 }));
         Ok(Self {
-            content,
-            begin,
-            frames: (length / frame) as usize,
-            coding,
-            stem: stem.to_owned(),
+            content: Box::new(ReadOnlySource::new(content)),
+            rate,
+            interleaved,
+            count: is_long.then(|| whole / frame * interleaved as u64),
+            damage: damage.or(incomplete),
         })
     }
 }
 
-impl<R: Read + Seek> Source for Wav<R> {
-    fn headings(&self) -> Vec<ColumnHeader> {
-        channel_headings(self.coding.channels, &self.stem, self.frames)
-    }
-
-    fn timing(&self) -> Timing {
-        Timing::Rate(f64::from(self.coding.rate))
-    }
-
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
-        let Coding {
-            width,
-            frame,
-            number,
-            ..
-        } = self.coding;
-        let place = column * width;
-        let begin = self.begin + (range.start * frame) as u64;
-        self.content.seek(SeekFrom::Start(begin))?;
-        let mut block = vec![0; (BLOCK / frame).max(1) * frame];
-        let mut left = range.len() * frame;
-        while left > 0 {
-            let count = left.min(block.len());
-            self.content.read_exact(&mut block[..count])?;
-            for frame in block[..count].chunks_exact(frame) {
-                each(number(&frame[place..place + width]));
-            }
-            left -= count;
-        }
-        Ok(())
-    }
+/// What the chunks of a file say.
+struct Chunks {
+    /// The format chunk.
+    format: Vec<u8>,
+    /// Position of the first sample, and length of the samples, bytes.
+    begin: u64,
+    length: u64,
+    /// What is wrong with the stated length.
+    damage: Option<String>,
 }
 
-/// Headings of the channels of a sound; a single one has the name `stem`.
-pub(super) fn channel_headings(channels: usize, stem: &str, count: usize) -> Vec<ColumnHeader> {
-    let name = |channel: usize| match (channels, channel) {
-        (1, _) => stem.to_owned(),
-        (2, 0) => "left".to_owned(),
-        (2, _) => "right".to_owned(),
-        _ => channel.to_string(),
-    };
-    (0..channels)
-        .map(|channel| ColumnHeader::with_unit(name(channel), "FS", count))
-        .collect()
-}
-
-/// Finds the coding, and position and length of the samples, bytes.
-fn chunks(content: &mut (impl Read + Seek)) -> Result<(Coding, u64, u64), Problem> {
+fn chunks(content: &mut BufReader<File>) -> Result<Chunks, Problem> {
     let end = content.seek(SeekFrom::End(0))?;
-    let mut long_data = None;
-    let mut coding = None;
+    content.rewind()?;
+    let mut riff = [0; 12];
+    content.read_exact(&mut riff)?;
+    let is_closed = u64::from(u32_at(&riff, 4)) + 8 == end;
+    let (mut long_data, mut format) = (None, None);
     let mut at = 12;
-    content.seek(SeekFrom::Start(at))?;
     while at + 8 <= end {
         let mut head = [0; 8];
         content.read_exact(&mut head)?;
         let rest = end - at - 8;
         let is_data = &head[..4] == b"data";
-        let length = match u32_at(&head, 4) {
+        let stated = match u32_at(&head, 4) {
             OPEN_END if is_data => long_data.unwrap_or(rest),
             length => length.into(),
         };
-        if length > rest {
-            let name = String::from_utf8_lossy(&head[..4]);
-            return Err(cut_short(&format!("the chunk `{name}`"), rest, length));
-        }
         if is_data {
-            let coding = coding.ok_or_else(|| damaged("the data have no `fmt ` chunk"))?;
-            return Ok((coding, at + 8, length));
+            let format = format.ok_or_else(|| damaged("the data have no `fmt ` chunk"))?;
+            let length = if stated == 0 && !is_closed {
+                rest
+            } else {
+                stated.min(rest)
+            };
+            let damage = (length != stated).then(|| {
+                format!("its header states {stated} bytes of samples, and the file has {length}")
+            });
+            return Ok(Chunks {
+                format,
+                begin: at + 8,
+                length,
+                damage,
+            });
         }
         let mut chunk = Vec::new();
-        let read = length.min(MAX_CHUNK_READ);
-        content.by_ref().take(read).read_to_end(&mut chunk)?;
+        let read = stated.min(MAX_CHUNK_READ);
+        content.take(read).read_to_end(&mut chunk)?;
         match &head[..4] {
-            b"fmt " => coding = Some(read_coding(&chunk)?),
             b"ds64" if chunk.len() >= 16 => {
                 let long = chunk[8..16].try_into().unwrap_or_default();
                 long_data = Some(u64::from_le_bytes(long));
             }
+            b"fmt " => format = Some(chunk),
             _ => {}
         }
         // Chunks start at even positions.
-        at += 8 + length + length % 2;
+        at += 8 + stated + stated % 2;
         // Keeps the buffer, which would otherwise be refilled for each of many small chunks.
-        content.seek_relative((length + length % 2 - read) as i64)?;
+        content.seek_relative((stated + stated % 2 - read) as i64)?;
     }
     Err(damaged("the `data` chunk is missing"))
 }
 
-fn read_coding(chunk: &[u8]) -> Result<Coding, Problem> {
+/// A format chunk for the library, the bytes of an instant or a block, and the interleaved channels.
+fn normal_format(mut chunk: Vec<u8>) -> Result<(Vec<u8>, u64, usize), Problem> {
     if chunk.len() < 16 {
         return Err(damaged("the `fmt ` chunk is too short"));
     }
-    let tag = match u16_at(chunk, 0) {
+    let tag = match u16_at(&chunk, 0) {
         // The extensible form has the tag at the start of a longer identifier.
-        0xFFFE if chunk.len() >= 26 => u16_at(chunk, 24),
+        0xFFFE if chunk.len() >= 26 => u16_at(&chunk, 24),
         tag => tag,
     };
-    let channels = usize::from(u16_at(chunk, 2));
-    let frame = usize::from(u16_at(chunk, 12));
-    let width = frame.checked_div(channels).unwrap_or(0);
-    let number: fn(&[u8]) -> f64 = match (tag, width) {
-        (1, 1) => |b| (f64::from(b[0]) - 128.0) / 128.0,
-        (1, 2..=4) => integer,
-        (3, 4) => |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        (3, 8) => |b| f64::from_le_bytes(b.try_into().unwrap_or_default()),
+    let [channels, frame, bits] = [2, 12, 14].map(|at| usize::from(u16_at(&chunk, at)));
+    match (tag, bits) {
+        // PCM, floats, A-law, mu-law.
+        (1, 1..=32) | (3, 32 | 64) | (6 | 7, 8) => {}
+        // Blocks of several samples.
+        (tag, 4) if is_adpcm(tag) && frame > 0 => return Ok((chunk, frame as u64, 1)),
         _ => {
             return Err(Problem::unsupported(
-                format!("the WAV coding {tag} with {width} bytes per sample"),
-                "save it as PCM of 8 to 32 bits, or as float of 32 or 64 bits",
+                format!("the WAV coding {tag} with {bits} bits per sample"),
+                "save it as PCM of 8 to 32 bits, as float of 32 or 64 bits, A-law, mu-law or ADPCM",
             ));
         }
-    };
-    let bits = usize::from(u16_at(chunk, 14));
-    // Integers may not use the lowest bits of their bytes.
-    let fits = bits == 8 * width || (tag == 1 && bits < 8 * width);
-    if !fits || frame != channels * width {
-        let what = format!(
-            "it declares {bits} bits in {width} bytes per sample, and {channels} channels in {frame} bytes"
-        );
-        return Err(damaged(&what));
     }
-    Ok(Coding {
-        channels,
-        rate: u32_at(chunk, 4),
-        width,
-        frame,
-        number,
-    })
+    // Integers may not use the lowest bits of their bytes.
+    let width = bits.div_ceil(8);
+    if channels == 0 || frame != channels * width {
+        return Err(damaged(&format!(
+            "it declares {bits} bits for each of {channels} channels, and {frame} bytes for all of them"
+        )));
+    }
+    let rate = u32_at(&chunk, 4);
+    chunk.clear();
+    chunk.extend(tag.to_le_bytes());
+    chunk.extend(1_u16.to_le_bytes());
+    chunk.extend(rate.to_le_bytes());
+    chunk.extend(rate.wrapping_mul(width as u32).to_le_bytes());
+    chunk.extend((width as u16).to_le_bytes());
+    chunk.extend((8 * width as u16).to_le_bytes());
+    chunk.extend(0_u16.to_le_bytes());
+    Ok((chunk, frame as u64, channels))
 }
 
-/// A signed integer of up to four bytes divided by full scale.
-fn integer(bytes: &[u8]) -> f64 {
-    let mut top = [0; 4];
-    top[4 - bytes.len()..].copy_from_slice(bytes);
-    f64::from(i32::from_le_bytes(top)) / 2_147_483_648.0
+/// Whether samples are coded as ADPCM of Microsoft or of the IMA.
+fn is_adpcm(tag: u16) -> bool {
+    matches!(tag, 2 | 17)
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> u16 {
@@ -220,8 +200,4 @@ fn u32_at(bytes: &[u8], at: usize) -> u32 {
 
 fn damaged(what: &str) -> Problem {
     Problem::damaged(FORMAT, what)
-}
-
-fn cut_short(what: &str, have: u64, need: u64) -> Problem {
-    Problem::truncated(FORMAT, what, have, need)
 }

@@ -45,11 +45,16 @@ def from_uff(path: _Path, **frame: Any) -> Modes:
     Raises
     ------
     InputError
-        If the file lacks nodes or modes.
+        If the file cannot be read, or lacks nodes or modes.
     ModuleNotFoundError
         If pyuff is not installed.
     """
-    sets = _library("pyuff", "pyuff").UFF(fspath(path)).read_sets()
+    pyuff = _library("pyuff", "pyuff")
+    try:
+        sets = pyuff.UFF(fspath(path)).read_sets()
+    # The library raises a bare Exception for a file that does not exist.
+    except Exception as error:
+        raise InputError(f"{fspath(path)} cannot be read as a universal file ({error}); check its path and content") from error
     places: dict[int, Floats] = {}
     modes = []
     for data in sets if isinstance(sets, list) else [sets]:

@@ -21,6 +21,9 @@ mod live;
 mod outcome;
 mod sound;
 mod stretch;
+#[cfg(feature = "table")]
+mod table;
+mod truth;
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -43,6 +46,9 @@ pub use calibration::{
 pub use live::{highest_frequency, live_analysis};
 pub use outcome::{Outcome, SkipReason};
 pub use sound::{MeasuredSound, SOUND_RATES_HZ};
+#[cfg(feature = "table")]
+pub use table::write_events;
+pub use truth::{Label, LabelError, Score};
 
 /// Options of a signal's analysis; the other choices follow from the signal.
 ///
@@ -372,9 +378,12 @@ pub struct AnalysedFile {
     /// Analysis of the signal.
     #[serde(flatten)]
     pub report: SignalAnalysis,
-    /// Sound levels; absent without a calibration.
+    /// Sound levels; absent without a calibration, unless the file is a sound in Pa.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound_levels: Option<CalibratedLevels>,
+    /// Events compared with labels; absent without labels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Score>,
 }
 
 impl AnalysedFile {
@@ -389,13 +398,20 @@ impl AnalysedFile {
         options: &SignalOptions,
         progress: &mut dyn FnMut(f64, &'static str) -> bool,
     ) -> Result<Option<Self>, SignalError> {
-        let levels = calibration.map(|calibration| CalibratedLevels::of(&mut signal, calibration));
-        let sound_levels = levels.transpose()?;
+        let sound_levels = match calibration {
+            Some(calibration) => Some(CalibratedLevels::of(&mut signal, calibration)?),
+            // What is in Pa need not be a sound.
+            None if signal.unit == LevelReference::PASCAL => {
+                CalibratedLevels::of(&mut signal, Calibration::PASCAL).ok()
+            }
+            None => None,
+        };
         let report = analyse_signal(signal, options, progress)?;
         Ok(report.map(|report| Self {
             file,
             report,
             sound_levels,
+            truth: None,
         }))
     }
 }

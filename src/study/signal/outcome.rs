@@ -31,6 +31,8 @@ pub enum SkipReason {
     Noise,
     /// The motion is a transient.
     Transient,
+    /// All samples are equal.
+    Silent,
 }
 
 impl fmt::Display for SkipReason {
@@ -40,6 +42,7 @@ impl fmt::Display for SkipReason {
             Self::Clipped => "the stretch contains clipped samples",
             Self::Noise => "the noise in the stretch hides the motion",
             Self::Transient => "the motion is a transient, so averages over time are meaningless",
+            Self::Silent => "all samples are equal",
         })
     }
 }

@@ -25,12 +25,50 @@ fn sample(k: u32) -> f64 {
     (0.3 * f64::from(k)).sin()
 }
 
-/// Integers of 8, 16 and 24 bits, and floats; one and two channels.
+/// Integers of 8, 16 and 24 bits, and floats; one and two channels; mu-law and ADPCM of the IMA.
 pub fn wav(_: &Desk) -> Vec<Vec<u8>> {
     let forms = [(1, 8), (2, 16), (1, 24), (2, 32)];
-    forms
+    let mut files = forms
         .map(|(channels, bits)| one_wav(channels, bits))
-        .to_vec()
+        .to_vec();
+    for (tag, frame, bits, extra) in [(7, 1, 8, &[0, 0][..]), (17, 36, 4, &[2, 0, 65, 0])] {
+        let mut bytes = b"RIFF\0\0\0\0WAVEfmt ".to_vec();
+        bytes.extend((16 + extra.len() as u32).to_le_bytes());
+        bytes.extend([
+            tag, 0, 1, 0, 0x40, 0x1F, 0, 0, 0, 0, 0, 0, frame, 0, bits, 0,
+        ]);
+        bytes.extend(extra);
+        bytes.extend(b"data\x68\x01\0\0");
+        // Blocks of ADPCM begin with a sample and an index below 89.
+        bytes.extend((0..360).map(|k: u32| if k % 36 < 4 { 0 } else { (37 * k) as u8 }));
+        files.push(bytes);
+    }
+    files
+}
+
+/// Universal files with a time history as text and in binary.
+pub fn universal(_: &Desk) -> Vec<Vec<u8>> {
+    let head = |kind: &str| {
+        let form = format!(
+            "{:10}{SAMPLES:10}{:10}{:13.5E}{:13.5E}{:13.5E}",
+            2, 1, 0.0, 1e-3, 0.0
+        );
+        let axes =
+            "        17    0    0    0                 Time                    s\n".repeat(4);
+        format!(
+            "    -1\n{kind}\nrig\nNONE\nNONE\nNONE\nNONE\n    1         0    0         0       NONE         1   3\n{form}\n{axes}"
+        )
+    };
+    let mut text = head("    58");
+    for k in 0..SAMPLES {
+        writeln!(text, "{:13.5E}", sample(k)).expect("a string");
+    }
+    text += "    -1\n";
+    let mut binary =
+        head(&format!("    58b{:6}{:6}{:12}{:12}", 1, 2, 11, 4 * SAMPLES)).into_bytes();
+    binary.extend((0..SAMPLES).flat_map(|k| (sample(k) as f32).to_le_bytes()));
+    binary.extend(b"\n    -1\n");
+    vec![text.into_bytes(), binary]
 }
 
 fn one_wav(channels: u16, bits_per_sample: u16) -> Vec<u8> {
@@ -126,7 +164,8 @@ macro_rules! stored {
 stored! {
     flac: "tone.flac";
     mp3: "tone.mp3";
-    ogg: "tone.ogg";
+    ogg: "tone.ogg", "tone.opus";
+    mp4: "tone.m4a";
     aiff: "tone.aiff";
     matlab: "plain.mat", "compressed.mat";
 }
@@ -136,6 +175,8 @@ pub fn oscilloscopes(_: &Desk) -> Vec<Vec<u8>> {
     let heads = [
         "x-axis,1,2\nsecond,Volt,Volt\n",
         "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-6e-04,1e-03\n",
+        "CH1V,CH2V,CH3V,t0 = -6e-04, tInc = 1e-03,\n",
+        "Rig 3\nsep;12\nTime,a,b\ns,m/s,Pa\n",
         "Model,MDO3024\n\nSample Interval,1e-03,\nVertical Units,V,\nLabel,,\nTIME,CH1,CH2\n",
         "LECROYWS424,52341,Waveform\nSegments,1,SegmentSize,200\nTime,Ampl,More\n",
         "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nY_Unit_Label\tVolts\n\

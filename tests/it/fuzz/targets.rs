@@ -49,6 +49,8 @@ pub const TARGETS: &[Target] = &[
     Target { name: "FLAC", extension: "flac", kind: Kind::Binary, usual: 400, corpus: corpus::flac, read: signal },
     Target { name: "MP3", extension: "mp3", kind: Kind::Binary, usual: 400, corpus: corpus::mp3, read: signal },
     Target { name: "Ogg", extension: "ogg", kind: Kind::Ogg, usual: 400, corpus: corpus::ogg, read: signal },
+    Target { name: "MP4", extension: "m4a", kind: Kind::Binary, usual: 400, corpus: corpus::mp4, read: signal },
+    Target { name: "universal", extension: "uff", kind: Kind::Text, usual: 800, corpus: corpus::universal, read: signal },
     Target { name: "AIFF", extension: "aiff", kind: Kind::Binary, usual: 400, corpus: corpus::aiff, read: signal },
     Target { name: "MATLAB", extension: "mat", kind: Kind::Binary, usual: 800, corpus: corpus::matlab, read: signal },
     Target { name: "npy", extension: "npy", kind: Kind::Binary, usual: 1500, corpus: corpus::npy, read: bare_signal },

@@ -1,0 +1,297 @@
+//! Sound: WAV, AIFF, FLAC, MP3, AAC in MP4 (.m4a), Ogg Vorbis and Opus.
+//!
+//! Decoded by the library symphonia, Opus by opus-decoder. A file is decoded twice: once to count its samples, which not
+//! all formats state, and once more for those that are selected.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use opus_decoder::OpusDecoder;
+use symphonia::core::codecs::audio::well_known::CODEC_ID_OPUS;
+use symphonia::core::codecs::audio::{AudioCodecParameters, AudioDecoder, AudioDecoderOptions};
+use symphonia::core::errors::Error;
+use symphonia::core::formats::probe::Hint;
+use symphonia::core::formats::{FormatOptions, TrackType};
+use symphonia::core::io::MediaSourceStream;
+use symphonia::core::meta::MetadataOptions;
+use symphonia::core::packet::Packet;
+
+use super::Problem;
+use super::clock::Timing;
+use super::table::{ColumnHeader, Source};
+use super::wav::Wav;
+use crate::foreign::{open_file, without_panic};
+
+const FORMAT: &str = "sound";
+
+/// A file whose samples have been counted.
+pub(super) struct Sound {
+    path: PathBuf,
+    is_wav: bool,
+    stem: String,
+    rate: u32,
+    channels: usize,
+    /// Number of channels whose samples alternate in the decoded one; 1 if the decoded channels are those of the file.
+    interleaved: usize,
+    /// Number of samples per channel.
+    frames: usize,
+    /// What is wrong with the file; the samples before the damage count.
+    damage: Option<String>,
+}
+
+impl Sound {
+    pub fn open(path: &Path, is_wav: bool, stem: &str) -> Result<Self, Problem> {
+        let (mut form, mut count) = (None, 0);
+        let header = decode(path, is_wav, &mut |rate, planes| {
+            if *form.get_or_insert((rate, planes.len())) != (rate, planes.len()) {
+                let what = "sound whose rate or number of channels changes";
+                return Err(Problem::unsupported(what, "save it as WAV"));
+            }
+            count += planes.first().map_or(0, Vec::len);
+            Ok(true)
+        })?;
+        let frames = count / header.interleaved;
+        let Some((rate, decoded)) = form.filter(|_| frames > 0) else {
+            return Err(Problem::no_samples("a header"));
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            is_wav,
+            stem: stem.to_owned(),
+            rate,
+            channels: decoded * header.interleaved,
+            interleaved: header.interleaved,
+            frames,
+            damage: header.damage,
+        })
+    }
+}
+
+impl Source for Sound {
+    fn headings(&self) -> Vec<ColumnHeader> {
+        let name = |channel: usize| match (self.channels, channel) {
+            (1, _) => self.stem.clone(),
+            (2, 0) => "left".to_owned(),
+            (2, _) => "right".to_owned(),
+            _ => channel.to_string(),
+        };
+        (0..self.channels)
+            .map(|channel| ColumnHeader::with_unit(name(channel), "FS", self.frames))
+            .collect()
+    }
+
+    fn timing(&self) -> Timing {
+        Timing::Rate(f64::from(self.rate))
+    }
+
+    fn damage(&self) -> Option<&str> {
+        self.damage.as_deref()
+    }
+
+    fn samples(
+        &mut self,
+        column: usize,
+        range: Range<usize>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Problem> {
+        let step = self.interleaved;
+        let (plane, offset) = if step == 1 { (column, 0) } else { (0, column) };
+        let end = range.end * step;
+        let mut first = 0;
+        decode(&self.path, self.is_wav, &mut |_, planes| {
+            let block = &planes[plane];
+            let from = (range.start * step).saturating_sub(first).min(block.len());
+            for (place, sample) in (first + from..end).zip(&block[from..]) {
+                if place % step == offset {
+                    each(*sample);
+                }
+            }
+            first += block.len();
+            Ok(first < end)
+        })?;
+        if first < end {
+            return Err(Problem::changed());
+        }
+        Ok(())
+    }
+}
+
+/// Takes the sample rate (Hz) and a block of samples by channel; returns whether more are needed.
+type TakeBlock<'a> = &'a mut dyn FnMut(u32, &[Vec<f64>]) -> Result<bool, Problem>;
+
+/// Properties of a file that its samples do not have.
+struct Header {
+    interleaved: usize,
+    damage: Option<String>,
+}
+
+/// Decodes a file block by block, until no more are needed or it is damaged.
+fn decode(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Header, Problem> {
+    without_panic(|| decode_blocks(path, is_wav, each))
+        .unwrap_or_else(|| Err(Problem::damaged(FORMAT, "it cannot be decoded")))
+}
+
+fn decode_blocks(path: &Path, is_wav: bool, each: TakeBlock<'_>) -> Result<Header, Problem> {
+    let file = open_file(path)?.0;
+    let mut header = Header {
+        interleaved: 1,
+        damage: None,
+    };
+    // Number of samples that are still to be decoded, if the end of the file does not tell.
+    let mut left = None;
+    let mut stated_rate = None;
+    let content = if is_wav {
+        let wav = Wav::open(file)?;
+        left = wav.count;
+        stated_rate = Some(wav.rate);
+        header = Header {
+            interleaved: wav.interleaved,
+            damage: wav.damage,
+        };
+        wav.content
+    } else {
+        Box::new(file)
+    };
+    let content = MediaSourceStream::new(content, Default::default());
+    let mut file = symphonia::default::get_probe()
+        .probe(
+            &Hint::new(),
+            content,
+            FormatOptions::default(),
+            MetadataOptions::default(),
+        )
+        .map_err(problem)?;
+    let track = file.default_track(TrackType::Audio);
+    let track = track.ok_or_else(|| Problem::no_samples("a header"))?;
+    let id = track.id;
+    let coding = track.codec_params.as_ref().and_then(|p| p.audio());
+    let coding = coding.ok_or_else(|| Problem::no_samples("a header"))?;
+    let mut decoder = Decoder::new(coding, track.delay)?;
+    let mut planes = Vec::new();
+    let mut has_begun = false;
+    loop {
+        let block = file
+            .next_packet()
+            .map_err(problem)
+            .and_then(|packet| match packet {
+                Some(packet) if packet.track_id == id => {
+                    decoder.decode(&packet, &mut planes).map(Some)
+                }
+                packet => Ok(packet.map(|_| 0)),
+            });
+        match block {
+            Ok(None) => return Ok(header),
+            Ok(Some(0)) => {}
+            Ok(Some(rate)) => {
+                has_begun = true;
+                if let (Some(left), [plane]) = (&mut left, &mut planes[..]) {
+                    plane.truncate(usize::try_from(*left).unwrap_or(usize::MAX));
+                    *left -= plane.len() as u64;
+                }
+                if !each(stated_rate.unwrap_or(rate), &planes)? || left == Some(0) {
+                    return Ok(header);
+                }
+            }
+            Err(Problem::Content(damage)) if has_begun => {
+                header.damage = Some(damage);
+                return Ok(header);
+            }
+            Err(problem) => return Err(problem),
+        }
+    }
+}
+
+/// A decoder of packets.
+enum Decoder {
+    Known(Box<dyn AudioDecoder>),
+    Opus {
+        decoder: Box<OpusDecoder>,
+        channels: usize,
+        /// Number of samples that are still to be left out at the start.
+        delay: usize,
+        /// Output gain that the header demands.
+        gain: f64,
+    },
+}
+
+impl Decoder {
+    fn new(coding: &AudioCodecParameters, delay: Option<u32>) -> Result<Self, Problem> {
+        if coding.codec != CODEC_ID_OPUS {
+            let options = AudioDecoderOptions::default();
+            let decoder = symphonia::default::get_codecs().make_audio_decoder(coding, &options);
+            return Ok(Self::Known(decoder.map_err(problem)?));
+        }
+        let channels = coding
+            .channels
+            .as_ref()
+            .map_or(1, |channels| channels.count());
+        let decoder = OpusDecoder::new(OPUS_RATE, channels).map_err(|_| {
+            let what = format!("Opus with {channels} channels");
+            Problem::unsupported(what, "convert it: ffmpeg -i FILE.opus FILE.wav")
+        })?;
+        // In 1/256 dB, behind the version, the channels, the delay and the rate.
+        let gain = coding
+            .extra_data
+            .as_deref()
+            .and_then(|head| head.get(16..18));
+        let gain = gain.map_or(0, |gain| i16::from_le_bytes([gain[0], gain[1]]));
+        Ok(Self::Opus {
+            decoder: Box::new(decoder),
+            channels,
+            delay: delay.unwrap_or(0) as usize,
+            gain: 10_f64.powf(f64::from(gain) / (256.0 * 20.0)),
+        })
+    }
+
+    /// Decodes a packet; returns the sample rate, Hz.
+    fn decode(&mut self, packet: &Packet, planes: &mut Vec<Vec<f64>>) -> Result<u32, Problem> {
+        match self {
+            Self::Known(decoder) => {
+                let block = decoder.decode(packet).map_err(problem)?;
+                block.copy_to_vecs_planar(planes);
+                Ok(block.spec().rate())
+            }
+            Self::Opus {
+                decoder,
+                channels,
+                delay,
+                gain,
+            } => {
+                let mut block = vec![0.0; *channels * decoder.max_frame_size_per_channel()];
+                let count = decoder.decode_float(&packet.data, &mut block, false);
+                let count = count.map_err(|error| Problem::damaged(FORMAT, error))?;
+                let end = count.saturating_sub(packet.trim_end.get() as usize);
+                let start = end.min(*delay);
+                *delay -= start;
+                planes.resize(*channels, Vec::new());
+                for (channel, plane) in planes.iter_mut().enumerate() {
+                    let samples = block.iter().skip(channel).step_by(*channels);
+                    let samples = samples.take(end).skip(start);
+                    plane.clear();
+                    plane.extend(samples.map(|x| *gain * f64::from(*x)));
+                }
+                Ok(OPUS_RATE)
+            }
+        }
+    }
+}
+
+/// Rate at which Opus is decoded, Hz.
+const OPUS_RATE: u32 = 48_000;
+
+/// An error of the library.
+fn problem(error: Error) -> Problem {
+    match error {
+        Error::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Problem::Unreadable(error)
+        }
+        Error::Unsupported(what) => {
+            let what = format!("this kind of sound ({what})");
+            Problem::unsupported(
+                what,
+                "save it as WAV or FLAC, for example with ffmpeg -i FILE FILE.wav",
+            )
+        }
+        error => Problem::damaged(FORMAT, error),
+    }
+}

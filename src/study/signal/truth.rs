@@ -1,0 +1,177 @@
+//! Labels of what sounds in a recording, by ear, and how many of them the search for events finds.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::analysis::{Span, TonalEvent};
+
+/// Least common part of an event and a label, of the longer one.
+const COMMON: f64 = 0.3;
+
+/// Relative deviation of the frequency of an event from the range of a label.
+const FREQUENCY: f64 = 0.01;
+
+/// A label of Audacity: an interval, perhaps with a range of frequencies.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Label {
+    /// Where the label lies, s.
+    #[serde(flatten)]
+    pub span: Span,
+    /// Range of frequencies, Hz; `None` without a spectral selection.
+    pub range_hz: Option<[f64; 2]>,
+    /// Text of the label.
+    pub text: String,
+}
+
+/// A line of a label file that is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "line {0} is no label of Audacity: start, end and text, separated by tabs; export the labels again"
+)]
+pub struct LabelError(pub usize);
+
+/// Events compared with labels: an event is found if it has a label of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Score {
+    /// Number of labels with an event.
+    pub found: usize,
+    /// Numbers of the events without a label, from 1.
+    #[serde(rename = "false")]
+    pub false_events: Vec<usize>,
+    /// Labels without an event.
+    pub missed: Vec<Label>,
+}
+
+impl Label {
+    /// Reads the labels of a file: a line with start, end and text, separated by tabs, and a line with `\` and the range
+    /// of frequencies for a spectral selection.
+    ///
+    /// # Errors
+    /// [`LabelError`] with the number of the line.
+    pub fn parse(text: &str) -> Result<Vec<Self>, LabelError> {
+        let mut labels: Vec<Self> = Vec::new();
+        for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+            let fields: Vec<&str> = line.split('\t').map(str::trim).collect();
+            let value = |k: usize| fields.get(k)?.replace(',', ".").parse::<f64>().ok();
+            let pair = |k| value(k).zip(value(k + 1)).filter(|(low, high)| low <= high);
+            if let ["\\", ..] = fields[..]
+                && let (Some(label), Some((low, high))) = (labels.last_mut(), pair(1))
+            {
+                // A range that is open has a negative end.
+                label.range_hz = (low > 0.0).then_some([low, high]);
+            } else if let Some((start_s, end_s)) = pair(0) {
+                labels.push(Self {
+                    span: Span { start_s, end_s },
+                    range_hz: None,
+                    text: fields[2..].join(" "),
+                });
+            } else if !line.trim().is_empty() {
+                return Err(LabelError(number));
+            }
+        }
+        Ok(labels)
+    }
+
+    /// Common part of an event with this label, of the longer one; `None` if the event does not fit.
+    fn fit(&self, event: &TonalEvent) -> Option<f64> {
+        let [a, b] = [self.span, event.span()];
+        let common = a.end_s.min(b.end_s) - a.start_s.max(b.start_s);
+        let longer = a.length_s().max(b.length_s()).max(f64::MIN_POSITIVE);
+        let sounds = self.range_hz.is_none_or(|[low, high]| {
+            let range = low * (1.0 - FREQUENCY)..=high * (1.0 + FREQUENCY);
+            range.contains(&event.frequency_hz)
+        });
+        Some(common / longer).filter(|share| sounds && *share >= COMMON)
+    }
+}
+
+impl Score {
+    /// Compares events with labels. Each label takes the event with the largest common part of those that are left.
+    pub fn of(events: &[TonalEvent], labels: &[Label]) -> Self {
+        let mut left: Vec<usize> = (0..events.len()).collect();
+        let mut score = Self::default();
+        for label in labels {
+            let fits = left.iter().enumerate();
+            let fits = fits.filter_map(|(place, &event)| Some((place, label.fit(&events[event])?)));
+            if let Some((place, _)) = fits.max_by(|a, b| a.1.total_cmp(&b.1)) {
+                left.remove(place);
+                score.found += 1;
+            } else {
+                score.missed.push(label.clone());
+            }
+        }
+        score.false_events = left.into_iter().map(|event| event + 1).collect();
+        score
+    }
+}
+
+impl std::ops::AddAssign for Score {
+    fn add_assign(&mut self, mut other: Self) {
+        self.found += other.found;
+        self.false_events.append(&mut other.false_events);
+        self.missed.append(&mut other.missed);
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [missed, surplus] = [self.missed.len(), self.false_events.len()];
+        let labels = self.found + missed;
+        write!(
+            out,
+            "{} of {labels} labels found, {missed} missed; {surplus} false events",
+            self.found
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(start_s: f64, end_s: f64, frequency_hz: f64) -> TonalEvent {
+        TonalEvent {
+            start_s,
+            end_s,
+            frequency_hz,
+            frequency_low_hz: frequency_hz,
+            frequency_high_hz: frequency_hz,
+            harmonics: 1,
+            level_db: -20.0,
+            snr_db: 20.0,
+            modulation: None,
+            vibrato: None,
+            ridge: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn events_with_a_label_of_their_own_are_found() {
+        let text =
+            "0,5\t1,5\tsqueak\r\n\\\t1400\t1600\n2.0\t3.0\n\\\t-1\t-1\n\n5\t6\tchirp of a bird\n";
+        let labels = Label::parse(text).expect("labels");
+        assert_eq!(labels[0].range_hz, Some([1400.0, 1600.0]));
+        assert_eq!((&*labels[1].text, labels[1].range_hz), ("", None));
+        let events = [
+            event(0.6, 1.4, 1390.0),
+            // Another frequency, a second one for the same label, and too short a common part.
+            event(0.6, 1.4, 2000.0),
+            event(2.1, 2.6, 500.0),
+            event(2.0, 3.0, 500.0),
+            event(5.9, 7.0, 800.0),
+        ];
+        let score = Score::of(&events, &labels);
+        assert_eq!((score.found, &score.false_events[..]), (2, &[2, 3, 5][..]));
+        assert_eq!(score.missed, labels[2..]);
+        assert_eq!(
+            score.to_string(),
+            "2 of 3 labels found, 1 missed; 3 false events"
+        );
+        for text in ["start\tend\tlabel", "3\t2\tback", "0\t1\n\\\t300"] {
+            let line = text.lines().count();
+            assert_eq!(Label::parse(text), Err(LabelError(line)), "{text}");
+        }
+    }
+}
