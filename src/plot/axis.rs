@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::text::power_of_ten;
 use crate::analysis::range;
 
 /// An axis of a panel.
@@ -169,7 +170,7 @@ impl Axis {
         let powers = ticks.iter().all(|tick| is_power_of_ten(*tick));
         let largest = self.range[0].abs().max(self.range[1].abs());
         let label = |tick: &f64| match self.scale {
-            Scale::Logarithmic if powers && !plain => power_of_ten(*tick),
+            Scale::Logarithmic if powers && !plain => power_of_ten(&format!("{:.0}", tick.log10())),
             Scale::Logarithmic if *tick < 1e-2 || *tick >= 1e6 => scientific(*tick),
             Scale::Logarithmic => trimmed(*tick, 3),
             _ if *tick != 0.0 && !(1e-3..1e5).contains(&largest) => scientific(*tick),
@@ -255,19 +256,6 @@ fn scientific(value: f64) -> String {
 fn is_power_of_ten(value: f64) -> bool {
     let exponent = value.log10();
     (exponent - exponent.round()).abs() < 1e-9
-}
-
-/// A power of ten as text, such as `10⁻³`.
-fn power_of_ten(value: f64) -> String {
-    let exponent = format!("{:.0}", value.log10());
-    let raised = exponent.chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    });
-    format!("10{}", raised.collect::<String>())
 }
 
 /// Smallest and largest of the finite values; `[0, 1]` if there is none.

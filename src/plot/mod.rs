@@ -59,6 +59,7 @@ pub use signal::{SIGNAL_FIGURES, signal_figures};
 #[cfg(feature = "figure")]
 pub use style::{FigureOptions, Format, Size, SizeError, Style};
 pub use sweep::{exponent_axis_values, maxima, start_label, sweep_figures};
+pub use text::shown;
 pub use unit::Unit;
 
 #[cfg(feature = "figure")]

@@ -54,16 +54,74 @@ pub fn wrap(text: &str, max_width: f64, size: f64, bold: bool) -> Vec<String> {
     lines
 }
 
-/// A text as it is shown: control characters escaped, and a minus sign for a hyphen before a number.
+/// A text as it is shown: control characters escaped, a minus sign for a hyphen before a number or a frequency, and `2.5e-4` as
+/// `2.5 × 10⁻⁴`.
 pub fn shown(text: &str) -> String {
     let text = crate::escape::lines(text);
-    let sign = |(at, c): (usize, char)| {
-        let is_sign = c == '-'
-            && !text[..at].ends_with(char::is_alphanumeric)
-            && text[at + 1..].starts_with(|next: char| next.is_ascii_digit());
-        if is_sign { '−' } else { c }
-    };
-    text.char_indices().map(sign).collect()
+    let mut shown = String::with_capacity(text.len());
+    let mut left = &*text;
+    while let Some(c) = left.chars().next() {
+        left = &left[c.len_utf8()..];
+        let is_in_word = shown.ends_with(char::is_alphanumeric);
+        if c == 'e'
+            && let Some(power) = exponent(left)
+            && let Some(before) = number_before(&shown)
+        {
+            match &shown[before..] {
+                "1" => shown.truncate(before),
+                _ => shown += " × ",
+            }
+            shown += &power_of_ten(power);
+            left = &left[power.len()..];
+        } else if c == '-'
+            && (starts_with_digit(left) && !is_in_word || is_difference(&shown, left))
+        {
+            shown.push('−');
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// Whether a number follows, as after a sign.
+fn starts_with_digit(after: &str) -> bool {
+    after.starts_with(|next: char| next.is_ascii_digit())
+}
+
+/// Whether a text ends and the next one begins as at the minus of `2 f1 - f2`.
+fn is_difference(before: &str, after: &str) -> bool {
+    let next = after.strip_prefix(' ').unwrap_or_default();
+    before.ends_with(' ')
+        && (starts_with_digit(next)
+            || starts_with_digit(next.strip_prefix('f').unwrap_or_default()))
+}
+
+/// The exponent with which a text starts, unless it belongs to a word.
+fn exponent(text: &str) -> Option<&str> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let after = digits.trim_start_matches(|c: char| c.is_ascii_digit());
+    let is_number = after.len() < digits.len() && !after.starts_with(char::is_alphanumeric);
+    is_number.then(|| &text[..text.len() - after.len()])
+}
+
+/// Start of the number with which a text ends.
+fn number_before(text: &str) -> Option<usize> {
+    let before = text.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let is_number = text.ends_with(|c: char| c.is_ascii_digit());
+    (is_number && !before.ends_with(char::is_alphanumeric)).then_some(before.len())
+}
+
+/// A power of ten with its exponent raised: `10⁻³`.
+pub fn power_of_ten(exponent: &str) -> String {
+    let raised = exponent.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    format!("10{}", raised.collect::<String>())
 }
 
 /// Escapes a text as the content of an XML element or attribute. Control characters are not allowed in XML.
@@ -101,6 +159,9 @@ mod tests {
     #[test]
     fn numbers_have_a_minus_sign() {
         assert_eq!(shown("torus-3deg: -2.1 (-3)"), "torus-3deg: −2.1 (−3)");
+        assert_eq!(shown("(-2.5e-4, 1e12)"), "(−2.5 × 10⁻⁴, 10¹²)");
+        assert_eq!(shown("2 f1 - f2 - 3 f1"), "2 f1 − f2 − 3 f1");
+        assert_eq!(shown("f1e3, 2e3d, a - f"), "f1e3, 2e3d, a - f");
     }
 
     #[test]

@@ -22,6 +22,9 @@ use crate::{
 
 /// Size of the plot of the spectrum, pixels.
 const FIELD: [f32; 2] = [400.0, 260.0];
+/// Averaging time relative to the duration of the run below which the running values are not drawn: their errors would set
+/// the scale.
+const SHORT: f64 = 0.1;
 /// Smallest full scale of the spectrum, 1/s.
 const SMALLEST: f64 = 1.0;
 
@@ -61,7 +64,9 @@ impl ExponentsPlot {
             self.named = true;
             name_exponents(rec, &Root::of_run(), spectrum.exponents.len())?;
         }
-        log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
+        if spectrum.time > SHORT * header.duration {
+            log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
+        }
         self.draw_spectrum(rec, time, spectrum)?;
         let words = text::document(document(header, exponents));
         stream::log_at(rec, paths::EXPONENTS_TEXT, time, &words)

@@ -10,13 +10,23 @@ use super::{
     style::{self, Quantity},
 };
 use crate::pipeline::message::{Header, JointInfo, SignalInfo, Subject, Summary};
+use crate::plot::shown;
 use crate::scene::Scene;
 use crate::{VERSION, escape};
 
-/// A Markdown document for the viewer. Names are escaped when they are inserted. This function escapes
-/// control characters, and images, because a viewer would fetch them from any address.
+/// A Markdown document for the viewer, its numbers outside of code as figures show them. Names are escaped when they are
+/// inserted. This function escapes control characters, and images, because a viewer would fetch them from any address.
 pub fn document(markdown: impl AsRef<str>) -> TextDocument {
-    TextDocument::from_markdown(escape::lines(markdown.as_ref()).replace("![", "!\\["))
+    let parts = markdown.as_ref().split('`').enumerate();
+    let parts = parts.map(|(k, part)| {
+        if k.is_multiple_of(2) {
+            shown(part)
+        } else {
+            escape::lines(part).into_owned()
+        }
+    });
+    let text = parts.collect::<Vec<_>>().join("`");
+    TextDocument::from_markdown(text.replace("![", "!\\["))
 }
 
 /// Markdown with its tables of two columns as lists: a list wraps in a narrow view, and a table is clipped.
