@@ -9,11 +9,11 @@ use super::page::opened;
 const PAGE: [u32; 2] = [1280, 720];
 const CLIP: [u32; 2] = [960, 540];
 /// Pictures of the clip.
-const PICTURES: usize = 40;
+const PICTURES: usize = 20;
 /// Rise of the tilt between two pictures, degrees.
-const RISE: f64 = 0.07;
+const RISE: f64 = 0.14;
 /// Largest size of the file, bytes.
-const LARGEST: usize = 2 << 20;
+const LARGEST: usize = 1_000_000;
 
 /// A chunk of a RIFF file.
 fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::Live;
 use super::browser::{Browser, Tab};
+use super::contradictions::contradictions;
 use super::page::{PANEL, opened};
 
 /// Pages with their sizes, pixels. The first one is the lecturer's.
@@ -20,22 +21,13 @@ const PAGES: [(&str, [u32; 2]); 3] = [
 /// Length of the lecture.
 const LECTURE: Duration = Duration::from_secs(20 * 60);
 
-/// Statements of a page that contradict each other, in words.
-const CONTRADICTIONS: &str = r"(() => {
-    const { panel } = squeakscope.state;
-    const text = (id) => document.getElementById(id)?.textContent ?? '';
-    const heading = /^## (.*)/.exec(panel.narration)?.[1] ?? '';
-    const found = [];
-    const clash = { periodic: /broadband|two base/i, 'quasi-periodic': /broadband|pure tone|one tone/i, chaotic: /pure tone|one tone/i }[panel.regime];
-    if (panel.confidence !== null && clash?.test(heading)) found.push(`panel: ${panel.regime}; commentary: ${heading}`);
-    const other = /now classified as ([a-z-]+)/.exec(panel.lesson)?.[1];
-    if (other && panel.confidence !== null && panel.regime !== other) found.push(`panel: ${panel.regime}; lesson: ${other}`);
-    if (panel.departure) found.push(panel.departure);
-    if (panel.regime === 'at rest' && panel.lines.length) found.push('lines of a joint at rest');
-    for (const box of document.querySelectorAll('header, #tour-say, #words, .control'))
-        if (box.scrollWidth > box.clientWidth + 1 && getComputedStyle(box).overflowX === 'visible') found.push(`clipped: ${box.id || box.className}`);
-    if (document.documentElement.scrollWidth > innerWidth + 1) found.push('the page is wider than the screen');
-    return found;
+/// The panel of a page, and texts that do not fit.
+const PAGE: &str = r"(() => {
+    const clipped = [...document.querySelectorAll('header, #tour-say, #words, .control')]
+        .filter((box) => box.scrollWidth > box.clientWidth + 1 && getComputedStyle(box).overflowX === 'visible')
+        .map((box) => `clipped: ${box.id || box.className}`);
+    if (document.documentElement.scrollWidth > innerWidth + 1) clipped.push('the page is wider than the screen');
+    return { panel: squeakscope.state.panel, clipped };
 })()";
 
 /// The pages of the hall.
@@ -44,16 +36,22 @@ struct Hall {
     tabs: Vec<Tab>,
     folder: Option<PathBuf>,
     shown: usize,
+    /// Number of the run before the last command that starts another one.
+    run: u64,
+    /// Contradictions so far.
+    found: Vec<String>,
 }
 
 impl Hall {
-    /// Waits until the run reaches its promised motion, or for some seconds, checks every page and keeps its picture.
+    /// Waits until the run, a new one after a command that starts one, reaches its promised motion, or for some seconds.
+    /// Checks every page and keeps its picture.
     fn inspect(&mut self, name: &str, seconds: f64) {
         self.show(0);
         let lecturer = &self.tabs[0];
         let settled = format!(
-            "(window.waited ??= performance.now()) && ({PANEL}.time_s > 0.35 && {PANEL}.confidence !== null || \
+            "(window.waited ??= performance.now()) && ({PANEL}.run > {} && {PANEL}.time_s > 0.35 && {PANEL}.confidence !== null || \
              performance.now() - window.waited > {})",
+            self.run,
             1e3 * seconds
         );
         self.browser.run(lecturer, "delete window.waited");
@@ -61,18 +59,24 @@ impl Hall {
         self.shown += 1;
         for (k, (page, _)) in PAGES.iter().enumerate() {
             self.show(k);
-            let found = self.browser.run(&self.tabs[k], CONTRADICTIONS);
-            println!("{:3} {name}, {page}: {found}", self.shown);
-            assert_eq!(
-                found.as_array().map(Vec::len),
-                Some(0),
-                "{name}, {page}: {found}"
+            let state = self.browser.run(&self.tabs[k], PAGE);
+            let mut found = contradictions(&state["panel"]);
+            let clipped = state["clipped"].as_array().into_iter().flatten();
+            found.extend(clipped.map(ToString::to_string));
+            println!(
+                "{:3} {name}, {page}: {} {found:?}",
+                self.shown, state["panel"]["now"]
             );
             if let Some(folder) = &self.folder {
                 let picture = self.browser.screenshot(&self.tabs[k]);
                 let file = folder.join(format!("{:03}-{name}-{page}.png", self.shown));
                 std::fs::write(file, picture).expect("written");
             }
+            self.found.extend(
+                found
+                    .into_iter()
+                    .map(|found| format!("{:3} {name}, {page}: {found}", self.shown)),
+            );
         }
         assert_eq!(self.browser.errors, [""; 0], "{name}");
     }
@@ -92,6 +96,17 @@ impl Hall {
 
     fn lecturer(&mut self, script: &str) {
         self.browser.run(&self.tabs[0], script);
+    }
+
+    /// A script that starts another run.
+    fn start(&mut self, script: &str) {
+        self.run = self.number(&format!("{PANEL}.run"));
+        self.lecturer(script);
+    }
+
+    fn number(&mut self, what: &str) -> u64 {
+        let number = self.browser.run(&self.tabs[0], what);
+        number.as_u64().expect("a number")
     }
 }
 
@@ -113,43 +128,31 @@ fn a_whole_lecture_has_no_contradiction() {
         tabs,
         folder,
         shown: 0,
+        run: 0,
+        found: Vec::new(),
     };
     let began = Instant::now();
-    let number = |hall: &mut Hall, what: &str| {
-        hall.browser
-            .run(&hall.tabs[0], what)
-            .as_u64()
-            .expect("a number")
-    };
     while began.elapsed() < LECTURE {
-        let steps = number(
-            &mut hall,
-            "document.querySelectorAll('#tour-steps li').length",
-        );
+        let steps = hall.number("document.querySelectorAll('#tour-steps li').length");
         for step in 0..steps {
-            hall.lecturer(&format!("squeakscope.ask({{ do: 'tour', step: {step} }})"));
+            hall.start(&format!("squeakscope.ask({{ do: 'tour', step: {step} }})"));
             hall.inspect(&format!("step-{}", step + 1), 40.0);
         }
         hall.lecturer("squeakscope.ask({ do: 'tour', step: null })");
-        let bookmarks = number(
-            &mut hall,
-            "document.querySelectorAll('#bookmark-list button').length",
-        );
+        let bookmarks = hall.number("document.querySelectorAll('#bookmark-list button').length");
         for k in 0..bookmarks {
-            hall.lecturer(&format!(
+            hall.start(&format!(
                 "document.querySelectorAll('#bookmark-list button')[{k}].click()"
             ));
             hall.inspect(&format!("bookmark-{}", k + 1), 40.0);
         }
         // Every named slider of a joint and of small systems, slowly to its upper end and back.
         for scene in ["chaos-5deg", "negative-slope", "impact-oscillator"] {
-            hall.lecturer(&format!(
+            hall.start(&format!(
                 "squeakscope.ask({{ do: 'scene', name: '{scene}' }})"
             ));
             hall.inspect(scene, 30.0);
-            let sliders = number(
-                &mut hall,
-                "document.querySelectorAll('#slider-first input, #slider-others > .control input').length",
+            let sliders = hall.number("document.querySelectorAll('#slider-first input, #slider-others > .control input').length",
             );
             for k in 0..sliders {
                 for to in ["max", "min"] {
@@ -162,14 +165,15 @@ fn a_whole_lecture_has_no_contradiction() {
             }
         }
         // Two runs, sound, a hard kick.
-        hall.lecturer("squeakscope.ask({ do: 'scene', name: 'which-mode-wins' })");
+        hall.start("squeakscope.ask({ do: 'scene', name: 'which-mode-wins' })");
         hall.lecturer("document.getElementById('compare').click()");
         hall.inspect("a-and-b", 20.0);
-        hall.lecturer("document.getElementById('compare-same').click()");
+        hall.start("document.getElementById('compare-same').click()");
         hall.inspect("perturbed-copy", 20.0);
         hall.lecturer("document.getElementById('compare').click()");
         hall.lecturer("squeakscope.sound.toggle(); squeakscope.ask({ do: 'kick', mm_per_s: 30 })");
         hall.inspect("sound-and-kick", 20.0);
         hall.lecturer("squeakscope.sound.toggle()");
     }
+    assert_eq!(hall.found, [""; 0]);
 }

@@ -2,6 +2,7 @@
 
 mod browser;
 mod clip;
+mod contradictions;
 mod files;
 mod firefox;
 mod floods;
