@@ -11,6 +11,8 @@ const LETTER = 0.48;
 // Pictures after which the dot of the present motion moves, and the time from which its amplitude is read, s.
 const EVERY = 15;
 const RECENT = 5e-3;
+// Number of bifurcations up to which their names have space.
+const FEW = 4;
 
 // Half the range of the displacement, m.
 function amplitude({ displacement: u, dt }) {
@@ -232,6 +234,14 @@ export class Branches {
     const labels = new Labels(plot.left, plot.right, 2);
     // The upper row begins with the label of the axis.
     labels.block(0, 0, plot.left + 6 * em);
+    const isDense = bifurcations.length > FEW;
+    if (isDense) {
+      labels.block(0, plot.left, plot.right);
+      const kinds = [...new Set(bifurcations.map(({ kind }) => kind))].map((kind) => `${T.kindsShort[kind] ?? ""} ${T.kinds[kind] ?? kind}`);
+      c.textAlign = "right";
+      c.fillText(kinds.join(", "), plot.right, plot.top - 0.1 * em);
+      c.textAlign = "center";
+    }
     for (const { kind, tilt_deg } of bifurcations) {
       const at = plot.X(tilt_deg);
       c.setLineDash([2, 3]);
@@ -240,7 +250,7 @@ export class Branches {
       c.lineTo(at, plot.bottom);
       c.stroke();
       c.setLineDash([]);
-      const name = T.kinds[kind] ?? kind;
+      const name = (isDense ? T.kindsShort : T.kinds)[kind] ?? kind;
       const half = c.measureText(name).width / 2 + 0.3 * em;
       const place = labels.place(at, half, half + 3 * em);
       if (!place) continue;

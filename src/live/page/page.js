@@ -38,7 +38,7 @@ const run = new Run("", {
   },
   panel(status, before) {
     state.panel = status;
-    if (status.run !== before?.run) diagram.setRange(status.controls.find(({ key }) => key === TILT)?.range ?? null);
+    if (status.run !== before?.run) diagram.setRange(status.tilt_range);
     if (status.diagram !== before?.diagram) diagram.load(status.diagram);
     const note = status.diagram_note ?? status.diagram_condition;
     if (note !== diagram.note) diagram.setNote(note);

@@ -211,6 +211,15 @@ export const T = {
     "symmetry-breaking": "symmetry breaking",
     "zero-eigenvalue": "loss of balance",
   },
+  kindsShort: {
+    "neimark-sacker": "NS",
+    hopf: "H",
+    fold: "F",
+    "period-doubling": "PD",
+    "branch-point": "BP",
+    "symmetry-breaking": "SB",
+    "zero-eigenvalue": "LB",
+  },
 
   // Hearing.
   sound: "Sound",
