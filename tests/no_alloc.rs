@@ -202,6 +202,7 @@ fn event_location_does_not_allocate() {
         damping: 0.02,
         drive: 1.0,
         drive_omega: 2.8,
+        drive_phase: 0.0,
         wall: 0.0,
         restitution: 0.8,
     };
@@ -219,6 +220,7 @@ fn event_location_does_not_allocate() {
         damping: 0.05,
         drive: 0.8,
         drive_omega: 1.7,
+        drive_phase: 0.0,
         contact_stiffness: 9.0,
         contact_damping: 1.2,
     };

@@ -54,6 +54,8 @@ pub struct Panel {
     pub tilt_deg: Option<f64>,
     /// The numbers of the scene that can be changed: those that it names first.
     pub controls: Vec<Slider>,
+    /// Range of the slider of the tilt, degrees; `None` without one.
+    pub tilt_range: Option<[f64; 2]>,
     /// What the branch diagram does not hold for: numbers that commands have changed, besides the tilt; `None` while it holds.
     pub diagram_condition: Option<String>,
     /// Whether Lyapunov exponents and perturbed trajectory are computed; `None` if the scene requests
@@ -116,8 +118,8 @@ pub struct Slider {
     pub named: bool,
 }
 
-impl From<Control> for Slider {
-    fn from(control: Control) -> Self {
+impl From<&Control> for Slider {
+    fn from(control: &Control) -> Self {
         let parameter = control.parameter;
         Self {
             key: parameter.path(),
@@ -184,8 +186,8 @@ struct RecentSamples {
     contacts: VecDeque<ContactSample>,
     /// State at the last sample.
     state: Option<RunState>,
-    /// Ends of the last frames, s, and their tilts, degrees.
-    tilts: VecDeque<(f64, f64)>,
+    /// Ends of the last frames, s, with their tilts, degrees, and the peak velocities there, m/s.
+    frames: VecDeque<(f64, [f64; 2])>,
     /// Numbers of spectral lines, and of harmonics of the first tone among them.
     lines: (usize, usize),
     /// The last measurements for the lesson, and the last type of motion.
@@ -202,26 +204,23 @@ impl RecentSamples {
     /// degrees.
     const HOLD: f64 = 40e-3;
     const HELD: f64 = 0.15;
+    /// Relative range of the peak velocity over that time within which a vibration neither grows nor decays.
+    const STEADY: f64 = 0.01;
 
     fn push(&mut self, frame: &Frame) {
         let end = frame.end();
-        self.tilts.push_back((end, frame.tilt.to_degrees()));
-        while self
-            .tilts
-            .pop_front_if(|(t, _)| end - *t > Self::HOLD)
-            .is_some()
-        {}
         self.speeds.extend(frame.velocity.iter().map(|v| v.abs()));
         let length = (Self::SPAN / frame.dt).round() as usize;
         self.speeds
             .drain(..self.speeds.len().saturating_sub(length));
+        let now = [frame.tilt.to_degrees(), self.peak_velocity()];
+        self.frames.push_back((end, now));
+        self.frames.retain(|(t, _)| end - *t <= Self::HOLD);
         self.contacts.extend(&frame.contacts);
-        self.state = (1..=MAX_STATE)
-            .contains(&frame.state.len())
-            .then(|| RunState {
-                time_s: frame.end() - frame.dt,
-                values: frame.state.clone(),
-            });
+        self.state = frame
+            .state
+            .clone()
+            .filter(|state| state.values.len() <= MAX_STATE);
         // Half a sample of tolerance: times are rounded.
         let start = frame.end() - Self::SPAN - 0.5 * frame.dt;
         self.contacts.retain(|counts| counts.time >= start);
@@ -238,6 +237,21 @@ impl RecentSamples {
 
     fn is_silent(&self) -> bool {
         self.peak_velocity() < self.silence
+    }
+
+    /// Range of the tilt, or of the peak velocity, within the last frames.
+    fn recent_range(&self, which: usize) -> [f64; 2] {
+        range(self.frames.iter().map(|(_, now)| now[which]))
+    }
+
+    fn tilt_moves(&self) -> bool {
+        let [low, high] = self.recent_range(0);
+        high - low > Self::HELD
+    }
+
+    fn is_steady(&self) -> bool {
+        let [low, high] = self.recent_range(1);
+        self.frames.len() > 1 && high - low < Self::STEADY * high
     }
 
     /// Mean number of nodes that stick, slip or are separated.
@@ -284,6 +298,10 @@ impl StatusStore {
         }
         if lock(&self.recent).is_at_rest() && panel.time_s > 0.0 {
             (panel.regime, panel.confidence) = (Some("at rest".to_owned()), None);
+        }
+        if panel.regime.as_deref() == Some("transient") && lock(&self.recent).is_steady() {
+            // The growth or decay is in the window of the classification, but over.
+            (panel.regime, panel.confidence) = (None, None);
         }
         if lock(&self.recent).is_silent() {
             panel.lines.clear();
@@ -353,14 +371,15 @@ impl StatusStore {
         }
     }
 
-    /// Starts another run with numbers that commands can change.
-    pub fn begin_run(&self, controls: Vec<Control>, lyapunov: Option<bool>) {
+    /// Starts another run.
+    pub fn begin_run(&self, header: &Header, lyapunov: Option<bool>) {
         let mut panel = self.panel();
         *panel = Panel {
             run: panel.run + 1,
             recording: panel.recording.take(),
             recordings: std::mem::take(&mut panel.recordings),
-            controls: controls.into_iter().map(Slider::from).collect(),
+            controls: header.controls.iter().map(Slider::from).collect(),
+            tilt_range: header.tilt_slider(),
             lyapunov,
             ..Panel::default()
         };
@@ -441,8 +460,7 @@ impl StatusStore {
         }
         let mut recent = lock(&self.recent);
         recent.push(frame);
-        let [low, high] = range(recent.tilts.iter().map(|(_, deg)| *deg));
-        panel.tilt_moves = high - low > RecentSamples::HELD;
+        panel.tilt_moves = recent.tilt_moves();
         panel.peak_velocity_mm_per_s = 1e3 * recent.peak_velocity();
         panel.nodes = recent.nodes();
     }
@@ -538,187 +556,5 @@ impl Sink for StatusSink {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::pipeline::message::DisplayRates;
-    use crate::pipeline::{Analyser, controllable_source};
-    use crate::scene::Scene;
-
-    #[test]
-    fn the_last_events_are_kept_and_numbered() {
-        let store = Arc::new(StatusStore::default());
-        let mut sink = StatusSink(Arc::clone(&store));
-        for k in 0..20 {
-            let text = format!("event {k}");
-            sink.accept(Record::Event { time: 0.1, text }).unwrap();
-        }
-        let panel = store.read(None, 2);
-        assert_eq!(panel.events.len(), EVENTS);
-        assert_eq!(panel.events[EVENTS - 1].text, "event 19");
-        assert_eq!(panel.events[EVENTS - 1].number, 20);
-        assert_eq!(panel.watching, 2);
-    }
-
-    /// The panel after a run of a scene, in frames of the given playback speed (simulated seconds per second).
-    fn panel_at(scene: &str, speed: f64, duration_ms: f64) -> Panel {
-        follow(scene, speed, duration_ms, |_| {}).read(None, 0)
-    }
-
-    /// The same, with a function that is called after each frame.
-    fn follow(
-        scene: &str,
-        speed: f64,
-        duration_ms: f64,
-        mut after: impl FnMut(&StatusStore),
-    ) -> Arc<StatusStore> {
-        let scene = Scene::load(scene).unwrap();
-        let scene = scene.with_duration(duration_ms).unwrap();
-        let mut source = controllable_source(&scene).unwrap();
-        let header = source.header("");
-        let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
-        source.set_frame_length(samples, shown);
-        let store = Arc::new(StatusStore::default());
-        let mut sink = StatusSink(Arc::clone(&store));
-        let mut analyser = Analyser::new(source.analysis(), &header);
-        sink.accept(Record::Header(Arc::new(header))).unwrap();
-        while let Some(frame) = source.next_frame().unwrap() {
-            analyser.push(&Arc::new(frame), &mut sink).unwrap();
-            after(&store);
-        }
-        store
-    }
-
-    #[test]
-    fn the_numbers_do_not_depend_on_the_playback_speed() {
-        let slow = panel_at("stick-slip", 1e-3, 52.0);
-        let [stick, slip, separated] = slow.nodes.expect("nodes");
-        assert!(stick > 1.0 && slip > 1.0, "{stick} {slip} {separated}");
-        assert!(slow.regime.is_some() && !slow.lines.is_empty() && !slow.narration.is_empty());
-        for speed in [0.02, 0.25, 1.0] {
-            let mut panel = panel_at("stick-slip", speed, 52.0);
-            // The end of a frame is a sum of rounded numbers.
-            assert!((panel.time_s - slow.time_s).abs() < 1e-12);
-            panel.time_s = slow.time_s;
-            assert_eq!(panel, slow, "at {speed} s/s");
-        }
-    }
-
-    #[test]
-    fn the_present_motion_is_told_from_the_scene() {
-        let store = Arc::new(StatusStore::default());
-        let mut sink = StatusSink(Arc::clone(&store));
-        let mut header = crate::pipeline::synthetic_header();
-        header.title = "Torus".to_owned();
-        header.rest_speed = 1e-6;
-        sink.accept(Record::Header(Arc::new(header))).unwrap();
-        let frame = |t0, tilt: f64, velocity| Frame {
-            t0,
-            dt: 1e-5,
-            tilt,
-            velocity: vec![velocity; 1000],
-            displacement: vec![0.0; 1000],
-            ..Frame::default()
-        };
-        store.update_from_frame(&frame(0.0, 0.0, 1e-3));
-        assert_eq!(store.read(None, 0).now, "not yet classified");
-        store.panel().regime = Some("chaotic".to_owned());
-        store.panel().confidence = Some(0.9);
-        store.update_from_frame(&frame(0.01, 5f64.to_radians(), 1e-3));
-        let motion = |store: &StatusStore| store.read(None, 0).motion;
-        assert_eq!(motion(&store), "the tilt moves");
-        assert_eq!(store.bookmark().promise, None);
-        store.update_from_frame(&frame(0.06, 5f64.to_radians(), 1e-3));
-        let panel = store.read(None, 0);
-        let words = "chaotic, at a tilt of 5.00° instead of the scene's 0.00°";
-        assert_eq!((panel.title.as_str(), panel.now.as_str()), ("Torus", words));
-        assert_eq!(store.bookmark().promise.unwrap().motion, "chaotic");
-        store.update_from_frame(&frame(0.12, 0.0, 1e-7));
-        let panel = store.read(None, 0);
-        assert_eq!((panel.now.as_str(), panel.confidence), ("at rest", None));
-    }
-
-    /// Header, commentary, bookmark and lines never contradict each other, in a run that passes silence, tones, tori and chaos
-    /// and in one with a hysteresis.
-    #[test]
-    fn there_is_one_verdict() {
-        for (scene, duration_ms) in [
-            ("tilt-ramp", 280.0),
-            ("hysteresis", 400.0),
-            ("chaos-5deg", 150.0),
-        ] {
-            let mut verdicts = std::collections::HashSet::new();
-            follow(scene, 0.25, duration_ms, |store| {
-                let panel = store.read(None, 0);
-                let (motion, text) = (panel.motion.as_str(), panel.narration.as_str());
-                let never: &[&str] = match motion.split(':').next().unwrap_or_default() {
-                    "periodic" => &[
-                        "broadband floor",
-                        "wo base frequencies",
-                        "on a torus",
-                        "Silent",
-                    ],
-                    "quasi-periodic" => {
-                        &["broadband floor", "One fundamental", "one tone", "Silent"]
-                    }
-                    "chaotic" => &[
-                        "One fundamental",
-                        "one tone",
-                        "never exactly repeats",
-                        "Silent",
-                    ],
-                    "the tilt moves" => &[
-                        "One fundamental",
-                        "never exactly repeats",
-                        "broadband floor",
-                    ],
-                    _ => &[],
-                };
-                for words in never {
-                    assert!(!text.contains(words), "{scene}: {motion}, but {text}");
-                }
-                assert!(panel.now.starts_with(motion), "{}", panel.now);
-                let lesson = panel
-                    .lesson
-                    .lines()
-                    .find(|line| line.contains("by the last classification |"));
-                if let (Some(line), Some(regime)) = (lesson, &panel.regime) {
-                    assert!(
-                        line.contains(regime.split([' ', ':']).next().unwrap()),
-                        "{regime}, but {line}"
-                    );
-                }
-                verdicts.insert(motion.to_owned());
-            });
-            assert!(verdicts.len() > 1, "{scene}: {verdicts:?}");
-        }
-    }
-
-    #[test]
-    fn a_new_run_resets_the_numbers_but_keeps_the_events() {
-        let store = StatusStore::default();
-        let scene = Scene::load("periodic-2deg").unwrap();
-        store.begin_run(scene.live_controls(), Some(true));
-        store.log(0.0, "message");
-        store.set_recording(Some("a.rrd".to_owned()));
-        let frame = Frame {
-            dt: 1e-5,
-            velocity: vec![1e-3, -2e-3],
-            displacement: vec![0.0; 2],
-            ..Frame::default()
-        };
-        store.update_from_frame(&frame);
-        assert_eq!(store.read(None, 0).peak_velocity_mm_per_s, 2.0);
-        store.begin_run(Vec::new(), None);
-        let panel = store.read(None, 0);
-        assert_eq!(
-            (
-                panel.run,
-                panel.peak_velocity_mm_per_s,
-                panel.controls.len()
-            ),
-            (2, 0.0, 0)
-        );
-        assert_eq!(panel.recording.as_deref(), Some("a.rrd"));
-        assert_eq!(panel.events.len(), 1);
-    }
-}
+#[path = "panel_tests.rs"]
+mod tests;

@@ -23,7 +23,7 @@ use crate::pipeline::{
     SinkError, Source as _, Tee, controllable_source, drive,
 };
 use crate::record::{Output, RerunSink};
-use crate::scene::{PRESETS, Parameter, Scene};
+use crate::scene::{PRESETS, Scene};
 use crate::sound::{Source, WavSink};
 
 /// Options of a session.
@@ -162,19 +162,17 @@ impl Session {
                 (scene, current.speed, current.wav.take(), lyapunov)
             };
             let (run, handle) = InteractiveSource::new(controllable_source(&scene)?, speed);
-            let controls = run.header(&self.command).controls;
-            let tilts = controls.iter().find(|c| c.parameter == Parameter::tilt());
+            let header = run.header(&self.command);
             if self.computes_diagram {
-                let interval = tilts.map(|control| control.range);
+                let interval = header.tilt_slider();
                 self.diagrams.show(&scene, interval, &self.store);
             }
-            self.store.begin_run(controls, lyapunov);
+            self.store.begin_run(&header, lyapunov);
             self.store.log(0.0, format!("{} starts", scene.name));
             let mut sinks = self.display_sinks(&scene, &handle, viewer.as_mut())?;
             let (recording, store) = (Arc::clone(&self.recording), Arc::clone(&self.store));
             sinks.push(Box::new(Recorder::new(recording, store, scene.record)));
             if let Some(wav) = wav.clone() {
-                let header = run.header(&self.command);
                 let wav_sink = WavSink::new(wav, self.source, &header, 1.0);
                 sinks.push(Box::new(wav_sink.map_err(sink)?));
             }

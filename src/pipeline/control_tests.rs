@@ -127,3 +127,23 @@ fn a_refused_number_leaves_the_run_as_it_was() {
     assert!(source.set(load, -1.0).is_err());
     assert_eq!(next(&mut *source).velocity, next(&mut *plain).velocity);
 }
+
+#[test]
+fn a_drive_keeps_its_phase_when_its_frequency_changes() {
+    for (name, key) in [
+        ("impact-oscillator", "impact_oscillator.drive_frequency_hz"),
+        ("damped-contact", "damped_contact.drive_frequency_hz"),
+    ] {
+        let scene = Scene::load(name).unwrap();
+        let frequency = Parameter::named(key).unwrap();
+        let [mut plain, mut changed] = [interactive(&scene), interactive(&scene)];
+        for source in [&mut plain, &mut changed] {
+            // Two thirds of a radian of the new frequency earlier or later.
+            source.seek(10.0).unwrap();
+        }
+        let before = scene.value_of(frequency).unwrap();
+        changed.set(frequency, before + 0.01).unwrap();
+        let off = difference(&next(&mut *changed), &next(&mut *plain));
+        assert!(off > 0.0 && off < 1e-2, "{name}: {off:e}");
+    }
+}

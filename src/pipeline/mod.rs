@@ -22,6 +22,7 @@ mod perturbed;
 mod prepare;
 mod record_sender;
 mod run;
+mod scene_run;
 mod sensitivity;
 #[cfg(test)]
 mod sensitivity_tests;

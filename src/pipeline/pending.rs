@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Scene};
 
 /// A state of a run at a sample. A run of the same scene continues from it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -12,6 +12,9 @@ pub struct RunState {
     pub time_s: f64,
     /// Modal coordinates, modal velocities and states of friction, as the integrator has them.
     pub values: Vec<f64>,
+    /// Phase of the drive of a small system at the time 0, rad: a change of the drive frequency shifts it.
+    #[serde(default)]
+    pub drive_phase: f64,
 }
 
 /// A command to an interactive run.
@@ -63,6 +66,8 @@ pub struct PendingCommands {
     /// Size (sqrt(kg) m/s) and seed of each kick.
     pub(super) kicks: Vec<(f64, u64)>,
     pub(super) control: Control,
+    /// The scene of the run once it has refused a number.
+    pub(super) refusal: Option<Scene>,
 }
 
 /// Commands that apply immediately, even while the run is paused.
@@ -125,6 +130,7 @@ mod tests {
         assert_eq!(refused, 1_000_000 - MAX_KICKS_PER_FRAME as u64);
         let expected = PendingCommands {
             start: None,
+            refusal: None,
             values: vec![(Parameter::tilt(), 999_999.0)],
             kicks: (0..MAX_KICKS_PER_FRAME as u64)
                 .map(|k| (k as f64, k))

@@ -11,13 +11,15 @@ use super::message::{
     ModeInfo, NodeState, PatchGeometry, Subject,
 };
 use super::patch::ShownPatch;
+use super::pending::RunState;
 use super::prepare::{initial_state, joint_integrator, kick};
+use super::scene_run::SceneRun;
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
-use super::source::{ControllableSource, header, record_change};
+use super::source::ControllableSource;
 use super::{PipelineError, Source};
 use crate::dynamics::{DynamicsError, Integrator, System};
 use crate::joint::{BallJoint, Joint, Model};
-use crate::scene::{AnalysisSpec, Carry, Control, LoadedJoint, Loading, Parameter, Scene};
+use crate::scene::{AnalysisSpec, Carry, Loading, Parameter, Scene};
 
 /// Number of vertices of the body's outline, along the meridian and along the circumference.
 const OUTLINE: (usize, usize) = (44, 24);
@@ -25,7 +27,7 @@ const OUTLINE: (usize, usize) = (44, 24);
 /// A running simulation of a joint.
 #[derive(Debug)]
 pub struct Simulation {
-    scene: Scene,
+    run: SceneRun,
     /// The joint under the present load and rotation.
     ball: BallJoint,
     joint: Joint,
@@ -36,9 +38,6 @@ pub struct Simulation {
     computed: Option<Arc<MechanismPrediction>>,
     /// Tilt, load and rotation over time.
     clock: LoadingClock,
-    /// Index of the next sample, counted from the start of the run.
-    next_sample: u64,
-    frames: u64,
     /// Contact nodes that are separated at the previous sample and at the present one, one bit per node.
     separated: [Vec<u8>; 2],
     /// States of the shown nodes at the last instant at which they were counted; empty before the first one.
@@ -50,13 +49,6 @@ pub struct Simulation {
     unlocated_since: Option<f64>,
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
     sensitivity: SensitivityTracker,
-    busy_seconds: f64,
-    /// Numbers that commands can change in an interactive run; `None` if the run ends at the planned time.
-    controls: Option<Vec<Control>>,
-    /// Numbers that commands have changed.
-    changed: Arc<Vec<(Parameter, f64)>>,
-    /// Display rates of a live run.
-    shown: Option<DisplayRates>,
 }
 
 /// Reference values of the energy audit, J.
@@ -79,19 +71,6 @@ fn audited(scene: &Scene, model: &Model) -> Joint {
     match scene.record.energy_rate > 0.0 {
         true => joint.with_audit(),
         false => joint,
-    }
-}
-
-/// Range of tilts that a run reaches by commands and by its schedule, rad.
-fn tilt_range(controls: &[Control], tilted: &LoadedJoint) -> [f64; 2] {
-    let [low, high] = [tilted.tilt.min(), tilted.tilt.max()];
-    let mut controls = controls.iter();
-    match controls.find(|control| control.parameter == Parameter::tilt()) {
-        Some(control) => {
-            let [lowest, highest] = control.range.map(f64::to_radians);
-            [low.min(lowest), high.max(highest)]
-        }
-        None => [low, high],
     }
 }
 
@@ -140,23 +119,17 @@ impl Simulation {
             geometry: Arc::new(patch.set_loading(&ball, loading.tilt)?),
             patch,
             computed: computed::for_joint(scene, tilted, &ball, &joint)?,
-            scene: scene.clone(),
+            run: SceneRun::new(scene),
             clock,
             ball,
             joint,
             integrator,
-            next_sample: 0,
-            frames: 0,
             separated,
             counted: Vec::new(),
             z,
             audit,
             unlocated_since: None,
             sensitivity: SensitivityTracker::new(scene),
-            busy_seconds: 0.0,
-            controls: None,
-            changed: Arc::default(),
-            shown: None,
         })
     }
 
@@ -183,8 +156,8 @@ impl Simulation {
     fn joint_info(&self) -> JointInfo {
         let tilted = &self.clock.tilted;
         let spec = &tilted.spec;
-        let [min_tilt, max_tilt] = tilted.tilt_span(self.scene.duration);
-        let outline = match self.scene.record.body_rate > 0.0 {
+        let [min_tilt, max_tilt] = tilted.tilt_span(self.run.scene.duration);
+        let outline = match self.run.scene.record.body_rate > 0.0 {
             true => self.ball.outline(OUTLINE.0, OUTLINE.1),
             false => None,
         };
@@ -213,10 +186,7 @@ impl Simulation {
                 .collect(),
             min_tilt,
             max_tilt,
-            tilt_range: self
-                .controls
-                .as_ref()
-                .map(|controls| tilt_range(controls, tilted)),
+            tilt_range: None,
             azimuth: spec.azimuth,
             outline: outline.unwrap_or_default(),
             rotation,
@@ -243,7 +213,7 @@ impl Simulation {
     /// its time.
     fn advance_loading(&mut self, time: f64) -> Result<(), PipelineError> {
         self.apply_jumps(time)?;
-        match self.clock.is_due(self.next_sample) {
+        match self.clock.is_due(self.run.next_sample) {
             true => self.apply_loading(time),
             false => Ok(()),
         }
@@ -285,7 +255,7 @@ impl Simulation {
     /// Replaces the joint by that of another model. The change of energy is work of the loading, not of
     /// friction.
     fn replace_joint(&mut self, model: &Model, carry: Carry) -> Result<(), PipelineError> {
-        let joint = audited(&self.scene, model);
+        let joint = audited(&self.run.scene, model);
         let mut z = self.integrator.state().to_vec();
         let before = self.joint.energy(&z).total();
         if carry == Carry::Displacement {
@@ -307,32 +277,25 @@ impl Simulation {
     /// Number of samples of the next frame. A frame ends where the loading changes: all its samples belong to
     /// one joint, and the motion does not depend on the length of the frames.
     fn frame_length(&self) -> u64 {
-        let left = match self.controls {
-            Some(_) => u64::MAX,
-            None => self.scene.samples().saturating_sub(self.next_sample),
-        };
-        let rate = self.scene.sample_rate;
-        let constant = self.clock.samples_until_change(self.next_sample, rate);
-        left.min(self.scene.frame_samples as u64).min(constant)
+        let scene = &self.run.scene;
+        let constant = self
+            .clock
+            .samples_until_change(self.run.next_sample, scene.sample_rate);
+        let left = self.run.samples_left();
+        left.min(scene.frame_samples as u64).min(constant)
     }
 
-    /// A frame that starts at a time (s), with space for `count` samples.
-    fn empty_frame(&self, t0: f64, count: usize) -> Frame {
+    /// The next frame, with space for `count` samples.
+    fn empty_frame(&self, count: usize) -> Frame {
         let modes = self.joint.modes();
         Frame {
-            index: self.frames,
-            t0,
-            dt: 1.0 / self.scene.sample_rate,
-            modes,
             q: Vec::with_capacity(count * modes),
             qdot: Vec::with_capacity(count * modes),
             tilt: self.clock.now.tilt,
             load: self.clock.now.load,
             rotation_factor: self.clock.now.rotation_factor,
             geometry: Arc::clone(&self.geometry),
-            shown: self.shown,
-            changed: Arc::clone(&self.changed),
-            ..Frame::default()
+            ..self.run.begin_frame(modes)
         }
     }
 
@@ -388,15 +351,11 @@ impl Simulation {
 impl Source for Simulation {
     fn header(&self, command: &str) -> Header {
         let subject = Subject::Joint(self.joint_info());
-        Header {
-            endless: self.controls.is_some(),
-            controls: self.controls.clone().unwrap_or_default(),
-            ..header(&self.scene, command, subject, self.computed.clone())
-        }
+        self.run.header(command, subject, self.computed.clone())
     }
 
     fn analysis(&self) -> &AnalysisSpec {
-        &self.scene.analysis
+        &self.run.scene.analysis
     }
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
@@ -408,27 +367,26 @@ impl Source for Simulation {
             return Ok(None);
         }
         let began = Instant::now();
-        let rate = self.scene.sample_rate;
-        let t0 = self.next_sample as f64 / rate;
-        match self.advance_loading(t0) {
+        let rate = self.run.scene.sample_rate;
+        match self.advance_loading(self.time()) {
             Err(PipelineError::Dynamics(DynamicsError::Stopped { .. })) => return Ok(None),
             other => other?,
         }
         let count = self.frame_length();
-        let mut frame = self.empty_frame(t0, count as usize);
-        let record = &self.scene.record;
+        let mut frame = self.empty_frame(count as usize);
+        let record = &self.run.scene.record;
         let count_every = stride(rate, record.patch_rate);
         let energy_every = stride(rate, record.energy_rate);
         let is_due =
             |every: Option<u64>, index: u64| every.is_some_and(|every| index.is_multiple_of(every));
-        let first = self.next_sample;
+        let first = self.run.next_sample;
         // Data that the scene does not record stay off.
-        let is_live = self.shown.is_some() && record.patch_rate > 0.0;
+        let is_live = self.run.shown.is_some() && record.patch_rate > 0.0;
         let is_picture = |index: u64| match is_live {
             true => DisplayRates::is_snapshot(index - first, count, rate),
             false => is_due(count_every, index),
         };
-        for index in self.next_sample..self.next_sample + count {
+        for index in first..first + count {
             let time = index as f64 / rate;
             match self.integrator.sample(&self.joint, time, &mut self.z) {
                 Err(DynamicsError::Stopped { .. }) => break,
@@ -465,33 +423,34 @@ impl Source for Simulation {
         if frame.is_empty() {
             return Ok(None);
         }
-        self.next_sample += frame.len() as u64;
-        self.frames += 1;
-        self.busy_seconds += began.elapsed().as_secs_f64();
-        if self.shown.is_some() {
-            frame.state = self.z[..self.joint.tangent_dim()].to_vec();
+        if self.run.shown.is_some() {
+            frame.state = Some(RunState {
+                time_s: frame.end() - frame.dt,
+                values: self.z[..self.joint.tangent_dim()].to_vec(),
+                drive_phase: 0.0,
+            });
         }
         frame.stats = self.integrator.stats();
         frame.unlocated_since = self.unlocated_since;
         frame.error = self.integrator.take_error_estimate();
-        frame.busy_seconds = self.busy_seconds;
+        self.run.end_frame(&mut frame, began);
         Ok(Some(frame))
     }
 
     fn is_finished(&self) -> bool {
-        self.controls.is_none() && self.next_sample >= self.scene.samples()
+        self.run.samples_left() == 0
     }
 }
 
 impl ControllableSource for Simulation {
     fn run_until_stopped(&mut self) {
-        self.controls = Some(self.scene.live_controls());
+        self.run.is_endless = true;
     }
 
     fn seek(&mut self, time: f64) -> Result<(), PipelineError> {
-        self.next_sample = (time * self.scene.sample_rate).round() as u64;
-        let update = self.clock.last_update(self.next_sample);
-        let mut loaded = update as f64 / self.scene.sample_rate;
+        self.run.seek(time);
+        let update = self.clock.last_update(self.run.next_sample);
+        let mut loaded = update as f64 / self.run.scene.sample_rate;
         while let Some(jump) = self.clock.take_jump(self.time()) {
             loaded = loaded.max(jump);
         }
@@ -499,9 +458,9 @@ impl ControllableSource for Simulation {
         self.apply_loading(loaded)
     }
 
-    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError> {
-        let mut z = values.to_vec();
-        z.resize(values.len() + self.joint.quadratures(), 0.0);
+    fn set_state(&mut self, state: &RunState) -> Result<(), PipelineError> {
+        let mut z = state.values.clone();
+        z.resize(z.len() + self.joint.quadratures(), 0.0);
         self.integrator.start(&self.joint, self.time(), &z)?;
         let q = &z[..self.joint.modes()];
         self.joint.separated_nodes(q, &mut self.separated[0]);
@@ -515,7 +474,7 @@ impl ControllableSource for Simulation {
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {
         let time = self.time();
         self.advance_loading(time)?;
-        let mut scene = self.scene.clone();
+        let mut scene = self.run.scene.clone();
         scene.set(parameter, value)?;
         let mut tilted = scene.joint()?.clone();
         // If the rotation moves the patch, it moves it from this tilt on.
@@ -530,9 +489,9 @@ impl ControllableSource for Simulation {
         }
         set_loading(&mut ball, &loading);
         let model = ball.model(loading.tilt)?;
-        (self.ball, self.scene) = (ball, scene);
+        (self.ball, self.run.scene) = (ball, scene);
         self.clock.replace(tilted, time);
-        record_change(&mut self.changed, parameter, value);
+        self.run.record_change(parameter, value);
         self.continue_with(&model, time)
     }
 
@@ -550,12 +509,15 @@ impl ControllableSource for Simulation {
     }
 
     fn set_frame_length(&mut self, samples: usize, shown: DisplayRates) {
-        self.shown = Some(shown);
-        self.scene.frame_samples = samples;
+        self.run.set_frame_length(samples, shown);
     }
 
     fn time(&self) -> f64 {
-        self.next_sample as f64 / self.scene.sample_rate
+        self.run.time()
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.run.scene
     }
 }
 

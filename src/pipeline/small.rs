@@ -1,17 +1,20 @@
 //! The simulation of a small system: from a scene to frames.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::computed;
 use super::message::{DisplayRates, Frame, Header, SmallInfo, StatusInfo, StatusKind, Subject};
+use super::pending::RunState;
 use super::prepare::{boxed, kick, small_probe};
+use super::scene_run::SceneRun;
 use super::sensitivity::{Reached, SensitivityTracker, with_tangents};
-use super::source::{ControllableSource, header, record_change};
+use super::source::ControllableSource;
 use super::{PipelineError, Prepared, Source, prepare};
 use crate::dynamics::DynamicsError;
-use crate::scene::{AnalysisSpec, Control, Parameter, Scene, SceneError, SmallSystem, SystemSpec};
+use crate::scene::{AnalysisSpec, Parameter, Scene, SceneError, SmallSystem, SystemSpec};
 use crate::systems::{DampedContact, ImpactOscillator, MassOnBelt, TwoModesOnBelt};
 
 /// Upper limit of frequency axes as a multiple of the largest natural or driving frequency: discontinuities
@@ -21,23 +24,13 @@ const HARMONICS: f64 = 8.0;
 /// A running simulation of a small system. It stops at every event and reports the discrete state at each
 /// sample.
 pub struct SmallSimulation {
-    scene: Scene,
+    run: SceneRun,
     info: SmallInfo,
     prepared: Prepared,
     /// Lyapunov exponents and perturbed trajectory, if the scene requests them.
     sensitivity: SensitivityTracker,
-    /// Index of the next sample, counted from the start of the run.
-    next_sample: u64,
-    frames: u64,
     /// Number of events up to the end of the last frame.
     crossings: u64,
-    busy_seconds: f64,
-    /// Numbers that commands can change in an interactive run; `None` if the run ends at the planned time.
-    controls: Option<Vec<Control>>,
-    /// Display rates of a live run.
-    shown: Option<DisplayRates>,
-    /// Numbers that commands have changed.
-    changed: Arc<Vec<(Parameter, f64)>>,
 }
 
 impl SmallSimulation {
@@ -63,16 +56,10 @@ impl SmallSimulation {
         integrator.start(system.as_ref(), 0.0, state)?;
         Ok(Self {
             sensitivity: SensitivityTracker::new(scene),
-            scene: scene.clone(),
+            run: SceneRun::new(scene),
             info: info(small, scene.sample_rate),
             prepared,
-            next_sample: 0,
-            frames: 0,
             crossings: 0,
-            busy_seconds: 0.0,
-            controls: None,
-            shown: None,
-            changed: Arc::default(),
         })
     }
 }
@@ -80,16 +67,12 @@ impl SmallSimulation {
 impl Source for SmallSimulation {
     fn header(&self, command: &str) -> Header {
         let subject = Subject::Small(self.info.clone());
-        let computed = computed::for_small(&self.scene);
-        Header {
-            endless: self.controls.is_some(),
-            controls: self.controls.clone().unwrap_or_default(),
-            ..header(&self.scene, command, subject, computed)
-        }
+        let computed = computed::for_small(&self.run.scene);
+        self.run.header(command, subject, computed)
     }
 
     fn analysis(&self) -> &AnalysisSpec {
-        &self.scene.analysis
+        &self.run.scene.analysis
     }
 
     fn set_stop_flag(&mut self, stop: &Arc<AtomicBool>) {
@@ -100,13 +83,10 @@ impl Source for SmallSimulation {
         if self.is_finished() {
             return Ok(None);
         }
-        let left = match self.controls {
-            Some(_) => u64::MAX,
-            None => self.scene.samples() - self.next_sample,
-        };
         let began = Instant::now();
-        let rate = self.scene.sample_rate;
-        let count = left.min(self.scene.frame_samples as u64);
+        let scene = &self.run.scene;
+        let rate = scene.sample_rate;
+        let count = self.run.samples_left().min(scene.frame_samples as u64);
         let Prepared {
             system,
             probe,
@@ -119,16 +99,9 @@ impl Source for SmallSimulation {
             let row = |part: &[f64]| probe.iter().zip(part).map(|(p, x)| p * x).sum::<f64>();
             [row(&z[..modes]), row(&z[modes..])]
         };
-        let mut frame = Frame {
-            index: self.frames,
-            t0: self.next_sample as f64 / rate,
-            dt: 1.0 / rate,
-            modes,
-            shown: self.shown,
-            changed: Arc::clone(&self.changed),
-            ..Frame::default()
-        };
-        for index in self.next_sample..self.next_sample + count {
+        let mut frame = self.run.begin_frame(modes);
+        let first = self.run.next_sample;
+        for index in first..first + count {
             let time = index as f64 / rate;
             match integrator.sample(system.as_ref(), time, z) {
                 Err(DynamicsError::Stopped { .. }) => break,
@@ -151,49 +124,72 @@ impl Source for SmallSimulation {
         if frame.is_empty() {
             return Ok(None);
         }
-        if self.shown.is_some() {
-            frame.state.clone_from(z);
+        if self.run.shown.is_some() {
+            let drive_phase = match &mut self.run.scene.subject {
+                SystemSpec::Small(small) => small.drive().map_or(0.0, |(_, phase)| *phase),
+                SystemSpec::Joint(_) => 0.0,
+            };
+            frame.state = Some(RunState {
+                time_s: frame.end() - frame.dt,
+                values: z.clone(),
+                drive_phase,
+            });
         }
         frame.stats = integrator.stats();
         frame.error = integrator.take_error_estimate();
         self.crossings += frame.transitions;
-        self.next_sample += frame.len() as u64;
-        self.frames += 1;
-        self.busy_seconds += began.elapsed().as_secs_f64();
-        frame.busy_seconds = self.busy_seconds;
+        self.run.end_frame(&mut frame, began);
         Ok(Some(frame))
     }
 
     fn is_finished(&self) -> bool {
-        self.controls.is_none() && self.next_sample >= self.scene.samples()
+        self.run.samples_left() == 0
     }
 }
 
 impl ControllableSource for SmallSimulation {
     fn run_until_stopped(&mut self) {
-        self.controls = Some(self.scene.live_controls());
+        self.run.is_endless = true;
     }
 
     fn seek(&mut self, time: f64) -> Result<(), PipelineError> {
-        self.next_sample = (time * self.scene.sample_rate).round() as u64;
-        let state = self.prepared.state.clone();
-        self.set_state(&state)
+        self.run.seek(time);
+        let Prepared {
+            system,
+            integrator,
+            state,
+            ..
+        } = &mut self.prepared;
+        Ok(integrator.start(system.as_ref(), self.run.time(), state)?)
     }
 
-    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError> {
-        let time = self.time();
+    fn set_state(&mut self, state: &RunState) -> Result<(), PipelineError> {
         let Prepared {
             system, integrator, ..
         } = &mut self.prepared;
-        Ok(integrator.start(system.as_ref(), time, values)?)
+        if let SystemSpec::Small(small) = &mut self.run.scene.subject {
+            if let Some((_, phase)) = small.drive() {
+                *phase = state.drive_phase;
+            }
+            *system = boxed(small);
+        }
+        Ok(integrator.start(system.as_ref(), self.run.time(), &state.values)?)
     }
 
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), PipelineError> {
         let time = self.time();
-        self.scene.set(parameter, value)?;
-        let SystemSpec::Small(small) = &self.scene.subject else {
+        let mut scene = self.run.scene.clone();
+        scene.set(parameter, value)?;
+        let before = std::mem::replace(&mut self.run.scene, scene).subject;
+        let (SystemSpec::Small(mut before), SystemSpec::Small(small)) =
+            (before, &mut self.run.scene.subject)
+        else {
             return Ok(());
         };
+        // The angle of the drive goes on.
+        if let (Some((old, phase)), Some((new, shifted))) = (before.drive(), small.drive()) {
+            *shifted = (*phase + (old - new) * time).rem_euclid(TAU);
+        }
         let Prepared {
             system,
             probe,
@@ -209,7 +205,7 @@ impl ControllableSource for SmallSimulation {
         }
         integrator.restart(system.as_ref())?;
         self.sensitivity.parameters_changed(time);
-        record_change(&mut self.changed, parameter, value);
+        self.run.record_change(parameter, value);
         Ok(())
     }
 
@@ -227,12 +223,15 @@ impl ControllableSource for SmallSimulation {
     }
 
     fn set_frame_length(&mut self, samples: usize, shown: DisplayRates) {
-        self.shown = Some(shown);
-        self.scene.frame_samples = samples;
+        self.run.set_frame_length(samples, shown);
     }
 
     fn time(&self) -> f64 {
-        self.next_sample as f64 / self.scene.sample_rate
+        self.run.time()
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.run.scene
     }
 }
 
@@ -285,10 +284,10 @@ fn info(small: &SmallSystem, rate: f64) -> SmallInfo {
             "contacts and separations",
         ),
     };
-    let highest = omegas.iter().copied().fold(0.0, f64::max) / std::f64::consts::TAU;
+    let highest = omegas.iter().copied().fold(0.0, f64::max) / TAU;
     SmallInfo {
         words: small.description().to_owned(),
-        frequency_hz: omegas[0] / std::f64::consts::TAU,
+        frequency_hz: omegas[0] / TAU,
         highest_frequency: (HARMONICS * highest).min(0.5 * rate),
         statuses,
         transition: transition.to_owned(),

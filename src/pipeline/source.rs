@@ -3,10 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::message::{
-    AnalysisKind, DisplayRates, Frame, Header, MechanismPrediction, SectionCoordinate, Subject,
-};
-use super::{PipelineError, Simulation, SmallSimulation};
+use super::message::{AnalysisKind, DisplayRates, Frame, Header, SectionCoordinate};
+use super::{PipelineError, RunState, Simulation, SmallSimulation};
 use crate::scene::{AnalysisSpec, Parameter, Scene, SectionSurface, StateCoordinate, SystemSpec};
 
 /// Yields the frames of a run: a [`Simulation`](super::Simulation), or the [`SignalSource`](super::SignalSource) of a
@@ -46,12 +44,11 @@ pub trait ControllableSource: Source {
     /// If the loading of this time is not possible.
     fn seek(&mut self, time: f64) -> Result<(), PipelineError>;
 
-    /// Sets the state at the next sample: modal coordinates, modal velocities and states of friction, all relative to the
-    /// steady sliding under the present numbers.
+    /// Sets the state at the next sample, relative to the steady sliding under the present numbers; its time is not used.
     ///
     /// # Errors
     /// If their number is wrong, or the integrator cannot start.
-    fn set_state(&mut self, values: &[f64]) -> Result<(), PipelineError>;
+    fn set_state(&mut self, state: &RunState) -> Result<(), PipelineError>;
 
     /// Changes a number of the scene from the next sample on, in the unit of a scene file; see [`Scene::set`]. The
     /// motion continues from its present state. A tilt replaces the tilt schedule of the scene.
@@ -72,6 +69,9 @@ pub trait ControllableSource: Source {
 
     /// Time of the next sample, s.
     fn time(&self) -> f64;
+
+    /// The scene, with the numbers that have been changed.
+    fn scene(&self) -> &Scene;
 }
 
 impl Source for Box<dyn Source> {
@@ -94,46 +94,6 @@ impl Source for Box<dyn Source> {
     fn is_finished(&self) -> bool {
         self.as_ref().is_finished()
     }
-}
-
-/// The header of a scene's run. `command` is the command line, `computed` the linear prediction for the
-/// scene's mechanism.
-pub(super) fn header(
-    scene: &Scene,
-    command: &str,
-    subject: Subject,
-    computed: Option<Arc<MechanismPrediction>>,
-) -> Header {
-    Header {
-        scene: scene.name.clone(),
-        title: scene.title.clone(),
-        about: scene.about.clone(),
-        scene_text: scene.text.clone(),
-        command: command.to_owned(),
-        sample_rate: scene.sample_rate,
-        duration: scene.duration,
-        endless: false,
-        controls: Vec::new(),
-        analyses: kinds(&scene.analysis),
-        section: section_coordinates(&scene.analysis),
-        rest_speed: rest_speed(scene, &subject),
-        subject,
-        computed,
-    }
-}
-
-/// Ratio of peak velocity to sliding speed below which a vibration is at rest if the scene gives no limit.
-const REST: f64 = 1e-6;
-
-/// Peak velocity below which a vibration is at rest, m/s.
-fn rest_speed(scene: &Scene, subject: &Subject) -> f64 {
-    let given = scene.analysis.spectrum.and_then(|spectrum| spectrum.rest);
-    let sliding_speed = || match (subject, &scene.subject) {
-        (Subject::Joint(joint), _) => joint.largest_sliding_speed(),
-        (_, SystemSpec::Small(system)) => system.belt_speed().unwrap_or(0.0),
-        _ => 0.0,
-    };
-    given.unwrap_or_else(|| REST * sliding_speed())
 }
 
 /// The analyses that are switched on, for a header.
@@ -166,17 +126,6 @@ pub(super) fn section_coordinates(spec: &AnalysisSpec) -> [SectionCoordinate; 2]
         }),
         Some(SectionSurface::Delay { .. }) | None => SectionCoordinate::DELAYED,
     }
-}
-
-/// Notes the present value of a number that a command has changed.
-pub(super) fn record_change(
-    changed: &mut Arc<Vec<(Parameter, f64)>>,
-    parameter: Parameter,
-    value: f64,
-) {
-    let changed = Arc::make_mut(changed);
-    changed.retain(|(known, _)| *known != parameter);
-    changed.push((parameter, value));
 }
 
 /// Builds the simulation of a scene for an interactive run.

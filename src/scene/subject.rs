@@ -289,6 +289,15 @@ impl SmallSystem {
         (omega > 0.0).then(|| std::f64::consts::TAU / omega)
     }
 
+    /// Circular frequency (rad/s) and phase (rad) of the drive; `None` for a system without a drive.
+    pub fn drive(&mut self) -> Option<(f64, &mut f64)> {
+        match self {
+            Self::ImpactOscillator(system) => Some((system.drive_omega, &mut system.drive_phase)),
+            Self::DampedContact(system) => Some((system.drive_omega, &mut system.drive_phase)),
+            Self::MassOnBelt(_) | Self::TwoModesOnBelt(_) => None,
+        }
+    }
+
     /// Number of modes.
     pub fn modes(&self) -> usize {
         match self {

@@ -8,8 +8,8 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// zero.
 ///
 /// ```text
-/// x'' + 2 zeta omega x' + omega^2 x = a cos(W t)                   x > 0
-///                                   = a cos(W t) - k x - c x'      x < 0
+/// x'' + 2 zeta omega x' + omega^2 x = a cos(W t + p)                   x > 0
+///                                   = a cos(W t + p) - k x - c x'      x < 0
 /// ```
 ///
 /// There are two statuses: *free* and *touching*. The force jumps by `c x'` at both ends of a contact.
@@ -23,6 +23,8 @@ pub struct DampedContact {
     pub drive: f64,
     /// Circular frequency of the drive, rad/s.
     pub drive_omega: f64,
+    /// Phase `p` of the drive, rad: a run whose drive frequency changes shifts it, so that the drive is continuous.
+    pub drive_phase: f64,
     /// Contact stiffness per unit mass, 1/s^2, 0 or more.
     pub contact_stiffness: f64,
     /// Contact damping per unit mass, 1/s, 0 or more.
@@ -35,9 +37,14 @@ impl DampedContact {
     /// Status: in contact.
     pub const TOUCHING: u8 = 1;
 
+    /// Angle of the drive at time `t` (s), rad.
+    fn drive_angle(&self, t: f64) -> f64 {
+        self.drive_omega * t + self.drive_phase
+    }
+
     /// Drive acceleration at time `t` (s), m/s^2.
     fn drive_acceleration(&self, t: f64) -> f64 {
-        self.drive * (self.drive_omega * t).cos()
+        self.drive * self.drive_angle(t).cos()
     }
 
     /// Contact force per unit mass, m/s^2.
@@ -156,6 +163,6 @@ impl Differentiable for DampedContact {
     }
 
     fn time_derivative(&self, _status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
-        out[0] = -self.drive * self.drive_omega * (self.drive_omega * t).sin();
+        out[0] = -self.drive * self.drive_omega * self.drive_angle(t).sin();
     }
 }

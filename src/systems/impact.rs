@@ -7,7 +7,7 @@ use crate::dynamics::{Differentiable, Switching, System};
 /// A driven oscillator with impacts on a rigid wall.
 ///
 /// ```text
-/// x'' + 2 zeta omega x' + omega^2 x = a cos(W t)       x > wall
+/// x'' + 2 zeta omega x' + omega^2 x = a cos(W t + p)       x > wall
 /// v+ = -r v-                                           at x = wall
 /// ```
 ///
@@ -31,6 +31,8 @@ pub struct ImpactOscillator {
     pub drive: f64,
     /// Circular frequency of the drive, rad/s.
     pub drive_omega: f64,
+    /// Phase `p` of the drive, rad: a run whose drive frequency changes shifts it, so that the drive is continuous.
+    pub drive_phase: f64,
     /// Position of the wall, m: the mass moves at or above it.
     pub wall: f64,
     /// Coefficient of restitution, 0 to 1.
@@ -51,9 +53,14 @@ impl ImpactOscillator {
     /// Status: at rest on the wall under a positive contact force.
     pub const RESTING: u8 = 1;
 
+    /// Angle of the drive at time `t` (s), rad.
+    fn drive_angle(&self, t: f64) -> f64 {
+        self.drive_omega * t + self.drive_phase
+    }
+
     /// Drive acceleration at time `t` (s), m/s^2.
     fn drive_acceleration(&self, t: f64) -> f64 {
-        self.drive * (self.drive_omega * t).cos()
+        self.drive * self.drive_angle(t).cos()
     }
 
     /// Contact force per unit mass at rest on the wall, m/s^2; negative if the mass is pulled away.
@@ -174,7 +181,7 @@ impl Switching for ImpactOscillator {
     ) -> f64 {
         if status[0] == Self::RESTING {
             gradient.fill(0.0);
-            self.drive * self.drive_omega * (self.drive_omega * t).sin()
+            self.drive * self.drive_omega * self.drive_angle(t).sin()
         } else {
             gradient.copy_from_slice(&[1.0, 0.0]);
             0.0
@@ -226,7 +233,7 @@ impl Differentiable for ImpactOscillator {
     fn time_derivative(&self, status: Option<&[u8]>, t: f64, _z: &[f64], out: &mut [f64]) {
         out[0] = match status {
             Some([Self::RESTING]) => 0.0,
-            _ => -self.drive * self.drive_omega * (self.drive_omega * t).sin(),
+            _ => -self.drive * self.drive_omega * self.drive_angle(t).sin(),
         };
     }
 }

@@ -171,6 +171,7 @@ fn a_driven_system_has_no_equilibrium() {
         damping: 0.1,
         drive: 1.0,
         drive_omega: 2.0,
+        drive_phase: 0.0,
         wall: -1.0,
         restitution: 0.8,
     };

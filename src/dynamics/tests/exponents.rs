@@ -177,6 +177,7 @@ fn the_sum_of_exponents_follows_from_impacts_and_damping() {
             damping,
             drive: 1.0,
             drive_omega: 2.8,
+            drive_phase: 0.0,
             wall: 0.0,
             restitution: 0.8,
         };
@@ -212,6 +213,7 @@ fn an_elastic_wall_conserves_area() {
         damping: 0.0,
         drive: 1.0,
         drive_omega: 2.8,
+        drive_phase: 0.0,
         wall: 0.0,
         restitution: 1.0,
     };
@@ -233,6 +235,7 @@ fn constrained_directions_collapse_from_the_start() {
         damping: 0.0,
         drive: 0.0,
         drive_omega: 0.0,
+        drive_phase: 0.0,
         wall: 0.5,
         restitution: 0.0,
     };
@@ -288,6 +291,7 @@ fn impact_oscillator_exponents_agree_with_an_independent_program() {
         damping: 0.0,
         drive: 1.0,
         drive_omega: 2.8,
+        drive_phase: 0.0,
         wall: 0.0,
         restitution: 0.8,
     };

@@ -10,6 +10,7 @@ pub const BOUNCING: ImpactOscillator = ImpactOscillator {
     damping: 0.02,
     drive: 1.0,
     drive_omega: 2.8,
+    drive_phase: 0.0,
     wall: 0.0,
     restitution: 0.8,
 };
@@ -73,6 +74,7 @@ fn a_ball_comes_to_rest_at_the_sum_of_its_bounce_times() {
             damping: 0.0,
             drive: -9.81,
             drive_omega: 0.0,
+            drive_phase: 0.0,
             wall,
             restitution: 0.8,
         };
@@ -103,6 +105,7 @@ fn a_resting_mass_separates_when_the_contact_force_vanishes() {
         damping: 0.05,
         drive: -1.0,
         drive_omega: 0.5,
+        drive_phase: 0.0,
         wall: 0.2,
         restitution: 0.5,
     };
@@ -196,6 +199,7 @@ pub const DAMPED: DampedContact = DampedContact {
     damping: 0.05,
     drive: 0.8,
     drive_omega: 1.7,
+    drive_phase: 0.0,
     contact_stiffness: 9.0,
     contact_damping: 1.2,
 };
@@ -236,6 +240,7 @@ fn grazing_is_distinguished_from_crossing() {
         damping: 0.0,
         drive: 0.0,
         drive_omega: 0.0,
+        drive_phase: 0.0,
         wall: -0.7,
         restitution: 0.8,
     };
@@ -262,6 +267,7 @@ fn a_drop_onto_an_elastic_wall_bounces_forever() {
             damping: 0.0,
             drive: -10.0,
             drive_omega: 0.0,
+            drive_phase: 0.0,
             wall: 0.1,
             restitution,
         };

@@ -60,6 +60,7 @@ fn a_perturbed_trajectory_locates_its_own_events() {
         damping: 0.02,
         drive: 1.0,
         drive_omega: 2.8,
+        drive_phase: 0.0,
         wall: 0.0,
         restitution: 0.8,
     };

@@ -10,6 +10,7 @@ const IMPACTS: ImpactOscillator = ImpactOscillator {
     damping: 0.03,
     drive: 1.0,
     drive_omega: 2.8,
+    drive_phase: 0.0,
     wall: 0.0,
     restitution: 0.8,
 };
@@ -29,6 +30,7 @@ const CONTACT: DampedContact = DampedContact {
     damping: 0.02,
     drive: 0.7,
     drive_omega: 1.7,
+    drive_phase: 0.0,
     contact_stiffness: 20.0,
     contact_damping: 1.5,
 };

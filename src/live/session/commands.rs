@@ -1,11 +1,12 @@
 //! The commands of a session: what they may ask for, and what they do.
 
+use std::f64::consts::TAU;
 use std::sync::atomic::Ordering;
 
 use super::{Current, Session, end};
 use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
 use crate::live::tour::TourStep;
-use crate::pipeline::{PendingCommands, RunCommand, RunState, prepare};
+use crate::pipeline::{PendingCommands, RunCommand, RunHandle, RunState, prepare};
 use crate::scene::{PRESETS, Parameter, Scene, SceneError};
 
 /// Range of the values of a state: far beyond any motion of a joint.
@@ -25,6 +26,10 @@ impl Session {
         let current = &mut *current;
         let run_command = match command {
             Command::Set { key, value } => {
+                let handle = current.handle.as_ref();
+                if let Some(scene) = handle.and_then(RunHandle::take_refusal) {
+                    current.present = scene;
+                }
                 change(&current.scene, &mut current.present, key, *value)?
             }
             Command::Pause {} => RunCommand::Pause,
@@ -166,7 +171,12 @@ pub(in crate::live) fn check_state(
     scene: &Scene,
     state: Option<&RunState>,
 ) -> Result<(), Rejected> {
-    let Some(RunState { time_s, values }) = state else {
+    let Some(RunState {
+        time_s,
+        values,
+        drive_phase,
+    }) = state
+    else {
         return Ok(());
     };
     let fits = prepare(scene).map_err(|fault| Rejected(fault.to_string()))?;
@@ -177,6 +187,7 @@ pub(in crate::live) fn check_state(
         )));
     }
     check_range("the time of a state", *time_s, [0.0, 1e6], "s")?;
+    check_range("the phase of a drive", *drive_phase, [0.0, TAU], "rad")?;
     for value in values {
         check_range("a value of a state", *value, STATE_RANGE, "in SI units")?;
     }

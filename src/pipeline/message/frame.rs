@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::segment::MotionSegment;
 use crate::dynamics::{Attractor, ErrorEstimate, LyapunovSpectrum, Motion, SolverStats};
+use crate::pipeline::RunState;
 use crate::scene::Parameter;
 
 /// The state of one contact node.
@@ -187,8 +188,8 @@ pub struct Frame {
     pub displacement: Vec<f64>,
     /// Velocity of the same point in the same direction, m/s.
     pub velocity: Vec<f64>,
-    /// State at the last sample, from which a run can continue; empty unless the run is live.
-    pub state: Vec<f64>,
+    /// State at the last sample, from which a run can continue; `None` unless the run is live.
+    pub state: Option<RunState>,
     /// Tilt of the load during this frame, rad.
     pub tilt: f64,
     /// Load during this frame, N.

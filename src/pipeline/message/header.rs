@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::computed::MechanismPrediction;
 use crate::analysis::{LevelReference, TonalEvent};
 use crate::fem::SurfaceMesh;
-use crate::scene::Control;
+use crate::scene::{Control, Parameter};
 
 /// A mode, for labels.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +73,13 @@ impl Header {
         self.rest_speed
             .max(SILENCE_RATIO * sliding)
             .max(SMALLEST_SILENCE)
+    }
+
+    /// Range of the slider of the tilt, degrees; `None` if commands cannot change the tilt.
+    pub fn tilt_slider(&self) -> Option<[f64; 2]> {
+        let mut controls = self.controls.iter();
+        let tilt = controls.find(|control| control.parameter == Parameter::tilt())?;
+        Some(tilt.range)
     }
 
     /// Whether records of this analysis follow.

@@ -64,7 +64,7 @@ pub fn declare(schema: &mut Schema) {
 }
 
 keys! {
-    ImpactOscillator {
+    ImpactOscillator |table| {
         /// Natural frequency.
         omega = "natural_frequency_hz": FREQUENCY;
         /// Damping ratio.
@@ -77,7 +77,7 @@ keys! {
         wall = "wall_position_um": PLACE, default 0;
         /// Coefficient of restitution: speed after an impact divided by the speed before it.
         restitution = "restitution": number(ONE, Closed(0.0, 1.0));
-    }
+    } => ImpactOscillator { omega, damping, drive, drive_omega, drive_phase: 0.0, wall, restitution };
 
     MassOnBelt {
         /// Natural frequency.
@@ -132,7 +132,7 @@ keys! {
     } => {
         // `contact` is the natural frequency of the undamped mass on the contact spring alone.
         let (contact_stiffness, contact_damping) = (contact * contact, 2.0 * ratio * contact);
-        DampedContact { omega, damping, drive, drive_omega, contact_stiffness, contact_damping }
+        DampedContact { omega, damping, drive, drive_omega, drive_phase: 0.0, contact_stiffness, contact_damping }
     };
 }
 

@@ -50,6 +50,7 @@ fn each_table_is_converted_to_si() {
             damping: 0.0,
             drive: 80.0,
             drive_omega: TAU * 560.0,
+            drive_phase: 0.0,
             wall: -3e-6,
             restitution: 0.8,
         }))
@@ -74,6 +75,7 @@ fn each_table_is_converted_to_si() {
             damping: 0.01,
             drive: 20.0,
             drive_omega: TAU * 300.0,
+            drive_phase: 0.0,
             contact_stiffness: contact * contact,
             contact_damping: 0.5 * contact,
         }))

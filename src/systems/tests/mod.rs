@@ -16,6 +16,7 @@ const IMPACT: ImpactOscillator = ImpactOscillator {
     damping: 0.1,
     drive: 0.7,
     drive_omega: 2.1,
+    drive_phase: 0.0,
     wall: 0.2,
     restitution: 0.6,
 };
@@ -35,6 +36,7 @@ const DAMPED: DampedContact = DampedContact {
     damping: 0.1,
     drive: 0.7,
     drive_omega: 2.1,
+    drive_phase: 0.0,
     contact_stiffness: 5.0,
     contact_damping: 0.8,
 };

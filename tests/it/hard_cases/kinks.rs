@@ -99,6 +99,7 @@ fn grazing_impacts() {
             damping: 0.0,
             drive: 0.0,
             drive_omega: 0.0,
+            drive_phase: 0.0,
             wall: -1.0 + depth,
             restitution: 0.8,
         };
@@ -225,6 +226,7 @@ fn flights_much_shorter_than_the_steps() {
         damping: 0.0,
         drive: 0.0,
         drive_omega: 0.0,
+        drive_phase: 0.0,
         wall: 1.0,
         restitution: 0.5,
     };

@@ -18,6 +18,7 @@ fn oscillator(drive_omega: f64, wall: f64) -> ImpactOscillator {
         damping: ZETA,
         drive: 1.0,
         drive_omega,
+        drive_phase: 0.0,
         wall,
         restitution: RESTITUTION,
     }
