@@ -71,7 +71,9 @@ fn a_run_continues_from_the_state_of_another() {
         let (mut second, handle) = interactive(scene, FAST);
         let state = before.state.expect("a live run");
         handle.send(RunCommand::Continue(state)).unwrap();
-        change.map(|change| handle.send(change).unwrap());
+        if let Some(change) = change {
+            handle.send(change).unwrap();
+        }
         let velocities = |run: &mut InteractiveSource, count| {
             let mut velocity = Vec::new();
             while velocity.len() < count {
