@@ -122,6 +122,18 @@ fn there_is_one_verdict() {
     }
 }
 
+/// The window of the classification still contains the growth, which the vibration has left.
+#[test]
+fn a_growth_that_is_over_is_no_transient() {
+    let mut verdicts = [Vec::new(), Vec::new()];
+    follow("negative-slope", 0.02, 190.0, |store| {
+        let panel = store.read(None, 0);
+        verdicts[usize::from(panel.time_s > 0.17)].extend(panel.regime);
+    });
+    assert!(verdicts[0].iter().any(|regime| regime == "transient"));
+    assert!(!verdicts[1].iter().any(|regime| regime == "transient"));
+}
+
 #[test]
 fn a_new_run_resets_the_numbers_but_keeps_the_events() {
     let store = StatusStore::default();

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     escape,
-    plot::{Image, Layer, Marker, Panel, Shape},
+    plot::{Image, Layer, Marker, Panel, Shape, shown},
 };
 
 /// Half the size of a cross, pixels.
@@ -239,7 +239,7 @@ fn key(panel: &Panel) -> Vec<(String, Color)> {
     let named = panel.layers.iter().filter(|layer| !layer.label.is_empty());
     let named = named.map(|layer| {
         (
-            escape::line(&layer.label).into_owned(),
+            shown(&escape::line(&layer.label)),
             style::on_dark(layer.color),
         )
     });
@@ -248,7 +248,7 @@ fn key(panel: &Panel) -> Vec<(String, Color)> {
 
 /// A text at a position; an empty text clears the current one.
 fn words(text: &str, at: [f32; 2], color: Color) -> Points2D {
-    let text = Some(escape::line(text)).filter(|text| !text.is_empty());
+    let text = Some(shown(&escape::line(text))).filter(|text| !text.is_empty());
     Points2D::new(text.as_ref().map(|_| at))
         .with_colors(text.as_ref().map(|_| color))
         .with_labels(text.as_deref())

@@ -3,6 +3,7 @@
 use rerun::{Color, LineStrips2D, Points2D, Radius};
 
 use super::style;
+use crate::plot::shown;
 
 /// Rows of peak labels above the plot area, and their height, pixels.
 const NAME_LINES: usize = 3;
@@ -22,7 +23,7 @@ pub fn names_and_stems(
 ) -> (Points2D, LineStrips2D) {
     let placed = place_names(width, named);
     let names = Points2D::new(placed.iter().map(|name| name.at))
-        .with_labels(placed.iter().map(|name| name.named.name.as_str()))
+        .with_labels(placed.iter().map(|name| shown(&name.named.name)))
         .with_show_labels(true)
         .with_colors(vec![color; placed.len()])
         .with_radii([Radius::new_ui_points(0.0)]);

@@ -9,7 +9,7 @@ use super::{
     stream::{self, Moment, RecordingStream},
     style,
 };
-use crate::plot::Axis;
+use crate::plot::{Axis, shown};
 
 /// Width of a character of a legend and of the space after an entry, pixels.
 const LETTER: f32 = 9.0;
@@ -132,10 +132,10 @@ impl Plot {
         points.extend(x_ticks.into_iter().map(below));
         points.extend(y_ticks.into_iter().map(beside));
         points.push([0.5 * self.width, self.height + 40.0]);
-        words.push(self.x.label());
+        words.push(shown(&self.x.label()));
         if !self.y.label().is_empty() {
             points.push([0.5 * self.width, -36.0 - self.top_margin]);
-            words.push(self.y.label());
+            words.push(shown(&self.y.label()));
         }
         let count = points.len();
         Points2D::new(points)
