@@ -232,7 +232,7 @@ impl RecentSamples {
     }
 
     fn is_at_rest(&self) -> bool {
-        self.peak_velocity() < self.rest_speed
+        self.peak_velocity() <= self.rest_speed
     }
 
     fn is_silent(&self) -> bool {
@@ -251,7 +251,7 @@ impl RecentSamples {
 
     fn is_steady(&self) -> bool {
         let [low, high] = self.recent_range(1);
-        self.frames.len() > 1 && high - low < Self::STEADY * high
+        self.frames.len() > 1 && high - low <= Self::STEADY * high
     }
 
     /// Mean number of nodes that stick, slip or are separated.

@@ -22,7 +22,7 @@ export function setText(element, text) {
 export const short = (x) => minus(`${Number(x.toPrecision(2))}`);
 
 // A text with minus signs in front of its negative numbers.
-export const minus = (text) => text.replaceAll(/(^|[\s(±/])-(?=\d)/g, "$1−").replaceAll(" - f", " − f");
+export const minus = (text) => text.replaceAll(/(^|[\s(±/])-(?=\d)/g, "$1−").replaceAll(/ - (?=f\d|\d+ f\d)/g, " − ");
 
 // Offers a file for download.
 export function save(blob, name) {

@@ -2,6 +2,7 @@
 
 import { $, make, setText, short, shown } from "/dom.js";
 import { markdown } from "/markdown.js";
+import { unit } from "/plot.js";
 import { T } from "/texts.js";
 
 const NODE_COLOURS = ["var(--stick)", "var(--slip)", "var(--separated)"];
@@ -37,7 +38,10 @@ export function showPanel(status, before) {
   setText($("watching"), T.viewers(status.watching));
 }
 
-export const peakVelocity = (status) => (status.regime === "at rest" ? T.atRest : `${status.peak_velocity_mm_per_s.toPrecision(3)} mm/s`);
+export function peakVelocity({ regime, peak_velocity_mm_per_s: mm }) {
+  const { per, symbol } = unit(1e-3 * mm, "m/s");
+  return regime === "at rest" ? T.atRest : `${(1e-3 * per * mm).toPrecision(3)} ${symbol}`;
+}
 
 // The present motion in words: one verdict for all parts of the page.
 export const motion = (status) => status.motion;

@@ -38,6 +38,8 @@ struct Hall {
     shown: usize,
     /// Number of the run before the last command that starts another one.
     run: u64,
+    /// Simulated time of the last change of the present run, s.
+    since: f64,
     /// Contradictions so far.
     found: Vec<String>,
 }
@@ -49,9 +51,10 @@ impl Hall {
         self.show(0);
         let lecturer = &self.tabs[0];
         let settled = format!(
-            "(window.waited ??= performance.now()) && ({PANEL}.run > {} && {PANEL}.time_s > 0.35 && {PANEL}.confidence !== null || \
+            "(window.waited ??= performance.now()) && ({PANEL}.run > {} && {PANEL}.time_s > {} + 0.35 && {PANEL}.confidence !== null || \
              performance.now() - window.waited > {})",
             self.run,
+            self.since,
             1e3 * seconds
         );
         self.browser.run(lecturer, "delete window.waited");
@@ -101,6 +104,14 @@ impl Hall {
     /// A script that starts another run.
     fn start(&mut self, script: &str) {
         self.run = self.number(&format!("{PANEL}.run"));
+        self.since = 0.0;
+        self.lecturer(script);
+    }
+
+    /// A script that changes the present run.
+    fn change(&mut self, script: &str) {
+        let time = self.browser.run(&self.tabs[0], &format!("{PANEL}.time_s"));
+        self.since = time.as_f64().expect("a time");
         self.lecturer(script);
     }
 
@@ -129,6 +140,7 @@ fn a_whole_lecture_has_no_contradiction() {
         folder,
         shown: 0,
         run: 0,
+        since: 0.0,
         found: Vec::new(),
     };
     let began = Instant::now();
@@ -156,7 +168,7 @@ fn a_whole_lecture_has_no_contradiction() {
             );
             for k in 0..sliders {
                 for to in ["max", "min"] {
-                    hall.lecturer(&format!(
+                    hall.change(&format!(
                         "{{ const s = document.querySelectorAll('#slider-first input, #slider-others > .control input')[{k}]; \
                          s.value = s.{to}; s.dispatchEvent(new Event('input')); }}"
                     ));
@@ -166,6 +178,7 @@ fn a_whole_lecture_has_no_contradiction() {
         }
         // Two runs, sound, a hard kick.
         hall.start("squeakscope.ask({ do: 'scene', name: 'which-mode-wins' })");
+        hall.inspect("which-mode-wins", 20.0);
         hall.lecturer("document.getElementById('compare').click()");
         hall.inspect("a-and-b", 20.0);
         hall.start("document.getElementById('compare-same').click()");

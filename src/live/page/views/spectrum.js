@@ -1,5 +1,6 @@
 // The spectrum of the velocity of the probe, with its named lines.
 
+import { minus } from "/dom.js";
 import { Labels, Plot, note } from "/plot.js";
 import { T } from "/texts.js";
 
@@ -69,7 +70,7 @@ export class Spectrum {
       c.beginPath();
       c.arc(at, level(amplitude), 0.22 * style.em, 0, 7);
       c.fill();
-      const name = `${label ? `${label} ` : ""}${(1e-3 * hz).toFixed(2)}`;
+      const name = `${label ? `${minus(label)} ` : ""}${(1e-3 * hz).toFixed(2)}`;
       const half = c.measureText(name).width / 2 + 0.3 * style.em;
       const place = labels.place(at, half, isBase(label) ? REACH * style.em : half);
       if (!place) continue;
