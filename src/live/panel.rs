@@ -249,9 +249,11 @@ impl RecentSamples {
         high - low > Self::HELD
     }
 
+    /// Whether the vibration neither grows nor decays any more.
     fn is_steady(&self) -> bool {
         let [low, high] = self.recent_range(1);
-        self.frames.len() > 1 && high - low <= Self::STEADY * high
+        let is_level = self.frames.len() > 1 && high - low <= Self::STEADY * high;
+        is_level || matches!(self.appearance, Some(Appearance::Settling))
     }
 
     /// Mean number of nodes that stick, slip or are separated.
