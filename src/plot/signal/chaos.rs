@@ -1,8 +1,7 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{SignalFigures, skipped_panel};
-use crate::analysis::{Divergence, Regime};
-use crate::number::with_error;
+use crate::analysis::{Divergence, Regime, ScalingRegion};
 use crate::plot::axis::extent;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 use crate::study::signal::Outcome;
@@ -36,7 +35,11 @@ impl SignalFigures<'_> {
                 let at = |time: f64| [1e3 * time, region.intercept + region.slope * time];
                 let straight = Layer::line(vec![at(region.from), at(region.to)], Color::Accent);
                 layers.push(straight.with_line_width(1.6).with_label("scaling region"));
-                format!("{title}: {} 1/s", with_error(region.slope, region.error))
+                let ScalingRegion { slope, error, .. } = *region;
+                // Two digits of the error, and as many decimals of the value.
+                let places = (1.0 - error.abs().max(1e-300).log10().floor()).clamp(0.0, 9.0);
+                let places = places as usize;
+                format!("{title}: {slope:.places$} ± {error:.places$} 1/s")
             }
             None => format!("{title}: no scaling region"),
         };
