@@ -9,6 +9,7 @@ use std::io::Read;
 
 use super::clock::{Timing, Uniform};
 use super::table::{ColumnHeader, Table, check_column_count, find_column};
+use super::text::shortened;
 use super::{Problem, Selection, Signal};
 
 const FORMAT: &str = "universal";
@@ -259,7 +260,11 @@ impl History<'_> {
                 .parse()
                 .or_else(|_| word.replace(['D', 'd'], "E").parse());
             number.map_err(|_| {
-                let what = format!("`{word}` in `{}` is not a number", self.heading.name);
+                let what = format!(
+                    "`{}` in `{}` is not a number",
+                    shortened(word),
+                    self.heading.name
+                );
                 Problem::damaged(FORMAT, what)
             })
         };
