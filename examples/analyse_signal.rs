@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let verdict = report.verdict.get()?;
     println!("{}", verdict.summary());
     for evidence in &verdict.evidence {
-        println!("  {}", evidence.explanation());
+        println!("  {}: {}", evidence.supports, evidence.description);
     }
     for named in &report.tones.lines {
         println!("{:>10.2} Hz  {}", named.line.frequency, named.line.label);

@@ -356,6 +356,7 @@ pub fn regime<'py>(
     let search = RegimeSearch {
         sample_rate: positive(py, "rate", rate)?,
         silence,
+        background: 0.0,
     };
     analysed(py, &signal, |samples| library::classify(samples, &search))
 }

@@ -1,4 +1,4 @@
-//! A band-pass filter without phase shift.
+//! A band-pass filter without phase shift, and interpolation between samples.
 
 use std::f64::consts::PI;
 
@@ -54,6 +54,40 @@ pub fn band_pass(samples: &[f64], rate: f64, [low, high]: [f64; 2]) -> Filtered 
         samples: time,
         outside_share: if power > 0.0 { outside / power } else { 0.0 },
     }
+}
+
+/// Half of the samples used per interpolated sample.
+pub(super) const HALF_TAPS: usize = 24;
+
+/// Weights of the samples from `1 - HALF_TAPS` to `HALF_TAPS` after one, for the value a share (0 to 1) of a sample
+/// after it: a windowed sinc. Frequencies up to 0.45 of the rate are kept to 60 dB.
+pub(super) fn taps(share: f64) -> [f64; 2 * HALF_TAPS] {
+    // sin(pi (share - k)) differs from sin(pi share) by its sign only.
+    let sine = (PI * share).sin() / PI;
+    std::array::from_fn(|i| {
+        let k = i as f64 - (HALF_TAPS as f64 - 1.0);
+        let x = share - k;
+        if x == 0.0 {
+            return 1.0;
+        }
+        let sign = if k.rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        let window = (0.5 * PI * x / (HALF_TAPS as f64 + 1.0)).cos().powi(2);
+        sign * sine / x * window
+    })
+}
+
+/// Samples at `factor` times the rate, without the first and last [`HALF_TAPS`] samples.
+pub(super) fn upsampled(samples: &[f64], factor: usize) -> Vec<f64> {
+    let phases: Vec<_> = (0..factor)
+        .map(|phase| taps(phase as f64 / factor as f64))
+        .collect();
+    let between = |around: &[f64], taps: &[f64]| -> f64 {
+        around.iter().zip(taps).map(|(x, tap)| x * tap).sum()
+    };
+    samples
+        .windows(2 * HALF_TAPS)
+        .flat_map(|around| phases.iter().map(move |taps| between(around, taps)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -68,7 +68,7 @@ pub use poincare::{
     delay_section, return_map, section_shape,
 };
 pub use recurrence::*;
-pub use regime::{BlindSpot, Evidence, Limitation, Regime, RegimeSearch, Verdict, classify};
+pub use regime::{Evidence, Limitation, Regime, RegimeSearch, Verdict, classify};
 pub use sliding::{History, SlidingWindow, View};
 pub use tones::*;
 

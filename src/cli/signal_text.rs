@@ -159,9 +159,13 @@ fn verdict_text(verdict: &Outcome<Verdict>) -> String {
         [] => String::new(),
         _ => format!("  {}\n", verdict.limitations_text()),
     };
-    let evidence = verdict.evidence.iter().map(|evidence| {
-        let bar = "#".repeat((5.0 * evidence.weight).round() as usize);
-        format!("  {bar:<5} {}\n", evidence.explanation())
+    let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
+    let evidence = evidence.map(|piece| {
+        let factor = significant(piece.factor(), 2);
+        format!(
+            "  {factor:>5} x {}: {}\n",
+            piece.supports, piece.description
+        )
     });
     let summary = verdict.summary();
     let (regime, rest) = summary.split_at(verdict.regime.to_string().len());

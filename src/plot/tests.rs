@@ -82,22 +82,17 @@ pub fn report(name: &str) -> SignalAnalysis {
         (
             "spectrum",
             0.9,
-            &[Regime::QuasiPeriodic][..],
+            Regime::QuasiPeriodic,
             "two tones, f1 = 4.11 kHz and f2 = 3.87 kHz, explain every line",
         ),
         (
             "Poincaré section",
             0.8,
-            &[Regime::QuasiPeriodic][..],
+            Regime::QuasiPeriodic,
             "400 passages lie on a closed curve",
         ),
-        ("0–1 test", 0.6, &[Regime::Periodic][..], "K = 0.03"),
-        (
-            "largest exponent",
-            0.2,
-            &[Regime::Chaotic][..],
-            "12 ± 9 1/s",
-        ),
+        ("0–1 test", 0.6, Regime::Periodic, "K = 0.03"),
+        ("largest exponent", 0.2, Regime::Chaotic, "12 ± 9 1/s"),
     ];
     let signal = Signal {
         name: name.to_owned(),
@@ -193,9 +188,14 @@ pub fn report(name: &str) -> SignalAnalysis {
             limitations: Vec::new(),
             evidence: evidence
                 .into_iter()
-                .map(|(what, weight, says, words)| {
-                    Evidence::new(what, weight, says, weight, words.to_owned())
-                })
+                .map(
+                    |(criterion, contribution, supports, description)| Evidence {
+                        criterion: criterion.to_owned(),
+                        supports,
+                        contribution,
+                        description: description.to_owned(),
+                    },
+                )
                 .collect(),
         }),
         nonlinear_samples: samples.len(),

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     analysis::{Regime, Verdict},
+    number::significant,
     pipeline::message::Header,
 };
 
@@ -70,29 +71,28 @@ fn heading(verdict: &Verdict) -> String {
 
 /// The classification with the strongest evidence.
 pub fn words(verdict: &Verdict) -> String {
-    let strongest = verdict.evidence.iter().take(3);
-    let words: String = strongest
-        .map(|e| format!("* {}\n", e.explanation()))
-        .collect();
+    let strongest: String = evidence(verdict).take(3).collect();
     let limitations = verdict.limitations_text();
-    format!("{}\n\n{limitations}\n\n{words}", heading(verdict))
+    format!("{}\n\n{limitations}\n\n{strongest}", heading(verdict))
+}
+
+/// A line for each piece of evidence, strongest first.
+fn evidence(verdict: &Verdict) -> impl Iterator<Item = String> {
+    let pieces = verdict.evidence.iter().filter(|piece| piece.matters());
+    pieces.map(|piece| {
+        format!(
+            "* **{}: {}** (odds times {}). {}\n",
+            style::capitalize(&piece.criterion),
+            piece.supports,
+            significant(piece.factor(), 2),
+            piece.description,
+        )
+    })
 }
 
 /// The classification with all evidence, strongest first. A list wraps in a narrow view, a table does not.
 fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
-    let items: String = verdict
-        .evidence
-        .iter()
-        .map(|evidence| {
-            format!(
-                "* **{}: {}** (weight {:.2}). {}\n",
-                style::capitalize(&evidence.criterion),
-                evidence.supported_regimes(),
-                evidence.weight,
-                evidence.explanation(),
-            )
-        })
-        .collect();
+    let items: String = evidence(verdict).collect();
     format!(
         "{heading}, window of {window} before {now}. {limitations}\n\n{items}",
         heading = heading(verdict),
@@ -117,13 +117,12 @@ mod tests {
             confidence: 0.874,
             likeliest: vec![Regime::QuasiPeriodic, Regime::Periodic],
             limitations: vec![Limitation::Modulation],
-            evidence: vec![Evidence::new(
-                "0-1 test",
-                0.0213,
-                &[Regime::Periodic, Regime::QuasiPeriodic],
-                0.5,
-                "K = 0.02: regular.".to_owned(),
-            )],
+            evidence: vec![Evidence {
+                criterion: "0-1 test".to_owned(),
+                supports: Regime::QuasiPeriodic,
+                contribution: 0.7,
+                description: "K = 0.02: regular.".to_owned(),
+            }],
         };
         let text = document(&demo::header(0.3), 0.12, 0.04, &verdict);
         assert!(text.starts_with(

@@ -24,7 +24,6 @@ mod divergence;
 mod scaling;
 mod zero_one;
 
-pub(in crate::analysis) use divergence::divergence_in;
 pub use divergence::{Divergence, DivergenceMethod, DivergenceSearch, divergence};
 pub use scaling::ScalingRegion;
 pub use zero_one::{ZeroOne, ZeroOneTest, zero_one};

@@ -1,12 +1,8 @@
 //! A signal along a ridge, brought to a constant frequency.
 
-use std::f64::consts::PI;
-
 use super::{Span, TonalEvent};
 use crate::analysis::AnalysisError;
-
-/// Half of the samples used per interpolated sample.
-const HALF_TAPS: isize = 24;
+use crate::analysis::filter::{HALF_TAPS, taps};
 
 /// The samples of `span` in a time in which the fundamental of `event` has the constant frequency
 /// [`TonalEvent::frequency_hz`]: the warped time `tau` has `dtau / dt = f(t) / f_mean` along the ridge, so
@@ -45,19 +41,10 @@ pub fn demodulate(
 /// The signal at a position between samples.
 fn interpolated(samples: &[f64], at: f64) -> f64 {
     let base = at.floor();
-    let share = at - base;
-    let base = base as isize;
-    if share == 0.0 {
-        return samples[base as usize];
-    }
-    // sin(pi (share - k)) differs from sin(pi share) by its sign only.
-    let sine = (PI * share).sin() / PI;
-    let term = |k: isize| {
-        let x = share - k as f64;
-        let sample = samples.get(usize::try_from(base + k).ok()?)?;
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let window = (0.5 * PI * x / (HALF_TAPS as f64 + 1.0)).cos().powi(2);
-        Some(sample * sign * sine / x * window)
+    let first = base as isize + 1 - HALF_TAPS as isize;
+    let taps = taps(at - base);
+    let term = |(k, tap): (usize, &f64)| {
+        Some(tap * samples.get(usize::try_from(first + k as isize).ok()?)?)
     };
-    (1 - HALF_TAPS..=HALF_TAPS).filter_map(term).sum()
+    taps.iter().enumerate().filter_map(term).sum()
 }

@@ -8,21 +8,9 @@ pub(super) const SECTIONS: usize = 8;
 /// Least scatter of equal levels, natural logarithm.
 const MIN_SCATTER: f64 = 0.02;
 
-/// Quantity that changes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Changed {
-    /// Root mean square.
-    Level,
-    /// Difference of values one period apart.
-    Difference,
-}
-
 /// A change from one level, held in all sections before it, to another, held in all sections after it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
-    pub of: Changed,
-    /// Share of the record before the change, in the middle of the section that contains it.
-    pub at: f64,
     /// Change of the natural logarithm.
     pub size: f64,
     /// Change over its standard error (Welch's statistic with a pooled variance).
@@ -35,21 +23,15 @@ impl Change {
         levels: &[f64; SECTIONS],
         differences: Option<&[f64; SECTIONS]>,
     ) -> Option<Self> {
-        let quantities = [
-            (Changed::Level, Some(levels)),
-            (Changed::Difference, differences),
-        ];
-        let known = quantities
-            .into_iter()
-            .filter_map(|(of, values)| Some((of, values?)));
         // At least two sections on either side of the one that contains the change.
-        let all =
-            known.flat_map(|(of, values)| (2..SECTIONS - 2).map(move |k| Self::at(of, values, k)));
+        let all = std::iter::once(levels)
+            .chain(differences)
+            .flat_map(|values| (2..SECTIONS - 2).map(move |k| Self::at(values, k)));
         all.max_by(|a, b| a.significance.total_cmp(&b.significance))
     }
 
     /// The change in section `k`.
-    fn at(of: Changed, values: &[f64; SECTIONS], k: usize) -> Self {
+    fn at(values: &[f64; SECTIONS], k: usize) -> Self {
         let squares = |part: &[f64]| part.iter().map(|x| (x - mean(part)).powi(2)).sum::<f64>();
         let (before, after) = (&values[..k], &values[k + 1..]);
         let [a, b] = [before, after].map(|part| part.len() as f64);
@@ -57,8 +39,6 @@ impl Change {
         let error = (variance.max(MIN_SCATTER * MIN_SCATTER) * (1.0 / a + 1.0 / b)).sqrt();
         let size = mean(after) - mean(before);
         Self {
-            of,
-            at: (k as f64 + 0.5) / SECTIONS as f64,
             size,
             significance: size.abs() / error,
         }

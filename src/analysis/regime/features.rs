@@ -1,19 +1,19 @@
 //! Features of a signal for the classification.
+//!
+//! Sections and neighbours need a signal between its samples: a harmonic with four samples per period is
+//! interpolated first, so that the distance of two crossings is that of the motion and not of the sampling.
 
 use std::f64::consts::LN_2;
 
 use super::change::{Change, SECTIONS};
+use super::model::INPUTS;
 use super::neighbourhood::{DIMENSION, MIN_ERROR, Neighbourhood, PERIOD, PredictionError};
+use crate::analysis::filter::upsampled;
 use crate::analysis::{
-    AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, DivergenceSearch,
-    Line, LineCriterion, LineIdentification, ScalingRegion, SectionShape, SpectrumAnalyser, Window,
-    ZeroOneTest, delay_section, divergence_in, identify_lines, mean, mutual_information, range,
-    section_shape, zero_one,
+    AnalysisError, Bases, Combination, DelaySearch, DelayVectors, Direction, Line, LineCriterion,
+    SectionShape, SpectrumAnalyser, Window, ZeroOneTest, delay_section, identify_lines, mean,
+    mutual_information, range, section_shape, zero_one,
 };
-
-/// Minimum amplitude of a line that is not a harmonic, relative to the strongest, to count as a second
-/// tone.
-pub(super) const MIN_SECOND_TONE: f64 = 0.025;
 
 /// Largest lag tried, samples.
 const MAX_LAG: usize = 200;
@@ -39,8 +39,12 @@ const ZERO_ONE_SAMPLES: usize = 2000;
 /// Maximum number of crossings of the section, taken from the end.
 const MAX_CROSSINGS: usize = 400;
 
-/// Reference states for the exponent.
-const EXPONENT_REFERENCES: usize = 300;
+/// Largest number of interpolated samples, and most per sample.
+const MAX_DENSE: usize = 16_000;
+const MAX_FACTOR: usize = 8;
+
+/// Distance of crossings over the standard deviation that a second tone too weak to count explains.
+const WEAK: f64 = 0.017;
 
 /// Minimum ratio of a line to the noise floor. In noise one of 10^12 bins exceeds it.
 const MIN_LINE: f64 = 6.5;
@@ -48,17 +52,17 @@ const MIN_LINE: f64 = 6.5;
 /// Standard uncertainty of a line's frequency for its identification, bins.
 const LINE_UNCERTAINTY: f64 = 0.1;
 
-/// The same for the comparison of two bases, which are strong lines: 1e-4 without noise.
-const LOCKING_UNCERTAINTY: f64 = 0.02;
+/// Samples per period of the highest line of at least a hundredth of the strongest one, for sections and neighbours.
+const DENSE: f64 = 16.0;
+
+/// Largest broadband share of a signal that is interpolated: noise and maps have no band to interpolate in.
+const TONAL: f64 = 0.1;
 
 /// Least ratio of the amplitudes of the side lines of a modulated tone.
 const MIRRORED: f64 = 0.85;
 
 /// Statistical scatter of the upper quarter of a white noise floor below the rest.
 const WHITE_SCATTER: f64 = 1.3;
-
-/// Two tones are phase-locked if a multiple of one up to this order is a multiple of the other.
-const MAX_LOCKING_ORDER: u32 = 8;
 
 /// Linear trend over the record.
 #[derive(Clone, Copy, Debug)]
@@ -69,32 +73,27 @@ pub(super) struct Trend {
     pub significance: f64,
 }
 
-/// Reading of the spectral lines.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Tones {
-    /// No line.
-    None,
-    /// Harmonics of one tone (Hz). `unrelated` is the amplitude of the strongest other line over that of
-    /// the strongest of all.
-    One { f1: f64, unrelated: f64 },
-    /// Two tones (Hz) and their combinations. `second` is the amplitude of the strongest line to which
-    /// the second tone contributes, over that of the strongest of all.
-    Two { f1: f64, f2: f64, second: f64 },
-    /// Two phase-locked tones: `f2 / f1 = p / q`. `unrelated` is the amplitude of the strongest other line
-    /// over that of the strongest of all.
-    PhaseLocked {
-        f1: f64,
-        p: u32,
-        q: u32,
-        unrelated: f64,
-    },
-    /// This number of lines that fit neither one tone nor two.
-    Many(usize),
+/// Power of the spectral lines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinePower {
+    /// Base frequency of which most power are harmonics, Hz; `None` without lines.
+    pub f1: Option<f64>,
+    /// Share of the lines' power that is neither in harmonics of one base nor in its subharmonics.
+    pub beside_one: f64,
+    /// Share of the lines' power that is in no combination of two bases.
+    pub beside_two: f64,
+    /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45.
+    pub side: Option<f64>,
+    /// Whether the side lines are those of a modulated amplitude: equally strong on both sides, without a line of
+    /// their own frequency.
+    pub is_mirrored: bool,
 }
 
 /// All features.
 #[derive(Clone, Debug)]
 pub(super) struct Features {
+    /// Number of samples.
+    pub samples: usize,
     /// Number of periods in the record: of four lags, or crossings, whichever is larger.
     pub periods_seen: f64,
     /// Trend of the natural logarithm of the root mean square.
@@ -105,16 +104,14 @@ pub(super) struct Features {
     pub period_drift: Option<Trend>,
     /// The most significant lasting change from one level to another.
     pub change: Option<Change>,
-    /// Delay of the states, samples.
-    pub lag: usize,
     /// Share of the power in the noise floor of the spectrum.
     pub floor: f64,
     /// The part of it that is not white: the noise floor is higher at the frequencies of the motion than
     /// in the upper quarter of the frequencies.
     pub coloured: f64,
-    pub tones: Tones,
-    /// Distance of the strongest side lines if they are those of a modulated tone, Hz.
-    pub modulation: Option<f64>,
+    /// Share of the power in the background of the recording; 0 if unknown.
+    pub background: f64,
+    pub lines: LinePower,
     pub section: SectionShape,
     pub crossings: usize,
     /// Prediction errors.
@@ -124,21 +121,21 @@ pub(super) struct Features {
     /// Distance to the nearest state that is distant in time over that to the nearest state at any time,
     /// natural logarithm. 0 for a stationary motion.
     pub drift: f64,
-    /// Number of states among which neighbours are searched.
-    pub states: usize,
     /// Distance of crossings any number of periods apart over the standard deviation of the signal; and
     /// the period in crossings.
     pub repetition: Option<(f64, usize)>,
-    /// 0-1 test: `K` and the number of samples.
-    pub zero_one: Option<(f64, usize)>,
-    /// Rate of divergence of neighbours and its error, per period.
-    pub exponent: Option<[f64; 2]>,
+    /// 0-1 test: `K`.
+    pub zero_one: Option<f64>,
 }
 
 impl Features {
     /// Features of samples between -1 and 1 that are not all equal, at least
-    /// [`super::RegimeSearch::MIN_SAMPLES`].
-    pub(super) fn of(samples: &[f64], sample_rate: f64) -> Result<Self, AnalysisError> {
+    /// [`super::RegimeSearch::MIN_SAMPLES`]. `background`: its power, 0 if unknown.
+    pub(super) fn of(
+        samples: &[f64],
+        sample_rate: f64,
+        background: f64,
+    ) -> Result<Self, AnalysisError> {
         let n = samples.len();
         let mean = mean(samples);
         let centred: Vec<f64> = samples.iter().map(|x| x - mean).collect();
@@ -151,8 +148,17 @@ impl Features {
             ..LineCriterion::default()
         };
         let lines = spectrum.lines(&criterion);
-        let naming = identify_lines(&lines, LINE_UNCERTAINTY * spectrum.bin);
-        let tones = Tones::read(&lines, &naming, LOCKING_UNCERTAINTY * spectrum.bin);
+        let levels = levels(&centred, power);
+        let [smallest, largest] = range(levels);
+        let floor = spectrum.broadband_share();
+        let centred = match samples_per_step(&lines, floor, sample_rate) {
+            1 => centred,
+            factor => {
+                let first = n.saturating_sub(MAX_DENSE / factor);
+                upsampled(&centred[first..], factor)
+            }
+        };
+        let n = centred.len();
 
         let lag = lag(&centred)?;
         let crossings = delay_section(&centred, lag, 3, 0.0, Direction::Rising)?;
@@ -189,115 +195,258 @@ impl Features {
             let least = prediction_error.short.max(MIN_ERROR) * power.sqrt();
             differences(&centred, period, least)
         });
-        let levels = levels(&centred, power);
-        let [smallest, largest] = range(levels);
         let stride = ZeroOneTest::recommended_stride(&centred).max(lag);
         let late = &centred[n.saturating_sub(ZERO_ONE_SAMPLES * stride)..];
         let zero_one = zero_one(late, &ZeroOneTest::with_stride(stride));
         let period = (PERIOD * lag) as f64;
         Ok(Self {
+            samples: samples.len(),
             periods_seen: (n as f64 / period).max(crossings.len() as f64),
             envelope: Trend::of(&levels),
             level_range: largest - smallest,
             change: Change::most_significant(&levels, differences.as_ref()),
-            lag,
             period_drift: periods(&instants).map(|periods| Trend::of(&periods)),
-            floor: spectrum.broadband_share(),
-            coloured: spectrum.broadband_share() * colour(&spectrum.floor()),
-            tones,
-            modulation: modulation(&lines, 2.0 * LINE_UNCERTAINTY * spectrum.bin),
+            floor,
+            coloured: floor * colour(&spectrum.floor()),
+            background: background / power,
+            lines: LinePower::of(&lines, LINE_UNCERTAINTY * spectrum.bin),
             section: section_shape(&points, high - low),
             crossings: crossings.len(),
             prediction_error,
             divergence: neighbourhood.divergence(),
             drift: neighbourhood.drift(),
-            states: vectors.len(),
             repetition: repetition.map(|(distance, period)| (distance / power.sqrt(), period)),
-            zero_one: zero_one.ok().map(|result| (result.k, result.samples)),
-            exponent: exponent(&neighbourhood).map(|r| [r.slope * period, r.error * period]),
+            zero_one: zero_one.ok().map(|result| result.k),
         })
     }
 
-    /// Broadband share over the value that noise of the size of the prediction error would have.
-    pub(super) fn floor_ratio(&self) -> f64 {
-        self.floor / self.prediction_error.short.max(MIN_ERROR).powi(2)
-    }
-
     /// Distance of crossings one period apart over the part explained by noise, or by a second tone too weak
-    /// to count: of relative amplitude `a` it moves the crossings by up to `2 a` standard deviations, and three
-    /// times the explained part is no repetition.
-    pub(super) fn repetition_ratio(&self) -> Option<f64> {
-        let (distance, _) = self.repetition?;
+    /// to count; 1 with too few crossings.
+    pub(super) fn repetition_ratio(&self) -> f64 {
         // The error of a prediction is that of noise or, between sparse states, larger.
         let noise = self.prediction_error.short.min(self.floor.sqrt());
-        let weak = 2.0 * MIN_SECOND_TONE / 3.0;
-        Some(distance / noise.max(MIN_ERROR).max(weak))
-    }
-
-    /// Ratio of the long-term to the short-term prediction error.
-    pub(super) fn error_growth(&self) -> f64 {
-        self.prediction_error.long / self.prediction_error.short.max(MIN_ERROR)
+        self.repetition
+            .map_or(1.0, |(distance, _)| distance / noise.max(WEAK))
     }
 
     /// Ratio of the nearest-neighbour prediction error to that of a linear map.
     pub(super) fn relative_to_linear(&self) -> f64 {
         self.prediction_error.short / self.prediction_error.linear.max(1e-9)
     }
+
+    /// The inputs of the model, in the order of [`super::model::INPUTS`]. Powers and errors enter by their
+    /// logarithm, within the range in which they distinguish types of motion.
+    pub(super) fn inputs(&self) -> [f64; INPUTS.len()] {
+        let share = |x: f64, least: f64| x.max(least).log10();
+        let part = |x: f64, [zero, one]: [f64; 2]| ((x - zero) / (one - zero)).clamp(0.0, 1.0);
+        let PredictionError { short, long, .. } = self.prediction_error;
+        let excess = |power: f64| power - 2.0 * self.background;
+        // Neighbours that predict no better than a linear map are those of noise.
+        let nonlinear = part(self.relative_to_linear(), [0.9, 0.2]);
+        let level = (self.envelope.change.abs() * part(self.envelope.significance, [2.0, 6.0]))
+            .max(self.level_range * part(self.level_range, [0.5, 1.5]));
+        let change = self.change.map_or(0.0, |change| {
+            change.significance.min(20.0) * part(change.size.abs(), [0.03, 0.3])
+        });
+        let drift = self.period_drift.map_or(0.0, |drift| {
+            drift.change.abs() * part(drift.significance, [3.0, 8.0])
+        });
+        [
+            share(self.lines.beside_one, 1e-5),
+            share(self.lines.beside_two, 1e-5),
+            self.lines.side.map_or(0.0, |side| -share(side, 1e-3)),
+            f64::from(u8::from(self.lines.is_mirrored)),
+            share(self.floor, 1e-7),
+            share(excess(self.floor), 1e-7),
+            share(excess(self.coloured), 1e-6),
+            (self.floor / short.max(MIN_ERROR).powi(2))
+                .clamp(0.3, 300.0)
+                .ln(),
+            f64::from(u8::from(self.section == SectionShape::Loop)),
+            f64::from(u8::from(matches!(self.section, SectionShape::Points(_)))),
+            self.repetition_ratio().clamp(0.5, 30.0).ln(),
+            long.clamp(MIN_ERROR, 1.2).log10(),
+            self.relative_to_linear().min(1.2),
+            self.divergence.clamp(-0.2, 2.0) * nonlinear,
+            self.drift.clamp(0.0, 3.0),
+            self.zero_one.map_or(0.5, |k| k.clamp(-0.2, 1.0)),
+            level.max(0.02).ln(),
+            change,
+            share(drift.min(1.0), 1e-4),
+            self.periods_seen.clamp(3.0, 1000.0).log10(),
+        ]
+    }
 }
 
-impl Tones {
-    /// Reads the lines, strongest first. Frequencies are phase-locked if they deviate from a rational
-    /// ratio by at most `uncertainty` (Hz).
-    fn read(lines: &[Line], naming: &LineIdentification, uncertainty: f64) -> Self {
-        // Amplitude of the strongest line with a name that satisfies a condition, over that of the
-        // strongest of all.
-        let strongest = |condition: fn(&Option<Combination>) -> bool| {
-            let mut named = lines.iter().zip(&naming.names);
-            let line = named.find(|(_, name)| condition(name));
-            line.map_or(0.0, |(line, _)| line.amplitude / lines[0].amplitude)
-        };
-        let bases = match naming.bases {
-            Bases::Modulated { f1, fm } => Bases::Two { f1, f2: f1 - fm },
-            bases => bases,
-        };
-        let unrelated = strongest(|name| name.is_none());
-        match bases {
-            Bases::None if lines.is_empty() => Self::None,
-            Bases::None => Self::Many(lines.len()),
-            Bases::One { f1 } => Self::One { f1, unrelated },
-            Bases::Two { f1, f2 } => match locking_ratio(f1, f2, uncertainty) {
-                Some((p, q)) => Self::PhaseLocked {
-                    f1,
-                    p,
-                    q,
-                    unrelated,
-                },
-                None => Self::Two {
-                    f1,
-                    f2,
-                    second: strongest(|name| name.is_some_and(|name| name.m != 0)),
-                },
+/// The sentences of the evidence.
+impl Features {
+    /// A sentence with the values of the features of a criterion.
+    pub(super) fn description(&self, criterion: &str) -> String {
+        let percent = |share: f64| format!("{} %", significant(100.0 * share));
+        let PredictionError { short, long, .. } = self.prediction_error;
+        match criterion {
+            "one tone" => match self.lines.f1 {
+                Some(f1) => format!(
+                    "{} of the lines' power is in no harmonic of {} Hz.",
+                    percent(self.lines.beside_one),
+                    significant(f1)
+                ),
+                None => "The lines are no harmonics of one tone.".into(),
             },
-            Bases::Modulated { .. } => Self::Many(lines.len()),
+            "two tones" => format!(
+                "{} of the lines' power is in no combination of two frequencies.",
+                percent(self.lines.beside_two)
+            ),
+            "side lines" => self.lines.side.map_or_else(
+                || "The strongest line has no side lines.".into(),
+                |side| {
+                    format!(
+                        "The strongest side line is {} from the strongest line{}.",
+                        percent(side),
+                        if self.lines.is_mirrored {
+                            ", with a mirror image"
+                        } else {
+                            ""
+                        }
+                    )
+                },
+            ),
+            "broadband floor" => format!(
+                "{} of the power lies between the lines, {} times that of noise of the size of the prediction \
+                 error.",
+                percent(self.floor),
+                significant(self.floor / short.max(MIN_ERROR).powi(2))
+            ),
+            "Poincare section" => format!(
+                "{} crossings of the section form {}.",
+                self.crossings,
+                match self.section {
+                    SectionShape::TooFew => "no shape: they are too few".into(),
+                    SectionShape::Points(1) => "one point".into(),
+                    SectionShape::Points(count) => format!("{count} points"),
+                    SectionShape::Loop => "a closed curve".into(),
+                    SectionShape::Arc => "an open curve".into(),
+                    SectionShape::Cloud => "a cloud".to_owned(),
+                }
+            ),
+            "repetition" => self.repetition.map_or_else(
+                || "Too few crossings for a repetition.".into(),
+                |(distance, period)| {
+                    format!(
+                        "Crossings {period} apart differ by {} of the standard deviation, {} times as much as noise \
+                         explains.",
+                        percent(distance),
+                        significant(self.repetition_ratio())
+                    )
+                },
+            ),
+            "predictability" => format!(
+                "Neighbours predict the motion with an error of {} at first and {} after ten periods; a linear map \
+                 predicts it with {}.",
+                percent(short),
+                percent(long),
+                percent(self.prediction_error.linear)
+            ),
+            "divergence" => format!(
+                "The distance of neighbours grows by a factor of {} along the record.",
+                significant(self.divergence.exp())
+            ),
+            "0-1 test" => self.zero_one.map_or_else(
+                || "The record is too short for the 0-1 test.".into(),
+                |k| format!("The 0-1 test gives {k:.2} (0: regular, 1: chaos or noise)."),
+            ),
+            "steadiness" => format!(
+                "The level changes by a factor of {}, the period by {}.",
+                significant(self.level_range.exp()),
+                percent(self.period_drift.map_or(0.0, |drift| drift.change.exp_m1().abs()))
+            ),
+            _ => format!("The record has {:.0} periods.", self.periods_seen),
         }
     }
 }
 
-/// Distance of the strongest side line from the strongest line (Hz), if it has a mirror image of equal strength
-/// and no line of its own frequency: the lines of a modulated tone. `lines`: strongest first.
-fn modulation(lines: &[Line], uncertainty: f64) -> Option<f64> {
-    let carrier = lines.first()?.frequency;
-    let at = |frequency: f64| {
-        let near = |line: &&Line| (line.frequency - frequency).abs() <= uncertainty;
-        lines.iter().find(near).map_or(0.0, |line| line.amplitude)
-    };
-    // The octave and its multiples are harmonics.
-    let beside = |line: &&Line| (line.frequency - carrier).abs() < 0.45 * carrier;
-    let side = lines[1..].iter().find(beside)?;
-    let distance = (side.frequency - carrier).abs();
-    let mirrored = at(2.0 * carrier - side.frequency) > MIRRORED * side.amplitude;
-    let own = at(distance) > (1.0 - MIRRORED) * side.amplitude;
-    (mirrored && !own).then_some(distance)
+/// Three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = (2.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+impl LinePower {
+    /// Reads the lines, strongest first. `uncertainty`: of a frequency, Hz.
+    fn of(lines: &[Line], uncertainty: f64) -> Self {
+        let Some(carrier) = lines.first().map(|line| line.frequency) else {
+            return Self {
+                f1: None,
+                beside_one: 1.0,
+                beside_two: 1.0,
+                side: None,
+                is_mirrored: false,
+            };
+        };
+        let naming = identify_lines(lines, uncertainty);
+        let power = |belongs: &dyn Fn(Combination) -> bool| -> f64 {
+            let named = lines.iter().zip(&naming.names);
+            named
+                .filter(|(_, name)| name.is_some_and(belongs))
+                .map(|(line, _)| line.amplitude.powi(2))
+                .sum()
+        };
+        let total: f64 = lines.iter().map(|line| line.amplitude.powi(2)).sum();
+        let beside = |part: f64| 1.0 - part / total;
+        let [first, second, all] = [power(&|c| c.m == 0), power(&|c| c.n == 0), power(&|_| true)];
+        let bases = match naming.bases {
+            Bases::None => None,
+            Bases::One { f1 } => Some([f1, f1]),
+            Bases::Modulated { f1, fm } => Some([f1, f1 - fm]),
+            Bases::Two { f1, f2 } => Some([f1, f2]),
+        };
+        // The octave and its multiples are harmonics.
+        let beside_carrier = |line: &&Line| (line.frequency - carrier).abs() < 0.45 * carrier;
+        let side = lines[1..].iter().find(beside_carrier);
+        let at = |frequency: f64| {
+            let near = |line: &&Line| (line.frequency - frequency).abs() <= 2.0 * uncertainty;
+            lines.iter().find(near).map_or(0.0, |line| line.amplitude)
+        };
+        let is_mirrored = side.is_some_and(|side| {
+            let own = at((side.frequency - carrier).abs());
+            at(2.0 * carrier - side.frequency) > MIRRORED * side.amplitude
+                && own <= (1.0 - MIRRORED) * side.amplitude
+        });
+        let one = match bases {
+            Some(bases) if are_locked(bases, uncertainty) => all,
+            _ => first.max(second),
+        };
+        Self {
+            f1: bases.map(|bases| bases[usize::from(second > first)]),
+            beside_one: beside(one),
+            beside_two: beside(all),
+            side: side.map(|side| (side.frequency - carrier).abs() / carrier),
+            is_mirrored,
+        }
+    }
+}
+
+/// Whether two frequencies (Hz) are phase-locked: multiples of both up to the order 8 are equal. Strong lines are known
+/// to a fifth of the given uncertainty.
+fn are_locked([f1, f2]: [f64; 2], uncertainty: f64) -> bool {
+    let ratio = f2 / f1;
+    (1..=8).map(f64::from).any(|q| {
+        let p = (q * ratio).round();
+        let deviation = (q * f2 - p * f1).abs();
+        p >= 1.0 && deviation <= 0.2 * uncertainty * (q * q + p * p).sqrt()
+    })
+}
+
+/// Number of samples to interpolate per sample.
+fn samples_per_step(lines: &[Line], floor: f64, sample_rate: f64) -> usize {
+    if floor > TONAL {
+        return 1;
+    }
+    let strong = lines
+        .iter()
+        .filter(|line| line.amplitude > 0.01 * lines[0].amplitude);
+    let highest = strong.map(|line| line.frequency).fold(0.0, f64::max);
+    ((DENSE * highest / sample_rate).ceil() as usize).clamp(1, MAX_FACTOR)
 }
 
 impl Trend {
@@ -316,15 +465,9 @@ impl Trend {
         let slope = both().map(|(t, y)| t * y).sum::<f64>() / spread;
         let rest: f64 = both().map(|(t, y)| (y - slope * t).powi(2)).sum();
         let error = (rest / (n - 2.0) / spread).sqrt();
-        // Eight random values increase monotonically once in 40,000 times. A trend need not be linear.
-        let rising = values.is_sorted_by(|a, b| a < b);
-        let falling = values.is_sorted_by(|a, b| a > b);
         Self {
             change: slope * (n - 1.0),
-            significance: match rising || falling {
-                true => f64::INFINITY,
-                false => slope.abs() / error.max(1e-12),
-            },
+            significance: slope.abs() / error.max(1e-12),
         }
     }
 }
@@ -369,18 +512,6 @@ fn differences(centred: &[f64], period: f64, least: f64) -> Option<[f64; SECTION
         0.5 * (squares / (to - from) as f64 + least * least).ln()
     };
     (4.0 * period * SECTIONS as f64 <= centred.len() as f64).then(|| std::array::from_fn(of))
-}
-
-/// `p / q` in lowest terms if it equals `f2 / f1` within the uncertainty, `q` up to
-/// [`MAX_LOCKING_ORDER`].
-fn locking_ratio(f1: f64, f2: f64, uncertainty: f64) -> Option<(u32, u32)> {
-    let ratio = f2 / f1;
-    (1..=MAX_LOCKING_ORDER).find_map(|q| {
-        let p = (f64::from(q) * ratio).round();
-        let deviation = (f64::from(q) * f2 - p * f1).abs();
-        let close = deviation <= uncertainty * (f64::from(q).powi(2) + p * p).sqrt();
-        (close && p >= 1.0).then_some((p as u32, q))
-    })
 }
 
 /// Share of the power of a noise floor that is not white.
@@ -447,13 +578,4 @@ fn repetition(points: &[&[f64]]) -> Option<(f64, usize)> {
     (1..=MAX_PERIOD.min(points.len() / 8))
         .map(of_period)
         .min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// Scaling region of the divergence of nearest neighbours.
-fn exponent(neighbourhood: &Neighbourhood<'_>) -> Option<ScalingRegion> {
-    let tree = neighbourhood.tree();
-    let (samples, lag) = (tree.vectors().samples(), tree.vectors().lag());
-    let mut search = DivergenceSearch::for_delay(lag, DIMENSION, PERIOD * lag, samples.len());
-    search.max_references = EXPONENT_REFERENCES;
-    divergence_in(tree, &search).ok()?.region
 }

@@ -33,9 +33,7 @@ pub(super) const MIN_ERROR: f64 = 3e-3;
 /// Prediction errors over the standard deviation of the signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PredictionError {
-    /// Time of a prediction, samples: a quarter period, or less if the signal is unpredictable over it.
-    pub ahead: usize,
-    /// Nearest-neighbour prediction over this time.
+    /// Nearest-neighbour prediction over a quarter period, or less if the signal is unpredictable over it.
     pub short: f64,
     /// Prediction by a linear map over this time.
     pub linear: f64,
@@ -60,11 +58,6 @@ impl<'a> Neighbourhood<'a> {
             lag,
             power,
         }
-    }
-
-    /// The tree of the states.
-    pub(super) fn tree(&self) -> &NeighbourTree<'a> {
-        &self.tree
     }
 
     /// Prediction errors one lag and [`LONG_PERIODS`] periods ahead.
@@ -124,7 +117,6 @@ impl<'a> Neighbourhood<'a> {
             .map(|(state, next)| (next - state.dot(&linear_map)).powi(2));
         let linear = (residuals.sum::<f64>() / rows as f64 / power).sqrt();
         PredictionError {
-            ahead: lag,
             short: relative(short),
             linear,
             long: relative(long),

@@ -1,5 +1,6 @@
 //! Test signals: closed-form signals, and chaotic systems with known exponents.
 
+pub mod recorded;
 mod systems;
 pub mod textbook;
 

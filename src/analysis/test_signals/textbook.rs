@@ -2,7 +2,7 @@
 //!
 //! The truth comes from the equations, not from the signal: closed forms, parameters with known
 //! attractors, and for chaos a positive largest exponent of the system. Signals are numbered: numbers below
-//! [`JUDGING`] are for tuning, those from it on for judging only. Families
+//! [`JUDGING`] are for the fit, those from it on for judging only. Families
 //! with `judged_only` serve for judging alone.
 
 use std::f64::consts::{PI, TAU};
@@ -16,18 +16,15 @@ use crate::analysis::Regime::{
     self, Chaotic, Noise, Periodic, QuasiPeriodic, Transient, Undetermined,
 };
 
-/// First number of the signals that calibrate the confidence.
-pub const CALIBRATION: u64 = 500_000;
-
 /// First number of the signals for judging.
 pub const JUDGING: u64 = 1_000_000;
 
 /// Period of the Roessler system, in its unit of time.
-const ROESSLER: f64 = 5.9;
+pub(super) const ROESSLER: f64 = 5.9;
 
 /// Largest exponents per period, of perturbations at equal phase of the drive: chaos; no divergence; neither
 /// divergence nor convergence, as on a driven oscillator's torus (if it is locked to the drive they converge).
-const CHAOS: [f64; 2] = [0.03, f64::INFINITY];
+pub(super) const CHAOS: [f64; 2] = [0.03, f64::INFINITY];
 const REGULAR: [f64; 2] = [f64::NEG_INFINITY, 0.002];
 const NEUTRAL: [f64; 2] = [-0.002, 0.002];
 
@@ -42,51 +39,59 @@ pub struct Textbook {
 }
 
 impl Textbook {
-    /// The signal of this number.
-    pub fn signal(&self, number: u64) -> Vec<f64> {
+    /// The signal of this number, and the power of its background; 0 if unknown.
+    pub fn signal(&self, number: u64) -> (Vec<f64>, f64) {
         let name = self.name.bytes().fold(0_u64, |hash, byte| {
             hash.wrapping_mul(31).wrapping_add(u64::from(byte))
         });
         let seed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ name;
-        (self.make)(&mut Draw(ChaCha8Rng::seed_from_u64(seed)))
+        let mut draw = Draw {
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            background: 0.0,
+        };
+        ((self.make)(&mut draw), draw.background)
     }
 }
 
 /// Random parameters.
-struct Draw(ChaCha8Rng);
+pub(super) struct Draw {
+    pub rng: ChaCha8Rng,
+    /// Power of the background of a recording.
+    pub background: f64,
+}
 
 impl Draw {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.0.random::<f64>()
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.rng.random::<f64>()
     }
 
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.0.random_range(0..from.len())]
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.rng.random_range(0..from.len())]
     }
 
     /// Number of samples.
-    fn count(&mut self) -> usize {
+    pub fn count(&mut self) -> usize {
         self.between(2500.0, 10_000.0) as usize
     }
 
     /// Samples per period.
-    fn rate(&mut self) -> f64 {
+    pub fn rate(&mut self) -> f64 {
         self.between(16.0, 50.0)
     }
 
-    fn phase(&mut self) -> f64 {
+    pub fn phase(&mut self) -> f64 {
         self.between(0.0, TAU)
     }
 
     /// Adds white noise of a share of the standard deviation.
-    fn with_noise(&mut self, signal: Vec<f64>, share: f64) -> Vec<f64> {
+    pub fn with_noise(&mut self, signal: Vec<f64>, share: f64) -> Vec<f64> {
         let deviation = crate::analysis::deviation(&signal);
-        let noise = noise(self.0.random(), signal.len(), share * deviation);
+        let noise = noise(self.rng.random(), signal.len(), share * deviation);
         signal.iter().zip(noise).map(|(x, e)| x + e).collect()
     }
 
     /// Adds a little noise or none.
-    fn with_floor(&mut self, signal: Vec<f64>) -> Vec<f64> {
+    pub fn with_floor(&mut self, signal: Vec<f64>) -> Vec<f64> {
         let share = self.pick(&[0.0, 1e-4, 1e-3, 1e-2, 3e-2]);
         self.with_noise(signal, share)
     }
@@ -101,7 +106,7 @@ impl Draw {
     }
 
     /// The same of the first flow drawn whose largest exponent per period is in a range.
-    fn attractor<const N: usize>(
+    pub fn attractor<const N: usize>(
         &mut self,
         draw: fn(&mut Self) -> Flow<N>,
         start: [f64; N],
@@ -121,13 +126,13 @@ impl Draw {
     }
 
     /// Values at `phase(periods)` of the given number of samples, `rate` per period.
-    fn closed(&mut self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub fn closed(&mut self, value: impl Fn(f64) -> f64) -> Vec<f64> {
         let (n, rate) = (self.count(), self.rate());
         (0..n).map(|i| value(i as f64 / rate)).collect()
     }
 
     /// A periodic function of a phase: one to five harmonics.
-    fn wave(&mut self) -> impl Fn(f64) -> f64 + use<> {
+    pub fn wave(&mut self) -> impl Fn(f64) -> f64 + use<> {
         let harmonics = self.pick(&[1, 2, 3, 5]);
         let list: Vec<[f64; 2]> = (0..harmonics)
             .map(|k| [self.between(0.1, 0.6).powi(k), self.phase()])
@@ -141,14 +146,14 @@ impl Draw {
     }
 
     /// A ratio of frequencies that is far from ratios of small integers.
-    fn irrational(&mut self) -> f64 {
+    pub fn irrational(&mut self) -> f64 {
         self.pick(&[
             0.618_034, 1.618_034, 0.414_214, 2.302_776, 0.732_051, 1.324_718,
         ]) * self.between(0.998, 1.002)
     }
 }
 
-/// All families.
+/// Families of closed forms, flows and maps.
 pub const TEXTBOOK: &[Textbook] = &[
     family("periodic", &[Periodic], |draw| {
         let wave = draw.wave();
@@ -205,14 +210,14 @@ pub const TEXTBOOK: &[Textbook] = &[
         let share = draw.between(0.02, 0.06);
         draw.with_noise(signal, share)
     }),
-    family("amplitude modulated", &[QuasiPeriodic], |draw| {
+    judged("amplitude modulated", &[QuasiPeriodic], |draw| {
         let (wave, depth, shift) = (draw.wave(), draw.between(0.1, 0.8), draw.phase());
         let slow = draw.between(0.04, 0.2);
         let signal =
             draw.closed(|t| (1.0 + depth * (TAU * slow * t + shift).sin()) * wave(TAU * t));
         draw.with_floor(signal)
     }),
-    judged("frequency modulated", &[QuasiPeriodic], |draw| {
+    family("frequency modulated", &[QuasiPeriodic], |draw| {
         let (wave, depth, shift) = (draw.wave(), draw.between(0.2, 1.0), draw.phase());
         let slow = draw.between(0.04, 0.2);
         let signal = draw.closed(|t| wave(TAU * t + depth * (TAU * slow * t + shift).sin()));
@@ -304,7 +309,7 @@ pub const TEXTBOOK: &[Textbook] = &[
         states.iter().map(|state| state[0]).collect()
     }),
     family("white noise", &[Noise], |draw| {
-        let (seed, n) = (draw.0.random(), draw.count());
+        let (seed, n) = (draw.rng.random(), draw.count());
         noise(seed, n, 1.0)
     }),
     family("coloured noise, first order", &[Noise], |draw| {
@@ -320,7 +325,7 @@ pub const TEXTBOOK: &[Textbook] = &[
         let n = draw.count();
         let octave = |k: i32| {
             let decay = 1.0 - 0.5 / 4.0_f64.powi(k);
-            let driven = noise(draw.0.random(), n + 2000, (1.0 - decay * decay).sqrt());
+            let driven = noise(draw.rng.random(), n + 2000, (1.0 - decay * decay).sqrt());
             autoregressive(&driven, decay, 0.0)
         };
         let octaves: Vec<Vec<f64>> = (0..5).map(octave).collect();
@@ -332,7 +337,7 @@ pub const TEXTBOOK: &[Textbook] = &[
         |draw| {
             let (wave, n, rate) = (draw.wave(), draw.count(), draw.rate());
             let decay = (-1.0 / (draw.between(3.0, 20.0) * rate)).exp();
-            let driven = noise(draw.0.random(), n + 2000, (1.0 - decay * decay).sqrt());
+            let driven = noise(draw.rng.random(), n + 2000, (1.0 - decay * decay).sqrt());
             let envelope = autoregressive(&driven, decay, 0.0);
             let at = |(i, e): (usize, &f64)| (1.0 + 0.4 * e) * wave(TAU * i as f64 / rate);
             envelope.iter().enumerate().map(at).collect()
@@ -383,7 +388,7 @@ pub const TEXTBOOK: &[Textbook] = &[
             switched(draw, c, 0.0)
         },
     ),
-    judged(
+    family(
         "limit cycle, then a torus",
         &[Transient, Undetermined],
         |draw| {
@@ -392,14 +397,17 @@ pub const TEXTBOOK: &[Textbook] = &[
         },
     ),
     family("short", &[Undetermined], |draw| {
-        let periods = draw.between(4.0, 9.0);
-        let signal = torus_or_wave(draw);
-        let rate = 16.0;
-        signal[..(periods * rate) as usize].to_vec()
+        let (periods, rate) = (draw.between(4.0, 10.0), draw.between(16.0, 60.0));
+        let (wave, ratio, size) = (draw.wave(), draw.irrational(), draw.pick(&[0.0, 0.5]));
+        let at = |i: usize| {
+            let phase = TAU * i as f64 / rate;
+            wave(phase) + size * (ratio * phase).sin()
+        };
+        (0..(periods * rate) as usize).map(at).collect()
     }),
 ];
 
-const fn family(
+pub(super) const fn family(
     name: &'static str,
     right: &'static [Regime],
     make: fn(&mut Draw) -> Vec<f64>,
@@ -413,7 +421,7 @@ const fn family(
     }
 }
 
-const fn judged(
+pub(super) const fn judged(
     name: &'static str,
     right: &'static [Regime],
     make: fn(&mut Draw) -> Vec<f64>,
@@ -474,13 +482,13 @@ fn torus_or_wave(draw: &mut Draw) -> Vec<f64> {
 }
 
 /// `x_n = a x_(n-1) + b x_(n-2) + e_n`.
-fn coloured(draw: &mut Draw, a: f64, b: f64) -> Vec<f64> {
-    let (seed, n) = (draw.0.random(), draw.count());
+pub(super) fn coloured(draw: &mut Draw, a: f64, b: f64) -> Vec<f64> {
+    let (seed, n) = (draw.rng.random(), draw.count());
     autoregressive(&noise(seed, n + 2000, 1.0), a, b)
 }
 
 /// The same for given `e`, without the first 2000 values.
-fn autoregressive(driven: &[f64], a: f64, b: f64) -> Vec<f64> {
+pub(super) fn autoregressive(driven: &[f64], a: f64, b: f64) -> Vec<f64> {
     let mut past = [0.0; 2];
     let step = |e: &f64| {
         past = [a * past[0] + b * past[1] + e, past[0]];

@@ -13,6 +13,7 @@ pub fn regime(spec: &RegimeSpec, rate: f64) -> impl Stage + use<> {
     let search = RegimeSearch {
         sample_rate: rate,
         silence: spec.silence,
+        background: 0.0,
     };
     let sliding = sliding(&spec.sliding, rate);
     let verdicts = Windowed::new(sliding, displacement, move |window, _, emit| {

@@ -79,29 +79,24 @@ impl SignalFigures<'_> {
             Ok(verdict) => verdict,
             Err(reason) => return self.skipped("regime", "Type of motion", reason),
         };
-        // A bar has a part for each type of motion that its evidence supports.
-        let parts = verdict
-            .evidence
-            .iter()
-            .enumerate()
-            .flat_map(|(row, piece)| {
-                let part = piece.weight / piece.supports.len().max(1) as f64;
-                let supports = piece.supports.iter().enumerate();
-                supports.map(move |(k, regime)| {
-                    let ends = [k, k + 1].map(|k| part * k as f64);
-                    (row, ends, Color::Regime(*regime))
-                })
-            });
+        let bars = verdict.evidence.iter().enumerate();
+        let parts = bars.map(|(row, piece)| {
+            let ends = [0.0, piece.contribution];
+            (row, ends, Color::Regime(piece.supports))
+        });
         let names: Vec<String> = verdict
             .evidence
             .iter()
-            .map(|e| e.criterion.to_string())
+            .map(|piece| piece.criterion.clone())
             .collect();
         let height = 34.0 + 7.0 * names.len() as f64;
-        let axis = Axis::linear("weight of the evidence", [0.0, 1.0]);
+        let largest = verdict.evidence.iter().map(|piece| piece.contribution);
+        let axis = Axis::linear(
+            "contribution to ln(odds)",
+            [0.0, largest.fold(1.0, f64::max)],
+        );
         let mut panel = Panel::bars(verdict.summary(), axis, names, parts);
-        let supported =
-            |regime: &Regime| verdict.evidence.iter().any(|e| e.supports.contains(regime));
+        let supported = |regime: &Regime| verdict.evidence.iter().any(|e| e.supports == *regime);
         let keys = Regime::ALL.into_iter().filter(supported);
         let keys =
             keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));

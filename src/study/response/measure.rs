@@ -94,6 +94,7 @@ impl Samples {
         let search = RegimeSearch {
             sample_rate: self.rate,
             silence,
+            background: 0.0,
         };
         let verdict = classify(u, &search)?;
         let criterion = LineCriterion {

@@ -1,6 +1,6 @@
 //! All analyses of one signal, one after another.
 
-use super::background::{background_power, in_view_of};
+use super::background::background_power;
 use super::sound::MeasuredSound;
 use super::stretch::{Selected, select};
 use super::{
@@ -159,13 +159,8 @@ fn run(
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
     step(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
-    let verdict = regime(newest, rate, !events.is_empty(), obstacle)?;
-    let background = || match events.is_empty() {
-        true => None,
-        false => background_power(&signal, events, stretch.band_hz),
-    };
-    let broadband = tones.broadband_share * deviation(samples).powi(2);
-    let verdict = verdict.map(|verdict| in_view_of(background, broadband, verdict));
+    let background = background_power(&signal, events, stretch.band_hz);
+    let verdict = regime(newest, rate, background, !events.is_empty(), obstacle)?;
     let steady = match unsteady(&verdict, &stretch) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => delay.clone(),
@@ -200,16 +195,19 @@ fn run(
     })
 }
 
-/// Type of motion in the stretch. If there are tonal events, *noise* only means that the noise hides the motion.
+/// Type of motion in the stretch; `background`: its power, if known. If there are tonal events, *noise* only means that the
+/// noise hides the motion.
 fn regime(
     samples: &[f64],
     rate: f64,
+    background: Option<f64>,
     has_events: bool,
     obstacle: Option<SkipReason>,
 ) -> Result<Outcome<Verdict>, AnalysisError> {
     let search = RegimeSearch {
         sample_rate: rate,
         silence: 0.0,
+        background: background.unwrap_or(0.0),
     };
     let verdict = Outcome::unless(obstacle, || classify(samples, &search))?;
     let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);

@@ -1,8 +1,8 @@
 //! The analysis of a signal: thresholds, ranges.
 
 use super::*;
+use crate::analysis::Norm;
 use crate::analysis::test_signals::{noise, sines};
-use crate::analysis::{Limitation, Norm};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {
     let signal = Signal {
@@ -64,27 +64,6 @@ fn a_tone_in_noise_is_not_called_chaotic() {
     assert_eq!(report.stretch.event, Some(1));
     let verdict = report.verdict.get().unwrap();
     assert_ne!(verdict.regime, Regime::Chaotic, "{verdict:?}");
-}
-
-/// Broadband power above the background is evidence, with and without a modulation.
-#[test]
-fn only_broadband_power_near_the_background_is_disregarded() {
-    let chaotic = Verdict {
-        regime: Regime::Chaotic,
-        confidence: 0.9,
-        likeliest: vec![Regime::Chaotic, Regime::QuasiPeriodic],
-        limitations: Vec::new(),
-        evidence: Vec::new(),
-    };
-    let of = |background, broadband| {
-        super::super::background::in_view_of(|| background, broadband, chaotic.clone())
-    };
-    assert_eq!(of(None, 1.0), chaotic);
-    assert_eq!(of(Some(1.0), 4.0), chaotic);
-    let undetermined = of(Some(1.0), 2.0);
-    assert_eq!(undetermined.regime, Regime::Undetermined);
-    assert_eq!(undetermined.likeliest, [Regime::QuasiPeriodic]);
-    assert_eq!(undetermined.limitations, [Limitation::Background]);
 }
 
 #[test]

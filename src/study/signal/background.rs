@@ -1,7 +1,7 @@
-//! The background of a recording, and what it hides.
+//! The background of a recording.
 
 use super::stretch::index_range;
-use crate::analysis::{Limitation, Regime, Span, TonalEvent, Verdict, band_pass, deviation};
+use crate::analysis::{Span, TonalEvent, band_pass, deviation};
 use crate::import::Signal;
 
 /// Shortest interval without events in which the background is measured, s.
@@ -10,19 +10,19 @@ const SHORTEST_S: f64 = 0.1;
 /// Distance of this interval from events, s: they end gradually, and reverberate.
 const MARGIN_S: f64 = 0.1;
 
-/// Broadband power relative to that of the background up to which it may be background.
-const RATIO: f64 = 3.0;
-
 /// Largest number of samples of this interval that are used: those of the longest stretch.
 const MAX_SAMPLES: usize = super::stretch::MAX_SAMPLES;
 
 /// Power of a recording in a band (Hz; `None` for all frequencies) in the longest interval without events, in the
-/// square of the unit of the signal; `None` if the events leave no such interval.
+/// square of the unit of the signal; `None` if there is no event, or no such interval.
 pub(super) fn background_power(
     signal: &Signal,
     events: &[TonalEvent],
     band: Option<[f64; 2]>,
 ) -> Option<f64> {
+    if events.is_empty() {
+        return None;
+    }
     let mut start_s = signal.start;
     let mut gaps = Vec::with_capacity(events.len() + 1);
     for event in events {
@@ -42,26 +42,4 @@ pub(super) fn background_power(
         None => deviation(samples),
     };
     Some(deviation.powi(2))
-}
-
-/// The verdict in view of the background: broadband power that may be background is no evidence of chaos.
-/// `broadband` and `background` are powers; the background is measured only where it matters.
-pub(super) fn in_view_of(
-    background: impl FnOnce() -> Option<f64>,
-    broadband: f64,
-    verdict: Verdict,
-) -> Verdict {
-    let explains = || background().is_some_and(|background| broadband <= RATIO * background);
-    if verdict.regime != Regime::Chaotic || !explains() {
-        return verdict;
-    }
-    let mut limitations = verdict.limitations;
-    limitations.insert(0, Limitation::Background);
-    let likeliest = verdict.likeliest.into_iter();
-    Verdict {
-        regime: Regime::Undetermined,
-        likeliest: likeliest.filter(|r| *r != Regime::Chaotic).collect(),
-        limitations,
-        ..verdict
-    }
 }

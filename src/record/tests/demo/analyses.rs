@@ -238,14 +238,11 @@ impl Signal {
     pub fn verdict(&self, now: f64) -> Record {
         let regime = self.regime(now);
         let disorder = self.disorder(now);
-        let says: &[Regime] = match regime {
-            Regime::Transient => &[Regime::Transient],
-            Regime::Periodic => &[Regime::Periodic],
-            Regime::QuasiPeriodic => &[Regime::QuasiPeriodic, Regime::Periodic],
-            _ => &[Regime::Chaotic],
-        };
-        let evidence = |what, value, weight, words: &str| {
-            Evidence::new(what, value, says, weight, words.to_owned())
+        let evidence = |criterion: &str, contribution, description: &str| Evidence {
+            criterion: criterion.to_owned(),
+            supports: regime,
+            contribution,
+            description: description.to_owned(),
         };
         Record::Regime {
             time: now,
@@ -259,19 +256,16 @@ impl Signal {
                     evidence(
                         "lines of the spectrum",
                         2.0,
-                        0.6,
                         "Two lines, 4.11 kHz and 3.83 kHz, explain all the others.",
                     ),
                     evidence(
                         "0-1 test",
                         disorder,
-                        0.5,
                         "The path of the 0-1 test shows how regular the motion is.",
                     ),
                     evidence(
-                        "DET",
+                        "repetition",
                         1.0 - 0.4 * disorder,
-                        0.3,
                         "Most recurrences lie on diagonals.",
                     ),
                 ],
