@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use squeakscope::scene::{self as library, PRESETS, SceneError};
+use squeakscope::scene::{self as library, PRESETS};
 
 use crate::error::{input, raise};
 
@@ -111,8 +111,7 @@ impl Scene {
     /// Value of a numeric key in the unit of the scene file: as written, or its default; that at the start of
     /// the run for a function of time.
     fn __getitem__(&self, py: Python<'_>, key: &str) -> PyResult<f64> {
-        let parameter =
-            library::Parameter::named(key).map_err(|error: SceneError| raise(py, &error))?;
+        let parameter = self.0.parameter(key).map_err(|error| raise(py, &error))?;
         let value = self.0.value_of(parameter);
         value.ok_or_else(|| input(py, &format!("the scene has no number `{key}`")))
     }

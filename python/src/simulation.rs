@@ -5,7 +5,6 @@ use std::sync::{Mutex, PoisonError};
 use pyo3::prelude::*;
 use squeakscope::pipeline::message::DisplayRates;
 use squeakscope::pipeline::{ControllableSource, PipelineError, controllable_source};
-use squeakscope::scene::Parameter;
 
 use crate::call::long_call;
 use crate::error::{input, raise};
@@ -120,7 +119,8 @@ impl Simulation {
     /// InputError
     ///     If there is no such number, or the scene does not permit the value. The simulation is unchanged.
     fn set(&self, py: Python<'_>, key: &str, value: f64) -> PyResult<()> {
-        let parameter = Parameter::named(key).map_err(|error| raise(py, &error))?;
+        let scene = &self.scene.get().0;
+        let parameter = scene.parameter(key).map_err(|error| raise(py, &error))?;
         long_call(py, None, |_| {
             self.with(|source| source.set(parameter, value))
         })

@@ -5,7 +5,7 @@ use std::num::NonZero;
 use pyo3::prelude::*;
 use squeakscope::dynamics::equilibrium::EquilibriumError;
 use squeakscope::joint::BallJoint;
-use squeakscope::scene::{Parameter, SceneError};
+use squeakscope::scene::SceneError;
 use squeakscope::study::branch::{
     self as branches, Branch, BranchError, BranchPlan, EquilibriumBranch, OrbitProgress,
     OrbitStarts, add_orbits, equilibria,
@@ -131,9 +131,12 @@ pub fn branch<'py>(
             "interval: the first value must be less than the last",
         ));
     }
+    let scene = scene.load(py, None)?;
     let plan = BranchPlan {
-        scene: scene.load(py, None)?,
-        parameter: named(py, parameter)?,
+        parameter: scene
+            .parameter(parameter)
+            .map_err(|error| raise(py, &error))?,
+        scene,
         interval: [from, to],
         points,
     };
@@ -165,10 +168,6 @@ pub fn branch<'py>(
         Ok::<_, BranchError>(found)
     })?;
     result(py, &found)
-}
-
-pub fn named(py: Python<'_>, parameter: &str) -> PyResult<Parameter> {
-    Parameter::named(parameter).map_err(|error| raise(py, &error))
 }
 
 /// Compute Lyapunov exponents with 95 % intervals, and classify the attractor.

@@ -13,10 +13,9 @@ use squeakscope::study::sweep::{
 use squeakscope::study::{ThreadSpawnError, threads};
 
 use crate::call::{Watch, long_call};
-use crate::error::input;
+use crate::error::{input, raise};
 use crate::result::result;
 use crate::scene::SceneOrName;
-use crate::study::named;
 
 /// Collects the points of a sweep.
 struct Points<'a> {
@@ -126,8 +125,10 @@ pub fn sweep<'py>(
     threads: Option<NonZero<usize>>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let scene = scene.load(py, None)?;
     let axes = values.iter().map(|(key, values)| {
-        let parameter = named(py, &key.extract::<String>()?)?;
+        let parameter = scene.parameter(&key.extract::<String>()?);
+        let parameter = parameter.map_err(|error| raise(py, &error))?;
         Ok(Axis::new(parameter, values.extract::<Vec<f64>>()?))
     });
     let axes = axes.collect::<PyResult<Vec<_>>>()?;
@@ -148,7 +149,7 @@ pub fn sweep<'py>(
         }
     }
     let plan = SweepPlan {
-        scene: scene.load(py, None)?,
+        scene,
         axes,
         starts: chosen,
         response: response(py, [min_transient, max_transient, measure], exponents)?,
@@ -201,9 +202,11 @@ pub fn basins<'py>(
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let seeds = (0..kicks).map(|k| f64::from(seed) + f64::from(k));
+    let scene = scene.load(py, None)?;
+    let seed = scene.parameter("start.seed");
     let plan = SweepPlan {
-        scene: scene.load(py, None)?,
-        axes: vec![Axis::new(named(py, "start.seed")?, seeds)],
+        axes: vec![Axis::new(seed.map_err(|error| raise(py, &error))?, seeds)],
+        scene,
         starts: vec![Start::Fresh],
         response: response(py, [min_transient, max_transient, measure], exponents)?,
     };

@@ -284,7 +284,7 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
         spans.push((Parameter::tilt(), interval));
     }
     for Keyed { key, range } in &args.param {
-        spans.push((Parameter::named(key)?, range.0));
+        spans.push((scene.parameter(key)?, range.0));
     }
     if spans.is_empty() {
         spans.push((Parameter::tilt(), TILTS));

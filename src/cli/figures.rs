@@ -8,7 +8,7 @@ use clap::Args as Arguments;
 
 use super::document::WrittenFile;
 use super::error::CliError;
-use super::output::OutputFile;
+use super::output::{OutputError, OutputFile};
 use crate::plot::{Figure, FigureOptions, Format, Size, Style};
 
 /// Most panels of a figure: the sensitivities of all modes.
@@ -113,7 +113,11 @@ pub fn write_figures(
 ) -> Result<Vec<WrittenFile>, CliError> {
     let figures = args.arrange(figures);
     args.check(&figures)?;
-    std::fs::create_dir_all(directory).map_err(|source| drawing(source.into()))?;
+    std::fs::create_dir_all(directory).map_err(|source| OutputError::NotWritable {
+        path: directory.to_owned(),
+        option,
+        source,
+    })?;
     let mut written = Vec::new();
     for figure in &figures {
         for format in args.formats(default) {

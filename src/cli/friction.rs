@@ -11,8 +11,13 @@ use super::error::CliError;
 use super::output::{Kind, Overwrite};
 use super::report::{HEADING, WARNING};
 use crate::number::significant;
-use crate::study::friction_fit::{FittedNumber, FrictionFit, FrictionPoint, fit_friction};
+use crate::study::friction_fit::{
+    FittedNumber, FrictionFit, FrictionPoint, LARGEST_COEFFICIENT, fit_friction,
+};
 use crate::table::Table;
+
+/// Highest plausible slip speed, m/s; a higher one is in other units.
+const FASTEST: f64 = 50.0;
 
 /// Arguments of `squeakscope friction`.
 #[derive(Debug, Arguments)]
@@ -86,6 +91,19 @@ fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
                 "give a speed, and a standard deviation, above 0; remove points at rest",
             ));
         }
+        if point.speed > FASTEST {
+            return Err(wrong(&format!(
+                "a slip speed of {} m/s is not one of a joint; give m/s, not mm/s",
+                point.speed
+            )));
+        }
+        if !(0.0..=LARGEST_COEFFICIENT).contains(&point.coefficient) {
+            return Err(wrong(&format!(
+                "{} is no coefficient of friction, which is from 0 to {LARGEST_COEFFICIENT}; give friction force over normal \
+                 force, without sign and not in percent",
+                point.coefficient
+            )));
+        }
         points.push(point);
     }
     Ok(points)
@@ -112,20 +130,20 @@ fn text(fit: &FrictionFit) -> String {
         significant(fit.residual_deviation, 2)
     );
     if let Some(chi_square) = fit.chi_square_per_degree {
+        let [found, low, high] = [
+            chi_square,
+            fit.chi_square_expected[0],
+            fit.chi_square_expected[1],
+        ]
+        .map(|number| significant(number, 2));
         let _ = write!(
             text,
-            ", chi-square per degree of freedom {}",
-            significant(chi_square, 2)
+            ", chi-square per degree of freedom {found} ({low} to {high} expected)"
         );
     }
     text.push('\n');
-    if !fit.describes_points() {
-        let _ = writeln!(
-            text,
-            "  {WARNING}the residuals follow each other{WARNING:#} (runs test {:.1}): the law does not describe the points; \
-             use them as they are, with law = \"table\"",
-            fit.runs_score
-        );
+    for doubt in &fit.doubts {
+        let _ = writeln!(text, "  {WARNING}warning:{WARNING:#} {doubt}");
     }
     let law = fit.law();
     let _ = write!(
@@ -182,6 +200,9 @@ mod tests {
             ("speed_m_per_s,mu\n# a remark\n0.1,0.3\n0.1\n", "line 4"),
             ("speed_m_per_s,mu\n0,0.3\n", "line 2"),
             ("speed_m_per_s,mu,mu_deviation\n0.1,0.3,0\n", "line 2"),
+            ("speed_m_per_s,mu\n0.1,-0.3\n", "without sign"),
+            ("speed_m_per_s,mu\n0.1,34\n", "not in percent"),
+            ("speed_m_per_s,mu\n350,0.3\n", "not mm/s"),
         ] {
             let refused = points(text).unwrap_err();
             assert!(refused.contains(expected), "{refused}");

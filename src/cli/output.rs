@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use clap::Args as Arguments;
 use thiserror::Error;
@@ -332,9 +332,14 @@ impl Overwrite {
         names: &[N],
     ) -> Result<(), OutputError> {
         // The nearest existing ancestor.
-        let there = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
-        let there = there.unwrap_or(Path::new("."));
-        if path.as_os_str().is_empty() || !there.is_dir() {
+        let existing = path.ancestors().find(|a| fs::symlink_metadata(a).is_ok());
+        // `new/..` leads nowhere before `new` is created.
+        let mut created = path
+            .components()
+            .skip(existing.map_or(0, |folder| folder.components().count()));
+        let there = existing.unwrap_or(Path::new("."));
+        let is_found = there.is_dir() && !created.any(|part| part == Component::ParentDir);
+        if path.as_os_str().is_empty() || !is_found {
             let fault = "is not a directory and cannot be created; choose another path";
             return Err(OutputError::refused(path, option, fault));
         }

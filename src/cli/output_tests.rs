@@ -59,7 +59,8 @@ fn directories_may_exist_but_files_of_that_name_are_refused() {
     let check = |path: &Path| KEEP.check_directory(path, "--png", &["figure.png"]);
     check(folder.path()).expect("there");
     check(&folder.path().join("new/figures")).expect("can be made");
-    for path in [&file, &file.join("figures"), Path::new("")] {
+    let back = folder.path().join("new/../figures");
+    for path in [&file, &file.join("figures"), &back, Path::new("")] {
         let error = check(path).expect_err("no directory");
         assert!(error.to_string().contains("is not a directory"));
     }

@@ -161,7 +161,7 @@ fn simulate(
     if let Some(path) = path(&outputs.wav) {
         let header = simulation.header(&command);
         let sink = WavSink::new(path, args.audio.source(), &header, args.time_stretch)?;
-        audio = Some((sink.words(), sink.loudest()));
+        audio = Some((sink.description(), sink.loudest()));
         sinks.push(Box::new(sink));
     }
     let mut part = None;
@@ -213,7 +213,8 @@ fn scene(args: &RunArgs) -> Result<Scene, CliError> {
 /// The file for the recording: the default file, which is replaced, if there is no other output.
 fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
     let watched = args.spawn || args.connect.is_some();
-    let other = watched || args.npz.is_some() || args.audio.wav.is_some();
+    let files = [&args.npz, &args.audio.wav, &args.json];
+    let other = watched || files.into_iter().any(Option::is_some);
     match &args.save {
         None if !other => (
             Kind::RECORDING.replaced(),
@@ -283,10 +284,23 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         summary.amplitude * 1e6,
         summary.peak_velocity * 1e3
     );
-    text += &match summary.at_rest {
-        true => "  at rest: no lines\n".to_owned(),
-        false => lines(&summary.peaks),
-    };
+    if let Some(motion) = &summary.motion {
+        let confidence = summary.motion_confidence;
+        let confidence = confidence.map(|share| format!(", confidence {:.0} %", 100.0 * share));
+        let _ = writeln!(
+            text,
+            "  type of motion: {motion}{}{}",
+            confidence.unwrap_or_default(),
+            if summary.quiet {
+                "; the joint is quiet"
+            } else {
+                ""
+            }
+        );
+    }
+    if !summary.at_rest {
+        text += &lines(&summary.peaks);
+    }
     text += &integration(is_joint, result);
     if let Some(exponents) = &result.exponents {
         text += &exponents.text();
@@ -510,6 +524,11 @@ mod tests {
         };
         assert_eq!(recording(&watched).1, None);
         assert!(output(&watched, None).spawn);
+        let json = RunArgs {
+            json: Some(PathBuf::from("a.json")),
+            ..RunArgs::default()
+        };
+        assert_eq!(recording(&json).1, None);
         let both = RunArgs {
             save: Some(PathBuf::from("a.rrd")),
             connect: Some("rerun+http://host/proxy".to_owned()),

@@ -4,16 +4,21 @@ use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
+use super::common_args::positive;
 use crate::sound::{Place, Quantity, Source};
 
 /// The sound file, the quantity that it plays, and the point of the surface.
 #[derive(Debug, Default, Arguments)]
 #[command(next_help_heading = "Sound")]
 pub struct SoundArgs {
-    /// Write the sound as a WAV file: 48 kHz, peak at -1 dBFS. `live` writes the first run, at real-time
-    /// speed.
+    /// Write the sound as a WAV file: 48 kHz, peak at -1 dBFS without --wav-level. `live` writes the first run, at
+    /// real-time speed.
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
+    /// Keep the true level, to compare runs by ear: full scale is this velocity, mm/s (with --sound pressure this
+    /// acceleration, m/s^2).
+    #[arg(long, value_name = "PEAK", value_parser = positive, requires = "wav")]
+    pub wav_level: Option<f64>,
     /// Quantity that the sound represents.
     #[arg(long, value_enum, default_value_t = Quantity::Velocity)]
     pub sound: Quantity,
@@ -26,7 +31,12 @@ pub struct SoundArgs {
 impl SoundArgs {
     /// The quantity and its place.
     pub fn source(&self) -> Source {
+        let unit = match self.sound {
+            Quantity::Velocity => 1e-3,
+            Quantity::Pressure => 1.0,
+        };
         Source {
+            full_scale: self.wav_level.map(|peak| unit * peak),
             quantity: self.sound,
             place: match self.probe {
                 None => Place::Probe,

@@ -359,7 +359,7 @@ fn plan(args: &SweepArgs) -> Result<SweepPlan, CliError> {
         axes.push(Axis::new(Parameter::tilt(), tilts.values()));
     }
     for Keyed { key, range } in &args.param {
-        axes.push(Axis::new(Parameter::named(key)?, range.values()));
+        axes.push(Axis::new(scene.parameter(key)?, range.values()));
     }
     if scene.joint().is_err()
         && axes

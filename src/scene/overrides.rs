@@ -4,7 +4,7 @@ use toml_edit::Value;
 
 use super::edit::{remove, set};
 use super::error::{Location, SceneError, SceneWarning};
-use super::parameter::declared;
+use super::parameter::{declared, is_listed};
 use super::schedule::Schedule;
 use super::schema::kind::Kind;
 use super::spec::Scene;
@@ -66,7 +66,12 @@ impl Scene {
                 remove(&mut document, name);
                 continue;
             }
-            let key = declared(name, |_| true, || self.place_of_override())?;
+            let key = declared(
+                name,
+                |key| !is_listed(key),
+                self.concerns()?,
+                || self.place_of_override(),
+            )?;
             let path = &key.path[..];
             for forms in [&LOAD, &TILT, &FACTOR] {
                 if forms.paths().any(|form| form == path) {
@@ -237,8 +242,9 @@ mod tests {
         let scene = Scene::load("tilt-ramp").unwrap();
         let changed = scene
             .with_overrides(&[
-                ("load.tilt_deg", "4"),
+                ("tilt_deg", "4"),
                 ("nodes", "28"),
+                ("mu_s", "0.5"),
                 ("contact.stiffness_distribution", "pre-stress"),
                 ("damping.ratio", "0.002"),
                 ("analysis.recurrence.recurrence_rate", "0.07"),
@@ -283,6 +289,8 @@ mod tests {
             ("contact.nodes", "many", "contact.nodes"),
             ("contact.nodes", "0", "out of range"),
             ("window_ms", "3", "did you mean"),
+            ("tilt_dge", "3", "did you mean `load.tilt_deg`?"),
+            ("load.tilt.tilt_deg", "3", "did you mean `load.tilt_deg`?"),
             ("load.tilt_deg", "95", "out of range"),
         ] {
             let error = scene

@@ -38,12 +38,17 @@ impl Parameter {
     /// # Errors
     /// If no scene has such a number. The error suggests the most similar one.
     pub fn named(name: &str) -> Result<Self, SceneError> {
+        Self::named_among(name, |_| true)
+    }
+
+    /// As [`Parameter::named`]; a name without a table means one of some keys.
+    fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
         // A declared key that is not a number.
         if SCHEMA.find(name).is_some_and(|key| !is_free(key)) {
             let key = name.to_owned();
             return Err(Fault::NotANumber { key }.at(place()));
         }
-        let key = declared(name, is_free, place)?;
+        let key = declared(name, is_free, concerns, place)?;
         Ok(Self { key })
     }
 
@@ -107,30 +112,43 @@ impl Parameter {
     }
 }
 
-/// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only.
+/// Finds a key among those of a condition by its dotted path, or by its name if that occurs in one table only of those that
+/// concern the scene.
 ///
 /// # Errors
 /// If there is no such key. The error suggests the most similar one.
 pub(super) fn declared(
     name: &str,
     among: impl Fn(&Declared) -> bool,
+    concerns: impl Fn(&Declared) -> bool,
     place: impl FnOnce() -> Location,
 ) -> Result<&'static Declared, SceneError> {
     let keys = || SCHEMA.0.iter().filter(|key| among(key));
     if let Some(key) = keys().find(|key| key.path == name) {
         return Ok(key);
     }
-    let namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
+    let mut namesakes: Vec<_> = keys().filter(|key| key.key.name == name).collect();
+    if namesakes.len() > 1 {
+        namesakes.retain(|key| concerns(key));
+    }
     if let [key] = namesakes[..] {
         return Ok(key);
     }
-    let nearest = match namesakes.first() {
-        Some(namesake) => Some(&namesake.path[..]),
-        None => nearest(name, keys().map(|key| &key.path[..]), CLOSE),
-    };
+    // A bare name resembles names, not paths.
+    let nearest = namesakes.first().copied().or_else(|| {
+        let spelling = |key: &'static Declared| {
+            if name.contains('.') {
+                &key.path[..]
+            } else {
+                key.key.name
+            }
+        };
+        let close = nearest(name, keys().map(spelling), CLOSE);
+        keys().find(|key| close == Some(spelling(key)))
+    });
     let unknown = Fault::UnknownKey {
         key: name.to_owned(),
-        nearest: nearest.map(str::to_owned),
+        nearest: nearest.map(|key| key.path.clone()),
         known: "`squeakscope scenes --keys` lists all keys".to_owned(),
     };
     Err(unknown.at(place()))
@@ -139,9 +157,14 @@ pub(super) fn declared(
 /// Whether a key can be varied: a number that is constant in time and not in a list of tables, or the angular
 /// velocity, which is varied in magnitude.
 fn is_free(key: &Declared) -> bool {
-    // A path that is both a table and a key is a list of tables.
-    let is_fixed = is_schedule_key(&key.path) || SCHEMA.find(&key.table).is_some();
+    let is_fixed = is_schedule_key(&key.path) || is_listed(key);
     key.key.kind.is_number() && !is_fixed || key.path == ROTATION_PATH
+}
+
+/// Whether a key belongs to the tables of a list: its path is that of no single value.
+pub(super) fn is_listed(key: &Declared) -> bool {
+    // A path that is both a table and a key is a list of tables.
+    SCHEMA.find(&key.table).is_some()
 }
 
 /// Position of a parameter in messages.
@@ -241,6 +264,28 @@ impl Scene {
         self.with_entries([("about", Value::from(about))])
     }
 
+    /// Returns the parameter as [`Parameter::named`]; a name that several systems have is that of this scene's system.
+    ///
+    /// # Errors
+    /// As [`Parameter::named`].
+    pub fn parameter(&self, name: &str) -> Result<Parameter, SceneError> {
+        Parameter::named_among(name, self.concerns()?)
+    }
+
+    /// Whether a key is not one of a system that this scene does not simulate.
+    pub(super) fn concerns(&self) -> Result<impl Fn(&Declared) -> bool + use<>, SceneError> {
+        let document = self.document()?;
+        let has_joint = self.joint().is_ok();
+        Ok(move |key: &Declared| {
+            let table = &key.table[..];
+            if small::names().any(|name| name == table) {
+                document.contains_key(table)
+            } else {
+                has_joint || !joint::TABLES.contains(&table)
+            }
+        })
+    }
+
     /// Rejects a value for a load or rotation that is a function of time. A tilt is accepted: studies run
     /// through constant tilts.
     fn reject_function(&self, parameter: Parameter) -> Result<(), SceneError> {
@@ -313,13 +358,16 @@ mod tests {
         assert_eq!(factor.unit(), "");
         assert_eq!(Parameter::tilt().unit(), "deg");
         assert_eq!(Parameter::named("tilt_deg").unwrap(), Parameter::tilt());
-        // Several tables have this key.
-        for name in ["window_ms", "contact.stifness_factor"] {
+        for (name, nearest) in [
+            // Several tables have this key.
+            ("window_ms", "analysis.spectrum.window_ms"),
+            ("contact.stifness_factor", "contact.stiffness_factor"),
+            ("lod", "load.load_n"),
+            ("laod_n", "load.load_n"),
+        ] {
             let error = Parameter::named(name).unwrap_err().to_string();
-            assert!(
-                error.contains("did you mean") || error.contains("nearest"),
-                "{error}"
-            );
+            let expected = format!("did you mean `{nearest}`?");
+            assert!(error.contains(&expected), "{error}");
         }
     }
 

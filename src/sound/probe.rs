@@ -40,6 +40,8 @@ pub struct Source {
     pub quantity: Quantity,
     /// Point.
     pub place: Place,
+    /// Value at full scale of a sound file, m/s or m/s^2; without it the peak is near full scale.
+    pub full_scale: Option<f64>,
 }
 
 /// The scene has no surface for a surface point.

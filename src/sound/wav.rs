@@ -18,13 +18,15 @@ const FULL: f32 = 8_388_607.0;
 /// Duration of the fade-in and fade-out, ms, which prevents clicks.
 const FADE: usize = 5;
 
-/// Writes the audio of a run to a WAV file: one channel of 24 bits at [`RATE`], normalised to a peak of -1
-/// dB. The file gets its name when the run has been completed or stopped.
+/// Writes the audio of a run to a WAV file: one channel of 24 bits at [`RATE`], at the level of [`Source::full_scale`] or
+/// normalised to a peak of -1 dB. The file gets its name when the run has been completed or stopped.
 pub struct WavSink {
     path: PathBuf,
     /// Time stretch.
     slower: f64,
     probe: SurfaceProbe,
+    /// Value at full scale, m/s or m/s^2; `None` normalises.
+    full_scale: Option<f32>,
     /// `None` after the end of the run.
     resampler: Option<Resampler>,
     sound: Vec<f32>,
@@ -48,6 +50,7 @@ impl WavSink {
             path,
             slower,
             probe: SurfaceProbe::new(source, header)?,
+            full_scale: source.full_scale.map(|value| value as f32),
             resampler: Some(Resampler::new(header.sample_rate / slower)),
             sound: Vec::new(),
             time: 0.0,
@@ -56,12 +59,16 @@ impl WavSink {
     }
 
     /// Description of the audio signal.
-    pub fn words(&self) -> String {
-        self.probe.description()
+    pub fn description(&self) -> String {
+        let signal = self.probe.description();
+        match self.full_scale {
+            Some(value) => format!("{signal}, full scale {}", self.probe.format_value(value)),
+            None => signal,
+        }
     }
 
-    /// Value of the peak with its unit, from the end of the run on. The file does not contain it: because of
-    /// the normalisation, a decaying vibration is as loud as a squeak.
+    /// Value of the peak with its unit, and whether it is clipped, from the end of the run on. A normalised file does not
+    /// contain it: a decaying vibration is as loud as a squeak.
     pub fn loudest(&self) -> Arc<OnceLock<String>> {
         Arc::clone(&self.loudest)
     }
@@ -85,10 +92,15 @@ impl WavSink {
             edge * self.sound[k]
         };
         let loudest = (0..count).fold(0.0, |m: f32, k| faded(k).abs().max(m));
-        let _ = self.loudest.set(self.probe.format_value(loudest));
+        let full_scale = self.full_scale.unwrap_or(loudest / LOUDEST);
+        let mut peak = self.probe.format_value(loudest);
+        if loudest > full_scale {
+            peak += " is clipped; raise --wav-level";
+        }
+        let _ = self.loudest.set(peak);
         // A silent signal is not amplified.
-        let gain = if loudest > 0.0 {
-            FULL * LOUDEST / loudest
+        let gain = if full_scale > 0.0 {
+            FULL / full_scale
         } else {
             0.0
         };
@@ -96,7 +108,7 @@ impl WavSink {
             let mut bytes = Cursor::new(Vec::new());
             let mut writer = WavWriter::new(&mut bytes, spec).map_err(Error::other)?;
             for k in 0..count {
-                let sample = (gain * faded(k)).round() as i32;
+                let sample = (gain * faded(k)).round().clamp(-FULL, FULL) as i32;
                 writer.write_sample(sample).map_err(Error::other)?;
             }
             writer.finalize().map_err(Error::other)?;

@@ -11,9 +11,16 @@ use serde::Serialize;
 
 use crate::dynamics::student;
 use crate::joint::Stribeck;
+use crate::number::significant;
 
 /// Least number of points: Student's quantile is accurate from seven degrees of freedom on.
 pub const MIN_POINTS: usize = 10;
+
+/// Slip speed times creep factor below which a point is in the creep region: its coefficient is reduced by 0.7 % there.
+const CREEP_REGION: f64 = 5.0;
+
+/// Largest coefficient of friction of a scene.
+pub const LARGEST_COEFFICIENT: f64 = 10.0;
 
 /// Number of slope factors that are tried first.
 const TRIALS: usize = 200;
@@ -56,12 +63,17 @@ pub struct FrictionFit {
     pub points: usize,
     /// Standard deviation of the residuals from the law.
     pub residual_deviation: f64,
-    /// Chi-square of the residuals per degree of freedom; `None` without standard deviations of the points. Much above 1
-    /// the law does not describe the points, or their deviations are too small.
+    /// Chi-square of the residuals per degree of freedom; `None` without standard deviations of the points.
     pub chi_square_per_degree: Option<f64>,
+    /// 95 % interval of chi-square per degree of freedom if the law and the deviations are right.
+    pub chi_square_expected: [f64; 2],
     /// Runs test: standard score of the number of runs of residuals of equal sign, in the order of the speeds. Below -1.96
     /// the residuals follow each other, and the law does not describe the points.
     pub runs_score: f64,
+    /// Number of points in the creep region, where the creep factor, which is not fitted, reduces the coefficient.
+    pub points_in_creep_region: usize,
+    /// What is doubtful about the law, a sentence each; empty if nothing is.
+    pub doubts: Vec<String>,
 }
 
 impl FrictionFit {
@@ -75,9 +87,45 @@ impl FrictionFit {
         }
     }
 
-    /// Whether the runs test accepts the law.
+    /// Whether the runs test and chi-square accept the law.
     pub fn describes_points(&self) -> bool {
-        self.runs_score >= -1.96
+        let [_, high] = self.chi_square_expected;
+        self.runs_score >= -1.96 && self.chi_square_per_degree.is_none_or(|found| found <= high)
+    }
+
+    fn find_doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let remedy = "use the points as they are, with law = \"table\"";
+        if self.runs_score < -1.96 {
+            doubts.push(format!(
+                "the residuals follow each other (runs test {:.1}): the law does not describe the points; {remedy}",
+                self.runs_score
+            ));
+        }
+        let [low, high] = self.chi_square_expected;
+        match self.chi_square_per_degree {
+            Some(found) if found > high => doubts.push(format!(
+                "chi-square is too large: the law does not describe the points, or their deviations are too small; {remedy}"
+            )),
+            Some(found) if found < low => doubts.push(
+                "chi-square is too small: the points scatter less than their deviations say".to_owned(),
+            ),
+            _ => {}
+        }
+        if self.points_in_creep_region > 0 {
+            doubts.push(format!(
+                "{} points lie below {} m/s, in the creep region, whose factor is given and not fitted: they distort the \
+                 law if it is wrong; remove them, or set --creep",
+                self.points_in_creep_region,
+                significant(CREEP_REGION / self.creep_slope_s_per_m, 2)
+            ));
+        }
+        if self.mu_d.value > self.mu_s.value {
+            doubts.push(
+                "the coefficient increases with the speed, which excites no vibration".to_owned(),
+            );
+        }
+        doubts
     }
 }
 
@@ -93,6 +141,17 @@ pub enum FrictionFitError {
         /// Number of points.
         have: usize,
     },
+    /// The points are as well described by a constant coefficient.
+    #[error(
+        "no decrease of the coefficient with the speed is significant; use law = \"constant\" with mu = {} (+- {}), or measure \
+         with less scatter",
+        significant(.mu.value, 3),
+        significant(.mu.half_width, 2)
+    )]
+    NoDecrease {
+        /// The constant coefficient.
+        mu: FittedNumber,
+    },
     /// The points do not determine the slope factor.
     #[error(
         "the points do not determine the slope of the law; measure at more speeds, from well below to well above the decrease"
@@ -104,7 +163,7 @@ pub enum FrictionFitError {
 /// are finite, with speeds and deviations above 0; `creep` (s/m) is above 0.
 ///
 /// # Errors
-/// Too few points, or points that do not determine the law.
+/// Too few points, points without a significant change, or points that do not determine the law.
 pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit, FrictionFitError> {
     if points.len() < MIN_POINTS {
         return Err(FrictionFitError::TooFew { have: points.len() });
@@ -117,8 +176,34 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         _ => 1.0,
     };
     let best = |stribeck| best_coefficients(&points, &weight, creep, stribeck);
-    let stribeck = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum))?;
+    let freedom = points.len() - 3;
+    // Known deviations are taken as they are, unless the points scatter more.
+    let scale = |sum: f64, freedom: usize| {
+        let per_degree = sum / freedom as f64;
+        if known {
+            per_degree.max(1.0)
+        } else {
+            per_degree
+        }
+    };
+    let (stribeck, least) = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum));
+    let (mu, constant) = constant_coefficient(&points, &weight, creep);
+    // F test of the two numbers more; the quantile of two degrees of freedom is elementary.
+    let quantile = 0.5 * freedom as f64 * (0.05_f64.powf(-2.0 / freedom as f64) - 1.0);
+    let is_significant = 0.5 * (constant - least) > quantile * scale(least, freedom);
+    if !is_significant {
+        let [value, variance] = mu;
+        let half_width =
+            student(points.len() - 1) * (variance * scale(constant, points.len() - 1)).sqrt();
+        let mu = FittedNumber { value, half_width };
+        return Err(FrictionFitError::NoDecrease { mu });
+    }
+    let stribeck = stribeck.ok_or(FrictionFitError::Undetermined)?;
     let (law, sum) = best(stribeck).ok_or(FrictionFitError::Undetermined)?;
+    let is_possible = |mu: f64| (0.0..=LARGEST_COEFFICIENT).contains(&mu);
+    if !is_possible(law.mu_s) || !is_possible(law.mu_d) {
+        return Err(FrictionFitError::Undetermined);
+    }
     let mut normal = Matrix3::zeros();
     for point in &points {
         let share = -(-creep * point.speed).exp_m1();
@@ -127,15 +212,8 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         let row = share * Vector3::new(fall, 1.0 - fall, slope);
         normal += weight(point) * row * row.transpose();
     }
-    let freedom = points.len() - 3;
-    let per_degree = sum / freedom as f64;
-    // Known deviations are taken as they are, unless the points scatter more.
-    let scale = if known {
-        per_degree.max(1.0)
-    } else {
-        per_degree
-    };
-    let covariance = normal.try_inverse().ok_or(FrictionFitError::Undetermined)? * scale;
+    let covariance =
+        normal.try_inverse().ok_or(FrictionFitError::Undetermined)? * scale(sum, freedom);
     let number = |k: usize, value| FittedNumber {
         value,
         half_width: student(freedom) * covariance[(k, k)].sqrt(),
@@ -149,16 +227,47 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         .map(|point| point.coefficient - law.coefficient(point.speed));
     let residuals: Vec<f64> = residuals.collect();
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
-    Ok(FrictionFit {
+    let mut fit = FrictionFit {
         mu_s: number(0, law.mu_s),
         mu_d: number(1, law.mu_d),
         stribeck_slope_s_per_m: slope,
         creep_slope_s_per_m: creep,
         points: points.len(),
         residual_deviation: (squares / freedom as f64).sqrt(),
-        chi_square_per_degree: known.then_some(per_degree),
+        chi_square_per_degree: known.then_some(sum / freedom as f64),
+        chi_square_expected: chi_square_interval(freedom),
         runs_score: runs_score(&residuals),
-    })
+        points_in_creep_region: points
+            .iter()
+            .filter(|point| creep * point.speed < CREEP_REGION)
+            .count(),
+        doubts: Vec::new(),
+    };
+    fit.doubts = fit.find_doubts();
+    Ok(fit)
+}
+
+/// 95 % interval of chi-square per degree of freedom: E. B. Wilson, M. M. Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684.
+fn chi_square_interval(freedom: usize) -> [f64; 2] {
+    let variance = 2.0 / (9.0 * freedom as f64);
+    [-1.96, 1.96].map(|score| (1.0 - variance + score * variance.sqrt()).powi(3))
+}
+
+/// The constant coefficient with the least sum of weighted squares, its variance for weights of unit deviation, and that
+/// sum.
+fn constant_coefficient(
+    points: &[FrictionPoint],
+    weight: &dyn Fn(&FrictionPoint) -> f64,
+    creep: f64,
+) -> ([f64; 2], f64) {
+    let share = |point: &FrictionPoint| -(-creep * point.speed).exp_m1();
+    let sum = |term: &dyn Fn(&FrictionPoint) -> f64| -> f64 {
+        points.iter().map(|point| weight(point) * term(point)).sum()
+    };
+    let squares = sum(&|point| share(point).powi(2));
+    let mu = sum(&|point| share(point) * point.coefficient) / squares;
+    let residuals = sum(&|point| (point.coefficient - mu * share(point)).powi(2));
+    ([mu, 1.0 / squares], residuals)
 }
 
 /// The coefficients with the least sum of weighted squares for a slope factor, and that sum.
@@ -197,11 +306,9 @@ fn best_coefficients(
     Some((law, points.iter().map(square).sum()))
 }
 
-/// The slope factor with the least sum: the best of many, then a golden section between its neighbours.
-fn slope_factor(
-    points: &[FrictionPoint],
-    sum: &dyn Fn(f64) -> Option<f64>,
-) -> Result<f64, FrictionFitError> {
+/// The slope factor with the least sum: the best of many, then a golden section between its neighbours; `None` if the sum has
+/// no minimum between the extreme ones. And the least sum of the many.
+fn slope_factor(points: &[FrictionPoint], sum: &dyn Fn(f64) -> Option<f64>) -> (Option<f64>, f64) {
     let speeds = points.iter().map(|point| point.speed);
     let (low, high) = (
         0.1 / speeds.clone().fold(0.0, f64::max),
@@ -209,10 +316,12 @@ fn slope_factor(
     );
     let trial = |k: usize| low * (high / low).powf(k as f64 / (TRIALS - 1) as f64);
     let sums = (0..TRIALS).filter_map(|k| Some((k, sum(trial(k))?)));
-    let best = sums.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
-    let best = best
-        .filter(|k| (1..TRIALS - 1).contains(k))
-        .ok_or(FrictionFitError::Undetermined)?;
+    let (best, least) = sums
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0, f64::INFINITY));
+    if !(1..TRIALS - 1).contains(&best) {
+        return (None, least);
+    }
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let [mut from, mut to] = [trial(best - 1), trial(best + 1)];
     for _ in 0..STEPS {
@@ -220,10 +329,10 @@ fn slope_factor(
         match sum(a).zip(sum(b)) {
             Some((first, second)) if first < second => to = b,
             Some(_) => from = a,
-            None => return Err(FrictionFitError::Undetermined),
+            None => return (None, least),
         }
     }
-    Ok(0.5 * (from + to))
+    (Some(0.5 * (from + to)), least)
 }
 
 /// The runs test of A. Wald and J. Wolfowitz, Ann. Math. Stat. 11 (1940) 147: the number of runs of equal sign against
@@ -332,6 +441,49 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_coefficient_has_no_significant_decrease() {
+        let found = (0..400).filter(|seed| {
+            let mut flat = points(0.01, *seed);
+            for point in &mut flat {
+                let error = point.coefficient - LAW.coefficient(point.speed);
+                point.coefficient = -0.25 * (-LAW.creep * point.speed).exp_m1() + error;
+            }
+            !matches!(
+                fit_friction(&flat, LAW.creep),
+                Err(FrictionFitError::NoDecrease { .. })
+            )
+        });
+        // 20 of 400 at the level of 5 %.
+        let found = found.count();
+        assert!(found <= 40, "{found}");
+    }
+
+    /// Points in the creep region, and deviations that are too small or too large.
+    #[test]
+    fn doubtful_fits_are_told_from_good_ones() {
+        let fit = |slowest: f64, deviation: f64| {
+            let mut measured = points(0.005, 8);
+            measured.retain(|point| point.speed > slowest);
+            for point in &mut measured {
+                point.deviation = Some(deviation);
+            }
+            fit_friction(&measured, LAW.creep).unwrap()
+        };
+        let good = fit(5e-3, 0.005);
+        assert!(
+            good.doubts.is_empty() && good.describes_points(),
+            "{good:?}"
+        );
+        // 2, 2.5, 3.1, 3.9 and 4.9 mm/s are below 5 mm/s.
+        let slow = fit(0.0, 0.005);
+        assert_eq!(slow.points_in_creep_region, 5);
+        assert_eq!(slow.doubts.len(), 1, "{slow:?}");
+        let (small, large) = (fit(5e-3, 0.002), fit(5e-3, 0.02));
+        assert!(!small.describes_points() && large.describes_points());
+        assert_eq!([small.doubts.len(), large.doubts.len()], [1, 1]);
+    }
+
+    #[test]
     fn another_law_is_detected_and_flat_points_are_refused() {
         let mut humped = points(0.001, 4);
         for point in &mut humped {
@@ -344,10 +496,10 @@ mod tests {
             let error = point.coefficient - LAW.coefficient(point.speed);
             point.coefficient = -0.4 * (-LAW.creep * point.speed).exp_m1() + error;
         }
-        assert_eq!(
-            fit_friction(&flat, LAW.creep),
-            Err(FrictionFitError::Undetermined)
-        );
+        let Err(FrictionFitError::NoDecrease { mu }) = fit_friction(&flat, LAW.creep) else {
+            panic!("no decrease");
+        };
+        assert!((mu.value - 0.4).abs() < mu.half_width && mu.half_width < 0.01);
         assert_eq!(
             fit_friction(&flat[..5], LAW.creep),
             Err(FrictionFitError::TooFew { have: 5 })

@@ -116,6 +116,21 @@ fn the_pitch_is_true_or_lowered_by_the_time_stretch() {
 }
 
 #[test]
+fn runs_with_one_level_can_be_compared() {
+    let (normalised, _) = simulate(&[]);
+    let (squeak, words) = simulate(&["--wav-level", "50"]);
+    assert_eq!(
+        words,
+        "velocity of the contact centre, full scale 50.0 mm/s"
+    );
+    let level = squeak.loudest() * 50e-3;
+    assert!((level / squeak.1 - 1.0).abs() < 0.01, "{level}");
+    assert!((squeak.1 / normalised.1 - 1.0).abs() < 1e-6);
+    let (cured, _) = simulate(&["--wav-level", "50", "--set", "mu_s=0.25"]);
+    assert!(cured.loudest() < 0.01 * squeak.loudest());
+}
+
+#[test]
 fn pressure_weights_a_line_by_its_frequency() {
     let ratio = |heard: &Audio| {
         let pitch = heard.pitch(4000.0, 4200.0, 1920);

@@ -7,7 +7,7 @@ use super::{Current, Session, end};
 use crate::live::command::{Command, DEFAULT_KICK, KICK_RANGE, Rejected, SPEED_RANGE, check_range};
 use crate::live::tour::TourStep;
 use crate::pipeline::{PendingCommands, RunCommand, RunHandle, RunState, prepare};
-use crate::scene::{PRESETS, Parameter, Scene, SceneError};
+use crate::scene::{PRESETS, Scene, SceneError};
 
 /// Range of the values of a state: far beyond any motion of a joint.
 const STATE_RANGE: [f64; 2] = [-1e3, 1e3];
@@ -202,7 +202,7 @@ fn change(
     value: f64,
 ) -> Result<RunCommand, Rejected> {
     let refused = |fault: SceneError| Rejected(fault.to_string());
-    let parameter = Parameter::named(key).map_err(refused)?;
+    let parameter = scene.parameter(key).map_err(refused)?;
     let control = scene.control(parameter).ok_or_else(|| {
         Rejected(format!(
             "a run of the scene `{}` cannot change `{}`",

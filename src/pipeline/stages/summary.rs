@@ -1,24 +1,37 @@
 //! Results of a run from its last window.
 
+use std::sync::Arc;
+
 use super::clock::samples;
 use super::named_lines::{LINE_WINDOW, NamedLines, half_range, is_at_rest, peak_magnitude};
 use super::stage::{Context, Emit, Stage};
-use crate::analysis::{History, SpectrumAnalyser};
+use crate::analysis::{History, RegimeSearch, SpectrumAnalyser, Verdict, classify};
 use crate::dynamics::SolverStats;
 use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{Frame, Header, Summary};
+use crate::pipeline::message::{Frame, Header, Record, Subject, Summary};
 use crate::scene::SpectrumSpec;
 
 /// Length of the last window if the scene requests no spectrum, s.
 const DEFAULT_WINDOW: f64 = 20e-3;
+/// Length of the window that is classified if the scene requests no classification, s, and the displacement below which it
+/// is silent, m.
+const CLASSIFIED_WINDOW: f64 = 40e-3;
+const SILENCE: f64 = 0.3e-9;
 
 /// Keeps the last window and the counters. Present in every run, since each run has a summary.
 pub struct SummaryStage {
     /// Velocity and displacement.
     last: History<2>,
+    /// Number of their newest samples in the last window.
+    window: usize,
+    /// The last classification that the scene requests.
+    verdict: Option<Arc<Verdict>>,
+    is_signal: bool,
     rate: f64,
     /// Peak velocity below which the vibration is at rest, m/s.
     rest: f64,
+    /// Peak velocity below which it is quiet, m/s.
+    silence: f64,
     stats: SolverStats,
     transitions: u64,
 }
@@ -28,17 +41,46 @@ impl SummaryStage {
     pub fn new(spectrum: Option<&SpectrumSpec>, header: &Header) -> Self {
         let rate = header.sample_rate;
         let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
+        let window = samples(window, rate, SpectrumAnalyser::MIN_SAMPLES);
         Self {
-            last: History::new(samples(window, rate, SpectrumAnalyser::MIN_SAMPLES)),
+            last: History::new(window.max(samples(CLASSIFIED_WINDOW, rate, 1))),
+            window,
+            verdict: None,
+            is_signal: matches!(header.subject, Subject::Signal(_)),
             rate,
             rest: header.rest_speed,
+            silence: header.silence(),
             stats: SolverStats::default(),
             transitions: 0,
         }
     }
 }
 
+impl SummaryStage {
+    /// Classifies the last displacement if the scene has not done so. The verdict on a signal from a file is not that of a
+    /// run.
+    fn classified(&self) -> Option<Arc<Verdict>> {
+        if self.verdict.is_some() || self.is_signal {
+            return self.verdict.clone();
+        }
+        let search = RegimeSearch {
+            sample_rate: self.rate,
+            silence: SILENCE,
+        };
+        let [_, displacement] = self.last.view().channels;
+        let latest = samples(CLASSIFIED_WINDOW, self.rate, 1).min(displacement.len());
+        let latest = &displacement[displacement.len() - latest..];
+        classify(latest, &search).ok().map(Arc::new)
+    }
+}
+
 impl Stage for SummaryStage {
+    fn observe(&mut self, record: &Record) {
+        if let Record::Regime { verdict, .. } = record {
+            self.verdict = Some(Arc::clone(verdict));
+        }
+    }
+
     fn push(
         &mut self,
         frame: &Frame,
@@ -51,16 +93,33 @@ impl Stage for SummaryStage {
         Ok(())
     }
 
-    /// Adds spectral lines, amplitude, peak velocity, solver statistics and transitions. A run too short for
-    /// a spectrum has no lines, and neither has a vibration at rest.
+    /// Adds type of motion, spectral lines, amplitude, peak velocity, solver statistics and transitions. A run too short
+    /// for a spectrum has no lines, and neither has a vibration at rest.
     fn summarise(&self, summary: &mut Summary) {
-        let [velocity, displacement] = self.last.view().channels;
+        let last = self.last.view().channels;
+        let [velocity, displacement] =
+            last.map(|samples| &samples[samples.len().saturating_sub(self.window)..]);
         summary.peak_velocity = peak_magnitude(velocity);
+        summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.silence;
         summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
             let named = spectrum.map(|spectrum| NamedLines::of(&spectrum).peaks_above(self.rest));
             summary.peaks = named.unwrap_or_default();
+        }
+        // The stage of the exponents comes before.
+        let exponents = summary.exponents.as_ref();
+        let attractor = exponents.map(|exponents| exponents.attractor());
+        if summary.at_rest {
+            summary.motion = Some("at rest".to_owned());
+        } else if let Some(attractor) = attractor.filter(|attractor| attractor.is_decided()) {
+            summary.motion = Some(attractor.to_string());
+        } else if let Some(verdict) = self.classified() {
+            summary.motion_confidence = verdict.decided_confidence();
+            summary.motion = Some(match summary.motion_confidence {
+                Some(_) => verdict.regime.to_string(),
+                None => verdict.summary(),
+            });
         }
         summary.amplitude = half_range(displacement);
         summary.stats = self.stats;
