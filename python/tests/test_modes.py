@@ -270,6 +270,26 @@ def test_a_mesh_elsewhere_is_refused(tmp_path, mesh, patch) -> None:
         modes.from_uff(tmp_path / "massless.unv")
 
 
+def test_the_stem_is_not_the_surface_of_a_wide_patch() -> None:
+    radius, rng = 0.016, np.random.default_rng(2)
+    ball = rng.normal(size=(6000, 3))
+    ball *= radius / np.linalg.norm(ball, axis=1)[:, None]
+    angle, depth = rng.uniform(0, 2 * np.pi, 2000), rng.uniform(-0.1, -0.015, 2000)
+    stem = np.stack([0.005 * np.cos(angle), 0.005 * np.sin(angle), depth], axis=1)
+    nodes = np.concatenate([ball[ball[:, 2] > -0.0152], stem])
+    body = modes.Modes(nodes, shapes_at(nodes)[:, :, 1:], np.array([4100.0, 8200.0]), None)
+    # A half-angle of 42 degrees.
+    polar, around = np.meshgrid(np.radians([5, 15, 30, 42]), np.radians(np.arange(0, 360, 45)))
+    positions = [np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)]
+    positions = radius * np.stack([one.ravel() for one in positions], axis=1)
+    at_patch = body.at_patch({"positions": positions})
+    assert np.abs(at_patch.arrays["shapes"] - shapes_at(positions)[:, :, 1:]).max() < 1e-3
+    # A cap at another distance is still found.
+    shifted = modes.Modes(nodes + [0, 0, 0.002], body.shapes, body.frequencies_hz, None)
+    with pytest.raises(s.InputError, match="check length_unit, centre"):
+        shifted.at_patch({"positions": positions})
+
+
 def test_a_missing_library_is_named(monkeypatch, tmp_path) -> None:
     for library in ("pyuff", "pyNastran.op2.op2_geom", "ansys.mapdl.reader"):
         monkeypatch.setitem(sys.modules, library, None)

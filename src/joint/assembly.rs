@@ -257,11 +257,14 @@ impl BallJoint {
         &self.frequencies_hz
     }
 
-    /// Radius of the contact patch, m: the Hertz radius times `radius_factor`, or the radius of a disc with
-    /// the area of an imported patch.
+    /// Radius of the contact patch, m: the Hertz radius times `radius_factor`, that of the table of pressures, or the radius
+    /// of a disc with the area of an imported patch.
     pub fn patch_radius(&self) -> f64 {
         match &self.body {
-            Body::Meshed(meshed) => meshed.hertz.radius * self.spec.contact.radius_factor,
+            Body::Meshed(meshed) => self.spec.pressure.as_ref().map_or_else(
+                || meshed.hertz.radius * self.spec.contact.radius_factor,
+                |table| table.radius(),
+            ),
             Body::Own(own) => own.patch_radius(),
         }
     }
@@ -306,7 +309,7 @@ impl BallJoint {
     /// If the patch extends into the beam, or an imported patch is for another load or tilt.
     pub fn model(&self, tilt: f64) -> Result<Model, AssemblyError> {
         match &self.body {
-            Body::Meshed(meshed) => self.hertz_model(meshed, &meshed.points, tilt),
+            Body::Meshed(meshed) => self.beam_model(meshed, &meshed.points, tilt),
             Body::Own(own) => {
                 let direction = self.direction(tilt);
                 own.check_load(self.spec.load, direction)
@@ -333,7 +336,7 @@ impl BallJoint {
     /// ones, because the patch is imported or friction has states at its nodes.
     pub fn nodes_in_rings(&self, count: usize, tilt: f64) -> Option<PatchNodes> {
         let (_, points) = self.points_in_rings(count)?;
-        Some(self.hertz_nodes(&points, tilt))
+        Some(self.patch_nodes(&points, tilt))
     }
 
     /// Builds the contact model with the nodes of [`BallJoint::nodes_in_rings`].
@@ -342,12 +345,12 @@ impl BallJoint {
     /// As [`BallJoint::model`].
     pub fn model_in_rings(&self, count: usize, tilt: f64) -> Result<Option<Model>, AssemblyError> {
         self.points_in_rings(count)
-            .map(|(meshed, points)| self.hertz_model(meshed, &points, tilt))
+            .map(|(meshed, points)| self.beam_model(meshed, &points, tilt))
             .transpose()
     }
 
-    /// The nodes of a Hertz patch.
-    fn hertz_nodes(&self, points: &[PatchPoint], tilt: f64) -> PatchNodes {
+    /// The nodes of a patch of ball and beam.
+    fn patch_nodes(&self, points: &[PatchPoint], tilt: f64) -> PatchNodes {
         let (ball_radius, radius) = (self.ball_radius(), self.patch_radius());
         let frame = self.frame(tilt);
         let patch_area = std::f64::consts::PI * radius * radius;
@@ -355,21 +358,25 @@ impl BallJoint {
             .iter()
             .map(|point| normal_at(point, &frame, radius, ball_radius))
             .collect();
-        let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
+        let [pre_stress, areas] = match &self.spec.pressure {
+            Some(table) => table.nodes(points, ball_radius, self.spec.load),
+            None => {
+                let areas: Vec<f64> = points.iter().map(|point| point.area * patch_area).collect();
+                let loads = points.iter().zip(&areas);
+                let stress = loads.map(|(point, area)| point.load * self.spec.load / area);
+                [stress.collect(), areas]
+            }
+        };
         PatchNodes {
             positions: normals.iter().map(|n| scale(*n, ball_radius)).collect(),
             normals,
-            pre_stress: points
-                .iter()
-                .zip(&areas)
-                .map(|(point, area)| point.load * self.spec.load / area)
-                .collect(),
+            pre_stress,
             areas,
         }
     }
 
-    /// Builds the contact model of a Hertz patch.
-    fn hertz_model(
+    /// Builds the contact model of ball and beam.
+    fn beam_model(
         &self,
         meshed: &Meshed,
         points: &[PatchPoint],
@@ -384,13 +391,18 @@ impl BallJoint {
             normals,
             areas,
             pre_stress,
-        } = self.hertz_nodes(points, tilt);
+        } = self.patch_nodes(points, tilt);
         let on_beam = |source| AssemblyError::PatchOnBeam {
             tilt_deg: tilt.to_degrees(),
             half_angle_deg: (radius / ball_radius).min(1.0).asin().to_degrees(),
             source,
         };
-        let patch_area = std::f64::consts::PI * radius * radius;
+        let (patch_area, carried) = if self.spec.pressure.is_some() {
+            let forces = pre_stress.iter().zip(&areas).map(|(p, area)| p * area);
+            (areas.iter().sum(), forces.sum())
+        } else {
+            (std::f64::consts::PI * radius * radius, self.spec.load)
+        };
         let mut shapes = vec![[0.0; 3]; points.len() * m];
         for (normal, row) in normals.iter().zip(shapes.chunks_exact_mut(m.max(1))) {
             body.shapes_at_ball(*normal, row).map_err(on_beam)?;
@@ -400,7 +412,7 @@ impl BallJoint {
             StiffnessLaw::Uniform => vec![mean; areas.len()],
             StiffnessLaw::LikePreStress => pre_stress
                 .iter()
-                .map(|p| mean * p * patch_area / self.spec.load)
+                .map(|p| mean * p * patch_area / carried)
                 .collect(),
         };
         let sliding_velocity = positions

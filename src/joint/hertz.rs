@@ -1,6 +1,6 @@
 //! Hertz contact of the ball in its socket: patch radius and pre-stress (Fig. 1b).
 
-use super::Socket;
+use super::{BodySpec, JointSpec, Socket, patch_points};
 use crate::fem::Material;
 
 /// Hertz contact of a ball in a spherical socket.
@@ -42,6 +42,34 @@ impl Hertz {
     /// Stiffness of the contact with respect to the approach, `dF/d(approach) = 2 E* a`, N/m.
     pub fn stiffness(&self) -> f64 {
         2.0 * self.modulus * self.radius
+    }
+}
+
+impl JointSpec {
+    /// Half-angle of the Hertz patch under a load (N), rad: the theory holds for small ones. `None` for a patch with another
+    /// pressure.
+    pub fn hertz_half_angle(&self, load: f64) -> Option<f64> {
+        let BodySpec::BallOnBeam(body) = &self.body else {
+            return None;
+        };
+        if self.pressure.is_some() {
+            return None;
+        }
+        let ball_diameter = body.geometry.ball_diameter;
+        let hertz = Hertz::new(ball_diameter, &body.material, &self.socket, load);
+        let sine = self.contact.radius_factor * hertz.radius / (0.5 * ball_diameter);
+        Some(sine.min(1.0).asin())
+    }
+
+    /// Share of the load that the normal forces of a Hertz patch with a half-angle (rad) do not carry: the theory lets them
+    /// act along the load, and on the ball they act along its normals.
+    pub fn lost_load(&self, half_angle: f64) -> f64 {
+        let points = patch_points(self.contact.quadrature, self.contact.nodes);
+        let carried = points.iter().map(|point| {
+            let sine = point.radius * half_angle.sin();
+            point.load * (1.0 - sine * sine).sqrt()
+        });
+        1.0 - carried.sum::<f64>()
     }
 }
 

@@ -50,7 +50,7 @@ pub use imported_modes::{ImportedModes, ImportedModesError, MAX_NODES};
 pub use law::Friction;
 pub use model::{MAX_MODES, Model};
 pub use node_forces::NodeForces;
-pub use patch::{PatchFrame, PatchPoint, patch_direction, patch_points};
+pub use patch::{PatchFrame, PatchPoint, PressureTable, patch_direction, patch_points};
 pub use published::PUBLISHED;
 pub use simd::LANES;
 pub use spec::{

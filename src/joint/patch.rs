@@ -23,6 +23,54 @@ pub struct PatchPoint {
     pub load: f64,
 }
 
+/// A pressure distribution over the distance from the axis of the patch, scaled to carry the load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PressureTable(Vec<[f64; 2]>);
+
+impl PressureTable {
+    /// A table of points, each a distance from the axis (m, from zero on, increasing) and a pressure (Pa): positive, but at
+    /// the last point, where the patch ends, at least zero. `None` for other points.
+    pub fn new(points: Vec<[f64; 2]>) -> Option<Self> {
+        let (last, inner) = points.split_last()?;
+        let is_valid = inner.first()?[0] == 0.0
+            && points.windows(2).all(|pair| pair[0][0] < pair[1][0])
+            && points.as_flattened().iter().all(|x| x.is_finite())
+            && inner.iter().all(|point| point[1] > 0.0)
+            && last[1] >= 0.0;
+        is_valid.then_some(Self(points))
+    }
+
+    /// Radius of the patch, m.
+    pub fn radius(&self) -> f64 {
+        self.0[self.0.len() - 1][0]
+    }
+
+    /// Pressure at a distance (m) within the patch, Pa: linear between the points.
+    fn at(&self, distance: f64) -> f64 {
+        let next = self.0.partition_point(|point| point[0] <= distance);
+        let next = next.clamp(1, self.0.len() - 1);
+        let [[from, before], [to, after]] = [self.0[next - 1], self.0[next]];
+        before + (after - before) * (distance - from) / (to - from)
+    }
+
+    /// Pressures (Pa) and areas (m^2) at points of a patch on a ball of some radius (m) that carries a load (N) along its
+    /// axis. The areas are those of the sphere, so that this holds for wide patches, too.
+    pub fn nodes(&self, points: &[PatchPoint], ball_radius: f64, load: f64) -> [Vec<f64>; 2] {
+        let flat = std::f64::consts::PI * self.radius().powi(2);
+        let pressures = points.iter().map(|p| self.at(p.radius * self.radius()));
+        let pressures: Vec<f64> = pressures.collect();
+        // A pressure on the sphere acts along the axis as on the projected area.
+        let carried = points.iter().zip(&pressures);
+        let carried: f64 = carried.map(|(point, p)| p * point.area * flat).sum();
+        let areas = points.iter().map(|point| {
+            let sine = point.radius * self.radius() / ball_radius;
+            point.area * flat / (1.0 - sine * sine).sqrt()
+        });
+        let scaled = pressures.iter().map(|p| p * load / carried);
+        [scaled.collect(), areas.collect()]
+    }
+}
+
 /// Quadrature points for `count >= 1` contact nodes.
 pub fn patch_points(quadrature: Quadrature, count: usize) -> Vec<PatchPoint> {
     match quadrature {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{ContactDamping, Friction, ImportedModes};
+use super::{ContactDamping, Friction, ImportedModes, PressureTable};
 use crate::fem::{Elements, Families, Geometry, Material};
 
 /// The parameters of Eq. (1) to (8), except the tilt. Load and rotation are initial values if they change
@@ -23,6 +23,8 @@ pub struct JointSpec {
     pub convection: bool,
     /// The contact.
     pub contact: Contact,
+    /// Pressure over the radius of the patch of ball and beam; `None` for that of Hertz.
+    pub pressure: Option<Arc<PressureTable>>,
     /// Friction law.
     pub friction: Friction,
     /// Modal damping ratios, one per mode; empty for an undamped body.

@@ -1,10 +1,10 @@
 //! Edits of a scene's text that preserve layout and comments.
 
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::error::{Fault, Location, SceneError};
 use super::schema::{join, split};
-use super::tables::knots::FileKnots;
+use super::tables::knots::{FileKnots, KnotKeys};
 
 /// Removes a key or a whole table if it is present.
 pub fn remove(document: &mut DocumentMut, path: &str) {
@@ -30,20 +30,13 @@ pub fn with_knots(
     place: impl FnOnce() -> Location,
 ) -> Result<String, SceneError> {
     let mut document: DocumentMut = text.parse().map_err(|error| syntax(&error).at(place()))?;
-    let mut list = Array::new();
-    for knot in knots {
-        let mut table = InlineTable::new();
-        for (column, value) in keys.knot.iter().zip(knot) {
-            table.insert(column.name, number(*value));
-        }
-        list.push(table);
-    }
+    let list = knot_list(keys, knots);
     let table = document
         .get_mut(keys.table)
         .and_then(Item::as_table_like_mut);
     let file = table.and_then(|table: &mut dyn TableLike| {
         let file = table.remove(keys.csv.name);
-        table.insert(keys.knots.name, Item::Value(list.into()));
+        table.insert(keys.knots.name, Item::Value(list));
         file
     });
     let file = file.as_ref().and_then(Item::as_str).unwrap_or_default();
@@ -54,6 +47,18 @@ pub fn with_knots(
     let path = join(keys.table, keys.knots.name);
     text.push_str(&format!("# {path} was read from {file:?}\n"));
     Ok(text)
+}
+
+/// The list of knots, in the units of the keys.
+pub fn knot_list(keys: &KnotKeys, knots: &[[f64; 2]]) -> Value {
+    let tables = knots.iter().map(|knot| {
+        let mut table = InlineTable::new();
+        for (column, value) in keys.knot.iter().zip(knot) {
+            table.insert(column.name, number(*value));
+        }
+        table
+    });
+    Value::Array(tables.collect())
 }
 
 pub fn syntax(error: &toml_edit::TomlError) -> Fault {

@@ -303,6 +303,13 @@ pub enum SceneWarning {
         /// Kinetic coefficient of friction.
         mu_d: f64,
     },
+    /// The contact patch is so wide that Hertz contact describes it badly.
+    WidePatch {
+        /// Half-angle, rad.
+        half_angle: f64,
+        /// Share of the load that the normal forces do not carry.
+        lost_load: f64,
+    },
     /// The published natural frequencies are those of another body: dimensions or material differ.
     FrequenciesOfAnotherBody,
     /// The run ends before the schedule of tilt, load or rotation ends.
@@ -343,6 +350,16 @@ impl fmt::Display for SceneWarning {
                 f,
                 "friction.mu_d = {mu_d} exceeds friction.mu_s = {mu_s}: friction increases with speed, \
                  and no negative slope excites vibration"
+            ),
+            Self::WidePatch {
+                half_angle,
+                lost_load,
+            } => write!(
+                f,
+                "the contact patch has a half-angle of {:.0} degrees, and Hertz contact holds for small ones: the normal \
+                 force along the load is {:.1} % too small; give the pressure over the radius as contact.pressure",
+                half_angle.to_degrees(),
+                100.0 * lost_load
             ),
             Self::FrequenciesOfAnotherBody => f.write_str(
                 "the published natural frequencies are those of the body of the paper, and body has other \

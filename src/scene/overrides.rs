@@ -16,6 +16,9 @@ use crate::joint::{BodySpec, Frequencies, Friction};
 /// Value of an override that removes a key or a table.
 const ABSENT: &str = "absent";
 
+/// Half-angle of a Hertz patch above which its error is reported, rad.
+const WIDE_PATCH: f64 = 20.0 / 180.0 * std::f64::consts::PI;
+
 impl Scene {
     /// Returns the scene with a constant tilt, -90 to 90 degrees.
     ///
@@ -151,6 +154,15 @@ impl Scene {
             warnings.push(SceneWarning::KineticAboveStatic {
                 mu_s: law.mu_s,
                 mu_d: law.mu_d,
+            });
+        }
+        let load = joint.load.as_ref().map_or(joint.spec.load, Schedule::max);
+        if let Some(half_angle) = joint.spec.hertz_half_angle(load)
+            && half_angle > WIDE_PATCH
+        {
+            warnings.push(SceneWarning::WidePatch {
+                half_angle,
+                lost_load: joint.spec.lost_load(half_angle),
             });
         }
         let factor = joint.rotation.as_ref().map(|r| &r.factor);

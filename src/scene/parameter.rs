@@ -5,10 +5,11 @@ use std::fmt;
 
 use toml_edit::{DocumentMut, Value};
 
-use super::edit::{number, remove, set, syntax};
+use super::edit::{knot_list, number, remove, set, syntax};
 use super::error::{CLOSE, Fault, Location, SceneError, nearest};
-use super::schema::{Declared, IfAbsent};
+use super::schema::{Declared, IfAbsent, join};
 use super::spec::Scene;
+use super::tables::friction::CURVE;
 use super::tables::load::{FACTOR, LOAD, TILT, is_schedule_key};
 use super::tables::{SCHEMA, joint, small};
 use crate::number::trimmed;
@@ -254,6 +255,15 @@ impl Scene {
                 Some((parameter, value))
             })
             .collect()
+    }
+
+    /// Returns the scene with other points of its measured friction curve: slip speed (m/s) and coefficient.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with_friction_points(&self, points: &[[f64; 2]]) -> Result<Self, SceneError> {
+        let list = knot_list(&CURVE, points);
+        self.with_entries([(join(CURVE.table, CURVE.knots.name), list)])
     }
 
     /// Returns the scene with another description.

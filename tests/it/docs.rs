@@ -1,11 +1,10 @@
-//! README, changelog and guide: links resolve, every page is in the contents, and every command line is valid.
+//! README, changelog and guide: links resolve, every page is in the contents, and every command line is tried.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use squeakscope::scene::PRESETS;
 
 /// The contents page of the guide.
 const CONTENTS: &str = "src/guide/mod.rs";
@@ -228,33 +227,6 @@ impl Help {
         });
         help.as_deref()
     }
-
-    /// Why a command line is not valid.
-    fn fault(&mut self, line: &str) -> Option<String> {
-        let line = line.split([';', '|', '>', '#']).next().unwrap();
-        let words: Vec<&str> = line.split_whitespace().skip(1).collect();
-        let command = words.first().filter(|word| !word.starts_with('-'));
-        let command = command.copied().unwrap_or_default();
-        // `COMMAND` stands for any command.
-        if command.starts_with(|c: char| c.is_uppercase()) {
-            return None;
-        }
-        let Some(help) = self.of(command) else {
-            return Some(format!("no command `{command}`"));
-        };
-        for word in &words {
-            let option = word.split('=').next().unwrap();
-            if option.starts_with("--") && !has_option(help, option) {
-                return Some(format!("`{command}` has no option `{option}`"));
-            }
-        }
-        let scene = words.get(1).filter(|word| !word.starts_with('-'))?;
-        let is_scene = scene.starts_with(|c: char| c.is_uppercase())
-            || scene.ends_with(".toml")
-            || PRESETS.iter().any(|preset| preset.name == *scene);
-        let takes_scene = help.contains("[SCENE]") || command == "scenes";
-        (takes_scene && !is_scene).then(|| format!("no scene `{scene}`"))
-    }
 }
 
 /// Whether a help text has an option, as a whole word.
@@ -263,24 +235,158 @@ fn has_option(help: &str, option: &str) -> bool {
         .any(|word| word == option)
 }
 
+/// Names in the text that stand for others, and what they stand for.
+const PLACEHOLDERS: [(&str, &str); 4] = [
+    ("SCENE", "torus-1.75deg"),
+    ("NAME", "torus-1.75deg"),
+    ("COMMAND", "run"),
+    ("SHELL", "bash"),
+];
+
+/// Commands that end at once.
+const SHORT: [&str; 7] = [
+    "",
+    "scenes",
+    "schema",
+    "completions",
+    "man",
+    "friction",
+    "stability",
+];
+
+/// A path that no output can have: a command ends there, after it has checked everything else.
+const NOWHERE: &str = "nowhere/out.";
+
+/// A folder in which the command lines of the text are tried.
+struct Desk(tempfile::TempDir);
+
+impl Desk {
+    /// Files that the text has made before: scenes, points of friction.
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let output = squeakscope(folder.path(), &["scenes", "torus-1.75deg"]);
+        for name in [
+            "mine.toml",
+            "joint.toml",
+            "patch.toml",
+            "hip.toml",
+            "hip-ccx.toml",
+            "own.toml",
+        ] {
+            fs::write(folder.path().join(name), &output.stdout).unwrap();
+        }
+        let law =
+            |speed: f64| (1.0 - (-1000.0 * speed).exp()) * (0.25 + 0.3 * (-12.0 * speed).exp());
+        let points = (0..20).map(|k| 6e-3 * 1.3_f64.powi(k));
+        let rows: String = points.map(|v| format!("{v},{}\n", law(v))).collect();
+        fs::write(
+            folder.path().join("measured.csv"),
+            format!("speed_m_per_s,mu\n{rows}"),
+        )
+        .unwrap();
+        Self(folder)
+    }
+
+    /// Why a command line is not valid. Short ones are run; the others are run up to the check of an output that cannot be
+    /// written, after scene, keys and values, or up to an input that the text does not have.
+    fn fault(&self, line: &str) -> Option<String> {
+        let line = line.split([';', '|', '>', '#']).next().unwrap();
+        let line = line
+            .replace("$SLURM_ARRAY_TASK_COUNT", "2")
+            .replace('"', "");
+        let mut words: Vec<String> = line
+            .split_whitespace()
+            .skip(1)
+            .map(|word| {
+                let known = PLACEHOLDERS.iter().find(|(name, _)| *name == word);
+                let word = known.map_or(word, |(_, meaning)| meaning);
+                word.replace("$SLURM_ARRAY_TASK_ID", "1")
+                    .replace("$SLURM_CPUS_PER_TASK", "1")
+            })
+            .collect();
+        let command = words.first().filter(|word| !word.starts_with('-')).cloned();
+        let command = command.unwrap_or_default();
+        let is_long = words.iter().any(|word| word == "--sensitivities");
+        let is_short = SHORT.contains(&&command[..]) && !is_long;
+        let (option, ending) = match &command[..] {
+            "live" => ("--save", "rrd"),
+            "model" => ("--out", "npz"),
+            _ => ("--json", "json"),
+        };
+        if !is_short && command != "view" {
+            if let Some(given) = words.iter().position(|word| word == option) {
+                words.drain(given..(given + 2).min(words.len()));
+            }
+            words.extend([option.to_owned(), format!("{NOWHERE}{ending}")]);
+        }
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let output = squeakscope(self.0.path(), &words);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        let is_valid = if is_short {
+            output.status.success()
+        } else {
+            let takes_files = ["view", "merge", "analyse"].contains(&&command[..]);
+            let inputs = words.iter().skip(1).filter(|word| word.contains('.'));
+            let is_missing = takes_files
+                && inputs
+                    .into_iter()
+                    .any(|word| message.contains(&format!("`{word}`")));
+            output.status.code() == Some(2) && (message.contains(NOWHERE) || is_missing)
+        };
+        (!is_valid).then_some(message)
+    }
+}
+
+fn squeakscope(folder: &Path, words: &[&str]) -> std::process::Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_squeakscope"));
+    program.current_dir(folder).args(words).output().unwrap()
+}
+
 #[test]
-fn command_lines_have_existing_commands_options_and_scenes() {
-    let mut help = Help::default();
+fn command_lines_are_valid() {
+    let desk = Desk::new();
     let mut pages = guide();
     pages.push("README.md".to_owned());
     let mut count = 0;
     let mut faults = Vec::new();
     for page in &pages {
         let parts = parts(&read(page));
-        let lines = parts.shell.iter().chain(&parts.spans);
-        for line in lines.filter(|line| line.starts_with("squeakscope ")) {
+        for line in parts.shell.iter().chain(&parts.spans) {
+            let line = line.replace("cargo run --release --", "squeakscope");
+            if !line.starts_with("squeakscope ") {
+                continue;
+            }
             count += 1;
-            let fault = help.fault(line);
+            let fault = desk.fault(&line);
             faults.extend(fault.map(|fault| format!("{page}: {line}\n    {fault}")));
         }
     }
     assert!(count > 0);
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn faulty_command_lines_are_found() {
+    let desk = Desk::new();
+    for line in [
+        "squeakscope rum torus-1.75deg",
+        "squeakscope run torus-2.75deg",
+        "squeakscope run mine.toml --set tilt_dge=3",
+        "squeakscope run mine.toml --set tilt_deg=300",
+        "squeakscope run mine.toml --jsn a.json",
+        "squeakscope sweep mine.toml --param lod_n=1:2:1",
+        "squeakscope sweep mine.toml --tilt 1:100:1",
+        "squeakscope branch mine.toml --param lod_n=1:2",
+        "squeakscope lyapunov mine.toml --set lod_n=1",
+        "squeakscope live mine.toml --set lod_n=1",
+        "squeakscope live mine.toml --speed fast",
+        "squeakscope stability mine.toml --tilt 0:8:0",
+        "squeakscope analyse squeak.wav --events 2",
+        "squeakscope view --prot 3 sweep.rrd",
+        "squeakscope schema rum",
+    ] {
+        assert!(desk.fault(line).is_some(), "{line}");
+    }
 }
 
 #[test]

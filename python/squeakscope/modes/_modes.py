@@ -26,7 +26,7 @@ _SPHERE_TOLERANCE = 0.02
 # Keys and tables of a scene that the modes and their patch replace, and the description of the former body.
 _REPLACED = dict.fromkeys(
     ["about", "mechanism", "controls", "body", "socket", "contact.nodes", "contact.quadrature"]
-    + ["contact.stiffness_distribution", "contact.radius_factor"]
+    + ["contact.stiffness_distribution", "contact.radius_factor", "contact.pressure"]
 )
 # Smallest plausible mass per volume of the bounding box of the nodes, kg/m^3, which that of a slender body exceeds and a
 # mass in tonnes instead of kilograms does not. There is no largest one, because nodes of a surface have a thin box.
@@ -196,9 +196,11 @@ class Modes:
         axis = positions.mean(axis=0) / np.linalg.norm(positions.mean(axis=0))
         radii = np.linalg.norm(self.nodes, axis=1)
         directions = self.nodes / np.maximum(radii, 1e-300)[:, None]
-        # The outermost nodes in the directions of the patch, which has at least the width of a few elements.
-        width = 2 * np.arccos(np.clip((positions @ axis / np.linalg.norm(positions, axis=1)).min(), -1, 1))
-        near = directions @ axis > np.cos(max(2 * width, 0.2))
+        # The outermost nodes in the directions of the patch, which has at least the width of a few elements. Farther away
+        # lie beam or stem.
+        half_angle = np.arccos(np.clip((positions @ axis / np.linalg.norm(positions, axis=1)).min(), -1, 1))
+        width = 2 * half_angle
+        near = directions @ axis > np.cos(max(half_angle, 0.2))
         outermost = radii[near].max(initial=0.0)
         # Without nodes there, the surface may end before the patch.
         if near.any() and abs(outermost / ball - 1) > _SPHERE_TOLERANCE:

@@ -39,6 +39,7 @@ pub const HERTZ: Unit = unit("Hz", Times(1.0));
 pub const TURNS_PER_SECOND: Unit = unit("Hz", Times(TAU));
 pub const KILOHERTZ: Unit = unit("kHz", Times(1e3));
 pub const GIGAPASCAL: Unit = unit("GPa", Times(1e9));
+pub const MEGAPASCAL: Unit = unit("MPa", Times(1e6));
 pub const NEWTON: Unit = unit("N", Times(1.0));
 pub const NEWTON_PER_KILOGRAM: Unit = unit("N/kg", Times(1.0));
 pub const METRE_PER_SECOND_SQUARED: Unit = unit("m/s^2", Times(1.0));

@@ -4,23 +4,24 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::friction::{self, CURVE, reject_parameters_of_other_laws};
-use super::knots::FileKnots;
+use super::knots::{FileKnots, MAX_POINTS, points};
 use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATION, TILT};
 use super::quantity::Quantity;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
     BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, ImportedModes, JointSpec,
-    MAX_MODES, PUBLISHED, Quadrature, Socket, StiffnessLaw,
+    MAX_MODES, PUBLISHED, PressureTable, Quadrature, Socket, StiffnessLaw,
 };
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::Schedule;
 use crate::scene::schema::kind::Range::{Closed, HalfOpen, Open, Positive};
 use crate::scene::schema::kind::{
-    Count, Flag, Kind, Number, Numbers, OneOrMany, Text, choice, number,
+    Count, Flag, Kind, Number, Numbers, OneOrMany, Tables, Text, choice, number,
 };
 use crate::scene::schema::unit::{
-    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MICROSECOND, MILLIMETRE, ONE, SECOND_PER_METRE,
+    GIGAPASCAL, KILOGRAM_PER_CUBIC_METRE, MEGAPASCAL, MICROSECOND, MILLIMETRE, ONE,
+    SECOND_PER_METRE,
 };
 use crate::scene::schema::{IfAbsent, Key, Schema, keys};
 use crate::scene::subject::{LoadedJoint, ScaledRotation};
@@ -49,6 +50,10 @@ pub fn declare(schema: &mut Schema) {
     Socket::declare(schema, "socket");
     super::load::declare(schema);
     Contact::declare(schema, "contact");
+    schema.add("contact", &PRESSURE);
+    for key in &PRESSURE_POINT {
+        schema.add("contact.pressure", key);
+    }
     friction::declare(schema);
     schema.add("damping", &DAMPING);
 }
@@ -168,6 +173,34 @@ keys! {
     };
 }
 
+/// Pressure over the radius of the patch.
+static PRESSURE: Key<Tables> = Key {
+    name: "pressure",
+    meaning: "Pressure over the radius of the patch instead of that of Hertz, linear between these points and scaled to carry the load along its direction; for wide patches. The last point is the edge of the patch, whose radius does not change with the load. The total stiffness stays that of Hertz: adjust `stiffness_factor`.",
+    kind: Tables(MAX_POINTS),
+    if_absent: IfAbsent::Described("the pressure of Hertz"),
+};
+static PRESSURE_POINT: [Key<Number>; 2] = [
+    Key {
+        name: "radius_mm",
+        meaning: "Distance of the point from the axis of the patch: zero for the first point, then larger than that of the previous point.",
+        kind: number(MILLIMETRE, Closed(0.0, 250.0)),
+        if_absent: IfAbsent::Required,
+    },
+    Key {
+        name: "pressure_mpa",
+        meaning: "Pressure at this distance; positive, or zero at the edge.",
+        kind: number(MEGAPASCAL, Closed(0.0, 1e6)),
+        if_absent: IfAbsent::Required,
+    },
+];
+
+/// Largest half-angle of a Hertz patch, degrees.
+const WIDEST_HERTZ_PATCH: f64 = 40.0;
+
+/// Largest radius of a patch with another pressure, in radii of the ball.
+const WIDEST_PATCH: f64 = 0.98;
+
 keys! {
     /// Modal damping ratio of all modes, or of each mode in order of frequency.
     static DAMPING: OneOrMany = "ratio": OneOrMany(number(ONE, HalfOpen(0.0, 1.0)));
@@ -183,6 +216,7 @@ pub fn read_joint(
     let missing = |path: &str| document.missing(path);
     let load = Quantity::find(document, &LOAD)?.ok_or_else(|| missing("load.load_n"))?;
     let mut spec = joint(document, load.schedule.at(0.0), file, known)?;
+    check_patch(document, &spec, load.schedule.max())?;
     let tilt = Quantity::find(document, &TILT)?.ok_or_else(|| missing("load.tilt_deg"))?;
     let moves_patch = document.table("rotation").get(&MOVES_PATCH)?;
     ensure!(document, !(moves_patch && tilt.is_function) => "rotation.moves_patch", &TILT.paths().collect::<Vec<_>>();
@@ -216,6 +250,45 @@ pub fn read_joint(
     Ok((tilted, tables))
 }
 
+/// Checks that Hertz contact is a fair description of the patch under the largest load (N).
+fn check_patch(document: &Document<'_>, spec: &JointSpec, load: f64) -> Result<(), SceneError> {
+    let degrees = spec.hertz_half_angle(load).map_or(0.0, f64::to_degrees);
+    ensure!(document, degrees <= WIDEST_HERTZ_PATCH => "load.load_n", &LOAD.paths().collect::<Vec<_>>();
+        "at {load} N the contact patch has a half-angle of {degrees:.0} degrees, for which Hertz contact is not valid";
+        "reduce the load for at most {WIDEST_HERTZ_PATCH} degrees, or give the pressure over the radius as contact.pressure; \
+         modes of another program (body.modes) have a patch of their own");
+    Ok(())
+}
+
+/// Reads the pressure over the radius of the patch, if it is given.
+fn pressure(
+    document: &Document<'_>,
+    body: &BallOnBeam,
+) -> Result<Option<Arc<PressureTable>>, SceneError> {
+    let table = document.table("contact");
+    if !table.has(PRESSURE.name) {
+        return Ok(None);
+    }
+    ensure!(document, !table.has("radius_factor") => "contact.radius_factor", &["contact.pressure"];
+        "the table contact.pressure defines the radius of the patch";
+        "remove this key");
+    let points = points(
+        table.list(&PRESSURE)?,
+        &PRESSURE_POINT,
+        ["radius", "larger"],
+    )?;
+    let pressure = PressureTable::new(points);
+    ensure!(document, pressure.is_some() => "contact.pressure", &[];
+        "the points do not define a pressure in the whole patch";
+        "give at least two, the first at radius_mm = 0, with a pressure above 0; it may be 0 at the last");
+    let radius = pressure.as_ref().map_or(0.0, PressureTable::radius);
+    let largest = 0.5e3 * WIDEST_PATCH * body.geometry.ball_diameter;
+    ensure!(document, 1e3 * radius <= largest => "contact.pressure", &["body.ball_diameter_mm"];
+        "the patch is as wide as the ball";
+        "end the table at most at {largest:.4} mm");
+    Ok(pressure.map(Arc::new))
+}
+
 /// Builds a rotation and checks its largest component.
 fn scaled_rotation(
     document: &Document<'_>,
@@ -240,6 +313,7 @@ fn joint(
 ) -> Result<JointSpec, SceneError> {
     let mut contact = Contact::read(document.table("contact"))?;
     let socket = Socket::read(document.table("socket"))?;
+    let mut own_pressure = None;
     let body = match document.table("body").find(&MODES)? {
         Some(named) => {
             let modes = imported_modes(document, file, &named, known)?;
@@ -250,6 +324,7 @@ fn joint(
             let body = BallOnBeam::read(document.table("body"))?;
             check_dimensions(document, &body.geometry, &body.elements, &socket)?;
             check_modes(document, &body)?;
+            own_pressure = pressure(document, &body)?;
             BodySpec::BallOnBeam(body)
         }
     };
@@ -264,6 +339,7 @@ fn joint(
         rotation: turned.get(&ROTATION)?,
         convection: turned.get(&CONVECTION)?,
         contact,
+        pressure: own_pressure,
         friction,
         damping: damping(document, body.modes())?,
         body,
@@ -282,6 +358,7 @@ fn imported_modes(
         "quadrature",
         "stiffness_distribution",
         "radius_factor",
+        "pressure",
     ];
     let excluded = document.schema.0.iter().filter(|key| match &key.table[..] {
         "body" => key.key.name != MODES.name,

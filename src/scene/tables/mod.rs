@@ -3,7 +3,7 @@
 pub mod analysis;
 mod axis;
 mod csv;
-mod friction;
+pub mod friction;
 pub mod joint;
 pub mod knots;
 pub mod load;

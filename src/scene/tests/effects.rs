@@ -280,3 +280,111 @@ fn invalid_curves_are_reported_with_file_and_line() {
     }
     assert!(Parameter::named("friction.points.mu").is_err());
 }
+
+/// A ball joint with a shell of plastic, whose patch is wide.
+fn shell(load: f64, added: &str) -> Result<Scene, SceneError> {
+    let text = format!(
+        "[body]\nball_diameter_mm = 27\nbeam_diameter_mm = 12\nbeam_length_mm = 60\nfrequencies = \"fe\"\n\
+         [socket]\ndiameter_mm = 27.1\nyoungs_modulus_gpa = 2.8\npoissons_ratio = 0.35\n\
+         [load]\nload_n = {load}\ntilt_deg = 0\n[contact]\n{added}\n[time]\nduration_ms = 1\n"
+    );
+    Scene::parse("shell.toml", text)
+}
+
+#[test]
+fn a_wide_hertz_patch_is_reported_and_a_wider_one_refused() {
+    use crate::joint::BallJoint;
+
+    assert_eq!(shell(50.0, "").unwrap().warnings(), []);
+    let scene = shell(400.0, "").unwrap();
+    let [
+        SceneWarning::WidePatch {
+            half_angle,
+            lost_load,
+        },
+    ] = scene.warnings()[..]
+    else {
+        panic!("a warning");
+    };
+    let spec = &scene.joint().unwrap().spec;
+    let model = BallJoint::new(spec).unwrap().model(0.0).unwrap();
+    let forces = model
+        .areas
+        .iter()
+        .zip(&model.pre_stress)
+        .map(|(area, p)| area * p);
+    let along: f64 = forces
+        .zip(&model.normals)
+        .map(|(force, normal)| force * normal[2])
+        .sum();
+    assert!(
+        (along / 400.0 - (1.0 - lost_load)).abs() < 1e-12,
+        "{along} {lost_load}"
+    );
+    assert!(
+        half_angle > 20_f64.to_radians() && lost_load > 0.03,
+        "{half_angle} {lost_load}"
+    );
+    let refused = shell(3000.0, "").unwrap_err().to_string();
+    assert!(
+        refused.contains("85 degrees") && refused.contains("contact.pressure"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_pressure_over_the_radius_carries_the_load_along_its_direction() {
+    use crate::joint::BallJoint;
+
+    let pressure = "pressure = [{radius_mm = 0, pressure_mpa = 9}, {radius_mm = 6, pressure_mpa = 10}, {radius_mm = 12, pressure_mpa = 0}]";
+    let scene = shell(3000.0, pressure).unwrap();
+    assert_eq!(scene.warnings(), []);
+    for distribution in ["uniform", "pre-stress"] {
+        let scene = scene
+            .with_overrides(&[("stiffness_distribution", distribution)])
+            .unwrap();
+        let spec = &scene.joint().unwrap().spec;
+        let model = BallJoint::new(spec).unwrap().model(0.0).unwrap();
+        let sum = |of: &dyn Fn(usize) -> f64| (0..model.nodes()).map(of).sum::<f64>();
+        let along = sum(&|k| model.areas[k] * model.pre_stress[k] * model.normals[k][2]);
+        assert!((along / 3000.0 - 1.0).abs() < 1e-12, "{along}");
+        let hertz = crate::joint::Hertz::new(27e-3, &body_material(spec), &spec.socket, 3000.0);
+        let stiffness = sum(&|k| model.areas[k] * model.stiffness[k]);
+        assert!(
+            (stiffness / hertz.stiffness() - 1.0).abs() < 1e-12,
+            "{stiffness}"
+        );
+    }
+    for (added, expected) in [
+        (
+            "pressure = [{radius_mm = 0, pressure_mpa = 9}]",
+            "at least two",
+        ),
+        (
+            "pressure = [{radius_mm = 1, pressure_mpa = 9}, {radius_mm = 2, pressure_mpa = 1}]",
+            "radius_mm = 0",
+        ),
+        (
+            "pressure = [{radius_mm = 0, pressure_mpa = 9}, {radius_mm = 0, pressure_mpa = 1}]",
+            "not larger",
+        ),
+        (
+            "pressure = [{radius_mm = 0, pressure_mpa = 9}, {radius_mm = 13.4, pressure_mpa = 1}]",
+            "at most at 13.23 mm",
+        ),
+        (
+            "radius_factor = 2\npressure = [{radius_mm = 0, pressure_mpa = 9}, {radius_mm = 2, pressure_mpa = 1}]",
+            "remove this key",
+        ),
+    ] {
+        let refused = shell(3000.0, added).unwrap_err().to_string();
+        assert!(refused.contains(expected), "{refused}");
+    }
+}
+
+fn body_material(spec: &JointSpec) -> crate::fem::Material {
+    match &spec.body {
+        crate::joint::BodySpec::BallOnBeam(body) => body.material,
+        crate::joint::BodySpec::Imported(_) => panic!("a ball on a beam"),
+    }
+}

@@ -8,19 +8,25 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BranchError;
-use super::differences::largest;
-use super::steady::SteadyFamily;
+use super::differences::{difference, largest};
+use super::steady::{STEP, SteadyFamily};
 use crate::dynamics::equilibrium::eigenvalue_derivative;
-use crate::joint::NamedMode;
-use crate::scene::Scene;
+use crate::joint::{BodySpec, Friction, NamedMode};
+use crate::scene::{Parameter, Scene, SceneError};
 
 /// A derivative of the matrix is zero if it is within this multiple of its error.
 const ZERO: f64 = 10.0;
 
+const BALL: &str = "body.ball_diameter_mm";
+const SOCKET: &str = "socket.diameter_mm";
+const DAMPING: &str = "damping.ratio";
+
 /// Sensitivity of a mode to one number of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ParameterSensitivity {
-    /// Path of the key in the scene file.
+    /// Path of the key in the scene file; or `clearance_mm`, the diameter of the socket minus that of the ball, of which the
+    /// socket changes; or factors on a measured friction curve: `friction.points.level` on all coefficients, and
+    /// `friction.points.slope` on their differences from that at the sliding speed.
     pub parameter: String,
     /// Unit of the key; empty for a dimensionless number.
     pub unit: String,
@@ -28,11 +34,12 @@ pub struct ParameterSensitivity {
     pub value: f64,
     /// Change of the growth rate with the number, 1/s per unit.
     pub growth_per_unit: f64,
-    /// Change of the growth rate if the number increases by 1 %, 1/s; zero for a number that is zero.
+    /// Change of the growth rate if the number increases by 1 %, 1/s; zero for a number that is zero, but for absent damping
+    /// that of a damping ratio of 1 %.
     pub growth_per_percent: f64,
     /// Change of the frequency with the number, Hz per unit.
     pub frequency_per_unit: f64,
-    /// Change of the frequency per percent: if the number increases by 1 %, Hz; zero for a number that is zero.
+    /// Change of the frequency per percent: if the number increases by 1 %, Hz; as for the growth rate.
     pub frequency_per_percent: f64,
     /// Error estimate of `growth_per_unit`.
     pub error_per_unit: f64,
@@ -48,6 +55,104 @@ pub struct ModeSensitivities {
     pub parameters: Vec<ParameterSensitivity>,
 }
 
+/// A number with its value, which can be changed.
+struct Number {
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+    change: Change,
+}
+
+/// How a number is changed.
+enum Change {
+    Key(Parameter),
+    /// By the socket, for a ball with this diameter, mm.
+    Clearance(Parameter, f64),
+    /// By points of a friction curve, each with these derivatives with respect to the number.
+    Curve(Vec<[f64; 2]>, Vec<f64>),
+}
+
+impl Number {
+    /// All numbers of a scene. `sliding_speed` in m/s.
+    fn all(scene: &Scene, sliding_speed: f64) -> Result<Vec<Self>, SceneError> {
+        let mut numbers: Vec<Self> = scene
+            .physical_parameters()
+            .into_iter()
+            .map(|(parameter, value)| Self::of_key(parameter, value))
+            .collect();
+        let Ok(joint) = scene.joint() else {
+            return Ok(numbers);
+        };
+        if let BodySpec::BallOnBeam(body) = &joint.spec.body {
+            numbers.retain(|number| ![BALL, SOCKET].contains(&number.name));
+            let ball = 1e3 * body.geometry.ball_diameter;
+            numbers.push(Self {
+                name: "clearance_mm",
+                unit: "mm",
+                value: 1e3 * joint.spec.socket.diameter - ball,
+                change: Change::Clearance(scene.parameter(SOCKET)?, ball),
+            });
+        }
+        if joint.spec.damping.is_empty() {
+            numbers.push(Self::of_key(scene.parameter(DAMPING)?, 0.0));
+        }
+        if let Friction::Table { law, .. } = &joint.spec.friction {
+            let points = law.points();
+            let [centre, _] = law.sliding(sliding_speed);
+            for (name, zero) in [
+                ("friction.points.level", 0.0),
+                ("friction.points.slope", centre),
+            ] {
+                let derivatives = points.iter().map(|[_, mu]| mu - zero);
+                numbers.push(Self {
+                    name,
+                    unit: "",
+                    value: 1.0,
+                    change: Change::Curve(points.to_vec(), derivatives.collect()),
+                });
+            }
+        }
+        Ok(numbers)
+    }
+
+    fn of_key(parameter: Parameter, value: f64) -> Self {
+        Self {
+            name: parameter.path(),
+            unit: parameter.unit(),
+            value,
+            change: Change::Key(parameter),
+        }
+    }
+
+    /// The scene after a change of the number by a step.
+    fn changed(&self, scene: &Scene, step: f64) -> Result<Scene, SceneError> {
+        let value = self.value + step;
+        match &self.change {
+            Change::Key(parameter) => scene.with_values(&[(*parameter, value)]),
+            Change::Clearance(socket, ball) => scene.with_values(&[(*socket, ball + value)]),
+            Change::Curve(points, derivatives) => {
+                let moved = points.iter().zip(derivatives);
+                let moved = moved.map(|([speed, mu], derivative)| [*speed, mu + step * derivative]);
+                scene.with_friction_points(&moved.collect::<Vec<_>>())
+            }
+        }
+    }
+
+    /// Size of the steps of differences.
+    fn size(&self) -> f64 {
+        match self.value.abs() {
+            0.0 => 1.0,
+            size => size.min(1.0),
+        }
+    }
+
+    /// What 1 % of the number is.
+    fn percent(&self) -> f64 {
+        let is_absent_damping = self.name == DAMPING && self.value == 0.0;
+        0.01 * if is_absent_damping { 1.0 } else { self.value }
+    }
+}
+
 /// The sensitivities of all oscillating modes of steady sliding, in ascending order of frequency. `on_progress`
 /// receives the share of the work that is done, and returns whether to continue; `None` if it stopped the study.
 ///
@@ -57,10 +162,10 @@ pub fn sensitivities(
     scene: &Scene,
     on_progress: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Vec<ModeSensitivities>>, BranchError> {
-    let (parameters, values): (Vec<_>, Vec<_>) = scene.physical_parameters().into_iter().unzip();
-    let scales = vec![1.0; parameters.len()];
-    let mut family = SteadyFamily::new(scene.clone(), parameters.clone(), scales);
-    let state = family.at(&values)?;
+    let mut family = SteadyFamily::new(scene.clone(), Vec::new(), Vec::new());
+    let state = family.at_scene(scene)?;
+    let tilt = scene.joint().map_or(0.0, |joint| joint.tilt.at(0.0));
+    let numbers = Number::all(scene, family.sliding_speed(tilt).unwrap_or(0.0))?;
     let mut modes = state.modes()?;
     modes.retain(|mode| mode.oscillates());
     modes.sort_by(|a, b| a.value.im.total_cmp(&b.value.im));
@@ -75,26 +180,29 @@ pub fn sensitivities(
             parameters: Vec::new(),
         })
         .collect();
-    for (which, parameter) in parameters.iter().enumerate() {
-        if !on_progress(which as f64 / parameters.len() as f64) {
+    for (which, number) in numbers.iter().enumerate() {
+        if !on_progress(which as f64 / numbers.len() as f64) {
             return Ok(None);
         }
-        let slope = family.slope(&values, which)?;
+        let slope = difference(STEP * number.size(), |step| {
+            let moved = number.changed(scene, step)?;
+            let state = family.at_scene(&moved)?;
+            Ok::<_, BranchError>(state.linearised.matrix)
+        })?;
         if largest(&slope.value) <= ZERO * slope.error {
             continue;
         }
         for ((mode, left), found) in modes.iter().zip(&lefts).zip(&mut found) {
             let derivative = eigenvalue_derivative(left, &slope.value, &mode.vector);
-            let value = values[which];
             let frequency = derivative.im / std::f64::consts::TAU;
             found.parameters.push(ParameterSensitivity {
-                parameter: parameter.path().to_owned(),
-                unit: parameter.unit().to_owned(),
-                value,
+                parameter: number.name.to_owned(),
+                unit: number.unit.to_owned(),
+                value: number.value,
                 growth_per_unit: derivative.re,
-                growth_per_percent: 0.01 * value * derivative.re,
+                growth_per_percent: number.percent() * derivative.re,
                 frequency_per_unit: frequency,
-                frequency_per_percent: 0.01 * value * frequency,
+                frequency_per_percent: number.percent() * frequency,
                 error_per_unit: slope.error * condition(left, &mode.vector),
             });
         }

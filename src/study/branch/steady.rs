@@ -9,7 +9,7 @@ use crate::pipeline::{Prepared, prepare_reusing_body};
 use crate::scene::{Parameter, Scene};
 
 /// Largest relative step of a difference with respect to a parameter.
-const STEP: f64 = 0.02;
+pub(super) const STEP: f64 = 0.02;
 
 /// The steady sliding of a scene, for any values of some of its parameters.
 pub struct SteadyFamily {
@@ -81,7 +81,16 @@ impl SteadyFamily {
     /// # Errors
     /// If the values are invalid, the system cannot be built, or it has no equilibrium.
     pub fn at(&mut self, values: &[f64]) -> Result<SteadyState, BranchError> {
-        let prepared = self.prepared(values)?;
+        let scene = self.scene_at(values)?;
+        self.at_scene(&scene)
+    }
+
+    /// Builds the system of a variant of the scene and linearises it at its equilibrium.
+    ///
+    /// # Errors
+    /// If the system cannot be built, or it has no equilibrium.
+    pub fn at_scene(&mut self, scene: &Scene) -> Result<SteadyState, BranchError> {
+        let prepared = prepare_reusing_body(scene, &mut self.ball)?;
         let (system, dim) = (prepared.system, prepared.state.len());
         self.guess.resize(dim, 0.0);
         let linearised = Linearised::new(system.as_ref(), &self.guess)?;
@@ -96,6 +105,12 @@ impl SteadyFamily {
             linearised,
             families,
         })
+    }
+
+    /// Slip speed of steady sliding at the centre of the patch of the last joint, at a tilt (rad), m/s; `None` before one.
+    pub fn sliding_speed(&self, tilt: f64) -> Option<f64> {
+        let velocity = self.ball.as_ref()?.sliding_velocity(tilt);
+        Some(velocity.iter().map(|v| v * v).sum::<f64>().sqrt())
     }
 
     /// Derivative of the scaled matrix with respect to one of the parameters, per unit of the scene file.

@@ -241,6 +241,78 @@ fn sensitivities_are_the_derivatives_of_the_eigenvalues() {
     assert!(percents.is_sorted_by(|a, b| a >= b));
 }
 
+/// Growth rate of the mode nearest to a frequency (Hz).
+fn growth_near(scene: &Scene, frequency: f64) -> f64 {
+    let joint = scene.joint().unwrap();
+    let ball = crate::joint::BallJoint::new(&joint.spec).unwrap();
+    let modes = &crate::study::stability(&ball, &[joint.tilt.at(0.0)]).unwrap()[0].modes;
+    let away = |mode: &&crate::joint::NamedMode| (mode.frequency_hz - frequency).abs();
+    let nearest = modes.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    nearest.unwrap().growth
+}
+
+#[test]
+fn the_clearance_counts_and_so_does_absent_damping() {
+    let scene = joint().with_overrides(&[("damping", "absent")]).unwrap();
+    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
+    let of = |name: &str| mode.parameters.iter().find(|one| one.parameter == name);
+    assert!(of("socket.diameter_mm").is_none() && of("body.ball_diameter_mm").is_none());
+    let clearance = of("clearance_mm").unwrap();
+    let socket = scene.parameter("socket.diameter_mm").unwrap();
+    let diameter = scene.value_of(socket).unwrap();
+    let ball = scene
+        .value_of(scene.parameter("body.ball_diameter_mm").unwrap())
+        .unwrap();
+    assert!((clearance.value - (diameter - ball)).abs() < 1e-12);
+    let growth = |mm: f64| {
+        let moved = scene.with_values(&[(socket, diameter + mm)]).unwrap();
+        growth_near(&moved, mode.mode.frequency_hz)
+    };
+    let expected = (growth(1e-4) - growth(-1e-4)) / 2e-4;
+    let found = clearance.growth_per_unit;
+    assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+    // A damping ratio of 1 % damps a mode of the body by its angular frequency times 0.01, in the main.
+    let damping = of("damping.ratio").unwrap();
+    assert_eq!(damping.value, 0.0);
+    let usual = -0.01 * std::f64::consts::TAU * mode.mode.frequency_hz;
+    let share = damping.growth_per_percent / usual;
+    assert!((0.8..1.2).contains(&share), "{share}");
+}
+
+#[test]
+fn a_measured_friction_curve_has_a_level_and_a_slope() {
+    let curve = "[{speed_m_per_s = 0, mu = 0.5}, {speed_m_per_s = 0.02, mu = 0.4}, {speed_m_per_s = 0.1, mu = 0.2}]";
+    let scene = joint()
+        .with_overrides(&[
+            ("mu_s", "absent"),
+            ("mu_d", "absent"),
+            ("stribeck_slope_s_per_m", "absent"),
+            ("friction.law", "table"),
+            ("friction.points", curve),
+        ])
+        .unwrap();
+    let modes = sensitivities(&scene, &mut |_| true).unwrap().unwrap();
+    let mode = modes.iter().find(|mode| mode.mode.unstable).unwrap();
+    let of = |name: &str| {
+        let found = mode.parameters.iter().find(|one| one.parameter == name);
+        found.unwrap_or_else(|| panic!("{name} is missing"))
+    };
+    let growth = |factor: f64| {
+        let points = [[0.0, 0.5], [0.02, 0.4], [0.1, 0.2]].map(|[v, mu]| [v, factor * mu]);
+        growth_near(
+            &scene.with_friction_points(&points).unwrap(),
+            mode.mode.frequency_hz,
+        )
+    };
+    let expected = (growth(1.0 + 1e-4) - growth(1.0 - 1e-4)) / 2e-4;
+    let level = of("friction.points.level");
+    assert!((level.growth_per_unit / expected - 1.0).abs() < 1e-4);
+    // The growth comes from the slope, which the level scales, too, and the slope alone without the level.
+    let slope = of("friction.points.slope");
+    assert!(slope.growth_per_percent > 0.0 && slope.growth_per_unit != level.growth_per_unit);
+}
+
 #[test]
 fn the_modes_of_a_branch_are_those_of_linear_stability() {
     let scene = joint();
