@@ -187,7 +187,14 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         }
     };
     let (stribeck, least) = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum));
-    let (mu, constant) = constant_coefficient(&points, &weight, creep);
+    // Where points do not rise from the creep region, its factor would let a constant coefficient decrease.
+    let constants =
+        [creep, f64::INFINITY].map(|creep| constant_coefficient(&points, &weight, creep));
+    let (mu, constant) = if constants[0].1 <= constants[1].1 {
+        constants[0]
+    } else {
+        constants[1]
+    };
     // F test of the two numbers more; the quantile of two degrees of freedom is elementary.
     let quantile = 0.5 * freedom as f64 * (0.05_f64.powf(-2.0 / freedom as f64) - 1.0);
     let is_significant = 0.5 * (constant - least) > quantile * scale(least, freedom);
@@ -456,6 +463,19 @@ mod tests {
         // 20 of 400 at the level of 5 %.
         let found = found.count();
         assert!(found <= 40, "{found}");
+    }
+
+    #[test]
+    fn the_creep_factor_makes_no_decrease() {
+        let mut flat = points(0.01, 6);
+        for point in &mut flat {
+            point.coefficient += 0.25 - LAW.coefficient(point.speed);
+        }
+        let fit = fit_friction(&flat, LAW.creep);
+        assert!(
+            matches!(fit, Err(FrictionFitError::NoDecrease { .. })),
+            "{fit:?}"
+        );
     }
 
     /// Points in the creep region, and deviations that are too small or too large.

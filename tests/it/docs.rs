@@ -236,7 +236,8 @@ fn has_option(help: &str, option: &str) -> bool {
 }
 
 /// Names in the text that stand for others, and what they stand for.
-const PLACEHOLDERS: [(&str, &str); 4] = [
+const PLACEHOLDERS: [(&str, &str); 5] = [
+    ("FILE", "sweep.json"),
     ("SCENE", "torus-1.75deg"),
     ("NAME", "torus-1.75deg"),
     ("COMMAND", "run"),
@@ -306,8 +307,13 @@ impl Desk {
             .collect();
         let command = words.first().filter(|word| !word.starts_with('-')).cloned();
         let command = command.unwrap_or_default();
+        // The name of a command, not a line.
+        if words.len() == 1 {
+            words.push("--help".to_owned());
+        }
         let is_long = words.iter().any(|word| word == "--sensitivities");
-        let is_short = SHORT.contains(&&command[..]) && !is_long;
+        let is_help = words.iter().any(|word| word == "--help");
+        let is_short = is_help || SHORT.contains(&&command[..]) && !is_long;
         let (option, ending) = match &command[..] {
             "live" => ("--save", "rrd"),
             "model" => ("--out", "npz"),
@@ -327,10 +333,7 @@ impl Desk {
         } else {
             let takes_files = ["view", "merge", "analyse"].contains(&&command[..]);
             let inputs = words.iter().skip(1).filter(|word| word.contains('.'));
-            let is_missing = takes_files
-                && inputs
-                    .into_iter()
-                    .any(|word| message.contains(&format!("`{word}`")));
+            let is_missing = takes_files && inputs.into_iter().any(|word| message.contains(word));
             output.status.code() == Some(2) && (message.contains(NOWHERE) || is_missing)
         };
         (!is_valid).then_some(message)
