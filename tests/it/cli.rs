@@ -416,3 +416,37 @@ fn completions_and_man_pages_are_written() {
     std::fs::write(test.path().join("file"), "x").expect("written");
     refused(test.path(), &["man", "file"]);
 }
+
+/// Exponents that decide name the attractor; otherwise the last displacement is classified, whether or not the scene asks
+/// for that.
+#[test]
+fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
+    let test = folder();
+    let run = |scene: &str, set: &[&str]| {
+        let mut words = vec!["run", scene, "--json", "run.json", "--force"];
+        words.extend(set.iter().flat_map(|set| ["--set", *set]));
+        squeakscope(test.path(), &words).success();
+        let json = std::fs::read(test.path().join("run.json")).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        json
+    };
+    let chaotic = run("chaos-5deg", &[]);
+    assert_eq!(chaotic["exponents"]["attractor"], "chaos");
+    assert_eq!(chaotic["motion"], "chaos");
+    assert_eq!(chaotic["motion_confidence"], serde_json::Value::Null);
+    let plain = ["analysis=absent", "mechanism=absent"];
+    for set in [&plain[..], &[]] {
+        let tone = run("periodic-2deg", set);
+        assert_eq!(
+            (&tone["motion"], &tone["quiet"]),
+            (&"periodic".into(), &false.into())
+        );
+        assert!(tone["motion_confidence"].as_f64() > Some(0.5));
+    }
+    let damped = [&plain[..], &["damping.ratio=0.08", "duration_ms=200"]].concat();
+    let cured = run("periodic-2deg", &damped);
+    assert_eq!(
+        (&cured["motion"], &cured["quiet"]),
+        (&"at rest".into(), &true.into())
+    );
+}
