@@ -223,14 +223,12 @@ fn invalid_joints_are_bad_input() {
         .text;
     assert!(printed.contains("load_n = 150") && printed.contains("tilt_deg = 3"));
     let text = printed
-        .replace("load_n = 150", "load_n = 1e4")
-        .replace("tilt_deg = 3", "tilt_deg = 88");
+        .replace("load_n = 150", "load_n = 4000")
+        .replace("tilt_deg = 3", "tilt_deg = 90");
     std::fs::write(test.path().join("scene.toml"), text).expect("written");
-    let thick = "--set=beam_diameter_mm=31";
-    let message = refused(
-        test.path(),
-        &["run", "scene.toml", thick, "--save", "out.rrd"],
-    );
+    let thick = ["--set=beam_diameter_mm=31", "--set=frequencies=fe"];
+    let words = ["run", "scene.toml", thick[0], thick[1], "--save", "out.rrd"];
+    let message = refused(test.path(), &words);
     assert!(message.contains("reaches the beam"), "{message}");
     let left = std::fs::read_dir(test.path()).expect("folder").count();
     assert_eq!(left, 1, "only the scene file");

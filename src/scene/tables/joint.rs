@@ -285,7 +285,7 @@ fn pressure(
     let largest = 0.5e3 * WIDEST_PATCH * body.geometry.ball_diameter;
     ensure!(document, 1e3 * radius <= largest => "contact.pressure", &["body.ball_diameter_mm"];
         "the patch is as wide as the ball";
-        "end the table at most at {largest:.4} mm");
+        "end the table at most at {largest:.2} mm");
     Ok(pressure.map(Arc::new))
 }
 

@@ -327,7 +327,7 @@ fn a_wide_hertz_patch_is_reported_and_a_wider_one_refused() {
     );
     let refused = shell(3000.0, "").unwrap_err().to_string();
     assert!(
-        refused.contains("85 degrees") && refused.contains("contact.pressure"),
+        refused.contains("90 degrees") && refused.contains("contact.pressure"),
         "{refused}"
     );
 }
