@@ -187,14 +187,7 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
         }
     };
     let (stribeck, least) = slope_factor(&points, &|stribeck| best(stribeck).map(|(_, sum)| sum));
-    // Where points do not rise from the creep region, its factor would let a constant coefficient decrease.
-    let constants =
-        [creep, f64::INFINITY].map(|creep| constant_coefficient(&points, &weight, creep));
-    let (mu, constant) = if constants[0].1 <= constants[1].1 {
-        constants[0]
-    } else {
-        constants[1]
-    };
+    let (mu, constant) = constant_coefficient(&points, &weight, creep);
     // F test of the two numbers more; the quantile of two degrees of freedom is elementary.
     let quantile = 0.5 * freedom as f64 * (0.05_f64.powf(-2.0 / freedom as f64) - 1.0);
     let is_significant = 0.5 * (constant - least) > quantile * scale(least, freedom);
@@ -207,8 +200,8 @@ pub fn fit_friction(points: &[FrictionPoint], creep: f64) -> Result<FrictionFit,
     }
     let stribeck = stribeck.ok_or(FrictionFitError::Undetermined)?;
     let (law, sum) = best(stribeck).ok_or(FrictionFitError::Undetermined)?;
-    let is_possible = |mu: f64| (0.0..=LARGEST_COEFFICIENT).contains(&mu);
-    if !is_possible(law.mu_s) || !is_possible(law.mu_d) {
+    let possible = 0.0..=LARGEST_COEFFICIENT;
+    if !possible.contains(&law.mu_s) || !possible.contains(&law.mu_d) {
         return Err(FrictionFitError::Undetermined);
     }
     let mut normal = Matrix3::zeros();
@@ -261,20 +254,25 @@ fn chi_square_interval(freedom: usize) -> [f64; 2] {
 }
 
 /// The constant coefficient with the least sum of weighted squares, its variance for weights of unit deviation, and that
-/// sum.
+/// sum: with the creep factor or, if that describes the points better, without it. Where points do not rise from the creep
+/// region, the factor would let a constant coefficient decrease.
 fn constant_coefficient(
     points: &[FrictionPoint],
     weight: &dyn Fn(&FrictionPoint) -> f64,
     creep: f64,
 ) -> ([f64; 2], f64) {
-    let share = |point: &FrictionPoint| -(-creep * point.speed).exp_m1();
-    let sum = |term: &dyn Fn(&FrictionPoint) -> f64| -> f64 {
-        points.iter().map(|point| weight(point) * term(point)).sum()
+    let constant = |creep: f64| {
+        let share = |point: &FrictionPoint| -(-creep * point.speed).exp_m1();
+        let sum = |term: &dyn Fn(&FrictionPoint) -> f64| -> f64 {
+            points.iter().map(|point| weight(point) * term(point)).sum()
+        };
+        let squares = sum(&|point| share(point).powi(2));
+        let mu = sum(&|point| share(point) * point.coefficient) / squares;
+        let residuals = sum(&|point| (point.coefficient - mu * share(point)).powi(2));
+        ([mu, 1.0 / squares], residuals)
     };
-    let squares = sum(&|point| share(point).powi(2));
-    let mu = sum(&|point| share(point) * point.coefficient) / squares;
-    let residuals = sum(&|point| (point.coefficient - mu * share(point)).powi(2));
-    ([mu, 1.0 / squares], residuals)
+    let [with, without] = [creep, f64::INFINITY].map(constant);
+    if with.1 <= without.1 { with } else { without }
 }
 
 /// The coefficients with the least sum of weighted squares for a slope factor, and that sum.
