@@ -332,8 +332,8 @@ impl Desk {
             output.status.success()
         } else {
             let takes_files = ["view", "merge", "analyse"].contains(&&command[..]);
-            let inputs = words.iter().skip(1).filter(|word| word.contains('.'));
-            let is_missing = takes_files && inputs.into_iter().any(|word| message.contains(word));
+            let mut inputs = words.iter().skip(1).filter(|word| word.contains('.'));
+            let is_missing = takes_files && inputs.any(|word| message.contains(word));
             output.status.code() == Some(2) && (message.contains(NOWHERE) || is_missing)
         };
         (!is_valid).then_some(message)
