@@ -66,6 +66,7 @@ impl SummaryStage {
         let search = RegimeSearch {
             sample_rate: self.rate,
             silence: SILENCE,
+            background: 0.0,
         };
         let [_, displacement] = self.last.view().channels;
         let latest = samples(CLASSIFIED_WINDOW, self.rate, 1).min(displacement.len());
