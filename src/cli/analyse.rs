@@ -412,6 +412,74 @@ mod tests {
     }
 
     #[test]
+    fn what_a_directory_has_is_analysed_or_named() {
+        let (test, stop) = (TestFolder::new(), Arc::default());
+        let path = |name: &str| test.0.path().join(name);
+        std::fs::create_dir(path("rig")).expect("made");
+        let tone = |k: u32| (TAU * 0.11 * f64::from(k)).sin();
+        let rows = |right: &dyn Fn(u32) -> f64| -> String {
+            let row = |k| format!("{},{}\n", 0.5 * tone(k), right(k));
+            (0..9600).map(row).collect()
+        };
+        std::fs::write(path("rig/a.csv"), format!("mic,ref\n{}", rows(&|_| 0.0))).expect("written");
+        std::fs::write(path("rig/b.csv"), format!("mic,ref\n{}", rows(&tone))).expect("written");
+        std::fs::write(path("rig/c.docx"), b"\0\x01\x02").expect("written");
+        for (name, labels) in [("a", "0\t2\ttone\n"), ("b", "0\t2\n\\\t100\t200\n")] {
+            std::fs::write(path(&format!("rig/{name}.txt")), labels).expect("written");
+        }
+        let args = AnalyseArgs {
+            files: vec![path("rig")],
+            each_channel: true,
+            rate: Some(8000.0),
+            save: None,
+            labels: Some(path("labels")),
+            events: Some(path("events.csv")),
+            truth: Some(path("rig")),
+            ..test.args()
+        };
+        execute(&args, &stop).expect("success");
+        let json = std::fs::read(path("out.json")).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        let skipped = json["skipped"].as_array().expect("a list");
+        let name = |file: &serde_json::Value| {
+            let path = Path::new(file["file"].as_str().expect("a path"));
+            path.file_name().expect("a name").to_owned()
+        };
+        let names: Vec<_> = skipped.iter().map(name).collect();
+        assert_eq!(names, ["a.txt", "b.txt", "c.docx"]);
+        // A silent channel is a result.
+        let kinds = |k: usize| json["analyses"][k]["verdict"]["regime"].as_str();
+        assert_eq!(kinds(1), Some("silent"));
+        assert_ne!(kinds(0), Some("silent"));
+        // The tone of 880 Hz sounds in three channels, and one label of each file lies elsewhere.
+        let truth: Vec<_> = (0..4)
+            .map(|k| json["analyses"][k]["truth"].clone())
+            .collect();
+        let counts = truth.iter().map(|score| {
+            let missed = score["missed"].as_array().expect("a list").len();
+            (
+                score["found"].as_u64(),
+                score["false"].as_array().expect("a list").len(),
+                missed,
+            )
+        });
+        let expected = [
+            (Some(1), 0, 0),
+            (Some(0), 0, 1),
+            (Some(0), 1, 1),
+            (Some(0), 1, 1),
+        ];
+        assert_eq!(counts.collect::<Vec<_>>(), expected);
+        let events = std::fs::read_to_string(path("events.csv")).expect("written");
+        let rows: Vec<_> = events.lines().skip(1).collect();
+        assert_eq!(rows.len(), 3, "{events}");
+        assert!(rows[2].contains("b.csv,ref,1,"), "{events}");
+        assert!(
+            path("labels/b-ref.txt").is_file() && path("new/figures/a-ref/waveform.png").is_file()
+        );
+    }
+
+    #[test]
     fn events_become_labels() {
         let event = TonalEvent {
             start_s: 0.5,

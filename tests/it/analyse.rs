@@ -430,6 +430,20 @@ fn a_truncated_recording_is_read_with_a_warning() {
 }
 
 #[test]
+fn silence_is_a_result() {
+    let dir = TestDir::new();
+    dir.wav("silent.wav", 8000, 1, &[0; 8000]);
+    dir.wav("constant.wav", 8000, 1, &[7; 8000]);
+    for name in ["silent.wav", "constant.wav"] {
+        let json = dir.analyse(&format!("{name} --figures figures"));
+        assert_eq!(json["verdict"]["regime"], "silent");
+        assert_eq!(json["events"], Value::Array(Vec::new()));
+        assert_eq!(json["embedding"]["skipped"], "silent");
+        assert_eq!(json["zero_one"]["skipped"], "silent");
+    }
+}
+
+#[test]
 fn each_invalid_file_has_a_specific_message() {
     let dir = TestDir::new();
     let tone = tones(8000.0, 4000, &[(210.0, 0.5)]);

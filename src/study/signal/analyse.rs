@@ -66,7 +66,7 @@ const MANY_SAMPLES: usize = 50_000;
 ///
 /// # Errors
 /// [`SignalError::NoEvent`] and [`SignalError::NotSound`] for a requested event that does not exist;
-/// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`], [`AnalysisError::Constant`] for a constant signal,
+/// [`AnalysisError::TooShort`] below [`MIN_SAMPLES`],
 /// [`AnalysisError::SampleRange`] for samples whose squares overflow or underflow, [`AnalysisError::Memory`] if the
 /// spectrum does not fit into memory, and errors for an unsuitable delay, dimension or threshold.
 pub fn analyse_signal(
@@ -102,12 +102,9 @@ fn check(samples: &[f64]) -> Result<(), AnalysisError> {
             need: MIN_SAMPLES,
         });
     }
-    if samples.iter().all(|x| *x == samples[0]) {
-        return Err(AnalysisError::Constant);
-    }
     let [low, high] = range(samples.iter().copied());
     let can_be_squared = samples.iter().all(|x| x.abs() <= MAX_SAMPLE);
-    if !can_be_squared || high - low < MIN_RANGE {
+    if !can_be_squared || (low < high && high - low < MIN_RANGE) {
         return Err(AnalysisError::SampleRange);
     }
     let buffers = SpectrumAnalyser::bytes(samples.len().min(MAX_SPECTRUM_SAMPLES));
@@ -137,10 +134,12 @@ fn run(
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
     let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
+    let is_silent = samples.iter().all(|x| *x == samples[0]);
+    let silence = is_silent.then_some(SkipReason::Silent);
     step(0.1, "spectrum")?;
     let (spectrum, tones) = tones(studied)?;
     step(0.15, "delay and dimension")?;
-    let delay = Outcome::unless(obstacle, || delay(newest, search))?;
+    let delay = Outcome::unless(obstacle.or(silence), || delay(newest, search))?;
     let lag = delay.get().ok().map(|delay| delay.lag);
     let event = stretch.event.zip(sound.as_ref());
     let event_hz = event.map(|(number, sound)| sound.tonal.events[number - 1].frequency_hz);
@@ -161,7 +160,7 @@ fn run(
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
     let background = background_power(&signal, events, stretch.band_hz);
     let verdict = regime(newest, rate, background, !events.is_empty(), obstacle)?;
-    let steady = match unsteady(&verdict, &stretch) {
+    let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => delay.clone(),
     };
