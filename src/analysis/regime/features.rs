@@ -82,7 +82,8 @@ pub(super) struct LinePower {
     pub beside_one: f64,
     /// Share of the lines' power that is in no combination of two bases.
     pub beside_two: f64,
-    /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45.
+    /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45 that
+    /// is weaker than the side lines of a tone modulated to the depth of 1.
     pub side: Option<f64>,
     /// Whether the side lines are those of a modulated amplitude: equally strong on both sides, without a line of
     /// their own frequency.
@@ -254,8 +255,6 @@ impl Features {
         [
             share(self.lines.beside_one, 1e-5),
             share(self.lines.beside_two, 1e-5),
-            self.lines.side.map_or(0.0, |side| -share(side, 1e-3)),
-            f64::from(u8::from(self.lines.is_mirrored)),
             share(self.floor, 1e-7),
             share(excess(self.floor), 1e-7),
             share(excess(self.coloured), 1e-6),
@@ -296,20 +295,6 @@ impl Features {
             "two tones" => format!(
                 "{} of the lines' power is in no combination of two frequencies.",
                 percent(self.lines.beside_two)
-            ),
-            "side lines" => self.lines.side.map_or_else(
-                || "The strongest line has no side lines.".into(),
-                |side| {
-                    format!(
-                        "The strongest side line is {} from the strongest line{}.",
-                        percent(side),
-                        if self.lines.is_mirrored {
-                            ", with a mirror image"
-                        } else {
-                            ""
-                        }
-                    )
-                },
             ),
             "broadband floor" => format!(
                 "{} of the power lies between the lines, {} times that of noise of the size of the prediction \
@@ -420,7 +405,9 @@ impl LinePower {
             f1: bases.map(|bases| bases[usize::from(second > first)]),
             beside_one: beside(one),
             beside_two: beside(all),
-            side: side.map(|side| (side.frequency - carrier).abs() / carrier),
+            side: side
+                .filter(|side| side.amplitude < 0.6 * lines[0].amplitude)
+                .map(|side| (side.frequency - carrier).abs() / carrier),
             is_mirrored,
         }
     }

@@ -11,7 +11,6 @@
 //! |---|---|
 //! | one tone | share of the lines' power that is in no harmonic or subharmonic of one base |
 //! | two tones | share of the lines' power that is in no combination of two bases |
-//! | side lines | distance of the strongest side line; whether it has a mirror image |
 //! | broadband floor | share of the power between the lines, what exceeds twice the background, its coloured part, its ratio to noise of the size of the prediction error |
 //! | Poincare section | whether the crossings form a closed curve, or points |
 //! | repetition | distance of crossings one period apart over that explained by noise |
@@ -190,22 +189,27 @@ fn verdict(features: &Features) -> Verdict {
         .filter(|class| CLASSES[*class] != Regime::Undetermined);
     let likeliest: Vec<usize> = regimes.take(2).collect();
     let probability = probabilities[likeliest[0]];
+    let likeliest: Vec<Regime> = likeliest
+        .into_iter()
+        .filter(|class| probabilities[*class] >= MIN_LIKELY)
+        .map(|class| CLASSES[class])
+        .collect();
     let is_long = features.periods_seen >= MIN_PERIODS && features.samples >= MIN_VERDICT_SAMPLES;
-    let regime = if probability >= MIN_PROBABILITY && is_long {
-        CLASSES[likeliest[0]]
-    } else {
-        Regime::Undetermined
+    let regime = match likeliest.first() {
+        Some(regime) if probability >= MIN_PROBABILITY && is_long => *regime,
+        _ => Regime::Undetermined,
     };
-    let is_likely = |class: &&usize| probabilities[**class] >= MIN_LIKELY;
+    let is_modulated = features.lines.side.is_some_and(|side| side < SLOW);
+    let (regime, limitations) = match regime {
+        // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus.
+        Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, vec![Limitation::Modulated]),
+        regime => (regime, limitations(regime, features)),
+    };
     Verdict {
         regime,
         confidence: probability,
-        limitations: limitations(regime, features),
-        likeliest: likeliest
-            .iter()
-            .filter(is_likely)
-            .map(|class| CLASSES[*class])
-            .collect(),
+        likeliest,
+        limitations,
         evidence: evidence(features, &inputs, [order[0], order[1]]),
     }
 }
@@ -238,8 +242,6 @@ fn evidence(features: &Features, inputs: &Inputs, [first, second]: [usize; 2]) -
 
 /// What the signal leaves open.
 fn limitations(regime: Regime, features: &Features) -> Vec<Limitation> {
-    let lines = &features.lines;
-    let is_slow = lines.side.is_some_and(|side| side < SLOW);
     match regime {
         Regime::Undetermined
             if features.periods_seen < FEW_PERIODS || features.samples < MIN_VERDICT_SAMPLES =>
@@ -247,8 +249,7 @@ fn limitations(regime: Regime, features: &Features) -> Vec<Limitation> {
             vec![Limitation::TooShort]
         }
         Regime::Undetermined => vec![Limitation::NoEvidence],
-        Regime::QuasiPeriodic if lines.is_mirrored => vec![Limitation::Modulation],
-        Regime::Periodic if is_slow && lines.beside_one > 0.01 => vec![Limitation::Modulated],
+        Regime::QuasiPeriodic if features.lines.is_mirrored => vec![Limitation::Modulation],
         _ => Vec::new(),
     }
 }

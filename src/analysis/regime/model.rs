@@ -13,11 +13,9 @@ use serde::Deserialize;
 use super::Regime;
 
 /// The inputs, and the criterion to which each belongs.
-pub(super) const INPUTS: [(&str, &str); 20] = [
+pub(super) const INPUTS: [(&str, &str); 18] = [
     ("beside_one", "one tone"),
     ("beside_two", "two tones"),
-    ("side", "side lines"),
-    ("mirrored", "side lines"),
     ("floor", "broadband floor"),
     ("floor_excess", "broadband floor"),
     ("coloured_excess", "broadband floor"),

@@ -29,12 +29,12 @@ pub const RECORDED: &[Textbook] = &[
         let clean = (0..n).map(at).collect();
         recorded(draw, clean, [15.0, 50.0])
     }),
-    family("modulated squeak", &[Periodic], |draw| {
+    family("modulated squeak", &[Periodic, QuasiPeriodic], |draw| {
         let depth = draw.between(0.03, 0.6);
         let bend = draw.pick(&[0.0, 2e-3]) * draw.between(0.0, 1.0);
         slowly_modulated(draw, depth, bend)
     }),
-    family("vibrato", &[Periodic], |draw| {
+    family("vibrato", &[Periodic, QuasiPeriodic], |draw| {
         let bend = draw.between(1e-3, 1e-2);
         slowly_modulated(draw, 0.0, bend)
     }),
@@ -114,6 +114,14 @@ pub const RECORDED: &[Textbook] = &[
     family("weak chaos", &[Chaotic], |draw| {
         let c = draw.between(5.0, 7.0);
         modulated_by_roessler(draw, c)
+    }),
+    family("chaos on a torus", &[Chaotic], |draw| {
+        let c = draw.between(4.6, 7.0);
+        torus_with_roessler(draw, c)
+    }),
+    family("modulated torus", &[QuasiPeriodic], |draw| {
+        let c = draw.between(2.2, 3.6);
+        torus_with_roessler(draw, c)
     }),
     judged("slow torus", &[QuasiPeriodic], |draw| {
         let c = draw.between(2.2, 2.7);
@@ -231,6 +239,36 @@ fn modulated_by_roessler(draw: &mut Draw, c: f64) -> Vec<f64> {
     let at = |(i, [x, y, _]): (usize, &[f64; 3])| {
         let phase = TAU * i as f64 / rate;
         (1.0 + depth * x) * phase.sin() + (0.3 + 0.5 * depth * y) * (2.0 * phase).sin()
+    };
+    let signal = slow.iter().enumerate().map(at).collect();
+    draw.with_floor(signal)
+}
+
+/// Two tones near to each other, the second with level and phase that follow a Roessler system, 10 to 40 periods per
+/// cycle.
+fn torus_with_roessler(draw: &mut Draw, c: f64) -> Vec<f64> {
+    let (n, rate) = (
+        (draw.between(0.8, 2.5) * draw.count() as f64) as usize,
+        draw.rate(),
+    );
+    let (ratio, size) = (
+        1.0 + draw.between(0.03, 0.2) * draw.pick(&[-1.0, 1.0]),
+        draw.between(0.1, 0.5),
+    );
+    let (cycle, depth, bend) = (
+        draw.between(10.0, 40.0),
+        draw.between(0.03, 0.12),
+        draw.between(0.0, 0.1),
+    );
+    let (overtone, start) = (
+        draw.between(0.0, 0.3),
+        [1.0 + draw.between(-0.3, 0.3), 1.0, 0.0],
+    );
+    let slow = roessler(n, ROESSLER / (cycle * rate), [0.2, 0.2, c], start);
+    let at = |(i, [x, y, _]): (usize, &[f64; 3])| {
+        let phase = TAU * i as f64 / rate;
+        let second = size * (1.0 + depth * x) * (ratio * phase + bend * y).sin();
+        (1.0 + 0.2 * depth * y) * phase.sin() + second + overtone * (3.0 * phase).sin()
     };
     let signal = slow.iter().enumerate().map(at).collect();
     draw.with_floor(signal)
