@@ -262,7 +262,7 @@ const NOWHERE: &str = "nowhere/out.";
 struct Desk(tempfile::TempDir);
 
 impl Desk {
-    /// Files that the text has made before: scenes, points of friction.
+    /// Files that the text has made before: scenes, points of friction, a directory of recordings.
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let output = squeakscope(folder.path(), &["scenes", "torus-1.75deg"]);
@@ -276,6 +276,8 @@ impl Desk {
         ] {
             fs::write(folder.path().join(name), &output.stdout).unwrap();
         }
+        fs::create_dir(folder.path().join("recordings")).unwrap();
+        fs::write(folder.path().join("recordings/squeak.wav"), "RIFF").unwrap();
         let law =
             |speed: f64| (1.0 - (-1000.0 * speed).exp()) * (0.25 + 0.3 * (-12.0 * speed).exp());
         let points = (0..20).map(|k| 6e-3 * 1.3_f64.powi(k));
