@@ -237,6 +237,7 @@ fn options(args: &AnalyseArgs) -> SignalOptions {
         min_diagonal: args.min_diagonal.map(|states| states as usize),
         min_vertical: args.min_vertical.map(|states| states as usize),
         event: args.event.map(|number| number as usize),
+        faint: args.faint,
     }
 }
 

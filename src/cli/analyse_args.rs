@@ -53,6 +53,9 @@ pub struct AnalyseArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..),
         help_heading = "Analysis")]
     pub event: Option<u32>,
+    /// List faint events, more than 40 dB below the recording, too.
+    #[arg(long, help_heading = "Analysis")]
+    pub faint: bool,
     /// Convert the signal to Pa; all levels are in dB re 20 uPa, also A-weighted and in third octaves. The calibration is the
     /// level of a calibrator and its recording (94dB=FILE), the pressure for one unit of the signal (12.5Pa), or the sensitivity of the microphone
     /// for a signal in V (50mV/Pa).

@@ -29,9 +29,8 @@ const KNOCK_RATIO: f64 = 5.0;
 const STRONG: f64 = 20.0;
 const STEADY_S: f64 = 0.3;
 
-/// Largest gain of a step of a strong tone for the ends, and largest loss.
-const LOBE: f64 = 0.7;
-const DIP: f64 = 0.5;
+/// Time for which a strong tone is below a tenth between two events, s.
+const PAUSE_S: f64 = 0.12;
 
 /// Largest gain of a step of a faint tone for the ends.
 const LARGEST_GAIN: f64 = 2.0;
@@ -40,6 +39,8 @@ const LARGEST_GAIN: f64 = 2.0;
 pub(super) struct Baseband {
     /// Time of the first value, s.
     first_s: f64,
+    /// Steps of the ridge.
+    ridge: (usize, usize),
     /// Values of the analytic signal in steps of [`STEP_S`], low-passed; a sine of amplitude `A` gives `A`.
     values: Vec<Complex64>,
     /// Frequency that was brought to zero, at each value, Hz.
@@ -97,8 +98,11 @@ impl Baseband {
             terms.sum::<Complex64>() * scale
         };
         let noise = median(&ridge.points.iter().map(|p| p.noise).collect::<Vec<_>>());
+        let [start, end] =
+            [ridge.start(), ridge.end()].map(|time_s| ((time_s - first_s) / STEP_S) as usize);
         Self {
             first_s,
+            ridge: (start, end),
             values: (0..carriers.len()).map(value).collect(),
             carriers,
             // The one-sided density acts on both quadratures: a sine of amplitude A has the power A^2 / 2.
@@ -124,13 +128,32 @@ impl Baseband {
         ratios.len() > 1 && median(&ratios) > 2.0 * LN_2 + 4.0 * deviation
     }
 
-    /// The partial between its ends, without the power of knocks.
-    pub fn partial(&self, window_noise: f64) -> Option<Partial> {
+    /// The partials between pauses, without the power of knocks.
+    pub fn partials(&self, window_noise: f64) -> Vec<Partial> {
         let power: Vec<f64> = self.values.iter().map(|v| 0.5 * v.norm_sqr()).collect();
-        let (first, end) = self.ends(&power)?;
-        let limit = KNOCK_RATIO * median(&power[first..end]);
+        let sounding: Vec<f64> = self
+            .sounding(&power)
+            .into_iter()
+            .flat_map(|(first, end)| power[first..end].to_vec())
+            .collect();
+        if sounding.is_empty() {
+            return Vec::new();
+        }
+        let limit = KNOCK_RATIO * median(&sounding);
         let power: Vec<f64> = power.iter().map(|p| p.min(limit)).collect();
-        let (first, end) = self.ends(&power)?;
+        self.sounding(&power)
+            .into_iter()
+            .filter_map(|ends| self.partial(&power, ends, window_noise))
+            .collect()
+    }
+
+    /// The partial between two ends.
+    fn partial(
+        &self,
+        power: &[f64],
+        (first, end): (usize, usize),
+        window_noise: f64,
+    ) -> Option<Partial> {
         let own = |i: usize| (power[i] - self.noise).max(0.0);
         let count = (end - first) as f64;
         let power_mean = (first..end).map(|i| power[i] - self.noise).sum::<f64>() / count;
@@ -154,11 +177,11 @@ impl Baseband {
         })
     }
 
-    /// Ends of the tone: the steps that maximise the sum of a function of power that is positive above a threshold,
-    /// which is a tenth of the loudest 0.1 s, or the power at which tone and noise are equally likely if that
-    /// is greater. A tone in noise has the excess of power, the logarithm of the likelihood ratio up to a
-    /// factor; a strong one the logarithm of power within limits: a dip of a modulation counts less than a peak beside it.
-    fn ends(&self, power: &[f64]) -> Option<(usize, usize)> {
+    /// Ends of the tone. The threshold of power is a tenth of the loudest 0.1 s, or the power at which tone and noise are
+    /// equally likely if that is greater. A strong tone sounds above it, and ends where it is below for
+    /// [`PAUSE_S`]. A tone in noise sounds in the steps that maximise the excess of power, which is the logarithm
+    /// of the likelihood ratio up to a factor.
+    fn sounding(&self, power: &[f64]) -> Vec<(usize, usize)> {
         let smooth = averages(power, (HALF_SMOOTH_S / STEP_S) as usize);
         let ratio = |length_s: f64| (loudest(power, length_s) / self.noise - 1.0).max(0.5);
         let ratio = match ratio(LOUDEST_S) {
@@ -167,14 +190,24 @@ impl Baseband {
         };
         let equal = ratio.ln_1p() * (1.0 + ratio) / ratio;
         let relative = equal.max(END_SHARE * ratio + 1.0);
-        let gain = |p: &f64| {
-            let share = p / (self.noise * relative);
-            match ratio > STRONG {
-                true => share.max(1e-30).ln().clamp(-DIP, LOBE),
-                false => (share - 1.0).min(LARGEST_GAIN),
+        let shares = smooth.iter().map(|p| p / (self.noise * relative));
+        if ratio <= STRONG {
+            let gains = shares.map(|share| (share - 1.0).min(LARGEST_GAIN));
+            return largest_sum(gains).into_iter().collect();
+        }
+        let mut out: Vec<(usize, usize)> = Vec::new();
+        for (i, _) in shares.enumerate().filter(|(_, share)| *share > 1.0) {
+            match out.last_mut() {
+                Some((_, end)) if i - *end < (PAUSE_S / STEP_S) as usize => *end = i + 1,
+                _ => out.push((i, i + 1)),
             }
-        };
-        largest_sum(smooth.iter().map(gain))
+        }
+        // What lies mostly beside the ridge is another sound.
+        let (start, end) = self.ridge;
+        out.retain(|&(first, last)| {
+            2 * last.min(end).saturating_sub(first.max(start)) > last - first
+        });
+        out
     }
 
     /// Frequency relative to the carrier, mean over steps from `first` to before `end` weighted by power, Hz.

@@ -1,6 +1,6 @@
 //! The noise floor of a spectrogram from order statistics.
 //!
-//! First, the shape of the spectrum: the median over time of each bin, smoothed: the greater of the medians of 8 bins on each
+//! First, the shape of the spectrum: the median of each bin over the quietest fifth of the columns, smoothed: the greater of the medians of 8 bins on each
 //! side, which follows slopes, resonances and the edge of a low-pass but not a line. Relative to it, the floor at a bin
 //! is the median of 24 bins on each side; the greater of the two counts (the greatest-of rule of radar
 //! detection: Hansen and Sawyers, IEEE Trans. Aerosp. Electron. Syst. 16, 115, 1980). Each median is the greater of that
@@ -20,7 +20,9 @@ const GUARD: usize = 3;
 /// Half of the time over which the floor is compared, s.
 const HALF_FLOOR_S: f64 = 0.1;
 
-/// Columns from which the shape of the spectrum is determined.
+/// Part of the columns, the quietest ones, from which the shape of the spectrum is determined, and about how many of
+/// them: where no loud tone sounds. The level of the floor is that of each column.
+const QUIET_PART: usize = 5;
 const SHAPE_COLUMNS: usize = 48;
 
 /// Bins on each side from which the shape is smoothed, and rank of the quantile among them.
@@ -72,8 +74,19 @@ impl Floor {
 
 /// The shape of the spectrum.
 fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
-    let step = powers.len().div_ceil(SHAPE_COLUMNS);
-    let columns: Vec<&Vec<f64>> = powers.iter().step_by(step).collect();
+    let mut quietest: Vec<(f64, &Vec<f64>)> = powers
+        .iter()
+        .map(|column| (column.iter().sum(), column))
+        .filter(|(power, _)| *power > 0.0)
+        .collect();
+    quietest.sort_by(|a, b| a.0.total_cmp(&b.0));
+    quietest.truncate((powers.len() / QUIET_PART).max(SHAPE_COLUMNS.min(powers.len())));
+    let step = quietest.len().div_ceil(SHAPE_COLUMNS).max(1);
+    let columns: Vec<&Vec<f64>> = quietest
+        .into_iter()
+        .step_by(step)
+        .map(|(_, column)| column)
+        .collect();
     let bins = powers[0].len();
     let mut values = vec![0.0; columns.len()];
     let mut median = |k: usize| {

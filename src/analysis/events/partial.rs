@@ -26,6 +26,11 @@ impl Partial {
         self.end_s - self.start_s
     }
 
+    /// Time in which both sound, s; below 0 if they do not.
+    pub fn shared_with(&self, other: &Self) -> f64 {
+        self.end_s.min(other.end_s) - self.start_s.max(other.start_s)
+    }
+
     /// Power over noise per hertz.
     pub fn strength(&self) -> f64 {
         self.power / self.noise
@@ -46,15 +51,15 @@ impl Partial {
     /// Median ratio of the frequency to that of another partial while both sound, and the share of this
     /// partial's duration in which they do.
     pub fn ratio_to(&self, other: &Self) -> Option<(f64, f64)> {
-        let (start, end) = (self.start_s.max(other.start_s), self.end_s.min(other.end_s));
-        if end - start < 0.05 {
+        let (start, shared) = (self.start_s.max(other.start_s), self.shared_with(other));
+        if shared < 0.05 {
             return None;
         }
         let mut ratios: Vec<f64> = (0..21)
-            .map(|k| start + (end - start) * (f64::from(k) + 0.5) / 21.0)
+            .map(|k| start + shared * (f64::from(k) + 0.5) / 21.0)
             .map(|t| self.frequency_at(t) / other.frequency_at(t))
             .collect();
         let median = *ratios.select_nth_unstable_by(10, f64::total_cmp).1;
-        Some((median, (end - start) / self.duration()))
+        Some((median, shared / self.duration()))
     }
 }

@@ -30,10 +30,12 @@ pub struct EventOptions {
     /// Expected number of paths that noise produces in the spectrograms of a recording, above 0. Their shape shows that
     /// they are no events; more of them take time, fewer cost faint events.
     pub false_paths: f64,
+    /// Whether to list events more than 40 dB below the recording, too.
+    pub faint: bool,
 }
 
 impl Default for EventOptions {
-    /// Fundamentals from 200 Hz to 12 kHz, full scale 1, events of at least 0.2 s, one path through noise.
+    /// Fundamentals from 200 Hz to 12 kHz, full scale 1, events of at least 0.2 s, one path through noise, none faint.
     fn default() -> Self {
         Self {
             low_hz: 200.0,
@@ -41,6 +43,7 @@ impl Default for EventOptions {
             full_scale: 1.0,
             shortest_s: 0.2,
             false_paths: 1.0,
+            faint: false,
         }
     }
 }
@@ -59,6 +62,9 @@ const WINDOWS: [(f64, f64); 5] = [
 /// that makes the edge of a low-pass.
 const ROUNDING_RATIO: f64 = 4.0;
 const EDGE_RATIO: f64 = 30.0;
+
+/// Level of an event below that of the recording above 180 Hz at which it is faint, dB.
+const FAINT_DB: f64 = 40.0;
 
 /// Highest frequency of a partial, Hz.
 const HIGHEST_HZ: f64 = 24_000.0;
@@ -87,11 +93,16 @@ pub fn tonal_events(
     }
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
-    let (candidates, hum) = candidates(&samples, rate_hz, options);
+    let (candidates, hum, power) = candidates(&samples, rate_hz, options);
+    let least_db = if options.faint {
+        f64::NEG_INFINITY
+    } else {
+        10.0 * (power / (0.5 * options.full_scale.powi(2))).log10() - FAINT_DB
+    };
     let all = Company::new(candidates.iter().map(|c| (&c.shape, c.event.start_s)));
     let is_event = |c: &Candidate| {
         let long = c.event.span().length_s() >= options.shortest_s;
-        long && c.shape.is_event(all.of(&c.event))
+        long && c.event.level_db >= least_db && c.shape.is_event(all.of(&c.event))
     };
     let events = candidates.into_iter().filter(is_event);
     let events: Vec<TonalEvent> = events.map(|candidate| candidate.event).collect();
@@ -108,12 +119,12 @@ struct Candidate {
     shape: Shape,
 }
 
-/// All tones of a recording without mean, in the order of their starts, and its hum.
+/// All tones of a recording without mean, in the order of their starts, its hum and its power.
 fn candidates(
     samples: &[f64],
     rate_hz: f64,
     options: &EventOptions,
-) -> (Vec<Candidate>, Option<Lines>) {
+) -> (Vec<Candidate>, Option<Lines>, f64) {
     let (mut ridges, reference) = ridges(samples, rate_hz, options);
     let rounding = quantum(samples).powi(2) / (6.0 * rate_hz);
     ridges.retain(|ridge| !is_above_edge(ridge, &reference, rounding));
@@ -121,11 +132,11 @@ fn candidates(
     if let Some(hum) = &hum {
         ridges.retain(|ridge| !hum.has(ridge));
     }
-    let partial = |ridge: &Ridge| {
+    let partials = |ridge: &Ridge| {
         let noise = ridge.points.iter().map(|p| p.noise).sum::<f64>() / ridge.points.len() as f64;
-        Baseband::new(samples, rate_hz, ridge).partial(noise)
+        Baseband::new(samples, rate_hz, ridge).partials(noise)
     };
-    let partials: Vec<Partial> = ridges.par_iter().filter_map(partial).collect();
+    let found: Vec<Partial> = ridges.par_iter().flat_map_iter(partials).collect();
     let below = |of: &Partial, k: usize| {
         let ridge = Ridge::below(of, k, &reference);
         let frequency_hz = of.frequency_hz / k as f64;
@@ -134,9 +145,13 @@ fn candidates(
             && of.strength() > third_octave(of.frequency_hz)
             && !hum.as_ref().is_some_and(|hum| hum.is_near(frequency_hz));
         let stands_out = || Baseband::new(samples, rate_hz, &ridge).stands_out(of);
-        (is_in_band && stands_out()).then(|| partial(&ridge))?
+        let best = || {
+            let found = partials(&ridge).into_iter();
+            found.max_by(|a, b| a.shared_with(of).total_cmp(&b.shared_with(of)))
+        };
+        (is_in_band && stands_out()).then(best)?
     };
-    let groups = groups(partials, below);
+    let groups = groups(found, below);
     let candidates = groups
         .iter()
         .filter(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz))
@@ -147,7 +162,7 @@ fn candidates(
                 event,
             }
         });
-    (distinct(candidates.collect()), hum)
+    (distinct(candidates.collect()), hum, reference.power)
 }
 
 /// Whether a ridge is above the edge of a low-pass: its floor is `rounding`, the noise power per hertz of quantisation,

@@ -39,6 +39,8 @@ pub(super) struct Peaks {
     pub bin_hz: f64,
     /// Bins searched in a column.
     pub bins: usize,
+    /// Mean power of the signal from the lowest bin searched on, square of its unit.
+    pub power: f64,
     floor: Floor,
 }
 
@@ -74,6 +76,9 @@ pub(super) fn peaks(samples: &[f64], rate_hz: f64, duration: f64, band: [f64; 2]
     let first = ((band[0] / bin_hz) as usize).max(LEAST_BIN);
     let powers = powers(samples, length, (bins + 1).max(Floor::LEAST_BINS));
     let step_s = hop as f64 / rate_hz;
+    // The bins of a sine of amplitude A under a Hann window have the sum 1.5 A^2 / 4.
+    let above = |column: &Vec<f64>| column[first.min(column.len())..].iter().sum::<f64>();
+    let power = powers.iter().map(above).sum::<f64>() / powers.len() as f64 * 2.0 / 1.5;
     let floor = Floor::new(&powers, step_s);
     // A Hann window has the noise bandwidth of 1.5 bins.
     let per_hertz = 1.0 / (1.5 * bin_hz);
@@ -99,6 +104,7 @@ pub(super) fn peaks(samples: &[f64], rate_hz: f64, duration: f64, band: [f64; 2]
         step_s,
         bin_hz,
         bins: bins.saturating_sub(first),
+        power,
         floor,
     }
 }

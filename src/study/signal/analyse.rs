@@ -125,7 +125,7 @@ fn run(
         false => Err(End::Stopped),
     };
     step(0.0, "tonal events")?;
-    let sound = MeasuredSound::of(&signal)?;
+    let sound = MeasuredSound::of(&signal, search.faint)?;
     let Selected {
         stretch,
         part,

@@ -86,6 +86,8 @@ pub struct SignalOptions {
     pub min_vertical: Option<usize>,
     /// Number of the event to analyse, from 1; `None` for the strongest.
     pub event: Option<usize>,
+    /// Whether to list events more than 40 dB below the recording, too.
+    pub faint: bool,
 }
 
 /// Error of a signal's analysis.

@@ -46,7 +46,7 @@ impl MeasuredSound {
     ///
     /// # Errors
     /// As [`tonal_events`], except for a short signal.
-    pub fn of(signal: &Signal) -> Result<Option<Self>, AnalysisError> {
+    pub fn of(signal: &Signal, faint: bool) -> Result<Option<Self>, AnalysisError> {
         if !SOUND_RATES_HZ.contains(&signal.rate) {
             return Ok(None);
         }
@@ -54,6 +54,7 @@ impl MeasuredSound {
         let level_reference = LevelReference::of(&signal.unit, largest);
         let options = EventOptions {
             full_scale: level_reference.amplitude(largest),
+            faint,
             ..EventOptions::default()
         };
         let tonal = match by_blocks(signal, &options) {

@@ -25,7 +25,7 @@ fn tone(seconds: f64, [from, to]: [f64; 2], amplitude: f64) -> Signal {
 
 #[test]
 fn times_are_those_of_the_file() {
-    let sound = MeasuredSound::of(&tone(4.0, [6.0, 8.0], 0.5))
+    let sound = MeasuredSound::of(&tone(4.0, [6.0, 8.0], 0.5), false)
         .unwrap()
         .unwrap();
     let [event] = &sound.tonal.events[..] else {
@@ -44,7 +44,12 @@ fn levels_are_relative_to_full_scale_or_to_20_micropascal() {
             unit: unit.to_owned(),
             ..tone(3.0, [6.0, 7.5], amplitude)
         };
-        MeasuredSound::of(&signal).unwrap().unwrap().tonal.events[0].level_db
+        MeasuredSound::of(&signal, false)
+            .unwrap()
+            .unwrap()
+            .tonal
+            .events[0]
+            .level_db
     };
     let half = level("FS", 0.5);
     assert!((half - 20.0 * 0.5_f64.log10()).abs() < 1.0, "{half}");
@@ -60,17 +65,17 @@ fn levels_are_relative_to_full_scale_or_to_20_micropascal() {
 #[test]
 fn other_sample_rates_and_short_signals_are_no_sound() {
     let mut signal = tone(0.15, [5.0, 5.1], 0.5);
-    assert_eq!(MeasuredSound::of(&signal), Ok(None));
+    assert_eq!(MeasuredSound::of(&signal, false), Ok(None));
     for rate in [1.0, 7999.0, 200_000.0] {
         signal.rate = rate;
-        assert_eq!(MeasuredSound::of(&signal), Ok(None));
+        assert_eq!(MeasuredSound::of(&signal, false), Ok(None));
     }
 }
 
 #[test]
 fn an_event_across_the_border_of_two_blocks_is_joined() {
     let event = |start_s: f64, end_s: f64, frequency_hz: f64| {
-        let mut event = MeasuredSound::of(&tone(3.0, [6.0, 7.0], 0.5))
+        let mut event = MeasuredSound::of(&tone(3.0, [6.0, 7.0], 0.5), false)
             .unwrap()
             .unwrap()
             .tonal
