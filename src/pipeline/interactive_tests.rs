@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::*;
+use crate::pipeline::control_tests::wide_patch;
 use crate::pipeline::message::Record;
 use crate::pipeline::{Analyser, MAX_KICKS_PER_FRAME, controllable_source};
 use crate::scene::{Parameter, Scene};
@@ -287,10 +288,13 @@ fn events_precede_the_samples_they_change() {
 #[test]
 fn a_number_that_a_run_cannot_take_is_refused() {
     let load = Parameter::named("load.load_n").unwrap();
-    for (scene, tilt) in [("mass-on-belt", 3.0), ("lift-off", 89.0)] {
-        let (mut run, handle) = interactive(scene, FAST);
+    let small = Scene::load("mass-on-belt").unwrap();
+    let wide = wide_patch(&Scene::load("lift-off").unwrap());
+    for (scene, tilt) in [(small, 3.0), (wide, 89.0)] {
+        let scene = scene.without_analyses();
+        let (mut run, handle) = InteractiveSource::new(controllable_source(&scene).unwrap(), FAST);
         // A small system has no load either.
-        handle.send(RunCommand::Set(load, 1e5)).unwrap();
+        handle.send(RunCommand::Set(load, 200.0)).unwrap();
         next(&mut run);
         handle.take_refusal();
         let before = run.source.scene().clone();

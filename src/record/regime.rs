@@ -128,9 +128,9 @@ mod tests {
         assert!(text.starts_with(
             "## Quasi-periodic\n\n**Confidence 87 %**, window of 40 ms before 120 ms. The lines are those"
         ));
-        assert!(text.ends_with(
-            "* **0-1 test: periodic or quasi-periodic** (weight 0.50). K = 0.02: regular.\n"
-        ));
+        assert!(
+            text.ends_with("* **0-1 test: quasi-periodic** (odds times 2.0). K = 0.02: regular.\n")
+        );
     }
 
     #[test]

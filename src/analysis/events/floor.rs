@@ -77,8 +77,11 @@ fn shape(powers: &[Vec<f64>]) -> Vec<f64> {
     let mut quietest: Vec<(f64, &Vec<f64>)> = powers
         .iter()
         .map(|column| (column.iter().sum(), column))
-        .filter(|(power, _)| *power > 0.0)
         .collect();
+    // Digital silence has no spectrum.
+    if quietest.iter().any(|(power, _)| *power > 0.0) {
+        quietest.retain(|(power, _)| *power > 0.0);
+    }
     quietest.sort_by(|a, b| a.0.total_cmp(&b.0));
     quietest.truncate((powers.len() / QUIET_PART).max(SHAPE_COLUMNS.min(powers.len())));
     let step = quietest.len().div_ceil(SHAPE_COLUMNS).max(1);

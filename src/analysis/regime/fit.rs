@@ -64,6 +64,10 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
 
 /// The model of maximum likelihood by Newton's method. A signal for which several classes are right has the share of
 /// each in its probability as its target.
+#[allow(
+    clippy::needless_range_loop,
+    reason = "a class is an index of several arrays"
+)]
 fn fitted(examples: &[Example]) -> Model {
     let (count, inputs, classes) = (examples.len() as f64, INPUTS.len(), CLASSES.len());
     let column = |i: usize| examples.iter().map(move |example| example.inputs[i]);

@@ -91,10 +91,7 @@ impl SignalFigures<'_> {
             .collect();
         let height = 34.0 + 7.0 * names.len() as f64;
         let largest = verdict.evidence.iter().map(|piece| piece.contribution);
-        let axis = Axis::linear(
-            "contribution to ln(odds)",
-            [0.0, largest.fold(1.0, f64::max)],
-        );
+        let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
         let mut panel = Panel::bars(verdict.summary(), axis, names, parts);
         let supported = |regime: &Regime| verdict.evidence.iter().any(|e| e.supports == *regime);
         let keys = Regime::ALL.into_iter().filter(supported);

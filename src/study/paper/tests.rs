@@ -54,7 +54,7 @@ fn published(kind: &str) -> (Vec<f64>, &'static [f64]) {
         // The chaotic oscillator of Lorenz, and the lines of the torus.
         _ => {
             let states = lorenz(SAMPLES, 0.63 * f1 / RATE, [1.0, 1.0, 20.0]);
-            let lines = sines(RATE, SAMPLES, &[(f1, 1.5e-7, 0.3), (f2, 1e-7, 0.3)]);
+            let lines = sines(RATE, SAMPLES, &[(f1, 6e-8, 0.3), (f2, 4e-8, 0.3)]);
             let both = coordinate(&states, 0).into_iter().zip(&lines);
             let both = both.map(|(chaos, lines)| 4e-8 * chaos + lines);
             (both.collect(), &[90.0, 60.0, 30.0])

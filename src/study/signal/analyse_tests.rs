@@ -62,8 +62,13 @@ fn a_tone_in_noise_is_not_called_chaotic() {
     let report = analyse_signal(signal, &SignalOptions::default(), &mut |_, _| true);
     let report = report.unwrap().unwrap();
     assert_eq!(report.stretch.event, Some(1));
-    let verdict = report.verdict.get().unwrap();
-    assert_ne!(verdict.regime, Regime::Chaotic, "{verdict:?}");
+    // That the noise hides the motion is an answer, too.
+    let is_chaotic = |verdict: &Verdict| verdict.regime == Regime::Chaotic;
+    assert!(
+        !report.verdict.get().is_ok_and(is_chaotic),
+        "{:?}",
+        report.verdict
+    );
 }
 
 #[test]
