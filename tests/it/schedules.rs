@@ -189,9 +189,11 @@ fn steps_take_effect_at_their_exact_time() {
 
 /// A load for which the patch later reaches the beam is rejected before the run.
 #[test]
-fn unreachable_loads_are_rejected_before_the_run() {
-    let lines = "load.tilt_deg = 80\n\
-                 load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 9, load_n = 1e6 }]";
+fn unreachable_patches_are_rejected_before_the_run() {
+    let lines = "load.tilt_deg = 89\n\
+                 load.load_steps = [{ time_ms = 0, load_n = 1 }, { time_ms = 9, load_n = 1e6 }]\n\
+                 contact.pressure = [{ radius_mm = 0, pressure_mpa = 1 }, \
+                 { radius_mm = 15.4, pressure_mpa = 0 }]";
     let error = Simulation::new(&scene(lines)).unwrap_err();
     let source = std::error::Error::source(&error).map(ToString::to_string);
     let message = format!("{error}: {}", source.unwrap_or_default());
