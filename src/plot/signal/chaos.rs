@@ -1,7 +1,7 @@
 //! Evidence of chaos: divergence of nearby states, 0-1 test, type of motion.
 
 use super::{SignalFigures, skipped_panel};
-use crate::analysis::{Divergence, Regime, ScalingRegion};
+use crate::analysis::{Divergence, Evidence, Regime, ScalingRegion};
 use crate::plot::axis::extent;
 use crate::plot::{Axis, Color, Figure, Layer, Panel};
 use crate::study::signal::Outcome;
@@ -79,21 +79,23 @@ impl SignalFigures<'_> {
             Ok(verdict) => verdict,
             Err(reason) => return self.skipped("regime", "Type of motion", reason),
         };
-        let bars = verdict.evidence.iter().enumerate();
+        // What matters, as many as a slide has room for.
+        let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
+        let evidence: Vec<&Evidence> = evidence.take(8).collect();
+        let bars = evidence.iter().enumerate();
         let parts = bars.map(|(row, piece)| {
             let ends = [0.0, piece.contribution];
             (row, ends, Color::Regime(piece.supports))
         });
-        let names: Vec<String> = verdict
-            .evidence
+        let names: Vec<String> = evidence
             .iter()
             .map(|piece| piece.criterion.clone())
             .collect();
         let height = 34.0 + 7.0 * names.len() as f64;
-        let largest = verdict.evidence.iter().map(|piece| piece.contribution);
+        let largest = evidence.iter().map(|piece| piece.contribution);
         let axis = Axis::linear("change of ln(odds)", [0.0, largest.fold(1.0, f64::max)]);
         let mut panel = Panel::bars(verdict.summary(), axis, names, parts);
-        let supported = |regime: &Regime| verdict.evidence.iter().any(|e| e.supports == *regime);
+        let supported = |regime: &Regime| evidence.iter().any(|e| e.supports == *regime);
         let keys = Regime::ALL.into_iter().filter(supported);
         let keys =
             keys.map(|regime| Layer::legend_entry(regime.to_string(), Color::Regime(regime)));

@@ -215,10 +215,20 @@ fn unstable_modes(count: usize, points: &Points<'_>) -> Comparison {
     })
 }
 
+/// The regime of a response: chaotic if its largest exponent is positive, which is surer than the classification of its
+/// signal.
+fn regime(response: &SettledResponse) -> Regime {
+    if sign(response, 0) == Some(Sign::Positive) {
+        Regime::Chaotic
+    } else {
+        response.regime
+    }
+}
+
 /// Compares the regimes of points with the allowed ones.
 fn regimes(allowed: &[String], points: &Points<'_>) -> Comparison {
     Comparison::of_points(allowed.join(" or "), points, |response| {
-        let found = response.regime.to_string();
+        let found = regime(response).to_string();
         (allowed.contains(&found), found)
     })
 }
@@ -463,7 +473,7 @@ fn exponents_positive(count: usize, points: &Points<'_>) -> Comparison {
 /// after a later one. If the motion begins and ends as claimed, the claim holds in part: the share is the
 /// length of the longest subsequence of tilts in that order relative to all tilts.
 fn order(regimes: &[String], points: &Points<'_>) -> Comparison {
-    let seen: Vec<String> = points.iter().map(|(_, r)| r.regime.to_string()).collect();
+    let seen: Vec<String> = points.iter().map(|(_, r)| regime(r).to_string()).collect();
     let mut successive = seen.clone();
     successive.dedup();
     let verdict = if seen.is_empty() {
