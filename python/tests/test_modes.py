@@ -103,7 +103,7 @@ def test_modes_from_a_universal_file(tmp_path, mesh, patch, nodes_set: int, shap
 
 def test_a_universal_file_that_cannot_be_read_is_named(tmp_path) -> None:
     pytest.importorskip("pyuff")
-    with pytest.raises(InputError, match="absent.unv cannot be read as a universal file"):
+    with pytest.raises(s.InputError, match="absent.unv cannot be read as a universal file"):
         modes.from_uff(tmp_path / "absent.unv", **FRAME)
 
 
