@@ -15,27 +15,16 @@ use crate::{
     pipeline::message::Header,
 };
 
-/// The regimes in the order of the legend.
-const REGIMES: [Regime; 7] = [
-    Regime::Silent,
-    Regime::Transient,
-    Regime::Periodic,
-    Regime::QuasiPeriodic,
-    Regime::Chaotic,
-    Regime::Noise,
-    Regime::Undetermined,
-];
-
 /// Names the regimes and the series.
 pub fn name_regimes(rec: &RecordingStream) -> Result<(), RecordError> {
-    let colors = REGIMES.map(style::regime);
-    let names = REGIMES.map(|kind| kind.to_string());
+    let colors = Regime::ALL.map(style::regime);
+    let names = Regime::ALL.map(|kind| kind.to_string());
     name_series(rec, paths::REGIME_CONFIDENCE, names.clone(), colors)?;
     // A value between two gaps has no line segment. The legend takes the names from the points.
     let points = SeriesPoints::new()
         .with_names(names)
         .with_colors(colors)
-        .with_marker_sizes([3.0; REGIMES.len()]);
+        .with_marker_sizes([3.0; Regime::ALL.len()]);
     rec.log_static(paths::REGIME_CONFIDENCE, &points)
 }
 
@@ -52,7 +41,7 @@ pub fn draw_verdict(
         true => verdict.confidence,
         false => f64::NAN,
     };
-    let confidences = Scalars::new(REGIMES.map(confidence));
+    let confidences = Scalars::new(Regime::ALL.map(confidence));
     stream::log_at(rec, paths::REGIME_CONFIDENCE, time, &confidences)?;
     let text = document(header, time, window, verdict);
     let document = text::document(text);

@@ -14,6 +14,7 @@ use crate::analysis::{
     SectionShape, SpectrumAnalyser, Window, ZeroOneTest, delay_section, identify_lines, mean,
     mutual_information, range, section_shape, zero_one,
 };
+use crate::number::significant;
 
 /// Largest lag tried, samples.
 const MAX_LAG: usize = 200;
@@ -281,14 +282,14 @@ impl Features {
 impl Features {
     /// A sentence with the values of the features of a criterion.
     pub(super) fn description(&self, criterion: &str) -> String {
-        let percent = |share: f64| format!("{} %", significant(100.0 * share));
+        let percent = |share: f64| format!("{} %", significant(100.0 * share, 3));
         let PredictionError { short, long, .. } = self.prediction_error;
         match criterion {
             "one tone" => match self.lines.f1 {
                 Some(f1) => format!(
                     "{} of the lines' power is in no harmonic of {} Hz.",
                     percent(self.lines.beside_one),
-                    significant(f1)
+                    significant(f1, 3)
                 ),
                 None => "The lines are no harmonics of one tone.".into(),
             },
@@ -300,7 +301,7 @@ impl Features {
                 "{} of the power lies between the lines, {} times that of noise of the size of the prediction \
                  error.",
                 percent(self.floor),
-                significant(self.floor / short.max(MIN_ERROR).powi(2))
+                significant(self.floor / short.max(MIN_ERROR).powi(2), 3)
             ),
             "Poincare section" => format!(
                 "{} crossings of the section form {}.",
@@ -321,7 +322,7 @@ impl Features {
                         "Crossings {period} apart differ by {} of the standard deviation, {} times as much as noise \
                          explains.",
                         percent(distance),
-                        significant(self.repetition_ratio())
+                        significant(self.repetition_ratio(), 3)
                     )
                 },
             ),
@@ -334,7 +335,7 @@ impl Features {
             ),
             "divergence" => format!(
                 "The distance of neighbours grows by a factor of {} along the record.",
-                significant(self.divergence.exp())
+                significant(self.divergence.exp(), 3)
             ),
             "0-1 test" => self.zero_one.map_or_else(
                 || "The record is too short for the 0-1 test.".into(),
@@ -342,18 +343,12 @@ impl Features {
             ),
             "steadiness" => format!(
                 "The level changes by a factor of {}, the period by {}.",
-                significant(self.level_range.exp()),
+                significant(self.level_range.exp(), 3),
                 percent(self.period_drift.map_or(0.0, |drift| drift.change.exp_m1().abs()))
             ),
             _ => format!("The record has {:.0} periods.", self.periods_seen),
         }
     }
-}
-
-/// Three significant digits.
-fn significant(value: f64) -> String {
-    let decimals = (2.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}")
 }
 
 impl LinePower {

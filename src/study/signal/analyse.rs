@@ -158,7 +158,7 @@ fn run(
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
     step(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
-    let background = background_power(&signal, events, stretch.band_hz);
+    let background = || background_power(&signal, events, stretch.band_hz);
     let verdict = regime(newest, rate, background, !events.is_empty(), obstacle)?;
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
@@ -199,16 +199,18 @@ fn run(
 fn regime(
     samples: &[f64],
     rate: f64,
-    background: Option<f64>,
+    background: impl FnOnce() -> Option<f64>,
     has_events: bool,
     obstacle: Option<SkipReason>,
 ) -> Result<Outcome<Verdict>, AnalysisError> {
-    let search = RegimeSearch {
-        sample_rate: rate,
-        silence: 0.0,
-        background: background.unwrap_or(0.0),
-    };
-    let verdict = Outcome::unless(obstacle, || classify(samples, &search))?;
+    let verdict = Outcome::unless(obstacle, || {
+        let search = RegimeSearch {
+            sample_rate: rate,
+            silence: 0.0,
+            background: background().unwrap_or(0.0),
+        };
+        classify(samples, &search)
+    })?;
     let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);
     Ok(match is_noise && has_events {
         true => Outcome::Skipped {
