@@ -72,6 +72,10 @@ impl<L: Law, const UNILATERAL: bool, const RADIAL: bool> System
         &self.model.damping
     }
 
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+
     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
         let model = self.model;
         let (q, v) = z.split_at(model.modes());

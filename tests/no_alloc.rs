@@ -86,6 +86,9 @@ impl System for Springs {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for Springs {

@@ -10,7 +10,7 @@ valid.
 """
 
 from ._errors import Error, InputError
-from ._result import Result, Results
+from ._result import Estimates, Result, Results
 from ._squeakscope import (
     Contact,
     Run,
@@ -51,6 +51,7 @@ from ._squeakscope import (
 __all__ = [
     "Contact",
     "Error",
+    "Estimates",
     "InputError",
     "Result",
     "Results",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import html
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -13,11 +13,25 @@ import numpy as np
 _SHOWN = 20
 
 
+class Estimates(np.ndarray):
+    """An array of estimated values, with the half-widths of their 95 % intervals beside it.
+
+    Examples
+    --------
+    >>> found = Result({"exponents_per_s": [{"value": 0.9, "half_width": 0.02}, {"value": -14.6, "half_width": 0.01}]})
+    >>> found.exponents_per_s.sum().round(1), found.exponents_per_s.half_width
+    (np.float64(-13.7), array([0.02, 0.01]))
+    """
+
+    #: Half-widths of the intervals, of the shape of the values; None for a part of the array.
+    half_width: np.ndarray | None = None
+
+
 class Result:
     """A result of the library: its fields are attributes, which cannot be changed.
 
-    Names of fields contain their units, such as ``frequency_hz``. Lists of numbers are NumPy arrays, lists of
-    results are :class:`Results`.
+    Names of fields contain their units, such as ``frequency_hz``. Lists of numbers are read-only NumPy arrays, lists of
+    estimates :class:`Estimates`, lists of results :class:`Results`. A result is also a mapping of its fields.
 
     Examples
     --------
@@ -45,6 +59,21 @@ class Result:
                 raise AttributeError(f"the result has no field {name!r}; it has {fields}")
             self._wrapped[name] = wrap(self._fields[name])
         return self._wrapped[name]
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._fields:
+            raise KeyError(name)
+        return self.__getattr__(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    def keys(self) -> list[str]:
+        """Return the names of the fields."""
+        return list(self._fields)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a result cannot be changed")
@@ -79,11 +108,15 @@ class Result:
         return f"<table>{''.join(rows)}</table>"
 
 
-class Results(Sequence[Result]):
+# Not a base class: its methods would hide fields, such as `values`.
+Mapping.register(Result)
+
+
+class Results:
     """A list of results of one kind, which is also a table.
 
-    pandas, polars, DuckDB and other libraries read it through the Arrow interface, if pyarrow is installed:
-    ``polars.DataFrame(results)`` or ``results.to_arrow().to_pandas()``.
+    pandas and polars read it: ``pandas.DataFrame(results)`` or ``results.to_pandas()``, ``polars.DataFrame(results)``
+    or ``results.to_polars()``. DuckDB and others do so through the Arrow interface, if pyarrow is installed.
     """
 
     __slots__ = ("_rows",)
@@ -97,8 +130,10 @@ class Results(Sequence[Result]):
     @overload
     def __getitem__(self, index: int) -> Result: ...
     @overload
-    def __getitem__(self, index: slice) -> tuple[Result, ...]: ...
-    def __getitem__(self, index: int | slice) -> Result | tuple[Result, ...]:
+    def __getitem__(self, index: slice) -> Results: ...
+    def __getitem__(self, index: int | slice) -> Result | Results:
+        if isinstance(index, slice):
+            return Results([row._fields for row in self._rows[index]])
         return self._rows[index]
 
     def __iter__(self) -> Iterator[Result]:
@@ -125,6 +160,30 @@ class Results(Sequence[Result]):
 
         return pyarrow.Table.from_pylist([row._fields for row in self._rows])
 
+    def to_pandas(self) -> Any:
+        """Return the results as a pandas.DataFrame, a column for each field.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.to_dicts())
+
+    def to_polars(self) -> Any:
+        """Return the results as a polars.DataFrame, a column for each field.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If polars is not installed.
+        """
+        import polars
+
+        return polars.DataFrame(self.to_dicts(), infer_schema_length=None)
+
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
@@ -143,16 +202,27 @@ class Results(Sequence[Result]):
 
 
 def wrap(value: Any) -> Any:
-    """Return a serialised value as a result, results, an array or itself."""
+    """Return a serialised value as a result, results, a read-only array or itself."""
     if isinstance(value, dict):
         return Result(value)
+    if isinstance(value, np.ndarray):
+        return _frozen(value)
     if not isinstance(value, list):
         return value
+    if value and all(isinstance(item, dict) and item.keys() == {"value", "half_width"} for item in value):
+        estimates = np.array([item["value"] for item in value]).view(Estimates)
+        estimates.half_width = _frozen(np.array([item["half_width"] for item in value]))
+        return _frozen(estimates)
     if all(isinstance(item, dict) for item in value):
         return Results(value)
     if _is_numeric(value):
-        return np.array(value)
+        return _frozen(np.array(value))
     return tuple(wrap(item) for item in value)
+
+
+def _frozen(array: Any) -> Any:
+    array.flags.writeable = False
+    return array
 
 
 def _is_numeric(value: list[Any]) -> bool:

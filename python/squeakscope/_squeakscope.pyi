@@ -14,6 +14,7 @@ _Progress: TypeAlias = Callable[[float], object] | None
 _Floats: TypeAlias = NDArray[np.float64]
 _Norm: TypeAlias = Literal["euclidean", "maximum", "manhattan"]
 _Window: TypeAlias = Literal["hann", "blackman-harris"]
+_Law: TypeAlias = Callable[..., ArrayLike]
 _Method: TypeAlias = Literal["dop853", "tsit5", "rodas5p", "rk4", "auto"]
 
 __version__: str
@@ -92,6 +93,7 @@ class Run:
     @property
     def verdict(self) -> Result | None: ...
     def __getattr__(self, name: str, /) -> Any: ...
+    def __dir__(self) -> list[str]: ...
 
 @final
 class Simulation:
@@ -114,12 +116,12 @@ def run(
     progress: _Progress = None,
 ) -> Run: ...
 def model(scene: _Scene) -> dict[str, _Floats]: ...
-def stability(scene: _Scene, tilts_deg: Sequence[float] | None = None) -> Results: ...
+def stability(scene: _Scene, tilts_deg: ArrayLike | None = None) -> Results: ...
 def sensitivities(scene: _Scene, *, progress: _Progress = None) -> Results: ...
 def branch(
     scene: _Scene,
     parameter: str = "load.tilt_deg",
-    interval: tuple[float, float] = ...,
+    interval: tuple[float, float] | None = None,
     *,
     points: int = 41,
     orbits: bool = True,
@@ -128,14 +130,14 @@ def branch(
 ) -> Result: ...
 def sweep(
     scene: _Scene,
-    values: Mapping[str, Sequence[float]],
+    values: Mapping[str, ArrayLike],
     *,
     starts: Sequence[Literal["fresh", "upward", "downward"]] | None = None,
     min_transient: float = 0.05,
     max_transient: float = 1.0,
     measure: float = 0.6,
     exponents: int = 3,
-    shard: tuple[int, int] = ...,
+    shard: tuple[int, int] | None = None,
     threads: int | None = None,
     progress: _Progress = None,
 ) -> Result: ...
@@ -219,7 +221,7 @@ def rqa(
     min_vertical: int = 2,
     line_of_identity: bool = False,
     rate_base: Literal["counted", "all"] = "counted",
-    rate: float = 1.0,
+    rate: float | None = None,
 ) -> Result: ...
 def rqa_windowed(
     signal: ArrayLike,
@@ -238,14 +240,14 @@ def rqa_windowed(
     min_vertical: int = 2,
     line_of_identity: bool = False,
     rate_base: Literal["counted", "all"] = "counted",
-    rate: float = 1.0,
+    rate: float | None = None,
     progress: _Progress = None,
 ) -> Results: ...
 def poincare_section(
     signal: ArrayLike,
     lag: int,
     *,
-    rate: float = 1.0,
+    rate: float | None = None,
     level: float | None = None,
     dimension: int = 3,
     direction: Literal["rising", "falling", "both"] = "rising",
@@ -256,7 +258,7 @@ def largest_exponent(
     dimension: int,
     theiler: int,
     *,
-    rate: float = 1.0,
+    rate: float | None = None,
     method: Literal["rosenstein", "kantz"] = "rosenstein",
     radius: float = 0.05,
     horizon: int | None = None,
@@ -264,7 +266,7 @@ def largest_exponent(
 def zero_one_test(
     signal: ArrayLike, *, stride: int | None = None, frequencies: int = 100, seed: int = 1
 ) -> Result: ...
-def regime(signal: ArrayLike, rate: float = 1.0, *, silence: float = 0.0) -> Result: ...
+def regime(signal: ArrayLike, rate: float | None = None, *, silence: float = 0.0) -> Result: ...
 def analyse(
     signal: ArrayLike | str | PathLike[str],
     rate: float | None = None,
@@ -286,7 +288,7 @@ def read_signal(
     end: float | None = None,
 ) -> Result: ...
 def integrate(
-    rhs: Callable[..., ArrayLike],
+    rhs: _Law,
     z0: ArrayLike,
     t: ArrayLike,
     *,
@@ -294,13 +296,16 @@ def integrate(
     tolerance: float = 1e-08,
     max_step: float | None = None,
     events: Callable[[float, _Floats], ArrayLike] | None = None,
-    reset: Callable[[float, _Floats, int], ArrayLike] | None = None,
-    jacobian: Callable[..., ArrayLike] | None = None,
-    autonomous: bool = True,
+    reset: Callable[[float, _Floats, int], ArrayLike | None] | None = None,
+    terminal: bool | Sequence[bool] | None = None,
+    direction: int | Sequence[int] | None = None,
+    max_crossings: int = 1000,
+    jacobian: _Law | None = None,
+    autonomous: bool | None = None,
     progress: _Progress = None,
 ) -> Result: ...
 def exponents(
-    rhs: Callable[..., ArrayLike],
+    rhs: _Law,
     z0: ArrayLike,
     time: float,
     *,
@@ -312,8 +317,9 @@ def exponents(
     tolerance: float = 1e-08,
     max_step: float | None = None,
     events: Callable[[float, _Floats], ArrayLike] | None = None,
-    reset: Callable[[float, _Floats, int], ArrayLike] | None = None,
-    jacobian: Callable[..., ArrayLike] | None = None,
-    autonomous: bool = True,
+    reset: Callable[[float, _Floats, int], ArrayLike | None] | None = None,
+    max_crossings: int = 1000,
+    jacobian: _Law | None = None,
+    autonomous: bool | None = None,
     progress: _Progress = None,
 ) -> Result: ...

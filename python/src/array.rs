@@ -1,72 +1,100 @@
-//! NumPy arrays as slices of the library.
+//! Arguments: arrays, numbers and words, each checked once, with errors that name the argument and the remedy.
 
-use std::borrow::Cow;
-
-use numpy::{AllowTypeChange, PyArray1, PyArrayLike1, PyArrayMethods};
-use pyo3::IntoPyObjectExt;
+use numpy::{PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use serde::Serialize;
 
 use crate::error::input;
-use crate::result::wrap;
 
-/// A signal: an array of numbers, or a sequence that NumPy converts to one.
-pub type SignalArray<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
+/// Numbers of an argument, contiguous; they are copied only if they have to be converted.
+pub type Numbers<'py> = PyReadonlyArray1<'py, f64>;
 
-/// The samples of a signal, which must be finite; copied only if they are not contiguous.
-pub fn samples<'a>(py: Python<'_>, signal: &'a SignalArray<'_>) -> PyResult<Cow<'a, [f64]>> {
-    let samples = match signal.as_slice() {
-        Ok(slice) => Cow::Borrowed(slice),
-        Err(_) => Cow::Owned(signal.as_array().to_vec()),
+/// An array of numbers of double precision, of any shape.
+pub fn numeric<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let numpy = value.py().import("numpy")?;
+    let wrong = || {
+        let kind = value.get_type();
+        input(format!("{name}: give an array of numbers, not {kind}"))
     };
-    match samples.iter().position(|x| !x.is_finite()) {
-        None => Ok(samples),
-        Some(at) => Err(input(
-            py,
-            &format!("sample {at} is {}; replace it by a number", samples[at]),
-        )),
+    let array = numpy.call_method1("asarray", (value,));
+    let array = array.map_err(|_| wrong())?;
+    match array.getattr("dtype")?.getattr("kind")?.extract::<char>()? {
+        'c' => Err(input(format!(
+            "{name}: complex numbers are not possible; give their real part, imaginary part or magnitude"
+        ))),
+        'b' | 'i' | 'u' | 'f' | 'O' => {
+            if value.is_instance(&numpy.getattr("ma")?.getattr("MaskedArray")?)? {
+                return Err(input(format!(
+                    "{name}: masked samples are not possible; replace them, as with filled(), or cut them off"
+                )));
+            }
+            let float = numpy.getattr("float64")?;
+            let array = numpy.call_method1("asarray", (&array, float, "C"));
+            Ok(array.map_err(|_| wrong())?.cast_into()?)
+        }
+        _ => Err(wrong()),
     }
 }
 
-/// An array of numbers; they are not copied.
-pub fn array<'py, T: numpy::Element>(py: Python<'py>, values: Vec<T>) -> Bound<'py, PyAny> {
-    PyArray1::from_vec(py, values).into_any()
-}
-
-/// A matrix with rows of `columns` numbers; they are not copied.
-pub fn matrix<T: numpy::Element>(
-    py: Python<'_>,
-    values: Vec<T>,
-    columns: usize,
-) -> PyResult<Bound<'_, PyAny>> {
-    let rows = values.len().checked_div(columns).unwrap_or(0);
-    Ok(PyArray1::from_vec(py, values)
-        .reshape([rows, columns])?
-        .into_any())
-}
-
-/// A result with its serialised fields and further ones.
-pub fn result_with<'py, T: IntoPyObjectExt<'py>>(
-    py: Python<'py>,
-    value: &impl Serialize,
-    more: impl IntoIterator<Item = (&'static str, T)>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let fields = pythonize::pythonize(py, value)?.cast_into::<PyDict>()?;
-    for (name, value) in more {
-        fields.set_item(name, value.into_bound_py_any(py)?)?;
+/// A signal or a state: finite numbers in one dimension.
+pub fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
+    let array = numeric(name, value)?;
+    if value.is_none() || array.ndim() == 0 {
+        return Err(input(format!(
+            "{name}: give an array of shape (n,), not {value}"
+        )));
     }
-    wrap(fields.into_any())
+    if array.ndim() > 1 {
+        return Err(input(format!(
+            "{name}: the shape is {:?}; give one dimension, such as a column {name}[:, 0]",
+            array.shape()
+        )));
+    }
+    let numbers: Numbers<'py> = array.extract()?;
+    match numbers.as_slice()?.iter().position(|x| !x.is_finite()) {
+        None => Ok(numbers),
+        Some(at) => Err(input(format!(
+            "{name}: sample {at} is {}; replace it by a number",
+            numbers.as_slice()?[at]
+        ))),
+    }
 }
 
-/// A result with these fields.
-pub fn fields<'py>(
-    py: Python<'py>,
-    all: impl IntoIterator<Item = (&'static str, Bound<'py, PyAny>)>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let fields = PyDict::new(py);
-    for (name, value) in all {
-        fields.set_item(name, value)?;
+/// A whole number of at least `least`.
+pub fn whole(name: &str, value: i64, least: usize) -> PyResult<usize> {
+    let number = usize::try_from(value)
+        .ok()
+        .filter(|number| *number >= least);
+    number.ok_or_else(|| {
+        input(format!(
+            "{name}: give a whole number of at least {least}, not {value}"
+        ))
+    })
+}
+
+/// A whole number that may be omitted.
+pub fn optional(name: &str, value: Option<i64>, least: usize) -> PyResult<Option<usize>> {
+    value.map(|value| whole(name, value, least)).transpose()
+}
+
+/// A finite number above 0.
+pub fn positive(name: &str, value: f64) -> PyResult<f64> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(input(format!(
+            "{name}: give a finite number above 0, not {value}"
+        )))
     }
-    wrap(fields.into_any())
+}
+
+/// The choice that a word names.
+pub fn choice<T: Clone>(name: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
+    let found = all.iter().find(|(known, _)| *known == word);
+    found.map(|(_, value)| value.clone()).ok_or_else(|| {
+        let known: Vec<&str> = all.iter().map(|(known, _)| *known).collect();
+        let known = known.join(", ");
+        input(format!(
+            "{name}: `{word}` is not a choice; give one of {known}"
+        ))
+    })
 }

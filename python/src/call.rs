@@ -58,7 +58,7 @@ pub fn long_call<T: Send, E: Error + Send + 'static>(
         let result = py.detach(|| worker.join());
         ended?;
         match result.and_then(|result| result) {
-            Ok(result) => result.map_err(|error| raise(py, &error)),
+            Ok(result) => result.map_err(|error| raise(&error)),
             Err(panic) => std::panic::resume_unwind(panic),
         }
     })

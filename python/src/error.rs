@@ -1,9 +1,10 @@
 //! Errors of the library as Python exceptions.
 
 use std::error::Error;
+use std::fmt::Display;
 
+use exceptions::InputError;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
 use squeakscope::analysis::AnalysisError;
 use squeakscope::chain_of_causes;
 use squeakscope::pipeline::PipelineError;
@@ -14,11 +15,13 @@ use squeakscope::study::signal::SignalError;
 
 use crate::recording::FileError;
 
-/// Module of the exceptions.
-const MODULE: &str = "squeakscope._errors";
+mod exceptions {
+    pyo3::import_exception!(squeakscope._errors, Error);
+    pyo3::import_exception!(squeakscope._errors, InputError);
+}
 
 /// An error with its causes: an `InputError` if an input is the cause, else an `Error`.
-pub fn raise(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
+pub fn raise(error: &(dyn Error + 'static)) -> PyErr {
     let causes = || std::iter::successors(Some(error), |&error| error.source());
     let is_input = |cause: &(dyn Error + 'static)| {
         cause.is::<SceneError>()
@@ -38,21 +41,19 @@ pub fn raise(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
             || matches!(cause.downcast_ref(), Some(CostError::Scene(_)))
     };
     let text = chain_of_causes(error);
-    match causes().any(is_input) {
-        true => input(py, &text),
-        false => exception(py, "Error", &text),
+    if causes().any(is_input) {
+        input(text)
+    } else {
+        failure(text)
     }
 }
 
-/// An error of an argument.
-pub fn input(py: Python<'_>, message: &str) -> PyErr {
-    exception(py, "InputError", message)
+/// A computation that failed.
+pub fn failure(message: impl Display) -> PyErr {
+    exceptions::Error::new_err(message.to_string())
 }
 
-fn exception(py: Python<'_>, name: &str, message: &str) -> PyErr {
-    let class = py.import(MODULE).and_then(|module| module.getattr(name));
-    match class.and_then(|class| Ok(class.cast_into::<PyType>()?)) {
-        Ok(class) => PyErr::from_type(class, message.to_owned()),
-        Err(error) => error,
-    }
+/// An error of an argument, which the message names together with the remedy.
+pub fn input(message: impl Display) -> PyErr {
+    InputError::new_err(message.to_string())
 }

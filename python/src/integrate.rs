@@ -1,87 +1,184 @@
-//! Integration of systems whose equations are Python functions, and their Lyapunov exponents.
+//! Integration of systems whose equations are functions of the caller, and their Lyapunov exponents.
 
-use std::convert::Infallible;
-use std::num::NonZero;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
-use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, Method, MethodName};
-use squeakscope::study::lyapunov::{Goal, LyapunovPlan, lyapunov};
+use squeakscope::dynamics::{Accuracy, DynamicsError, Integrator, MethodName, SolverStats};
+use squeakscope::study::lyapunov::{Classified, Goal, LyapunovPlan, lyapunov};
 
-use crate::array::{SignalArray, array, fields, matrix, result_with, samples};
-use crate::call::long_call;
+use crate::array::{choice, numeric, optional, positive, vector, whole};
 use crate::error::input;
-use crate::result::result;
-use crate::signal::choice;
-use crate::system::{Guards, PySystem};
+use crate::result::{Fields, result};
+use crate::system::{Calls, Law, OwnSystem};
 
 /// The functions of a system, as the caller gives them.
-struct Functions {
-    rhs: Py<PyAny>,
-    jacobian: Option<Py<PyAny>>,
-    events: Option<Py<PyAny>>,
-    reset: Option<Py<PyAny>>,
+struct Functions<'py> {
+    rhs: Bound<'py, PyAny>,
+    jacobian: Option<Bound<'py, PyAny>>,
+    events: Option<Bound<'py, PyAny>>,
+    reset: Option<Bound<'py, PyAny>>,
+    autonomous: Option<bool>,
+    progress: Option<Bound<'py, PyAny>>,
 }
 
-/// A system with an integrator that has started.
-fn start(
-    py: Python<'_>,
-    functions: Functions,
-    (t, z): (f64, &[f64]),
-    (method, tolerance, max_step): (&str, f64, f64),
-    autonomous: bool,
-) -> PyResult<(PySystem, Integrator)> {
-    let Functions {
-        rhs,
-        jacobian,
-        events,
-        reset,
-    } = functions;
-    let guards = match events {
-        None => None,
-        Some(function) => {
-            let found = function.bind(py).call1((t, PyArray1::from_slice(py, z)))?;
-            let found: PyArrayLikeDyn<'_, f64, AllowTypeChange> = found.extract()?;
-            let count = found.as_array().len();
-            Some(Guards {
-                function,
-                count,
-                reset,
-            })
+/// How they are integrated, as the caller gives it.
+struct Numerics<'a> {
+    method: &'a str,
+    tolerance: f64,
+    max_step: Option<f64>,
+    /// Number of crossings within a time (s) above which the system chatters.
+    max_crossings: i64,
+    window: f64,
+}
+
+impl Functions<'_> {
+    /// The system, and its integrator at the start of a time span.
+    fn start(
+        self,
+        z: &[f64],
+        (t, span): (f64, f64),
+        numerics: &Numerics<'_>,
+    ) -> PyResult<(OwnSystem, Integrator)> {
+        let py = self.rhs.py();
+        let law = |name, function: Option<Bound<'_, PyAny>>| {
+            function
+                .map(|function| Law::new(name, &function))
+                .transpose()
+        };
+        let mut system = OwnSystem {
+            rhs: Law::new("rhs", &self.rhs)?,
+            jacobian: law("jacobian", self.jacobian)?,
+            events: law("events", self.events)?,
+            reset: law("reset", self.reset)?,
+            dim: z.len(),
+            guards: 0,
+            autonomous: false,
+            calls: Calls::new(self.progress.map(Bound::unbind)),
+        };
+        match (&system.events, &system.reset, &system.rhs) {
+            (None, Some(_), _) => {
+                return Err(input("reset: give `events`, too; it acts at their zeros"));
+            }
+            (Some(Law::Compiled { .. }), ..) | (_, Some(Law::Compiled { .. }), _) => {
+                return Err(input(
+                    "events, reset: give Python functions; only rhs and jacobian are compiled",
+                ));
+            }
+            (Some(_), _, Law::Compiled { .. }) => {
+                return Err(input(
+                    "rhs: a compiled function has no signs; give a Python function beside `events`",
+                ));
+            }
+            (Some(Law::Python(events)), ..) => {
+                let found = events
+                    .bind(py)
+                    .call1((t, numpy::PyArray1::from_slice(py, z)))?;
+                system.guards = numeric("events", &found)?.len();
+            }
+            _ => {}
         }
-    };
-    let system = PySystem {
-        dim: z.len(),
-        rhs,
-        jacobian,
-        guards,
-        autonomous,
-        fault: Mutex::new(None),
-    };
-    let names = MethodName::ALL.iter().map(|name| name.name());
-    let names: Vec<&str> = names.filter(|name| !name.starts_with("lawson")).collect();
-    let name: MethodName = choice(py, "method", method, &names)?;
-    let method: Method = name.with(Accuracy::relative(tolerance), max_step);
-    let started = py.detach(|| {
-        let mut integrator = Integrator::new(method, &system)?;
-        if system.guards.is_some() {
-            integrator = integrator.with_events(&system)?;
+        let depends = system.depends_on_time((t, span), z);
+        if depends && self.autonomous == Some(true) {
+            return Err(input(
+                "autonomous: a function changes with time; omit the argument, or give False",
+            ));
         }
-        integrator.start(&system, t, z)?;
-        Ok(integrator)
-    });
-    let integrator = system.finish(py, started)?;
-    Ok((system, integrator))
+        system.autonomous = self.autonomous.unwrap_or(!depends);
+        let names = MethodName::ALL.iter().map(|name| (name.name(), *name));
+        let names: Vec<_> = names
+            .filter(|(name, _)| !name.starts_with("lawson"))
+            .collect();
+        let name = choice("method", numerics.method, &names)?;
+        if name.has_fixed_step() && numerics.max_step.is_none() {
+            return Err(input(format!(
+                "max_step: give the step of {}, which is constant",
+                numerics.method
+            )));
+        }
+        let max_step = positive("max_step", numerics.max_step.unwrap_or(span))?;
+        let method = name.with(Accuracy::relative(numerics.tolerance), max_step);
+        let crossings = whole("max_crossings", numerics.max_crossings, 1)?;
+        let start = || {
+            let mut integrator = Integrator::new(method, &system)?;
+            if system.guards > 0 {
+                integrator = integrator
+                    .with_events(&system)?
+                    .with_crossing_limit(crossings, numerics.window);
+            }
+            integrator.set_stop_flag(Arc::clone(&system.calls.stop));
+            integrator.start(&system, t, z)?;
+            Ok(integrator)
+        };
+        let started = system.run(py, start);
+        let integrator = system.finish(started)?;
+        Ok((system, integrator))
+    }
+}
+
+/// One value for all guards, or one for each.
+#[derive(FromPyObject)]
+pub enum PerGuard<T> {
+    One(T),
+    Each(Vec<T>),
+}
+
+impl<T: Copy> PerGuard<T> {
+    fn all(self, name: &str, guards: usize) -> PyResult<Vec<T>> {
+        match self {
+            Self::One(value) => Ok(vec![value; guards]),
+            Self::Each(values) if values.len() == guards => Ok(values),
+            Self::Each(values) => {
+                let count = values.len();
+                Err(input(format!(
+                    "{name}: give one value, or {guards} for the guards, not {count}"
+                )))
+            }
+        }
+    }
+}
+
+/// What an integration has computed so far.
+#[derive(Default)]
+struct Found {
+    states: Vec<f64>,
+    event_t: Vec<f64>,
+    event_index: Vec<u64>,
+    event_z: Vec<f64>,
+    stats: SolverStats,
+}
+
+impl Found {
+    fn answer<'py>(
+        self,
+        py: Python<'py>,
+        times: &[f64],
+        system: &OwnSystem,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let dim = system.dim;
+        Fields::new(py)
+            .array("t", times[..self.states.len() / dim].to_vec())?
+            .matrix("z", self.states, dim)?
+            .array("event_t", self.event_t)?
+            .array("event_index", self.event_index)?
+            .matrix("event_z", self.event_z, dim)?
+            .with("stats", result(py, &self.stats)?)?
+            .with("calls", system.calls.count())?
+            .finish()
+    }
 }
 
 /// Integrate a system of equations ``dz/dt = rhs(t, z)`` with the integrators of the library.
+///
+/// Where the law jumps at a zero of ``events``, and the laws of both sides lead to it, the motion stays there, with the
+/// combination of both that keeps it there (Filippov): dry friction sticks.
 ///
 /// Parameters
 /// ----------
 /// rhs : callable
 ///     ``rhs(t, z) -> dz/dt``, arrays of shape (n,). With events it is ``rhs(t, z, signs)``: the sign of each
-///     guard, -1 or 1, is constant during a step, so that each piece of the law is smooth.
+///     guard, -1 or 1, is constant during a step, so that each piece of the law is smooth. Without events it may be
+///     compiled by ``numba.cfunc`` for ``(t, z, out)`` with pointers, which is called without Python.
 /// z0 : array_like
 ///     State at the first time, shape (n,).
 /// t : array_like
@@ -91,25 +188,40 @@ fn start(
 /// tolerance : float
 ///     Relative error tolerance of a step.
 /// max_step : float, optional
-///     Largest step; the step of "rk4". By default the whole interval.
+///     Largest step, by default the whole interval. "rk4" needs it: it is its step.
 /// events : callable, optional
 ///     ``events(t, z) -> guards``. The zeros of the guards are located.
 /// reset : callable, optional
-///     ``reset(t, z, guard) -> z`` at a guard that falls through zero; it must bring the guard to zero or above.
-///     Without it, zeros in both directions are events, and the state is continuous.
+///     ``reset(t, z, guard) -> z`` at a guard that falls through zero; it must bring the guard to zero or above. None
+///     leaves the state and changes the sign of the guard, as without a reset.
+/// terminal : bool or sequence of bool, optional
+///     Whether the integration ends at an event, for all guards or for each.
+/// direction : int or sequence of int, optional
+///     Events that are reported, for all guards or for each: 1 for a guard that rises, -1 for one that falls, 0 for both,
+///     which is the default.
+/// max_crossings : int
+///     Crossings within a thousandth of the interval that are permitted; more are an error.
 /// jacobian : callable, optional
-///     ``jacobian(t, z) -> matrix`` of shape (n, n), with the signs as third argument if there are events. By
-///     default from differences.
-/// autonomous : bool
-///     Whether the law is independent of time.
+///     ``jacobian(t, z) -> matrix`` of shape (n, n), with the signs as third argument if there are events; compiled as
+///     ``rhs``. By default from differences.
+/// autonomous : bool, optional
+///     Whether nothing depends on time. By default the functions are compared at several times.
 /// progress : callable, optional
 ///     Called with the share of the work that is done, 0 to 1.
 ///
 /// Returns
 /// -------
 /// Result
-///     ``t``, ``z`` of shape (times, n), ``event_t``, ``event_index``, ``event_z``, and the statistics of the
-///     solver.
+///     ``t``, ``z`` of shape (times, n), ``event_t``, ``event_index`` of the guard, ``event_z`` after the reset, the
+///     statistics of the solver, and the number of ``calls`` of the functions. After a terminal event the samples until
+///     then.
+///
+/// Raises
+/// ------
+/// InputError
+///     If an argument is not valid.
+/// Error
+///     If the integration cannot continue; ``error.result`` has what was computed until then.
 ///
 /// Examples
 /// --------
@@ -120,86 +232,95 @@ fn start(
 /// -1.0
 #[pyfunction]
 #[pyo3(signature = (rhs, z0, t, *, method="dop853", tolerance=1e-8, max_step=None, events=None, reset=None,
-    jacobian=None, autonomous=true, progress=None))]
+    terminal=None, direction=None, max_crossings=1000, jacobian=None, autonomous=None, progress=None))]
 pub fn integrate<'py>(
     py: Python<'py>,
-    rhs: Py<PyAny>,
-    z0: SignalArray<'py>,
-    t: SignalArray<'py>,
+    rhs: Bound<'py, PyAny>,
+    z0: Bound<'py, PyAny>,
+    t: Bound<'py, PyAny>,
     method: &str,
     tolerance: f64,
     max_step: Option<f64>,
-    events: Option<Py<PyAny>>,
-    reset: Option<Py<PyAny>>,
-    jacobian: Option<Py<PyAny>>,
-    autonomous: bool,
+    events: Option<Bound<'py, PyAny>>,
+    reset: Option<Bound<'py, PyAny>>,
+    terminal: Option<PerGuard<bool>>,
+    direction: Option<PerGuard<i8>>,
+    max_crossings: i64,
+    jacobian: Option<Bound<'py, PyAny>>,
+    autonomous: Option<bool>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let times = samples(py, &t)?.into_owned();
-    let (Some(&from), Some(&to)) = (times.first(), times.last()) else {
-        return Err(input(py, "t: give at least two times"));
+    let times = vector("t", &t)?;
+    let times = times.as_slice()?;
+    let (from, to) = match times {
+        [from, .., to] if times.is_sorted_by(|a, b| a < b) => (*from, *to),
+        _ => return Err(input("t: give at least two times in ascending order")),
     };
-    if times.len() < 2 || !times.is_sorted_by(|a, b| a < b) {
-        return Err(input(py, "t: give at least two times in ascending order"));
-    }
-    let state = samples(py, &z0)?.into_owned();
+    let state = vector("z0", &z0)?;
+    let state = state.as_slice()?;
     let functions = Functions {
         rhs,
         jacobian,
         events,
         reset,
+        autonomous,
+        progress,
     };
-    let settings = (method, tolerance, max_step.unwrap_or(to - from));
-    let (system, mut integrator) = start(py, functions, (from, &state), settings, autonomous)?;
-    let dim = state.len();
-    let done = long_call(py, progress.as_ref(), |watch| {
-        integrator.set_stop_flag(Arc::clone(&watch.stop));
-        let (mut states, mut found) = (state, Vec::new());
-        states.reserve(dim * times.len());
-        let mut row = vec![0.0; dim];
-        let mut sample = || {
-            for &time in &times[1..] {
-                // Earlier times than an event cannot be sampled after it.
-                while system.guards.is_some() && integrator.time() < time {
-                    let crossed = integrator.next_event(&system, time)?.to_vec();
-                    let (at, z) = (integrator.time(), integrator.state());
-                    found.extend(crossed.into_iter().map(|guard| (at, guard, z.to_vec())));
+    let numerics = Numerics {
+        method,
+        tolerance,
+        max_step,
+        max_crossings,
+        window: 1e-3 * (to - from),
+    };
+    let (system, mut integrator) = functions.start(state, (from, to - from), &numerics)?;
+    let terminal = terminal
+        .unwrap_or(PerGuard::One(false))
+        .all("terminal", system.guards)?;
+    let directions = direction
+        .unwrap_or(PerGuard::One(0))
+        .all("direction", system.guards)?;
+    let mut found = Found {
+        states: state.to_vec(),
+        ..Found::default()
+    };
+    let mut row = vec![0.0; system.dim];
+    let mut sample = || {
+        for &time in &times[1..] {
+            // Earlier times than an event cannot be sampled after it.
+            while system.guards > 0 && integrator.time() < time {
+                let before = integrator.status().to_vec();
+                let crossed = integrator.next_event(&system, time)?.to_vec();
+                for guard in crossed {
+                    let (guard, direction) = system.event(guard, &before);
+                    if [0, direction].contains(&directions[guard]) {
+                        found.event_t.push(integrator.time());
+                        found.event_index.push(guard as u64);
+                        found.event_z.extend_from_slice(integrator.state());
+                        if terminal[guard] {
+                            return Ok(());
+                        }
+                    }
                 }
-                integrator.sample(&system, time, &mut row)?;
-                states.extend_from_slice(&row);
-                watch.report((time - from) / (to - from));
             }
-            Ok::<_, DynamicsError>(integrator.stats())
-        };
-        let stats = sample();
-        Ok::<_, Infallible>(stats.map(|stats| (states, found, stats)))
-    })?;
-    let (states, events, stats) = system.finish(py, done)?;
-    let event_z: Vec<f64> = events
-        .iter()
-        .flat_map(|(.., z)| z.iter().copied())
-        .collect();
-    let found = [
-        ("t", array(py, times)),
-        ("z", matrix(py, states, dim)?),
-        (
-            "event_t",
-            array(py, events.iter().map(|event| event.0).collect::<Vec<f64>>()),
-        ),
-        (
-            "event_index",
-            array(
-                py,
-                events
-                    .iter()
-                    .map(|event| event.1 as u64)
-                    .collect::<Vec<u64>>(),
-            ),
-        ),
-        ("event_z", matrix(py, event_z, dim)?),
-        ("stats", result(py, &stats)?),
-    ];
-    fields(py, found)
+            integrator.sample(&system, time, &mut row)?;
+            found.states.extend_from_slice(&row);
+            system.calls.report((time - from) / (to - from));
+        }
+        Ok::<_, DynamicsError>(())
+    };
+    let done = system.run(py, &mut sample);
+    found.stats = integrator.stats();
+    match system.finish(done) {
+        Ok(()) => found.answer(py, times, &system),
+        Err(error) => {
+            let value = error.value(py);
+            if value.hasattr("result")? {
+                value.setattr("result", found.answer(py, times, &system)?)?;
+            }
+            Err(error)
+        }
+    }
 }
 
 /// Lyapunov exponents of a system of equations ``dz/dt = rhs(t, z)``, with 95 % intervals.
@@ -218,72 +339,85 @@ pub fn integrate<'py>(
 ///     Number of largest exponents. By default all.
 /// seed : int
 ///     Seed of the first tangent vectors.
-/// method, tolerance, max_step, events, reset, jacobian, autonomous, progress : optional
+/// max_step : float, optional
+///     Largest step. By default the interval of the samples: without a motion nothing else limits a step.
+/// method, tolerance, events, reset, jacobian, autonomous, progress : optional
 ///     As for :func:`integrate`.
+/// max_crossings : int
+///     Crossings within an interval of the samples that are permitted; more are an error.
 ///
 /// Returns
 /// -------
 /// Result
-///     ``exponents_per_s`` with their half-widths, ``attractor``, the Kaplan-Yorke dimension.
+///     ``exponents`` with the half-widths of their 95 % intervals, per unit of time, their ``signs``, the ``attractor``
+///     and its ``description``, the Kaplan-Yorke dimension ``kaplan_yorke``, None for an equilibrium and where a sign
+///     is open, and the number of ``calls`` of the functions.
+///
+/// Examples
+/// --------
+/// >>> import squeakscope as s
+/// >>> found = s.exponents(lambda t, z: [-z[0], -2 * z[1]], [1.0, 1.0], 50.0, settle=20.0, interval=0.1)
+/// >>> found.exponents.round(3).tolist()
+/// [-1.0, -2.0]
 #[pyfunction]
 #[pyo3(signature = (rhs, z0, time, *, settle, interval, exponents=None, seed=1, method="dop853", tolerance=1e-8,
-    max_step=None, events=None, reset=None, jacobian=None, autonomous=true, progress=None))]
+    max_step=None, events=None, reset=None, max_crossings=1000, jacobian=None, autonomous=None, progress=None))]
 pub fn exponents<'py>(
     py: Python<'py>,
-    rhs: Py<PyAny>,
-    z0: SignalArray<'py>,
+    rhs: Bound<'py, PyAny>,
+    z0: Bound<'py, PyAny>,
     time: f64,
     settle: f64,
     interval: f64,
-    exponents: Option<NonZero<usize>>,
-    seed: u64,
+    exponents: Option<i64>,
+    seed: i64,
     method: &str,
     tolerance: f64,
     max_step: Option<f64>,
-    events: Option<Py<PyAny>>,
-    reset: Option<Py<PyAny>>,
-    jacobian: Option<Py<PyAny>>,
-    autonomous: bool,
+    events: Option<Bound<'py, PyAny>>,
+    reset: Option<Bound<'py, PyAny>>,
+    max_crossings: i64,
+    jacobian: Option<Bound<'py, PyAny>>,
+    autonomous: Option<bool>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    if ![time, settle, interval]
-        .iter()
-        .all(|x| *x > 0.0 && x.is_finite())
-    {
-        return Err(input(
-            py,
-            "time, settle, interval: give finite times above 0",
-        ));
-    }
-    let state = samples(py, &z0)?.into_owned();
+    let plan = LyapunovPlan {
+        settle: positive("settle", settle)?,
+        goal: Goal::Time(positive("time", time)?),
+        min_time: time,
+        max_time: time,
+        sample_interval: positive("interval", interval)?,
+    };
+    let state = vector("z0", &z0)?;
+    let state = state.as_slice()?;
     let functions = Functions {
         rhs,
         jacobian,
         events,
         reset,
+        autonomous,
+        progress,
     };
-    let settings = (method, tolerance, max_step.unwrap_or(time));
-    let (system, integrator) = start(py, functions, (0.0, &state), settings, autonomous)?;
-    let width = exponents.map_or(state.len(), |count| count.get().min(state.len()));
-    let plan = LyapunovPlan {
-        settle,
-        goal: Goal::Time(time),
-        min_time: time,
-        max_time: time,
-        sample_interval: interval,
+    let numerics = Numerics {
+        method,
+        tolerance,
+        max_step: max_step.or(Some(interval)),
+        max_crossings,
+        window: interval,
     };
-    let done = long_call(py, progress.as_ref(), |watch| {
-        let averaged = integrator
-            .with_tangents(&system, width, seed)
-            .and_then(|mut integrator| {
-                integrator.start(&system, 0.0, &state)?;
-                lyapunov(&system, &mut integrator, &plan, &mut |p| {
-                    watch.report(p.share)
-                })
-            });
-        Ok::<_, Infallible>(averaged)
-    })?;
-    let found = system.finish(py, done)?;
-    let attractor = found.attractor().to_string();
-    result_with(py, &found, [("attractor", attractor)])
+    let (system, integrator) = functions.start(state, (0.0, time), &numerics)?;
+    let width =
+        optional("exponents", exponents, 1)?.map_or(state.len(), |count| count.min(state.len()));
+    let seed = whole("seed", seed, 0)? as u64;
+    let done = system.run(py, || {
+        let mut integrator = integrator.with_tangents(&system, width, seed)?;
+        integrator.start(&system, 0.0, state)?;
+        lyapunov(&system, &mut integrator, &plan, &mut |at| {
+            system.calls.report(at.share)
+        })
+    });
+    let found = system.finish(done)?;
+    Fields::of(py, &Classified::study(&found))?
+        .with("calls", system.calls.count())?
+        .timed(None)
 }

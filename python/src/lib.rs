@@ -20,7 +20,7 @@ mod samples;
 mod scene;
 mod signal;
 mod simulation;
-mod spectral;
+mod spectra;
 mod study;
 mod sweep;
 mod system;
@@ -56,9 +56,9 @@ fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(signal::poincare_section, module)?,
         wrap_pyfunction!(recording::read_signal_file, module)?,
         wrap_pyfunction!(signal::regime, module)?,
-        wrap_pyfunction!(spectral::spectrogram, module)?,
-        wrap_pyfunction!(spectral::spectrum, module)?,
-        wrap_pyfunction!(spectral::tonal_events, module)?,
+        wrap_pyfunction!(spectra::spectrogram, module)?,
+        wrap_pyfunction!(spectra::spectrum, module)?,
+        wrap_pyfunction!(spectra::tonal_events, module)?,
         wrap_pyfunction!(signal::zero_one_test, module)?,
         wrap_pyfunction!(recurrence::recurrence_plot, module)?,
         wrap_pyfunction!(recurrence::rqa, module)?,

@@ -32,9 +32,9 @@ use crate::scene::SceneOrName;
 ///     If the scene is not valid, or describes no ball joint.
 #[pyfunction]
 pub fn model<'py>(py: Python<'py>, scene: SceneOrName) -> PyResult<Bound<'py, PyDict>> {
-    let scene = scene.load(py, None)?;
+    let scene = scene.load(None)?;
     let npz = py.detach(|| encoded(&scene));
-    let npz = PyBytes::new(py, &npz.map_err(|error| raise(py, &*error))?);
+    let npz = PyBytes::new(py, &npz.map_err(|error| raise(&*error))?);
     let file = py.import("io")?.call_method1("BytesIO", (npz,))?;
     let arrays = py.import("numpy")?.call_method1("load", (file,))?;
     let dict = py.get_type::<PyDict>().call1((arrays,))?;

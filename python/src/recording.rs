@@ -9,11 +9,10 @@ use squeakscope::study::signal::{
     AnalysedFile, CalibrationError, CalibrationSource, SignalError, SignalOptions,
 };
 
-use crate::array::{SignalArray, array, fields, samples};
+use crate::array::{optional, positive, vector};
 use crate::call::long_call;
 use crate::error::input;
-use crate::result::result;
-use crate::signal::positive;
+use crate::result::{Fields, result};
 
 /// Analyse a signal completely: events, spectrum, embedding, recurrence, section, exponents and regime.
 ///
@@ -61,15 +60,15 @@ pub fn analyse<'py>(
     end: Option<f64>,
     calibration: Option<&str>,
     unit: &str,
-    event: Option<usize>,
+    event: Option<i64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let calibration = calibration
         .map(str::parse::<CalibrationSource>)
         .transpose()
-        .map_err(|error| input(py, &format!("calibration: {error}")))?;
+        .map_err(|error| input(format!("calibration: {error}")))?;
     let options = SignalOptions {
-        event,
+        event: optional("event", event, 1)?,
         ..SignalOptions::default()
     };
     let calibrator = Selection {
@@ -80,13 +79,12 @@ pub fn analyse<'py>(
     let given = match path {
         Some(_) => None,
         None => {
-            let rate =
-                rate.ok_or_else(|| input(py, "rate: give the sampling rate of the samples"))?;
-            let samples = samples(py, &signal.extract::<SignalArray<'py>>()?)?.into_owned();
+            let rate = rate.ok_or_else(|| input("rate: give the sampling rate of the samples"))?;
+            let samples = vector("signal", &signal)?.as_slice()?.to_vec();
             Some(Signal {
                 name: "signal".to_owned(),
                 unit: unit.to_owned(),
-                rate: positive(py, "rate", rate)?,
+                rate: positive("rate", rate)?,
                 start: 0.0,
                 samples,
             })
@@ -185,14 +183,11 @@ pub fn read_signal_file<'py>(
         ..Selection::default()
     };
     let signal = long_call(py, None, |_| read(&path, &selection))?;
-    fields(
-        py,
-        [
-            ("name", signal.name.into_pyobject(py)?.into_any()),
-            ("unit", signal.unit.into_pyobject(py)?.into_any()),
-            ("rate_hz", signal.rate.into_pyobject(py)?.into_any()),
-            ("start_s", signal.start.into_pyobject(py)?.into_any()),
-            ("samples", array(py, signal.samples)),
-        ],
-    )
+    Fields::new(py)
+        .with("name", signal.name)?
+        .with("unit", signal.unit)?
+        .with("rate_hz", signal.rate)?
+        .with("start_s", signal.start)?
+        .array("samples", signal.samples)?
+        .finish()
 }

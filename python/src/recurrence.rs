@@ -1,74 +1,186 @@
 //! Recurrence plots and their quantification.
 
+use std::ops::Range;
+
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, Measures, RateBase, RecurrenceCriterion, RecurrencePlot,
+    AnalysisError, DelayVectors, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePlot,
     Threshold, quantify,
 };
 use squeakscope::memory::check;
 
-use crate::array::{SignalArray, fields, matrix, result_with, samples};
-use crate::call::long_call;
+use crate::array::{choice, numeric, optional, positive, vector, whole};
+use crate::call::{Watch, long_call};
 use crate::error::input;
-use crate::result::result;
-use crate::signal::choice;
+use crate::result::{Fields, timed};
 
 /// Default recurrence rate.
 const RATE: f64 = 0.05;
 
-/// The threshold among the arguments, of which at most one is given.
-fn threshold(
-    py: Python<'_>,
-    distance: Option<f64>,
-    deviations: Option<f64>,
-    rate: Option<f64>,
-    neighbours: Option<usize>,
-) -> PyResult<Threshold> {
-    let given = [
-        distance.map(Threshold::Distance),
-        deviations.map(Threshold::Spread),
-        rate.map(Threshold::Rate),
-        neighbours.map(Threshold::Neighbours),
-    ];
-    let mut given = given.into_iter().flatten();
-    match (given.next(), given.next()) {
-        (None, _) => Ok(Threshold::Rate(RATE)),
-        (Some(one), None) => Ok(one),
-        (Some(_), Some(_)) => Err(input(
-            py,
-            "give one of threshold, threshold_std, recurrence_rate and neighbours",
-        )),
-    }
+/// What recurs, as the caller gives it.
+struct Choices<'a> {
+    lag: i64,
+    dimension: i64,
+    threshold: Option<f64>,
+    threshold_std: Option<f64>,
+    recurrence_rate: Option<f64>,
+    neighbours: Option<i64>,
+    norm: &'a str,
+    theiler: i64,
 }
 
-/// The rule of a recurrence plot.
-fn rule(
-    py: Python<'_>,
-    norm: &str,
-    threshold: Threshold,
-    theiler: usize,
+/// How the lines are counted, as the caller gives it.
+struct Counting<'a> {
+    min_diagonal: i64,
+    min_vertical: i64,
     line_of_identity: bool,
-) -> PyResult<RecurrenceCriterion> {
-    if line_of_identity && theiler > 1 {
-        let message = "line_of_identity: a Theiler window above 1 excludes it; omit one of them";
-        return Err(input(py, message));
-    }
-    Ok(RecurrenceCriterion {
-        norm: choice(py, "norm", norm, &["euclidean", "maximum", "manhattan"])?,
-        threshold,
-        theiler: match line_of_identity {
-            true => 0,
-            false => theiler.max(1),
-        },
-    })
+    rate_base: &'a str,
+    rate: Option<f64>,
 }
 
-/// Recurrence plot of the delay vectors of a signal.
+/// The states of a signal and their recurrences.
+struct Recurrence {
+    /// Samples, or states one after another.
+    values: Vec<f64>,
+    /// Number of coordinates of given states; `None` for samples.
+    columns: Option<usize>,
+    lag: usize,
+    dimension: usize,
+    rule: RecurrenceCriterion,
+}
+
+impl Recurrence {
+    fn new(signal: &Bound<'_, PyAny>, choices: Choices<'_>, identity: bool) -> PyResult<Self> {
+        let neighbours = optional("neighbours", choices.neighbours, 1)?;
+        let given = [
+            choices.threshold.map(Threshold::Distance),
+            choices.threshold_std.map(Threshold::Spread),
+            choices.recurrence_rate.map(Threshold::Rate),
+            neighbours.map(Threshold::Neighbours),
+        ];
+        let mut given = given.into_iter().flatten();
+        let threshold = given.next().unwrap_or(Threshold::Rate(RATE));
+        if given.next().is_some() {
+            return Err(input(
+                "give one of threshold, threshold_std, recurrence_rate and neighbours",
+            ));
+        }
+        let theiler = whole("theiler", choices.theiler, 0)?;
+        if identity && theiler > 1 {
+            return Err(input(
+                "line_of_identity: a Theiler window above 1 excludes it; omit one of them",
+            ));
+        }
+        let norms = [
+            ("euclidean", Norm::Euclidean),
+            ("maximum", Norm::Maximum),
+            ("manhattan", Norm::Manhattan),
+        ];
+        let (lag, dimension) = (
+            whole("lag", choices.lag, 1)?,
+            whole("dimension", choices.dimension, 1)?,
+        );
+        let array = numeric("signal", signal)?;
+        let columns = match *array.shape() {
+            [_, columns] => Some(columns),
+            _ => None,
+        };
+        if columns.is_some() && (lag, dimension) != (1, 1) {
+            return Err(input(
+                "lag, dimension: states of several coordinates have no delays; omit both, or give one column",
+            ));
+        }
+        let flat = if columns.is_some() {
+            array.call_method0("ravel")?
+        } else {
+            signal.clone()
+        };
+        Ok(Self {
+            values: vector("signal", &flat)?.as_slice()?.to_vec(),
+            columns,
+            lag,
+            dimension,
+            rule: RecurrenceCriterion {
+                norm: choice("norm", choices.norm, &norms)?,
+                threshold,
+                theiler: if identity { 0 } else { theiler.max(1) },
+            },
+        })
+    }
+
+    /// Number of samples or states given.
+    fn len(&self) -> usize {
+        self.values.len() / self.columns.unwrap_or(1).max(1)
+    }
+
+    /// Calls `work` with the vectors of a part of the signal. States are delay vectors whose lag is their number.
+    fn with_vectors<T>(
+        &self,
+        part: Range<usize>,
+        watch: &Watch,
+        work: impl FnOnce(&DelayVectors<'_>) -> Result<T, AnalysisError>,
+    ) -> Result<T, AnalysisError> {
+        let Some(columns) = self.columns else {
+            let vectors = DelayVectors::new(&self.values[part], self.lag, self.dimension)?;
+            return work(&vectors.with_stop(&watch.stop));
+        };
+        let column = |c: usize| part.clone().map(move |row| self.values[row * columns + c]);
+        let turned: Vec<f64> = (0..columns).flat_map(column).collect();
+        work(&DelayVectors::new(&turned, part.len(), columns)?.with_stop(&watch.stop))
+    }
+}
+
+/// A quantification with all of its choices.
+struct Quantification {
+    recurrence: Recurrence,
+    /// Shortest diagonal and vertical line, states.
+    lines: [usize; 2],
+    base: RateBase,
+    /// Time between two samples, s; 1 without a rate.
+    step: f64,
+}
+
+impl Quantification {
+    fn new(
+        signal: &Bound<'_, PyAny>,
+        choices: Choices<'_>,
+        counting: &Counting<'_>,
+    ) -> PyResult<Self> {
+        let bases = [("counted", RateBase::Counted), ("all", RateBase::All)];
+        Ok(Self {
+            recurrence: Recurrence::new(signal, choices, counting.line_of_identity)?,
+            lines: [
+                whole("min_diagonal", counting.min_diagonal, 1)?,
+                whole("min_vertical", counting.min_vertical, 1)?,
+            ],
+            base: choice("rate_base", counting.rate_base, &bases)?,
+            step: 1.0 / positive("rate", counting.rate.unwrap_or(1.0))?,
+        })
+    }
+
+    /// The measures of a part of the signal, the rule with its distance, and the number of states.
+    fn of(
+        &self,
+        part: Range<usize>,
+        watch: &Watch,
+    ) -> Result<(Measures, RecurrenceCriterion, usize), AnalysisError> {
+        self.recurrence.with_vectors(part, watch, |vectors| {
+            let rule = self.recurrence.rule.fixed(vectors)?;
+            let [diagonal, vertical] = self.lines;
+            let measures = quantify(vectors, &rule)?.measures(diagonal, vertical, self.base);
+            Ok((measures.in_seconds(self.step), rule, vectors.len()))
+        })
+    }
+}
+
+/// Recurrence plot of the delay vectors of a signal, or of states.
 ///
 /// Parameters
 /// ----------
 /// signal : array_like
-///     Samples, shape (n,). The plot needs memory for the square of the number of states.
+///     Samples, shape (n,), or states, shape (n, coordinates), such as ``run.q``, which are used without delays. The
+///     plot needs memory for the square of the number of states.
 /// lag : int
 ///     Lag, samples.
 /// dimension : int
@@ -76,7 +188,7 @@ fn rule(
 /// threshold : float, optional
 ///     Distance within which two states are recurrent, in the unit of the signal.
 /// threshold_std : float, optional
-///     The distance in standard deviations of the signal.
+///     The distance in standard deviations of the signal, or of all coordinates together.
 /// recurrence_rate : float, optional
 ///     The distance at which this share of all pairs is recurrent. The default, with 0.05.
 /// neighbours : int, optional
@@ -95,59 +207,59 @@ fn rule(
     neighbours=None, norm="euclidean", theiler=1))]
 pub fn recurrence_plot<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    dimension: usize,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    dimension: i64,
     threshold: Option<f64>,
     threshold_std: Option<f64>,
     recurrence_rate: Option<f64>,
-    neighbours: Option<usize>,
+    neighbours: Option<i64>,
     norm: &str,
-    theiler: usize,
+    theiler: i64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let threshold = self::threshold(py, threshold, threshold_std, recurrence_rate, neighbours)?;
-    let rule = rule(py, norm, threshold, theiler, false)?;
-    let samples = samples(py, &signal)?;
-    let samples = &samples[..];
-    let plot = long_call(py, None, |_| {
-        let vectors = DelayVectors::new(samples, lag, dimension)?;
+    let choices = Choices {
+        lag,
+        dimension,
+        threshold,
+        threshold_std,
+        recurrence_rate,
+        neighbours,
+        norm,
+        theiler,
+    };
+    let recurrence = Recurrence::new(&signal, choices, false)?;
+    let samples = recurrence.len();
+    let plot = |vectors: &DelayVectors<'_>| {
         let states = vectors.len();
         // A distance, a pixel and an element of the matrix for each pair.
         let bytes = (states as u64)
             .saturating_mul(states as u64)
             .saturating_mul(10);
-        check(bytes).map_err(|shortage| AnalysisError::Memory {
-            samples: samples.len(),
-            shortage,
-        })?;
+        check(bytes).map_err(|shortage| AnalysisError::Memory { samples, shortage })?;
+        let rule = recurrence.rule;
         let mut plot = RecurrencePlot::with(rule.norm, rule.theiler);
-        plot.measure(&vectors, &(0..states).collect::<Vec<_>>());
-        let found = plot.recurrences(rule.threshold)?;
-        Ok::<_, AnalysisError>((states, found))
+        plot.measure(vectors, &(0..states).collect::<Vec<_>>());
+        Ok((states, plot.recurrences(rule.threshold)?))
+    };
+    let (states, found) = long_call(py, None, |watch| {
+        recurrence.with_vectors(0..samples, watch, plot)
     })?;
-    let (states, found) = plot;
     let pixels = found.pixels.into_iter().map(|pixel| pixel > 0);
-    fields(
-        py,
-        [
-            (
-                "recurrent",
-                matrix(py, pixels.collect::<Vec<bool>>(), states)?,
-            ),
-            ("threshold", found.distance.into_pyobject(py)?),
-            ("rate", found.rate.into_pyobject(py)?.into_any()),
-        ],
-    )
+    Fields::new(py)
+        .matrix("recurrent", pixels.collect::<Vec<bool>>(), states)?
+        .with("threshold", found.distance)?
+        .with("rate", found.rate)?
+        .finish()
 }
 
-/// Recurrence quantification analysis of the delay vectors of a signal.
+/// Recurrence quantification analysis of the delay vectors of a signal, or of states.
 ///
 /// The plot is not stored: memory is linear in the number of states.
 ///
 /// Parameters
 /// ----------
 /// signal : array_like
-///     Samples, shape (n,).
+///     Samples, shape (n,), or states, shape (n, coordinates).
 /// lag : int
 ///     Lag, samples.
 /// dimension : int
@@ -164,8 +276,8 @@ pub fn recurrence_plot<'py>(
 ///     Whether the line of identity counts: as recurrent points, and as a diagonal line.
 /// rate_base : {"counted", "all"}
 ///     Pairs to which the recurrence rate refers: those outside the Theiler window, or all of them.
-/// rate : float
-///     Rate of the samples, Hz. With the default, durations are in samples.
+/// rate : float, optional
+///     Rate of the samples, Hz. Without it durations are in samples, and names of fields have no ``_s``.
 ///
 /// Returns
 /// -------
@@ -175,41 +287,48 @@ pub fn recurrence_plot<'py>(
 #[pyfunction]
 #[pyo3(signature = (signal, *, lag=1, dimension=1, threshold=None, threshold_std=None, recurrence_rate=None,
     neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2, line_of_identity=false,
-    rate_base="counted", rate=1.0))]
+    rate_base="counted", rate=None))]
 pub fn rqa<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    dimension: usize,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    dimension: i64,
     threshold: Option<f64>,
     threshold_std: Option<f64>,
     recurrence_rate: Option<f64>,
-    neighbours: Option<usize>,
+    neighbours: Option<i64>,
     norm: &str,
-    theiler: usize,
-    min_diagonal: usize,
-    min_vertical: usize,
+    theiler: i64,
+    min_diagonal: i64,
+    min_vertical: i64,
     line_of_identity: bool,
     rate_base: &str,
-    rate: f64,
+    rate: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let threshold = self::threshold(py, threshold, threshold_std, recurrence_rate, neighbours)?;
-    let quantification = Quantification {
+    let choices = Choices {
         lag,
         dimension,
-        rule: rule(py, norm, threshold, theiler, line_of_identity)?,
-        lines: [min_diagonal, min_vertical],
-        base: base(py, rate_base)?,
+        threshold,
+        threshold_std,
+        recurrence_rate,
+        neighbours,
+        norm,
+        theiler,
+    };
+    let counting = Counting {
+        min_diagonal,
+        min_vertical,
+        line_of_identity,
+        rate_base,
         rate,
     };
-    let samples = samples(py, &signal)?;
-    let samples = &samples[..];
-    let (measures, rule, states) = long_call(py, None, |_| quantification.of(samples))?;
-    let more = [
-        ("threshold", rule.threshold.distance().into_pyobject(py)?),
-        ("states", states.into_pyobject(py)?.into_any()),
-    ];
-    result_with(py, &measures, more)
+    let quantification = Quantification::new(&signal, choices, &counting)?;
+    let all = 0..quantification.recurrence.len();
+    let (measures, rule, states) = long_call(py, None, |watch| quantification.of(all, watch))?;
+    Fields::of(py, &measures)?
+        .with("threshold", rule.threshold.distance())?
+        .with("states", states)?
+        .timed(rate)
 }
 
 /// Recurrence quantification in windows along a signal.
@@ -217,7 +336,7 @@ pub fn rqa<'py>(
 /// Parameters
 /// ----------
 /// signal : array_like
-///     Samples, shape (n,).
+///     Samples, shape (n,), or states, shape (n, coordinates).
 /// window : int
 ///     Length of a window, samples.
 /// hop : int, optional
@@ -234,88 +353,62 @@ pub fn rqa<'py>(
 #[pyfunction]
 #[pyo3(signature = (signal, window, *, hop=None, lag=1, dimension=1, threshold=None, threshold_std=None,
     recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2,
-    line_of_identity=false, rate_base="counted", rate=1.0, progress=None))]
+    line_of_identity=false, rate_base="counted", rate=None, progress=None))]
 pub fn rqa_windowed<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    window: usize,
-    hop: Option<usize>,
-    lag: usize,
-    dimension: usize,
+    signal: Bound<'py, PyAny>,
+    window: i64,
+    hop: Option<i64>,
+    lag: i64,
+    dimension: i64,
     threshold: Option<f64>,
     threshold_std: Option<f64>,
     recurrence_rate: Option<f64>,
-    neighbours: Option<usize>,
+    neighbours: Option<i64>,
     norm: &str,
-    theiler: usize,
-    min_diagonal: usize,
-    min_vertical: usize,
+    theiler: i64,
+    min_diagonal: i64,
+    min_vertical: i64,
     line_of_identity: bool,
     rate_base: &str,
-    rate: f64,
+    rate: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let threshold = self::threshold(py, threshold, threshold_std, recurrence_rate, neighbours)?;
-    let quantification = Quantification {
+    let choices = Choices {
         lag,
         dimension,
-        rule: rule(py, norm, threshold, theiler, line_of_identity)?,
-        lines: [min_diagonal, min_vertical],
-        base: base(py, rate_base)?,
+        threshold,
+        threshold_std,
+        recurrence_rate,
+        neighbours,
+        norm,
+        theiler,
+    };
+    let counting = Counting {
+        min_diagonal,
+        min_vertical,
+        line_of_identity,
+        rate_base,
         rate,
     };
-    let hop = hop.unwrap_or(window);
-    let samples = samples(py, &signal)?;
-    let samples = &samples[..];
-    if window == 0 || hop == 0 || window > samples.len() {
-        let message = format!("window, hop: give 1 to {} samples", samples.len());
-        return Err(input(py, &message));
+    let quantification = Quantification::new(&signal, choices, &counting)?;
+    let window = whole("window", window, 1)?;
+    let hop = optional("hop", hop, 1)?.unwrap_or(window);
+    let samples = quantification.recurrence.len();
+    if window > samples {
+        return Err(input(format!("window: give 1 to {samples} samples")));
     }
     let found = long_call(py, progress.as_ref(), |watch| {
         let mut found = Vec::new();
-        for start in (0..=samples.len() - window).step_by(hop) {
-            if !watch.report(start as f64 / samples.len() as f64) {
+        for start in (0..=samples - window).step_by(hop) {
+            if !watch.report(start as f64 / samples as f64) {
                 break;
             }
-            let (measures, ..) = quantification.of(&samples[start..start + window])?;
-            let time = (start as f64 + 0.5 * window as f64) / rate;
+            let (measures, ..) = quantification.of(start..start + window, watch)?;
+            let time = (start as f64 + 0.5 * window as f64) * quantification.step;
             found.push(squeakscope::study::signal::MeasuresAt { time, measures });
         }
         Ok::<_, AnalysisError>(found)
     })?;
-    result(py, &found)
-}
-
-fn base(py: Python<'_>, word: &str) -> PyResult<RateBase> {
-    match word {
-        "counted" => Ok(RateBase::Counted),
-        "all" => Ok(RateBase::All),
-        _ => Err(input(
-            py,
-            &format!("rate_base: `{word}` is not a choice; give one of counted, all"),
-        )),
-    }
-}
-
-/// A quantification with all of its choices.
-struct Quantification {
-    lag: usize,
-    dimension: usize,
-    rule: RecurrenceCriterion,
-    /// Shortest diagonal and vertical line, states.
-    lines: [usize; 2],
-    base: RateBase,
-    /// Rate of the samples, Hz.
-    rate: f64,
-}
-
-impl Quantification {
-    /// The measures of a signal, the rule with its distance, and the number of states.
-    fn of(&self, samples: &[f64]) -> Result<(Measures, RecurrenceCriterion, usize), AnalysisError> {
-        let vectors = DelayVectors::new(samples, self.lag, self.dimension)?;
-        let rule = self.rule.fixed(&vectors)?;
-        let [diagonal, vertical] = self.lines;
-        let measures = quantify(&vectors, &rule)?.measures(diagonal, vertical, self.base);
-        Ok((measures.in_seconds(1.0 / self.rate), rule, vectors.len()))
-    }
+    timed(py, &found, rate)
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use squeakscope::analysis::Verdict;
-use squeakscope::pipeline::message::{Exponents, Record, Summary};
+use squeakscope::pipeline::message::{Record, Summary};
 use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
 use squeakscope::record::{Output, RerunSink};
+use squeakscope::study::lyapunov::Classified;
 
 use crate::call::long_call;
 use crate::error::input;
@@ -39,13 +40,24 @@ pub struct Run {
 impl Run {
     /// Fields of the samples and of the summary are also attributes of the run.
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        match name.starts_with('_') {
-            true => Err(pyo3::exceptions::PyAttributeError::new_err(name.to_owned())),
-            false => match self.samples.bind(py).getattr_opt(name)? {
-                Some(found) => Ok(found),
-                None => self.summary.bind(py).getattr(name),
-            },
+        if name.starts_with('_') {
+            return Err(pyo3::exceptions::PyAttributeError::new_err(name.to_owned()));
         }
+        match self.samples.bind(py).getattr_opt(name)? {
+            Some(found) => Ok(found),
+            None => self.summary.bind(py).getattr(name),
+        }
+    }
+
+    fn __dir__(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let mut names = ["scene", "samples", "summary", "exponents", "verdict"]
+            .map(str::to_owned)
+            .to_vec();
+        for part in [self.samples.bind(py).as_any(), self.summary.bind(py)] {
+            names.extend(part.dir()?.extract::<Vec<String>>()?);
+        }
+        names.retain(|name| !name.starts_with('_') && name != "to_dict");
+        Ok(names)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -133,8 +145,8 @@ impl Sink for Collector {
 /// --------
 /// >>> import squeakscope as s
 /// >>> run = s.run("periodic-2deg", duration=0.05)
-/// >>> round(run.lines[0].frequency_hz)
-/// 4100
+/// >>> round(run.lines[0].frequency_hz, -2)
+/// 4100.0
 #[pyfunction]
 #[pyo3(signature = (scene, *, duration=None, record=None, samples=true, progress=None))]
 pub fn run(
@@ -145,15 +157,14 @@ pub fn run(
     samples: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let scene = scene.load(py, duration)?;
+    let scene = scene.load(duration)?;
     if let Some(path) = &record
         && path.extension().is_none_or(|ending| ending != "rrd")
     {
-        let message = format!(
+        return Err(input(format!(
             "record: `{}` does not end in .rrd; choose such a name",
             path.display()
-        );
-        return Err(input(py, &message));
+        )));
     }
     let mut collector = Collector {
         keep_samples: samples,
@@ -186,9 +197,8 @@ pub fn run(
         )
     })?;
     let Summary { exponents, .. } = &summary;
-    let exponents = exponents
-        .as_ref()
-        .map(|found: &Exponents| result(py, found));
+    let exponents = exponents.as_ref();
+    let exponents = exponents.map(|found| result(py, &Classified::run(found)));
     let verdict = collector.verdict.as_deref().map(|found| result(py, found));
     Ok(Run {
         scene: Py::new(py, Scene(scene))?,

@@ -30,7 +30,7 @@ pub enum SceneOrName {
 
 impl SceneOrName {
     /// Returns the scene, with its simulated time (s) replaced if `duration` is given.
-    pub fn load(self, py: Python<'_>, duration: Option<f64>) -> PyResult<library::Scene> {
+    pub fn load(self, duration: Option<f64>) -> PyResult<library::Scene> {
         let scene = match self {
             Self::Scene(scene) => Ok(scene.get().0.clone()),
             Self::Name(name) => library::Scene::load(&name.to_string_lossy()),
@@ -39,7 +39,7 @@ impl SceneOrName {
             Some(duration) => scene.and_then(|scene| scene.with_duration(1e3 * duration)),
             None => scene,
         };
-        scene.map_err(|error| raise(py, &error))
+        scene.map_err(|error| raise(&error))
     }
 }
 
@@ -61,8 +61,8 @@ impl Scene {
     /// InputError
     ///     If there is no such scene, or it is not valid.
     #[staticmethod]
-    fn load(py: Python<'_>, name: std::path::PathBuf) -> PyResult<Self> {
-        Ok(Self(SceneOrName::Name(name).load(py, None)?))
+    fn load(name: std::path::PathBuf) -> PyResult<Self> {
+        Ok(Self(SceneOrName::Name(name).load(None)?))
     }
 
     /// Parse the text of a scene file.
@@ -75,9 +75,9 @@ impl Scene {
     ///     Name of the scene if the text gives none; messages contain it.
     #[staticmethod]
     #[pyo3(signature = (text, name="scene"))]
-    fn parse(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
+    fn parse(text: &str, name: &str) -> PyResult<Self> {
         let scene = library::Scene::parse(name, text);
-        scene.map(Self).map_err(|error| raise(py, &error))
+        scene.map(Self).map_err(|error| raise(&error))
     }
 
     /// Return the scene with other values of some keys.
@@ -99,21 +99,21 @@ impl Scene {
     /// InputError
     ///     If there is no such key, or a value is out of range.
     #[pyo3(signature = (**values))]
-    fn replace(&self, py: Python<'_>, values: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn replace(&self, values: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let mut overrides = Vec::new();
         for (key, value) in values.into_iter().flatten() {
             overrides.push((key.extract::<String>()?, literal(&value)?));
         }
         let scene = self.0.with_overrides(&overrides);
-        scene.map(Self).map_err(|error| raise(py, &error))
+        scene.map(Self).map_err(|error| raise(&error))
     }
 
     /// Value of a numeric key in the unit of the scene file: as written, or its default; that at the start of
     /// the run for a function of time.
-    fn __getitem__(&self, py: Python<'_>, key: &str) -> PyResult<f64> {
-        let parameter = self.0.parameter(key).map_err(|error| raise(py, &error))?;
+    fn __getitem__(&self, key: &str) -> PyResult<f64> {
+        let parameter = self.0.parameter(key).map_err(|error| raise(&error))?;
         let value = self.0.value_of(parameter);
-        value.ok_or_else(|| input(py, &format!("the scene has no number `{key}`")))
+        value.ok_or_else(|| input(format!("the scene has no number `{key}`")))
     }
 
     /// Name of the scene.
@@ -222,7 +222,7 @@ fn literal(value: &Bound<'_, PyAny>) -> PyResult<String> {
 pub fn scenes<'py>(py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
     for preset in PRESETS {
-        let scene = preset.scene().map_err(|error| raise(py, &error))?;
+        let scene = preset.scene().map_err(|error| raise(&error))?;
         all.set_item(preset.name, scene.title)?;
     }
     Ok(all)

@@ -1,7 +1,5 @@
 //! Analyses of signals, one function each.
 
-use std::str::FromStr;
-
 use numpy::{PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -10,43 +8,20 @@ use squeakscope::analysis::{
     FalseNeighbourSearch, RegimeSearch, ZeroOneTest,
 };
 
-use crate::array::{SignalArray, array, fields, matrix, samples};
+use crate::array::{choice, optional, positive, vector, whole};
 use crate::call::long_call;
-use crate::error::{input, raise};
-use crate::result::result;
-
-/// Parses a word that selects one of several choices.
-pub fn choice<T: FromStr>(py: Python<'_>, name: &str, word: &str, all: &[&str]) -> PyResult<T> {
-    word.parse().map_err(|_| {
-        let message = format!(
-            "{name}: `{word}` is not a choice; give one of {}",
-            all.join(", ")
-        );
-        input(py, &message)
-    })
-}
-
-/// Checks a number of a unit above 0.
-pub fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> {
-    match value > 0.0 && value.is_finite() {
-        true => Ok(value),
-        false => Err(input(
-            py,
-            &format!("{name}: give a finite number above 0, not {value}"),
-        )),
-    }
-}
+use crate::error::raise;
+use crate::result::{Fields, result, timed};
 
 /// Computes a result of a signal and returns it with its fields.
 pub fn analysed<'py, R: Serialize + Send>(
-    py: Python<'py>,
-    signal: &SignalArray<'py>,
+    signal: &Bound<'py, PyAny>,
     work: impl FnOnce(&[f64]) -> Result<R, AnalysisError> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let samples = samples(py, signal)?;
-    let samples = &samples[..];
-    let found = long_call(py, None, |_| work(samples))?;
-    result(py, &found)
+    let samples = vector("signal", signal)?;
+    let samples = samples.as_slice()?;
+    let found = long_call(signal.py(), None, |_| work(samples))?;
+    result(signal.py(), &found)
 }
 
 /// Mutual information of a signal with its delayed copy.
@@ -67,17 +42,14 @@ pub fn analysed<'py, R: Serialize + Send>(
 #[pyfunction]
 #[pyo3(signature = (signal, *, max_lag=None, bins=None))]
 pub fn mutual_information<'py>(
-    py: Python<'py>,
-    signal: SignalArray<'py>,
-    max_lag: Option<usize>,
-    bins: Option<usize>,
+    signal: Bound<'py, PyAny>,
+    max_lag: Option<i64>,
+    bins: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rules = DelaySearch::for_samples(signal.len());
-    let (lag, bins) = (
-        max_lag.unwrap_or(rules.largest_lag),
-        bins.unwrap_or(rules.bins),
-    );
-    analysed(py, &signal, |samples| {
+    let (lag, bins) = (optional("max_lag", max_lag, 0)?, optional("bins", bins, 1)?);
+    analysed(&signal, |samples| {
+        let rules = DelaySearch::for_samples(samples.len());
+        let (lag, bins) = (lag.unwrap_or(rules.largest_lag), bins.unwrap_or(rules.bins));
         library::mutual_information(samples, lag, bins)
     })
 }
@@ -104,20 +76,21 @@ pub fn mutual_information<'py>(
 #[pyfunction]
 #[pyo3(signature = (signal, lag, *, max_dimension=10, theiler=None, distance_ratio=15.0, size_ratio=2.0))]
 pub fn false_neighbours<'py>(
-    py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    max_dimension: usize,
-    theiler: Option<usize>,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    max_dimension: i64,
+    theiler: Option<i64>,
     distance_ratio: f64,
     size_ratio: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let lag = whole("lag", lag, 1)?;
+    let theiler = optional("theiler", theiler, 0)?.unwrap_or(lag);
     let search = FalseNeighbourSearch {
-        distance_ratio: positive(py, "distance_ratio", distance_ratio)?,
-        size_ratio: positive(py, "size_ratio", size_ratio)?,
-        ..FalseNeighbourSearch::new(lag, max_dimension, theiler.unwrap_or(lag))
+        distance_ratio: positive("distance_ratio", distance_ratio)?,
+        size_ratio: positive("size_ratio", size_ratio)?,
+        ..FalseNeighbourSearch::new(lag, whole("max_dimension", max_dimension, 1)?, theiler)
     };
-    analysed(py, &signal, |samples| {
+    analysed(&signal, |samples| {
         library::false_neighbours(samples, &search)
     })
 }
@@ -134,10 +107,9 @@ pub fn false_neighbours<'py>(
 /// Result
 ///     Lag, dimension and Theiler window, in samples, and the curves on which the choice is based.
 #[pyfunction]
-pub fn choose_delay<'py>(py: Python<'py>, signal: SignalArray<'py>) -> PyResult<Bound<'py, PyAny>> {
-    let search = DelaySearch::for_samples(signal.len());
-    analysed(py, &signal, |samples| {
-        library::choose_delay(samples, &search)
+pub fn choose_delay<'py>(signal: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    analysed(&signal, |samples| {
+        library::choose_delay(samples, &DelaySearch::for_samples(samples.len()))
     })
 }
 
@@ -159,21 +131,20 @@ pub fn choose_delay<'py>(py: Python<'py>, signal: SignalArray<'py>) -> PyResult<
 #[pyfunction]
 pub fn embed<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    dimension: usize,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    dimension: i64,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let vectors = library::DelayVectors::new(&samples(py, &signal)?, lag, dimension)
+    let (lag, dimension) = (whole("lag", lag, 1)?, whole("dimension", dimension, 1)?);
+    let samples = vector("signal", &signal)?;
+    let vectors = library::DelayVectors::new(samples.as_slice()?, lag, dimension)
         .map(|vectors| vectors.len())
-        .map_err(|error| raise(py, &error))?;
-    let stride = signal.strides()[0];
-    let options = pyo3::types::PyDict::new(py);
-    options.set_item("writeable", false)?;
-    let view = py
-        .import("numpy.lib.stride_tricks")?
-        .getattr("as_strided")?;
+        .map_err(|error| raise(&error))?;
+    let stride = samples.strides()[0];
     let shape = ((vectors, dimension), (stride, stride * lag as isize));
-    let view = view.call((&**signal, shape.0, shape.1), Some(&options))?;
+    let tricks = py.import("numpy.lib.stride_tricks")?;
+    // The shape, the strides, no subclass, not writeable.
+    let view = tricks.call_method1("as_strided", (&*samples, shape.0, shape.1, false, false))?;
     Ok(view.cast_into()?)
 }
 
@@ -185,8 +156,8 @@ pub fn embed<'py>(
 ///     Samples, shape (n,).
 /// lag : int
 ///     Lag, samples.
-/// rate : float
-///     Sampling rate, Hz. With the default, times are in samples.
+/// rate : float, optional
+///     Sampling rate, Hz. Without it times are in samples, and names of fields have no ``_s``.
 /// level : float, optional
 ///     Level of the section. By default the mean of the signal.
 /// dimension : int
@@ -199,39 +170,43 @@ pub fn embed<'py>(
 /// Result
 ///     ``time_s`` of the crossings, ``points`` of shape (crossings, dimension), ``level``.
 #[pyfunction]
-#[pyo3(signature = (signal, lag, *, rate=1.0, level=None, dimension=3, direction="rising"))]
+#[pyo3(signature = (signal, lag, *, rate=None, level=None, dimension=3, direction="rising"))]
 pub fn poincare_section<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    rate: f64,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    rate: Option<f64>,
     level: Option<f64>,
-    dimension: usize,
+    dimension: i64,
     direction: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rate = positive(py, "rate", rate)?;
-    let all = ["rising", "falling", "both"];
-    let direction: Direction = choice(py, "direction", direction, &all)?;
-    let samples = samples(py, &signal)?;
-    let samples = &samples[..];
+    let (lag, dimension) = (whole("lag", lag, 1)?, whole("dimension", dimension, 2)?);
+    let per_second = positive("rate", rate.unwrap_or(1.0))?;
+    let direction = choice(
+        "direction",
+        direction,
+        &[
+            ("rising", Direction::Rising),
+            ("falling", Direction::Falling),
+            ("both", Direction::Both),
+        ],
+    )?;
+    let samples = vector("signal", &signal)?;
+    let samples = samples.as_slice()?;
     let level = level.unwrap_or_else(|| library::mean(samples));
     let crossings = long_call(py, None, |_| {
         library::delay_section(samples, lag, dimension, level, direction)
     })?;
-    let times = crossings.iter().map(|crossing| crossing.sample / rate);
-    let times = array(py, times.collect::<Vec<f64>>());
+    let times = crossings
+        .iter()
+        .map(|crossing| crossing.sample / per_second);
+    let times: Vec<f64> = times.collect();
     let points = crossings.into_iter().flat_map(|crossing| crossing.point);
-    fields(
-        py,
-        [
-            ("time_s", times),
-            (
-                "points",
-                matrix(py, points.collect::<Vec<f64>>(), dimension)?,
-            ),
-            ("level", level.into_pyobject(py)?.into_any()),
-        ],
-    )
+    Fields::new(py)
+        .array("time_s", times)?
+        .matrix("points", points.collect::<Vec<f64>>(), dimension)?
+        .with("level", level)?
+        .timed(rate)
 }
 
 /// Largest Lyapunov exponent of a signal from the divergence of nearest neighbours.
@@ -246,8 +221,8 @@ pub fn poincare_section<'py>(
 ///     Embedding dimension.
 /// theiler : int
 ///     Theiler window, samples: a mean period of a flow, 1 for a map.
-/// rate : float
-///     Sampling rate, Hz. With the default, times are in samples.
+/// rate : float, optional
+///     Sampling rate, Hz. Without it times are in samples, and names of fields have no ``_s``.
 /// method : {"rosenstein", "kantz"}
 ///     Distance that is followed.
 /// radius : float
@@ -262,35 +237,38 @@ pub fn poincare_section<'py>(
 ///     ``curve`` of mean logarithmic distances, and its ``region``: a scaling region whose slope is the
 ///     exponent, or None.
 #[pyfunction]
-#[pyo3(signature = (signal, lag, dimension, theiler, *, rate=1.0, method="rosenstein", radius=0.05, horizon=None))]
+#[pyo3(signature = (signal, lag, dimension, theiler, *, rate=None, method="rosenstein", radius=0.05, horizon=None))]
 pub fn largest_exponent<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    lag: usize,
-    dimension: usize,
-    theiler: usize,
-    rate: f64,
+    signal: Bound<'py, PyAny>,
+    lag: i64,
+    dimension: i64,
+    theiler: i64,
+    rate: Option<f64>,
     method: &str,
     radius: f64,
-    horizon: Option<usize>,
+    horizon: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rate = positive(py, "rate", rate)?;
-    let mut search = DivergenceSearch::for_delay(lag, dimension, theiler, signal.len());
+    let per_second = positive("rate", rate.unwrap_or(1.0))?;
+    let (lag, dimension) = (whole("lag", lag, 1)?, whole("dimension", dimension, 1)?);
+    let theiler = whole("theiler", theiler, 0)?;
+    let horizon = optional("horizon", horizon, 1)?;
+    let radius = positive("radius", radius)?;
+    let kantz = DivergenceMethod::Kantz { radius };
+    let methods = [
+        ("rosenstein", DivergenceMethod::Rosenstein),
+        ("kantz", kantz),
+    ];
+    let method = choice("method", method, &methods)?;
+    let samples = vector("signal", &signal)?;
+    let samples = samples.as_slice()?;
+    let mut search = DivergenceSearch::for_delay(lag, dimension, theiler, samples.len());
     search.horizon = horizon.unwrap_or(search.horizon);
-    search.method = match method {
-        "rosenstein" => DivergenceMethod::Rosenstein,
-        "kantz" => DivergenceMethod::Kantz {
-            radius: positive(py, "radius", radius)?,
-        },
-        _ => {
-            let message =
-                format!("method: `{method}` is not a choice; give one of rosenstein, kantz");
-            return Err(input(py, &message));
-        }
-    };
-    analysed(py, &signal, |samples| {
-        Ok(library::divergence(samples, &search)?.in_seconds(rate))
-    })
+    search.method = method;
+    let found = long_call(py, None, |_| {
+        Ok::<_, AnalysisError>(library::divergence(samples, &search)?.in_seconds(per_second))
+    })?;
+    timed(py, &found, rate)
 }
 
 /// The 0-1 test for chaos (Gottwald and Melbourne 2009).
@@ -313,18 +291,19 @@ pub fn largest_exponent<'py>(
 #[pyfunction]
 #[pyo3(signature = (signal, *, stride=None, frequencies=100, seed=1))]
 pub fn zero_one_test<'py>(
-    py: Python<'py>,
-    signal: SignalArray<'py>,
-    stride: Option<usize>,
-    frequencies: usize,
-    seed: u64,
+    signal: Bound<'py, PyAny>,
+    stride: Option<i64>,
+    frequencies: i64,
+    seed: i64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    analysed(py, &signal, |samples| {
+    let (stride, seed) = (optional("stride", stride, 1)?, whole("seed", seed, 0)?);
+    let frequencies = whole("frequencies", frequencies, 1)?;
+    analysed(&signal, |samples| {
         let stride = stride.unwrap_or_else(|| ZeroOneTest::recommended_stride(samples));
         let test = ZeroOneTest {
             stride,
             frequencies,
-            seed,
+            seed: seed as u64,
         };
         library::zero_one(samples, &test)
     })
@@ -336,8 +315,8 @@ pub fn zero_one_test<'py>(
 /// ----------
 /// signal : array_like
 ///     Samples, shape (n,), at least 64; of more than 10,000 the last ones are used.
-/// rate : float
-///     Sampling rate, Hz.
+/// rate : float, optional
+///     Sampling rate, Hz. Without it times and frequencies refer to samples, and names have no unit.
 /// silence : float
 ///     Amplitude below which the signal is silent, in its unit.
 ///
@@ -346,17 +325,20 @@ pub fn zero_one_test<'py>(
 /// Result
 ///     ``regime``, ``confidence`` and the ``evidence``.
 #[pyfunction]
-#[pyo3(signature = (signal, rate=1.0, *, silence=0.0))]
+#[pyo3(signature = (signal, rate=None, *, silence=0.0))]
 pub fn regime<'py>(
     py: Python<'py>,
-    signal: SignalArray<'py>,
-    rate: f64,
+    signal: Bound<'py, PyAny>,
+    rate: Option<f64>,
     silence: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let search = RegimeSearch {
-        sample_rate: positive(py, "rate", rate)?,
+        sample_rate: positive("rate", rate.unwrap_or(1.0))?,
         silence,
         background: 0.0,
     };
-    analysed(py, &signal, |samples| library::classify(samples, &search))
+    let samples = vector("signal", &signal)?;
+    let samples = samples.as_slice()?;
+    let found = long_call(py, None, |_| library::classify(samples, &search))?;
+    timed(py, &found, rate)
 }

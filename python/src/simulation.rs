@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use squeakscope::pipeline::message::DisplayRates;
 use squeakscope::pipeline::{ControllableSource, PipelineError, controllable_source};
 
+use crate::array::whole;
 use crate::call::long_call;
 use crate::error::{input, raise};
 use crate::samples::{SampleBuffer, Samples};
@@ -52,7 +53,7 @@ impl Simulation {
 impl Simulation {
     #[new]
     fn new(py: Python<'_>, scene: SceneOrName) -> PyResult<Self> {
-        let scene = scene.load(py, None)?.without_analyses();
+        let scene = scene.load(None)?.without_analyses();
         let mut source = long_call(py, None, |_| controllable_source(&scene))?;
         source.run_until_stopped();
         Ok(Self {
@@ -77,7 +78,8 @@ impl Simulation {
     /// ------
     /// Error
     ///     If the simulation fails.
-    fn step(&self, py: Python<'_>, samples: usize) -> PyResult<Samples> {
+    fn step(&self, py: Python<'_>, samples: i64) -> PyResult<Samples> {
+        let samples = whole("samples", samples, 0)?;
         let pictures = self.scene.get().0.record.patch_rate;
         let buffer = long_call(py, None, |watch| {
             self.with(|source| {
@@ -120,7 +122,7 @@ impl Simulation {
     ///     If there is no such number, or the scene does not permit the value. The simulation is unchanged.
     fn set(&self, py: Python<'_>, key: &str, value: f64) -> PyResult<()> {
         let scene = &self.scene.get().0;
-        let parameter = scene.parameter(key).map_err(|error| raise(py, &error))?;
+        let parameter = scene.parameter(key).map_err(|error| raise(&error))?;
         long_call(py, None, |_| {
             self.with(|source| source.set(parameter, value))
         })
@@ -135,10 +137,11 @@ impl Simulation {
     /// seed : int
     ///     Seed of the random numbers.
     #[pyo3(signature = (size, seed=1))]
-    fn kick(&self, py: Python<'_>, size: f64, seed: u64) -> PyResult<()> {
+    fn kick(&self, py: Python<'_>, size: f64, seed: i64) -> PyResult<()> {
         if !(size.is_finite() && size >= 0.0) {
-            return Err(input(py, "size: give a finite number of at least 0"));
+            return Err(input("size: give a finite number of at least 0"));
         }
+        let seed = whole("seed", seed, 0)? as u64;
         long_call(py, None, |_| self.with(|source| source.kick(size, seed)))
     }
 

@@ -1,7 +1,5 @@
 //! Studies of scenes: many simulations, or the linearised system.
 
-use std::num::NonZero;
-
 use pyo3::prelude::*;
 use squeakscope::dynamics::equilibrium::EquilibriumError;
 use squeakscope::joint::BallJoint;
@@ -11,10 +9,12 @@ use squeakscope::study::branch::{
     OrbitStarts, add_orbits, equilibria,
 };
 use squeakscope::study::cost as cost_study;
-use squeakscope::study::lyapunov::{ExponentCount, Goal, LyapunovRequest, scene_lyapunov};
+use squeakscope::study::lyapunov::{
+    Classified, ExponentCount, Goal, LyapunovRequest, scene_lyapunov,
+};
 use squeakscope::study::{StudyError, stability as linear_modes};
 
-use crate::array::result_with;
+use crate::array::{optional, vector, whole};
 use crate::call::long_call;
 use crate::error::{input, raise};
 use crate::result::result;
@@ -26,7 +26,7 @@ use crate::scene::SceneOrName;
 /// ----------
 /// scene : Scene, str or os.PathLike
 ///     The scene, or its name or path.
-/// tilts_deg : sequence of float, optional
+/// tilts_deg : array_like, optional
 ///     Tilts of the load, degrees. By default that at the start of the scene.
 ///
 /// Returns
@@ -38,18 +38,24 @@ use crate::scene::SceneOrName;
 pub fn stability<'py>(
     py: Python<'py>,
     scene: SceneOrName,
-    tilts_deg: Option<Vec<f64>>,
+    tilts_deg: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.load(py, None)?;
-    let raised = |error: SceneError| raise(py, &error);
+    let scene = scene.load(None)?;
+    let raised = |error: SceneError| raise(&error);
     let tilts = match tilts_deg {
         None => vec![scene.joint().map_err(raised)?.tilt.at(0.0)],
         Some(tilts) => {
+            let tilts = vector("tilts_deg", &tilts)?;
             let at = |tilt| {
                 let tilted = scene.clone().with_tilt(tilt)?;
                 Ok(tilted.joint()?.tilt.at(0.0))
             };
-            let tilts = tilts.into_iter().map(at).collect::<Result<_, SceneError>>();
+            let tilts = tilts
+                .as_slice()?
+                .iter()
+                .copied()
+                .map(at)
+                .collect::<Result<_, SceneError>>();
             tilts.map_err(raised)?
         }
     };
@@ -81,7 +87,7 @@ pub fn sensitivities<'py>(
     scene: SceneOrName,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.load(py, None)?;
+    let scene = scene.load(None)?;
     let found = long_call(py, progress.as_ref(), |watch| {
         branches::sensitivities(&scene, &mut |share| watch.report(share))
     })?;
@@ -96,7 +102,7 @@ pub fn sensitivities<'py>(
 ///     The scene, or its name or path.
 /// parameter : str
 ///     Key of the parameter.
-/// interval : tuple of float
+/// interval : tuple of float, optional
 ///     First and last value of the parameter, in the unit of the scene file. By default (0, 8).
 /// points : int
 ///     Number of equally spaced equilibria, at least 2.
@@ -112,33 +118,30 @@ pub fn sensitivities<'py>(
 /// Result
 ///     ``equilibria``, ``points`` (periodic orbits) and ``bifurcations``.
 #[pyfunction]
-#[pyo3(signature = (scene, parameter="load.tilt_deg", interval=(0.0, 8.0), *, points=41, orbits=true, start=None,
+#[pyo3(signature = (scene, parameter="load.tilt_deg", interval=None, *, points=41, orbits=true, start=None,
     progress=None))]
 pub fn branch<'py>(
     py: Python<'py>,
     scene: SceneOrName,
     parameter: &str,
-    interval: (f64, f64),
-    points: usize,
+    interval: Option<(f64, f64)>,
+    points: i64,
     orbits: bool,
     start: Option<f64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (from, to) = interval;
+    let (from, to) = interval.unwrap_or((0.0, 8.0));
     if from.partial_cmp(&to) != Some(std::cmp::Ordering::Less) {
         return Err(input(
-            py,
             "interval: the first value must be less than the last",
         ));
     }
-    let scene = scene.load(py, None)?;
+    let scene = scene.load(None)?;
     let plan = BranchPlan {
-        parameter: scene
-            .parameter(parameter)
-            .map_err(|error| raise(py, &error))?,
+        parameter: scene.parameter(parameter).map_err(|error| raise(&error))?,
         scene,
         interval: [from, to],
-        points,
+        points: whole("points", points, 2)?,
     };
     let found = long_call(py, progress.as_ref(), |watch| {
         for value in [from, to] {
@@ -194,14 +197,15 @@ pub fn branch<'py>(
 /// Returns
 /// -------
 /// Result
-///     ``exponents_per_s``, the Kaplan-Yorke dimension, the running averages.
+///     ``exponents_per_s`` with the half-widths of their intervals, their ``signs``, the ``attractor`` and its
+///     ``description``, the Kaplan-Yorke dimension ``kaplan_yorke``, and the ``running`` averages.
 #[pyfunction]
 #[pyo3(signature = (scene, exponents=None, *, average_time=None, half_width=None, settle=None, tolerance=None,
     duration=None, progress=None))]
 pub fn lyapunov<'py>(
     py: Python<'py>,
     scene: SceneOrName,
-    exponents: Option<NonZero<usize>>,
+    exponents: Option<i64>,
     average_time: Option<f64>,
     half_width: Option<f64>,
     settle: Option<f64>,
@@ -210,13 +214,12 @@ pub fn lyapunov<'py>(
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let request = LyapunovRequest {
-        count: exponents.map_or(ExponentCount::All, |count| {
-            ExponentCount::Largest(count.get())
-        }),
+        count: optional("exponents", exponents, 1)?
+            .map_or(ExponentCount::All, ExponentCount::Largest),
         settle,
         goal: match (average_time, half_width) {
             (Some(_), Some(_)) => {
-                return Err(input(py, "give one of average_time and half_width"));
+                return Err(input("give one of average_time and half_width"));
             }
             (Some(time), None) => Goal::Time(time),
             (None, Some(half_width)) => Goal::HalfWidth(half_width),
@@ -224,14 +227,13 @@ pub fn lyapunov<'py>(
         },
         tolerance,
     };
-    let scene = scene.load(py, duration)?;
+    let scene = scene.load(duration)?;
     let found = long_call(py, progress.as_ref(), |watch| {
         scene_lyapunov(&scene, &request, &mut |progress| {
             watch.report(progress.share)
         })
     })?;
-    let attractor = found.study.attractor().to_string();
-    result_with(py, &found, [("attractor", attractor)])
+    result(py, &Classified::scene(&found))
 }
 
 /// Measure what accuracy and effects cost, and find the cheapest settings.
@@ -254,7 +256,7 @@ pub fn cost<'py>(
     scene: SceneOrName,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.load(py, None)?;
+    let scene = scene.load(None)?;
     let found = long_call(py, progress.as_ref(), |watch| {
         cost_study::cost(&scene, None, &mut |(_, share)| watch.report(share))
     })?;

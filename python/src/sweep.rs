@@ -12,9 +12,10 @@ use squeakscope::study::sweep::{
 };
 use squeakscope::study::{ThreadSpawnError, threads};
 
+use crate::array::{choice, optional, positive, vector, whole};
 use crate::call::{Watch, long_call};
 use crate::error::{input, raise};
-use crate::result::result;
+use crate::result::{Fields, result};
 use crate::scene::SceneOrName;
 
 /// Collects the points of a sweep.
@@ -41,9 +42,10 @@ fn points(
     py: Python<'_>,
     plan: &SweepPlan,
     shard: Shard,
-    number_of_threads: Option<NonZero<usize>>,
+    number_of_threads: Option<i64>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<SweepPoint>> {
+    let number_of_threads = optional("threads", number_of_threads, 1)?.and_then(NonZero::new);
     long_call(py, progress, |watch| {
         let mut found = Points {
             points: Vec::new(),
@@ -57,23 +59,14 @@ fn points(
 
 /// A plan of responses without what only pictures need.
 fn response(
-    py: Python<'_>,
     [min_transient, max_transient, measure]: [f64; 3],
-    exponents: usize,
+    exponents: i64,
 ) -> PyResult<ResponsePlan> {
-    let positive = |time: f64| time > 0.0 && time.is_finite();
-    if ![min_transient, max_transient, measure]
-        .into_iter()
-        .all(positive)
-    {
-        let message = "min_transient, max_transient, measure: give finite times above 0 s";
-        return Err(input(py, message));
-    }
     Ok(ResponsePlan {
-        min_transient,
-        max_transient,
-        measurement_time: measure,
-        exponents,
+        min_transient: positive("min_transient", min_transient)?,
+        max_transient: positive("max_transient", max_transient)?,
+        measurement_time: positive("measure", measure)?,
+        exponents: whole("exponents", exponents, 0)?,
         orbits: true,
         portrait: false,
         max_rhs_evals: None,
@@ -98,7 +91,7 @@ fn response(
 ///     Time of the measurement, s; a quarter of it for a motion that follows a stable periodic orbit.
 /// exponents : int
 ///     Number of largest Lyapunov exponents; 0 for none.
-/// shard : tuple of int
+/// shard : tuple of int, optional
 ///     Part to compute, and number of parts, such as (3, 8). By default (1, 1), the whole.
 /// threads : int, optional
 ///     Number of threads. By default the number of cores.
@@ -108,10 +101,11 @@ fn response(
 /// Returns
 /// -------
 /// Result
-///     ``points``, a row each; ``regime_intervals``, ``transitions``, ``hysteresis``.
+///     ``points``, a row each, which has the values of the parameters by their keys, as ``row["load.tilt_deg"]``;
+///     ``regime_intervals``, ``transitions``, ``hysteresis``.
 #[pyfunction]
 #[pyo3(signature = (scene, values, *, starts=None, min_transient=0.05, max_transient=1.0, measure=0.6, exponents=3,
-    shard=(1, 1), threads=None, progress=None))]
+    shard=None, threads=None, progress=None))]
 pub fn sweep<'py>(
     py: Python<'py>,
     scene: SceneOrName,
@@ -120,30 +114,33 @@ pub fn sweep<'py>(
     min_transient: f64,
     max_transient: f64,
     measure: f64,
-    exponents: usize,
-    shard: (usize, usize),
-    threads: Option<NonZero<usize>>,
+    exponents: i64,
+    shard: Option<(usize, usize)>,
+    threads: Option<i64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.load(py, None)?;
+    let scene = scene.load(None)?;
     let axes = values.iter().map(|(key, values)| {
         let parameter = scene.parameter(&key.extract::<String>()?);
-        let parameter = parameter.map_err(|error| raise(py, &error))?;
-        Ok(Axis::new(parameter, values.extract::<Vec<f64>>()?))
+        let parameter = parameter.map_err(|error| raise(&error))?;
+        let name = format!("values of {}", parameter.path());
+        Ok(Axis::new(
+            parameter,
+            vector(&name, &values)?.as_slice()?.to_vec(),
+        ))
     });
     let axes = axes.collect::<PyResult<Vec<_>>>()?;
     if !(1..=2).contains(&axes.len()) {
-        return Err(input(py, "values: give one or two keys"));
+        return Err(input("values: give one or two keys"));
     }
+    let known = Start::ALL.map(|start| (start.to_string(), start));
+    let known: Vec<_> = known
+        .iter()
+        .map(|(name, start)| (name.as_str(), *start))
+        .collect();
     let mut chosen: Vec<Start> = Vec::new();
     for word in starts.unwrap_or_else(|| vec!["upward".to_owned(), "downward".to_owned()]) {
-        let start = Start::ALL
-            .into_iter()
-            .find(|start| start.to_string() == word);
-        let start = start.ok_or_else(|| {
-            let message = format!("starts: `{word}` is not a choice; give fresh, upward, downward");
-            input(py, &message)
-        })?;
+        let start = choice("starts", &word, &known)?;
         if !chosen.contains(&start) {
             chosen.push(start);
         }
@@ -152,21 +149,29 @@ pub fn sweep<'py>(
         scene,
         axes,
         starts: chosen,
-        response: response(py, [min_transient, max_transient, measure], exponents)?,
+        response: response([min_transient, max_transient, measure], exponents)?,
     };
     if plan.is_empty() {
-        return Err(input(py, "values, starts: there is no point to compute"));
+        return Err(input("values, starts: there is no point to compute"));
     }
-    let (number, of) = shard;
+    let (number, of) = shard.unwrap_or((1, 1));
     if !(1..=of).contains(&number) {
         return Err(input(
-            py,
             "shard: give the number of the part from 1, and the number of parts",
         ));
     }
     let shard = Shard { number, of };
     let found = points(py, &plan, shard, threads, progress.as_ref())?;
-    result(py, &SweepResult::new(&plan, &found, shard, false))
+    let answer = Fields::of(py, &SweepResult::new(&plan, &found, shard, false))?;
+    answer
+        .name_values(
+            &plan
+                .axes
+                .iter()
+                .map(|axis| axis.parameter().path())
+                .collect::<Vec<_>>(),
+        )?
+        .finish()
 }
 
 /// Find coexisting attractors, and the share of random kicks that reach each.
@@ -192,23 +197,24 @@ pub fn sweep<'py>(
 pub fn basins<'py>(
     py: Python<'py>,
     scene: SceneOrName,
-    kicks: u32,
-    seed: u32,
+    kicks: i64,
+    seed: i64,
     min_transient: f64,
     max_transient: f64,
     measure: f64,
-    exponents: usize,
-    threads: Option<NonZero<usize>>,
+    exponents: i64,
+    threads: Option<i64>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let seeds = (0..kicks).map(|k| f64::from(seed) + f64::from(k));
-    let scene = scene.load(py, None)?;
+    let (kicks, first) = (whole("kicks", kicks, 1)?, whole("seed", seed, 0)?);
+    let seeds = (first..first + kicks).map(|seed| seed as f64);
+    let scene = scene.load(None)?;
     let seed = scene.parameter("start.seed");
     let plan = SweepPlan {
-        axes: vec![Axis::new(seed.map_err(|error| raise(py, &error))?, seeds)],
+        axes: vec![Axis::new(seed.map_err(|error| raise(&error))?, seeds)],
         scene,
         starts: vec![Start::Fresh],
-        response: response(py, [min_transient, max_transient, measure], exponents)?,
+        response: response([min_transient, max_transient, measure], exponents)?,
     };
     let found = points(py, &plan, Shard::WHOLE, threads, progress.as_ref())?;
     result(py, &Basins::new(&plan, &found, false))

@@ -1,124 +1,455 @@
-//! Systems whose equations are Python functions, in the integrators of the library.
+//! Systems whose equations are functions of the caller, in the integrators of the library.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
-use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn};
+use nalgebra::{DMatrix, DVector};
+use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use squeakscope::dynamics::{Differentiable, DynamicsError, Switching, System};
+use pyo3::types::{PyList, PyTuple};
+use squeakscope::dynamics::{Differentiable, DynamicsError, Switching, System, difference_step};
 
-use crate::error::{input, raise};
+use crate::array::numeric;
+use crate::error::{failure, input, raise};
 
-/// Step of a central difference relative to the size of the state: the cube root of the rounding error.
-const STEP: f64 = 6e-6;
+/// Signs of a guard: the law below zero, on it (sliding), and above.
+const BELOW: i8 = -1;
+const ON: i8 = 0;
+const ABOVE: i8 = 1;
 
-/// A system with Python functions.
-pub struct PySystem {
-    /// Functions of the caller, with the events only in `guards`.
-    pub rhs: Py<PyAny>,
-    pub jacobian: Option<Py<PyAny>>,
-    pub guards: Option<Guards>,
+/// Distance from a guard that counts as on it, relative to the state: a few units in the last place.
+const ROUNDING: f64 = 1e-15;
+
+/// Part of a tangent vector that is left by rounding when it is projected away.
+const VANISHED: f64 = 1e-12;
+
+/// Part of a law that differences leave of one that is cancelled.
+const CANCELLED: f64 = 1e-9;
+
+/// Interval at which Ctrl-C is noticed and progress is reported.
+const POLL: Duration = Duration::from_millis(50);
+
+/// A law that is called by its address: `void law(double t, const double *z, double *out)`.
+type Compiled = extern "C" fn(f64, *const f64, *mut f64);
+
+/// A function of `(t, z)`.
+pub enum Law {
+    /// Called with arrays, and with the signs of the guards if there are any.
+    Python(Py<PyAny>),
+    /// Called by its address.
+    Compiled {
+        law: Compiled,
+        #[expect(dead_code, reason = "the object keeps the code of the address")]
+        owner: Py<PyAny>,
+    },
+}
+
+impl Law {
+    /// A Python function, or one compiled by `numba.cfunc`, which has an address.
+    pub fn new(name: &str, function: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(address) = function.getattr("address") {
+            let compiled = function.getattr("ctypes")?;
+            let arguments: Vec<String> = compiled
+                .getattr("argtypes")?
+                .try_iter()?
+                .map(|kind| kind?.getattr("__name__")?.extract())
+                .collect::<PyResult<_>>()?;
+            let pointers = |kind: &String| kind == "LP_c_double";
+            let is_law = arguments.len() == 3
+                && arguments[0] == "c_double"
+                && arguments[1..].iter().all(pointers);
+            if !is_law || !compiled.getattr("restype")?.is_none() {
+                return Err(input(format!(
+                    "{name}: compile it with cfunc(types.void(types.double, types.CPointer(types.double), \
+                     types.CPointer(types.double))), for the time, the state and the result"
+                )));
+            }
+            let address: usize = address.extract()?;
+            #[allow(unsafe_code, reason = "a compiled function has only an address")]
+            // SAFETY: numba gives the address of a function of the signature that was checked above.
+            let law = unsafe { std::mem::transmute::<usize, Compiled>(address) };
+            let owner = function.clone().unbind();
+            return Ok(Self::Compiled { law, owner });
+        }
+        if !function.is_callable() {
+            return Err(input(format!(
+                "{name}: give one function, not {}; of several guards it returns all",
+                function.get_type()
+            )));
+        }
+        Ok(Self::Python(function.clone().unbind()))
+    }
+
+    fn is_compiled(&self) -> bool {
+        matches!(self, Self::Compiled { .. })
+    }
+}
+
+/// A system with the functions of the caller.
+pub struct OwnSystem {
+    pub rhs: Law,
+    pub jacobian: Option<Law>,
+    pub events: Option<Law>,
+    pub reset: Option<Law>,
     /// Number of components of the state.
     pub dim: usize,
+    /// Number of guards that `events` returns.
+    pub guards: usize,
     pub autonomous: bool,
-    /// The first exception of a function; all values are NaN from then on, which ends the integration.
-    pub fault: Mutex<Option<PyErr>>,
+    pub calls: Calls,
 }
 
-/// The guards of a piecewise smooth system.
-pub struct Guards {
-    pub function: Py<PyAny>,
-    pub count: usize,
-    pub reset: Option<Py<PyAny>>,
+/// The calls of the functions, and what ended them.
+#[derive(Default)]
+pub struct Calls {
+    /// Called with the share of the work that is done.
+    progress: Option<Py<PyAny>>,
+    /// Set by the first exception. All values are NaN from then on, which ends the integration.
+    pub stop: Arc<AtomicBool>,
+    fault: Mutex<Option<PyErr>>,
+    count: AtomicU64,
+    /// Share of the work that is done, 0 to 1, as the bits of an `f64`.
+    share: AtomicU64,
+    polled: Mutex<Option<Instant>>,
 }
 
-impl PySystem {
+impl Calls {
+    /// With a function that is called with the share of the work that is done.
+    pub fn new(progress: Option<Py<PyAny>>) -> Self {
+        Self {
+            progress,
+            ..Self::default()
+        }
+    }
+
+    /// Number of calls of functions.
+    pub fn count(&self) -> u64 {
+        self.count.load(Ordering::Relaxed)
+    }
+
+    /// Reports the share of the work that is done; returns whether to continue.
+    pub fn report(&self, share: f64) -> bool {
+        self.share.store(share.to_bits(), Ordering::Relaxed);
+        !self.stop.load(Ordering::Relaxed)
+    }
+
     fn fault(&self) -> MutexGuard<'_, Option<PyErr>> {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Calls a function with `(t, z)` and, in a system with guards, with their signs; writes its numbers to `out`.
+    fn fail(&self, error: PyErr) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.fault().get_or_insert(error);
+    }
+
+    /// Takes the first exception, and permits further calls.
+    fn take_fault(&self) -> Option<PyErr> {
+        self.stop.store(false, Ordering::Relaxed);
+        self.fault().take()
+    }
+
+    /// Counts a call, and from time to time listens to Ctrl-C and reports the progress.
+    fn begin(&self) {
+        if !self
+            .count
+            .fetch_add(1, Ordering::Relaxed)
+            .is_multiple_of(64)
+        {
+            return;
+        }
+        let mut polled = self.polled.lock().unwrap_or_else(PoisonError::into_inner);
+        if polled.is_some_and(|last| last.elapsed() < POLL) {
+            return;
+        }
+        *polled = Some(Instant::now());
+        let polled = Python::attach(|py| {
+            py.check_signals()?;
+            let share = f64::from_bits(self.share.load(Ordering::Relaxed));
+            let progress = self.progress.as_ref();
+            progress.map_or(Ok(()), |function| function.call1(py, (share,)).map(drop))
+        });
+        if let Err(error) = polled {
+            self.fail(error);
+        }
+    }
+}
+
+impl OwnSystem {
+    /// Calls a function and writes its numbers to `out`: NaN after an exception.
     fn call(
         &self,
-        function: &Py<PyAny>,
-        status: Option<&[u8]>,
+        (name, law): (&str, &Law),
+        signs: Option<&[i8]>,
         t: f64,
         z: &[f64],
         out: &mut [f64],
     ) {
-        if self.fault().is_some() {
-            out.fill(f64::NAN);
-            return;
+        self.calls.begin();
+        if self.calls.stop.load(Ordering::Relaxed) {
+            return out.fill(f64::NAN);
         }
+        let function = match law {
+            Law::Compiled { law, .. } => return law(t, z.as_ptr(), out.as_mut_ptr()),
+            Law::Python(function) => function,
+        };
         let called = Python::attach(|py| {
-            let z = PyArray1::from_slice(py, z);
-            let found = match status {
-                None => function.bind(py).call1((t, z))?,
-                Some(status) => {
-                    let signs = status.iter().map(|sign| *sign as i8);
-                    let signs = PyArray1::from_vec(py, signs.collect());
-                    function.bind(py).call1((t, z, signs))?
-                }
+            let (function, z) = (function.bind(py), PyArray1::from_slice(py, z));
+            let found = match signs {
+                None => function.call1((t, z))?,
+                Some(signs) => function.call1((t, z, PyArray1::from_slice(py, signs)))?,
             };
-            write(&found, out)
+            write(name, &found, out)
         });
         if let Err(error) = called {
             out.fill(f64::NAN);
-            *self.fault() = Some(error);
+            self.calls.fail(error);
         }
     }
 
-    /// Central differences of `function` along `vector` at `z`, added to nothing: written to `out`.
+    /// The values of all guards.
+    fn raw_guards(&self, t: f64, z: &[f64], values: &mut [f64]) {
+        if let Some(events) = &self.events {
+            self.call(("events", events), None, t, z, values);
+        }
+    }
+
+    /// The state after a reset; `None` if the guard has none.
+    fn reset(&self, t: f64, z: &[f64], guard: usize) -> Option<Vec<f64>> {
+        let Some(Law::Python(reset)) = &self.reset else {
+            return None;
+        };
+        self.calls.begin();
+        let mut after = z.to_vec();
+        let called = Python::attach(|py| {
+            let found = reset
+                .bind(py)
+                .call1((t, PyArray1::from_slice(py, z), guard))?;
+            if found.is_none() {
+                return Ok(false);
+            }
+            write("reset", &found, &mut after).map(|()| true)
+        });
+        called
+            .unwrap_or_else(|error| {
+                after.fill(f64::NAN);
+                self.calls.fail(error);
+                true
+            })
+            .then_some(after)
+    }
+
+    /// Central differences of a function along a vector, and along the time at a rate of 0 or 1.
     fn difference(
         &self,
-        z: &[f64],
-        vector: &[f64],
+        (t, z): (f64, &[f64]),
+        (vector, rate): (&[f64], f64),
         out: &mut [f64],
-        mut at: impl FnMut(&[f64], &mut [f64]),
+        mut at: impl FnMut(f64, &[f64], &mut [f64]),
     ) {
-        let norm = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let length = norm(vector);
-        if length == 0.0 {
+        let step = difference_step(z, vector, (rate != 0.0).then_some(t));
+        if !step.is_finite() {
             return out.fill(0.0);
         }
-        let step = STEP * norm(z).max(1e-3) / length;
         let moved =
             |by: f64| -> Vec<f64> { z.iter().zip(vector).map(|(z, v)| z + by * v).collect() };
-        let mut below = vec![0.0; out.len()];
-        at(&moved(step), out);
-        at(&moved(-step), &mut below);
-        for (out, below) in out.iter_mut().zip(below) {
-            *out = (*out - below) / (2.0 * step);
+        let mut behind = vec![0.0; out.len()];
+        at(t + rate * step, &moved(step), out);
+        at(t - rate * step, &moved(-step), &mut behind);
+        for (out, behind) in out.iter_mut().zip(behind) {
+            *out = (*out - behind) / (2.0 * step);
+        }
+    }
+
+    /// The law for the signs of the guards: of a sliding guard, the combination of the laws on both sides that keeps
+    /// it at zero (Filippov), if it has one that attracts. Contributions of several sliding guards add. Returns the
+    /// shares of the laws above, which leave 0 to 1 where the sliding ends, and whether each guard attracts.
+    fn law(&self, signs: &[i8], t: f64, z: &[f64], out: &mut [f64]) -> Vec<(f64, bool)> {
+        let sliding: Vec<usize> = (0..signs.len()).filter(|&k| signs[k] == ON).collect();
+        // The law with one of the sliding guards above zero, and the rates of the guards.
+        let side = |above: Option<usize>, out: &mut [f64]| {
+            let mut all = signs.to_vec();
+            for &k in &sliding {
+                all[k] = if above == Some(k) { ABOVE } else { BELOW };
+            }
+            let signs = self.events.as_ref().map(|_| all.as_slice());
+            self.call(("rhs", &self.rhs), signs, t, z, out);
+            let mut rates = vec![0.0; signs.map_or(0, <[i8]>::len)];
+            if !sliding.is_empty() {
+                self.difference((t, z), (out, 1.0), &mut rates, |t, z, out| {
+                    self.raw_guards(t, z, out)
+                });
+            }
+            rates
+        };
+        let base = side(None, out);
+        if sliding.is_empty() {
+            return Vec::new();
+        }
+        let below = out.to_vec();
+        let others = sliding.iter().map(|&k| {
+            let mut law = vec![0.0; z.len()];
+            let rates = side(Some(k), &mut law);
+            (law, rates)
+        });
+        let others: Vec<_> = others.collect();
+        let m = sliding.len();
+        let change = DMatrix::from_fn(m, m, |i, j| others[j].1[sliding[i]] - base[sliding[i]]);
+        let attracts: Vec<bool> = (0..m).map(|k| change[(k, k)] < 0.0).collect();
+        let right = DVector::from_fn(m, |i, _| -base[sliding[i]]);
+        let shares = change.lu().solve(&right);
+        let shares = shares.unwrap_or_else(|| DVector::from_element(m, f64::NAN));
+        for (c, out) in out.iter_mut().enumerate() {
+            let parts = shares
+                .iter()
+                .zip(&others)
+                .map(|(share, (law, _))| share * (law[c] - below[c]));
+            let change: f64 = parts.sum();
+            *out += change;
+            // What holds the motion cancels but for rounding.
+            if out.abs() < CANCELLED * change.abs() {
+                *out = 0.0;
+            }
+        }
+        shares.iter().copied().zip(attracts).collect()
+    }
+
+    /// Whether a guard holds the motion on it: the laws of both sides lead to it.
+    fn slides(&self, signs: &[i8], guard: usize, t: f64, z: &[f64]) -> bool {
+        let mut signs = signs.to_vec();
+        signs[guard] = ON;
+        let place = signs[..guard].iter().filter(|sign| **sign == ON).count();
+        let (share, attracts) = self.law(&signs, t, z, &mut vec![0.0; z.len()])[place];
+        attracts && (0.0..=1.0).contains(&share)
+    }
+
+    /// The guard of the functions that was crossed, and whether it rose (1) or fell (-1) from a status.
+    pub fn event(&self, crossed: usize, before: &[u8]) -> (usize, i8) {
+        let guard = crossed % self.guards;
+        let direction = match before[guard] as i8 {
+            ON if crossed == guard => BELOW,
+            ON => ABOVE,
+            sign => -sign,
+        };
+        (guard, direction)
+    }
+
+    /// The gradient of a guard by its state.
+    fn gradient(&self, guard: usize, t: f64, z: &[f64]) -> Vec<f64> {
+        let mut slopes = vec![0.0; self.guards];
+        let slope = |c: usize| {
+            let mut unit = vec![0.0; z.len()];
+            unit[c] = 1.0;
+            self.difference((t, z), (&unit, 0.0), &mut slopes, |t, z, out| {
+                self.raw_guards(t, z, out)
+            });
+            slopes[guard]
+        };
+        (0..z.len()).map(slope).collect()
+    }
+
+    /// Whether a function changes with time alone: compared at states and times that no period divides.
+    pub fn depends_on_time(&self, (from, span): (f64, f64), z0: &[f64]) -> bool {
+        let mut signs = vec![0; self.status_len()];
+        self.status_of(from, z0, &mut signs);
+        let values = |t: f64, z: &[f64]| {
+            let mut all = vec![0.0; self.dim + self.guards];
+            let (law, guards) = all.split_at_mut(self.dim);
+            self.force_in(&signs, t, z, law);
+            self.raw_guards(t, z, guards);
+            all.extend(
+                (0..self.guards)
+                    .filter_map(|k| self.reset(t, z, k))
+                    .flatten(),
+            );
+            let failed = self.calls.take_fault().is_some();
+            (!failed).then(|| all.iter().map(|x| x.to_bits()).collect::<Vec<u64>>())
+        };
+        let beside: Vec<f64> = z0.iter().map(|z| 1.001 * z + 1e-3).collect();
+        [z0, beside.as_slice()].into_iter().any(|z| {
+            let first = values(from, z);
+            let golden = |k: u32| (0.618_033_988_75 * f64::from(k)).fract();
+            first.is_some() && (1..=16).any(|k| values(from + span * golden(k), z) != first)
+        })
+    }
+
+    /// Does work that calls the functions on this thread. Only compiled functions leave the interpreter to others.
+    pub fn run<T: Send>(&self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
+        let functions = [&self.jacobian, &self.events, &self.reset];
+        let compiled = functions.into_iter().flatten().all(Law::is_compiled);
+        if compiled && self.rhs.is_compiled() {
+            py.detach(work)
+        } else {
+            work()
         }
     }
 
     /// The result of an integration, or the exception that ended it.
-    pub fn finish<T>(&self, py: Python<'_>, done: Result<T, DynamicsError>) -> PyResult<T> {
-        match self.fault().take() {
-            Some(error) => Err(error),
-            None => done.map_err(|error| raise(py, &error)),
+    pub fn finish<T>(&self, done: Result<T, DynamicsError>) -> PyResult<T> {
+        match (self.calls.take_fault(), done) {
+            (Some(error), _) => Err(error),
+            (None, Err(DynamicsError::Chatter { time, guard, .. })) => {
+                let guard = guard % self.guards;
+                Err(failure(format!(
+                    "at t = {time} guard {guard} is crossed again and again: let `reset` switch a state to rest, as the \
+                     ball in the guide does, or permit more with max_crossings"
+                )))
+            }
+            (None, done) => done.map_err(|error| raise(&error)),
         }
     }
 }
 
-/// Writes the numbers of an array.
-fn write(found: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
-    let found: PyArrayLikeDyn<'_, f64, AllowTypeChange> = found.extract()?;
-    let found = found.as_array();
-    if found.len() != out.len() {
-        let message = format!(
-            "a function returned {} numbers; it must return {}",
-            found.len(),
-            out.len()
-        );
-        return Python::attach(|py| Err(input(py, &message)));
+/// Writes the numbers that a function returned.
+fn write(name: &str, found: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
+    let must = out.len();
+    let wrong = |count: usize| {
+        Err(input(format!(
+            "{name} returned {count} numbers; it must return {must}"
+        )))
+    };
+    if let Ok(array) = found.cast::<PyArray1<f64>>()
+        && array.is_contiguous()
+    {
+        if array.len() != out.len() {
+            return wrong(array.len());
+        }
+        out.copy_from_slice(array.readonly().as_slice()?);
+        return Ok(());
     }
-    out.iter_mut()
-        .zip(found.iter())
-        .for_each(|(out, x)| *out = *x);
+    // Plain sequences of numbers, without a detour over arrays.
+    let items: Option<Vec<Bound<'_, PyAny>>> = if let Ok(list) = found.cast::<PyList>() {
+        Some(list.iter().collect())
+    } else {
+        found
+            .cast::<PyTuple>()
+            .ok()
+            .map(|tuple| tuple.iter().collect())
+    };
+    if let Some(items) = items
+        && items.len() == out.len()
+        && items
+            .iter()
+            .zip(out.iter_mut())
+            .all(|(item, out)| item.extract::<f64>().map(|x| *out = x).is_ok())
+    {
+        return Ok(());
+    }
+    let array = numeric(name, found)?.call_method0("ravel")?;
+    let array = array.cast_into::<PyArray1<f64>>()?;
+    if array.len() != out.len() {
+        return wrong(array.len());
+    }
+    out.copy_from_slice(array.readonly().as_slice()?);
     Ok(())
 }
 
-impl System for PySystem {
+/// The signs of a status.
+fn signs(status: &[u8]) -> Vec<i8> {
+    status.iter().map(|byte| *byte as i8).collect()
+}
+
+impl System for OwnSystem {
     fn omega(&self) -> &[f64] {
         &[]
     }
@@ -128,16 +459,13 @@ impl System for PySystem {
     }
 
     fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
-        let status = self.guards.as_ref().map(|_| {
-            let mut status = vec![0; self.status_len()];
-            self.status_of(t, z, &mut status);
-            status
-        });
-        self.call(&self.rhs, status.as_deref(), t, z, out);
+        let mut status = vec![0; self.status_len()];
+        self.status_of(t, z, &mut status);
+        self.force_in(&status, t, z, out);
     }
 
     fn switching(&self) -> Option<&dyn Switching> {
-        self.guards.as_ref().map(|_| self as &dyn Switching)
+        self.events.as_ref().map(|_| self as &dyn Switching)
     }
 
     fn differentiable(&self) -> Option<&dyn Differentiable> {
@@ -149,7 +477,7 @@ impl System for PySystem {
     }
 }
 
-impl Differentiable for PySystem {
+impl Differentiable for OwnSystem {
     fn product(
         &self,
         status: Option<&[u8]>,
@@ -160,72 +488,121 @@ impl Differentiable for PySystem {
     ) {
         let (t, z) = (record[0], &record[1..]);
         let dim = self.dim;
-        let column = |l: usize| -> Vec<f64> { (0..dim).map(|c| vectors[c * width + l]).collect() };
-        if let Some(jacobian) = &self.jacobian {
+        let status = status.unwrap_or(&[]);
+        let signs = signs(status);
+        let known = self.jacobian.as_ref().filter(|_| !signs.contains(&ON));
+        let matrix = known.map(|jacobian| {
             let mut matrix = vec![0.0; dim * dim];
-            self.call(jacobian, status, t, z, &mut matrix);
-            for l in 0..width {
-                let vector = column(l);
-                for (c, row) in matrix.chunks(dim).enumerate() {
-                    out[c * width + l] = row.iter().zip(&vector).map(|(a, v)| a * v).sum();
-                }
-            }
-            return;
-        }
+            let signs = self.events.as_ref().map(|_| signs.as_slice());
+            self.call(("jacobian", jacobian), signs, t, z, &mut matrix);
+            matrix
+        });
         let mut derivative = vec![0.0; dim];
         for l in 0..width {
-            self.difference(z, &column(l), &mut derivative, |z, out| {
-                self.call(&self.rhs, status, t, z, out);
-            });
-            for (c, x) in derivative.iter().enumerate() {
-                out[c * width + l] = *x;
+            let vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
+            match &matrix {
+                Some(matrix) => {
+                    for (out, row) in derivative.iter_mut().zip(matrix.chunks(dim)) {
+                        *out = row.iter().zip(&vector).map(|(a, v)| a * v).sum();
+                    }
+                }
+                None => self.difference((t, z), (&vector, 0.0), &mut derivative, |t, z, out| {
+                    self.force_in(status, t, z, out);
+                }),
+            }
+            for (out, x) in out.iter_mut().skip(l).step_by(width).zip(&derivative) {
+                *out = *x;
             }
         }
-    }
-
-    fn time_derivative(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
-        if self.autonomous {
-            return out.fill(0.0);
-        }
-        self.difference(&[t], &[1.0], out, |t, out| {
-            self.call(&self.rhs, status, t[0], z, out)
-        });
     }
 }
 
-/// A status is the sign of each guard, -1 or 1, as a byte.
-impl Switching for PySystem {
+/// A status is the sign of each guard as a byte. Guard `k` of the functions has two guards here: the end of its sign,
+/// or of sliding towards the law below, at `k`, and of sliding towards the law above at `guards + k`.
+impl Switching for OwnSystem {
     fn status_len(&self) -> usize {
-        self.guards()
+        self.guards
     }
 
     fn status_of(&self, t: f64, z: &[f64], status: &mut [u8]) {
         let mut values = vec![0.0; status.len()];
         self.raw_guards(t, z, &mut values);
-        for (sign, value) in status.iter_mut().zip(values) {
-            *sign = if value < 0.0 { -1_i8 } else { 1 } as u8;
+        let mut found: Vec<i8> = values
+            .iter()
+            .map(|h| if *h < 0.0 { BELOW } else { ABOVE })
+            .collect();
+        for guard in (0..values.len()).filter(|&k| values[k] == 0.0) {
+            if self.reset(t, z, guard).is_none() && self.slides(&found, guard, t, z) {
+                found[guard] = ON;
+            }
+        }
+        for (status, sign) in status.iter_mut().zip(found) {
+            *status = sign as u8;
         }
     }
 
     fn force_in(&self, status: &[u8], t: f64, z: &[f64], out: &mut [f64]) {
-        self.call(&self.rhs, Some(status), t, z, out);
+        self.law(&signs(status), t, z, out);
     }
 
     fn guards(&self) -> usize {
-        self.guards.as_ref().map_or(0, |guards| guards.count)
+        2 * self.guards
     }
 
     fn guard_values(&self, status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
-        self.raw_guards(t, z, values);
-        for (value, sign) in values.iter_mut().zip(status) {
-            *value *= f64::from(*sign as i8);
+        let signs = signs(status);
+        let size = z.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let (below, above) = values.split_at_mut(self.guards);
+        self.raw_guards(t, z, below);
+        above.fill(1.0);
+        for (value, sign) in below.iter_mut().zip(&signs) {
+            *value = *value * f64::from(*sign) + ROUNDING * size;
+        }
+        if signs.contains(&ON) {
+            let shares = self.law(&signs, t, z, &mut vec![0.0; z.len()]);
+            let sliding = (0..signs.len()).filter(|&k| signs[k] == ON);
+            for (k, (share, _)) in sliding.zip(shares) {
+                (below[k], above[k]) = (share, 1.0 - share);
+            }
         }
     }
 
     fn cross(&self, guard: usize, t: f64, z: &mut [f64], status: &mut [u8]) {
-        match self.reset(t, z, guard) {
-            Some(after) => z.copy_from_slice(&after),
-            None => status[guard] = (status[guard] as i8).wrapping_neg() as u8,
+        let before = signs(status);
+        let k = guard % self.guards;
+        let after = if before[k] == ON {
+            if guard == k { BELOW } else { ABOVE }
+        } else if let Some(after) = self.reset(t, z, k) {
+            return z.copy_from_slice(&after);
+        } else if self.slides(&before, k, t, z) {
+            ON
+        } else {
+            -before[k]
+        };
+        status[k] = after as u8;
+    }
+
+    fn settle(&self, status: &[u8], t: f64, z: &mut [f64], (vectors, width): (&mut [f64], usize)) {
+        let sliding = (0..status.len()).filter(|&k| status[k] as i8 == ON);
+        for guard in sliding {
+            let mut values = vec![0.0; self.guards];
+            self.raw_guards(t, z, &mut values);
+            let gradient = self.gradient(guard, t, z);
+            let square: f64 = gradient.iter().map(|g| g * g).sum();
+            for (z, g) in z.iter_mut().zip(&gradient) {
+                *z -= g * values[guard] / square;
+            }
+            for l in 0..width {
+                let vector = || vectors.iter().skip(l).step_by(width);
+                let size = vector().fold(0.0_f64, |most, x| most.max(x.abs()));
+                let across: f64 = vector().zip(&gradient).map(|(v, g)| v * g).sum::<f64>() / square;
+                for (v, g) in vectors.iter_mut().skip(l).step_by(width).zip(&gradient) {
+                    *v -= g * across;
+                    if v.abs() < VANISHED * size {
+                        *v = 0.0;
+                    }
+                }
+            }
         }
     }
 
@@ -237,70 +614,21 @@ impl Switching for PySystem {
         z: &[f64],
         gradient: &mut [f64],
     ) -> f64 {
-        let mut slope = vec![0.0; self.guards()];
+        let mut values = vec![0.0; self.guards()];
+        let mut slope = |vector: &[f64], rate: f64| {
+            self.difference((t, z), (vector, rate), &mut values, |t, z, out| {
+                self.guard_values(status, t, z, out);
+            });
+            values[guard]
+        };
         for (c, gradient) in gradient.iter_mut().enumerate() {
             let mut unit = vec![0.0; z.len()];
             unit[c] = 1.0;
-            self.difference(z, &unit, &mut slope, |z, out| {
-                self.guard_values(status, t, z, out)
-            });
-            *gradient = slope[guard];
+            *gradient = slope(&unit, 0.0);
         }
-        self.difference(&[t], &[1.0], &mut slope, |t, out| {
-            self.guard_values(status, t[0], z, out)
-        });
-        slope[guard]
-    }
-
-    fn reset_tangents(
-        &self,
-        _: &[u8],
-        guard: usize,
-        t: f64,
-        z: &[f64],
-        (vectors, width): (&mut [f64], usize),
-    ) {
-        if self
-            .guards
-            .as_ref()
-            .is_none_or(|guards| guards.reset.is_none())
-        {
-            return;
-        }
-        let mut moved = vec![0.0; self.dim];
-        for l in 0..width {
-            let vector: Vec<f64> = (0..self.dim).map(|c| vectors[c * width + l]).collect();
-            self.difference(z, &vector, &mut moved, |z, out| {
-                if let Some(after) = self.reset(t, z, guard) {
-                    out.copy_from_slice(&after);
-                }
-            });
-            for (c, x) in moved.iter().enumerate() {
-                vectors[c * width + l] = *x;
-            }
-        }
-    }
-}
-
-impl PySystem {
-    fn raw_guards(&self, t: f64, z: &[f64], values: &mut [f64]) {
-        if let Some(guards) = &self.guards {
-            self.call(&guards.function, None, t, z, values);
-        }
-    }
-
-    /// The state after a reset; `None` without a reset.
-    fn reset(&self, t: f64, z: &[f64], guard: usize) -> Option<Vec<f64>> {
-        let reset = self.guards.as_ref()?.reset.as_ref()?;
-        let mut after = z.to_vec();
-        let called = Python::attach(|py| {
-            let z = PyArray1::from_slice(py, z);
-            write(&reset.bind(py).call1((t, z, guard))?, &mut after)
-        });
-        if let Err(error) = called {
-            after.fill(f64::NAN);
-            self.fault().get_or_insert(error);
-        }
-        Some(after)
+        // Along the motion, whose speed sets the scale of the time.
+        let mut flow = vec![0.0; z.len()];
+        self.force_in(status, t, z, &mut flow);
+        slope(&flow, 1.0) - gradient.iter().zip(&flow).map(|(h, f)| h * f).sum::<f64>()
     }
 }

@@ -28,6 +28,8 @@ def test_fields_are_attributes_that_cannot_be_changed() -> None:
     assert pickle.loads(pickle.dumps(result)) == result
     with pytest.raises(AttributeError, match="cannot be changed"):
         result.name = "y"
+    with pytest.raises(ValueError, match="read-only"):
+        result.curve[0] = 3.0
     with pytest.raises(AttributeError, match="it has name, curve"):
         result.absent
 
@@ -51,6 +53,11 @@ def test_results_are_tables() -> None:
     table = s.Result(FIELDS).lines.to_arrow()
     assert table.column_names == ["frequency_hz", "label"]
     assert pyarrow.table(s.Result(FIELDS).lines) == table
+
+
+def test_estimates_are_an_array_with_half_widths() -> None:
+    rates = s.Result({"rates": [{"value": 1.5, "half_width": 0.1}, {"value": -2.0, "half_width": 0.2}]}).rates
+    assert rates.sum() == -0.5 and rates.tolist() == [1.5, -2.0] and rates.half_width.tolist() == [0.1, 0.2]
 
 
 def test_arrays_become_lists_in_a_dictionary(run: s.Run) -> None:

@@ -22,6 +22,7 @@ def test_a_run_has_samples_and_results(run: s.Run) -> None:
     assert run.summary.simulated_s == pytest.approx(0.01)
     assert run.simulated_s == run.summary.simulated_s
     assert "periodic-2deg" in repr(run)
+    assert {"t", "u", "q", "lines", "contact", "verdict", "scene"} <= set(dir(run))
 
 
 def test_snapshots_of_the_contact_agree(run: s.Run) -> None:

@@ -44,7 +44,7 @@ def test_embedding_is_a_view_of_the_signal() -> None:
     assert np.shares_memory(vectors, signal) and not vectors.flags.writeable
     assert np.array_equal(vectors, np.stack([signal[:7], signal[3:]], axis=1))
     assert np.array_equal(s.embed(signal[::2], 1, 2), np.stack([signal[:8:2], signal[2::2]], axis=1))
-    with pytest.raises(s.InputError):
+    with pytest.raises(s.InputError, match="lag: give a whole number of at least 1, not 0"):
         s.embed(signal, 0, 2)
 
 
@@ -90,7 +90,7 @@ def test_line_of_identity_and_rate_base() -> None:
     off = ~np.eye(200, dtype=bool)
     with_identity = s.rqa(signal, threshold=0.3, line_of_identity=True)
     assert with_identity.recurrence_rate == pytest.approx(expected.mean())
-    assert with_identity.longest_diagonal_s == 200
+    assert with_identity.longest_diagonal == 200
     over_all = s.rqa(signal, threshold=0.3, rate_base="all")
     assert over_all.recurrence_rate == pytest.approx((expected & off).mean())
     with pytest.raises(s.InputError, match="line_of_identity"):
@@ -104,7 +104,7 @@ def test_line_of_identity_and_rate_base() -> None:
 def test_windows_equal_the_parts() -> None:
     signal = np.sin(0.2 * np.arange(1000)) + 0.1 * np.sin(np.arange(1000))
     windows = s.rqa_windowed(signal, 400, hop=300, lag=5, dimension=2, threshold=0.2)
-    assert len(windows) == 3 and windows[1].time_s == 500
+    assert len(windows) == 3 and windows[1].time == 500
     part = s.rqa(signal[300:700], lag=5, dimension=2, threshold=0.2)
     assert windows[1].determinism == part.determinism
 
@@ -131,7 +131,7 @@ def test_section_of_a_sine() -> None:
     section = s.poincare_section(np.sin(0.1 * np.arange(1000)), 16)
     assert section.points.shape[1] == 3
     assert np.allclose(section.points[:, 1], section.level)
-    assert np.diff(section.time_s) == pytest.approx(2 * np.pi / 0.1, abs=1e-6)
+    assert np.diff(section.time) == pytest.approx(2 * np.pi / 0.1, abs=1e-6)
 
 
 def test_complete_analysis() -> None:
@@ -175,11 +175,50 @@ def test_complete_analysis_of_a_file(tmp_path) -> None:
         s.analyse(tmp_path / "missing.wav")
 
 
-def test_samples_that_are_not_numbers_are_refused(lorenz) -> None:
-    for wrong in (np.nan, np.inf):
-        gap = np.array(lorenz[:2000])
-        gap[7] = wrong
-        with pytest.raises(s.InputError, match="sample 7 is"):
-            s.rqa(gap)
-        with pytest.raises(s.InputError, match="sample 7 is"):
-            s.spectrum(gap, 1.0)
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        (lambda x: x[:, None], r"shape is \[2000, 1\]; give one dimension"),
+        (lambda x: None, "not None"),
+        (lambda x: 1.0, r"give an array of shape \(n,\)"),
+        (lambda x: np.ma.masked_greater(x, 5.0), "masked samples"),
+        (lambda x: x + 1j, "complex numbers"),
+        (lambda x: ["a", "b"], "give an array of numbers"),
+        (lambda x: np.where(np.arange(2000) == 7, np.nan, x), "sample 7 is NaN"),
+        (lambda x: np.where(np.arange(2000) == 7, np.inf, x), "sample 7 is inf"),
+    ],
+)
+def test_samples_that_are_not_numbers_are_refused(lorenz, wrong, reason) -> None:
+    for call in (s.choose_delay, lambda x: s.spectrum(x, 1.0), lambda x: s.integrate(lambda t, z: z, x, [0.0, 1.0])):
+        with pytest.raises(s.InputError, match=reason):
+            call(wrong(lorenz[:2000]))
+
+
+def test_counts_are_whole_and_name_their_argument(lorenz) -> None:
+    for call in (
+        lambda: s.rqa(lorenz, lag=-1),
+        lambda: s.false_neighbours(lorenz, -1),
+        lambda: s.zero_one_test(lorenz, stride=-1),
+        lambda: s.largest_exponent(lorenz, -1, 3, 10),
+    ):
+        with pytest.raises(s.InputError, match="(lag|stride): give a whole number of at least 1, not -1"):
+            call()
+
+
+def test_times_have_a_unit_where_a_rate_is_given(lorenz) -> None:
+    plain, timed = s.rqa(lorenz[:1000]), s.rqa(lorenz[:1000], rate=100.0)
+    assert plain.mean_diagonal == pytest.approx(100 * timed.mean_diagonal_s)
+    assert not any(name.endswith(("_s", "_hz")) for name in plain) and plain.divergence == 0.01 * timed.divergence_per_s
+    assert not any(name.endswith(("_s", "_hz")) for name in s.regime(lorenz[:1000]))
+
+
+def test_states_recur_as_their_delay_vectors(lorenz) -> None:
+    states = s.embed(lorenz[:800], 16, 3)
+    choices = {"threshold": 3.0, "theiler": 20}
+    assert s.rqa(states, **choices) == s.rqa(lorenz[:800], lag=16, dimension=3, **choices)
+    plot = s.recurrence_plot(states, threshold=3.0)
+    assert np.array_equal(plot.recurrent, s.recurrence_plot(lorenz[:800], lag=16, dimension=3, threshold=3.0).recurrent)
+    windows = s.rqa_windowed(states, 300, hop=200, **choices)
+    assert windows[1].determinism == s.rqa(states[200:500], **choices).determinism
+    with pytest.raises(s.InputError, match="lag, dimension: states"):
+        s.rqa(states, lag=2)

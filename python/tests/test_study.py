@@ -30,6 +30,7 @@ def test_sensitivities_agree_with_a_difference() -> None:
 def test_a_sweep_does_not_depend_on_threads_and_shards() -> None:
     values = {"load.tilt_deg": [1.5, 2.0]}
     whole = s.sweep("periodic-2deg", values, starts=["upward", "downward"], **QUICK)
+    assert [point["load.tilt_deg"] for point in whole.points] == [1.5, 2.0, 1.5, 2.0]
     assert [point.values[0] for point in whole.points] == [1.5, 2.0, 1.5, 2.0]
     parts = [
         s.sweep("periodic-2deg", values, starts=["upward", "downward"], shard=(k, 2), threads=1, **QUICK)
@@ -59,7 +60,8 @@ def test_a_branch_of_equilibria_finds_the_hopf_point() -> None:
 def test_exponents_of_a_small_scene() -> None:
     found = s.lyapunov("impact-oscillator", average_time=2.0)
     assert len(found.exponents_per_s) == found.dimension
-    assert found.attractor
+    assert found.attractor == "chaos" and found.kaplan_yorke.value > 1
+    assert np.all(found.exponents_per_s.half_width >= 0)
 
 
 def test_cost_of_a_small_scene() -> None:

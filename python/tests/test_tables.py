@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import squeakscope as s
+
 duckdb = pytest.importorskip("duckdb")
 pandas = pytest.importorskip("pandas")
 polars = pytest.importorskip("polars")
@@ -32,6 +34,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("sweep.parquet", "sweep.csv"):
         program("merge", table, "--out", str(folder / name))
     return folder
+
+
+def test_results_are_tables_of_pandas_and_polars(run) -> None:
+    lines = s.spectrum(run.u, run.scene.sample_rate).lines
+    frequencies = [line.frequency_hz for line in lines]
+    frames = (pandas.DataFrame(lines), lines.to_pandas(), polars.DataFrame(lines), lines.to_polars(), pyarrow.table(lines))
+    for frame in frames:
+        assert list(frame["frequency_hz"].to_numpy()) == frequencies
+    assert list(lines[:2].to_pandas()["label"]) == [line.label for line in lines[:2]]
 
 
 def test_arrow_files_and_their_units(folder: Path) -> None:

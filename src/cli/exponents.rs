@@ -1,81 +1,20 @@
 //! Lyapunov exponents and the divergence of the perturbed trajectory, for the terminal and JSON.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
-use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::number::uncertain;
 use crate::pipeline::message::{Exponents, TrajectoryDivergence};
+use crate::study::lyapunov::Classified;
 use crate::text;
 
 /// Number of exponents in the terminal. The recording and JSON have all of them.
 const MAX_EXPONENTS: usize = 4;
 
-/// Quantities derived from a Lyapunov spectrum.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Classification {
-    /// Attractor: `fixed-point`, `phase-locked`, `cycle`, `torus`, `chaos`, `hyperchaos`,
-    /// `stable-equilibrium`, `unstable-equilibrium`, `equilibrium` or `undecided`.
-    #[schemars(with = "String")]
-    pub attractor: Attractor,
-    /// The attractor in words.
-    pub description: String,
-    /// Sign of each exponent.
-    pub signs: Vec<Sign>,
-    /// Exponents divided by the lowest natural frequency, for the dimensionless time `tau = omega_1 t`.
-    pub exponents_over_omega_1: Vec<Exponent>,
-    /// Kaplan-Yorke dimension; `null` if it is unknown, and for an equilibrium.
-    pub kaplan_yorke: Option<Exponent>,
-}
+/// The Lyapunov exponents at the end of a run, classified.
+pub(super) type RunExponents<'a> = Classified<&'a Exponents>;
 
-impl Classification {
-    /// Classifies a spectrum; `omega_1` in rad/s.
-    pub fn new(
-        spectrum: &LyapunovSpectrum,
-        motion: Motion,
-        attractor: Attractor,
-        omega_1: f64,
-    ) -> Self {
-        let exponents = &spectrum.exponents;
-        let scaled = exponents.iter().map(|exponent| Exponent {
-            value: exponent.value / omega_1,
-            half_width: exponent.half_width / omega_1,
-        });
-        let is_point = exponents.is_empty() || motion == Motion::Still;
-        Self {
-            attractor,
-            description: attractor.to_string(),
-            signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
-            exponents_over_omega_1: scaled.collect(),
-            kaplan_yorke: spectrum.kaplan_yorke().filter(|_| !is_point),
-        }
-    }
-}
-
-/// The Lyapunov exponents at the end of a run.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct RunExponents<'a> {
-    #[serde(flatten)]
-    exponents: &'a Exponents,
-    #[serde(flatten)]
-    classification: Classification,
-}
-
-impl<'a> RunExponents<'a> {
-    pub fn new(exponents: &'a Exponents) -> Self {
-        let Exponents {
-            spectrum, motion, ..
-        } = exponents;
-        let attractor = exponents.attractor();
-        Self {
-            exponents,
-            classification: Classification::new(spectrum, *motion, attractor, exponents.omega_1),
-        }
-    }
-
+impl RunExponents<'_> {
     /// One line for the terminal.
     pub fn text(&self) -> String {
-        let spectrum = &self.exponents.spectrum;
+        let spectrum = &self.found.spectrum;
         let shown = spectrum.exponents.iter().take(MAX_EXPONENTS);
         let shown: Vec<String> = shown
             .map(|exponent| match exponent.half_width {
@@ -91,8 +30,7 @@ impl<'a> RunExponents<'a> {
             Some(dimension) => format!(", Kaplan-Yorke dimension {:.2}", dimension.value),
             None => String::new(),
         };
-        let earlier =
-            text::earlier_motion(&self.exponents.segments, self.exponents.chaotic_transient);
+        let earlier = text::earlier_motion(&self.found.segments, self.found.chaotic_transient);
         let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
         format!(
             "  Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}\n",
@@ -130,6 +68,7 @@ pub(super) fn divergence_text(divergence: &TrajectoryDivergence) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::{Exponent, LyapunovSpectrum, Motion};
     use crate::pipeline::message::DivergenceFit;
 
     #[test]
@@ -149,7 +88,7 @@ mod tests {
             segments: Vec::new(),
             chaotic_transient: None,
         };
-        let result = RunExponents::new(&exponents);
+        let result = Classified::run(&exponents);
         assert!(
             result
                 .text()

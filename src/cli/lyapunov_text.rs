@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::exponents::Classification;
 use super::report::{BAD, HEADING, WARNING};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
 use crate::escape;
@@ -13,7 +12,8 @@ use crate::number::{degrees, uncertain, value_and_error};
 use crate::pipeline::message::MotionSegment;
 use crate::scene::FixedAt;
 use crate::study::lyapunov::{
-    Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, RunningExponents, SceneLyapunov,
+    Classification, Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, RunningExponents,
+    SceneLyapunov,
 };
 use crate::table::Table;
 use crate::text::earlier_motion;
@@ -43,7 +43,6 @@ pub(super) struct LyapunovResult<'a> {
 impl<'a> LyapunovResult<'a> {
     pub fn new(goal: Goal, found: &'a SceneLyapunov) -> Self {
         let study = &found.study;
-        let attractor = study.attractor();
         Self {
             goal: match goal {
                 Goal::Time(_) => "time",
@@ -54,7 +53,7 @@ impl<'a> LyapunovResult<'a> {
             interrupted: study.ending == Ending::Stopped,
             classification: Classification {
                 description: history(found) + &description(study),
-                ..Classification::new(&study.spectrum, study.motion, attractor, found.omega_1)
+                ..study.classification(found.omega_1)
             },
             sum_per_s: study.sum(),
             unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),

@@ -27,6 +27,7 @@ use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RERUN_VERSION, RerunSink};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
+use crate::study::lyapunov::Classified;
 use crate::table::Table;
 
 /// The recording, if no output is given.
@@ -58,7 +59,7 @@ impl<'a> RunResult<'a> {
         } = scene.integrator;
         Self {
             summary,
-            exponents: summary.exponents.as_ref().map(RunExponents::new),
+            exponents: summary.exponents.as_ref().map(Classified::run),
             peak_memory_bytes: peak_memory(),
             method: method.name(),
             tolerance: (!method.has_fixed_step()).then_some(tolerance),

@@ -120,7 +120,7 @@ pub enum DynamicsError {
     },
     /// Guards are crossed repeatedly while time does not advance.
     #[error(
-        "at t = {time} s guard {guard} chatters ({crossings} crossings within the maximum step): give the \
+        "at t = {time} s guard {guard} chatters ({crossings} crossings within the limit of time): give the \
          system a status for the limit of the chattering (rest on the wall, sticking), or integrate through \
          the kinks without event location"
     )]
@@ -129,7 +129,7 @@ pub enum DynamicsError {
         time: f64,
         /// Index of the guard crossed last.
         guard: usize,
-        /// Number of crossings within the maximum step.
+        /// Number of crossings within the limit of time: by default the maximum step.
         crossings: usize,
     },
     /// The system lacks a required capability.

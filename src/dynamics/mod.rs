@@ -57,6 +57,9 @@
 //!     fn force(&self, _t: f64, z: &[f64], out: &mut [f64]) {
 //!         out[0] = -z[0].powi(3);
 //!     }
+//!     fn is_autonomous(&self) -> bool {
+//!         true
+//!     }
 //! }
 //!
 //! let method = MethodName::Lawson54.with(Accuracy::relative(1e-8), 1.0);
@@ -102,4 +105,4 @@ pub use lyapunov::{
 };
 pub use stats::{ErrorEstimate, SolverStats};
 pub use switching::Switching;
-pub use system::{Differentiable, System};
+pub use system::{Differentiable, System, difference_step};

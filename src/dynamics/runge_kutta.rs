@@ -236,7 +236,7 @@ impl<const S: usize> Stepper for RungeKutta<S> {
         for stage in 1..=end {
             self.advance(stage, stage - 1);
             if let (true, Some(status)) = (stage == end, status) {
-                switching(sys).settle(status, end_time, &mut self.state[..dim]);
+                switching(sys).settle(status, end_time, &mut self.state[..dim], (&mut [], 0));
             }
             self.evaluate(sys, status, stage);
         }

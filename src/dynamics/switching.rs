@@ -1,5 +1,7 @@
 //! Piecewise smooth systems: guards, statuses and reset maps.
 
+use super::system::difference_step;
+
 /// A piecewise smooth system. Its discrete *status* describes, for example, which nodes are in contact
 /// or whether a mass sticks. A smooth law holds for each status. A status ends where one of its *guards*
 /// falls through zero: the status changes, and the state may jump.
@@ -34,12 +36,10 @@ pub trait Switching {
     fn cross(&self, guard: usize, t: f64, z: &mut [f64], status: &mut [u8]);
 
     /// Projects a state onto the constraint of its status (the velocity of a sticking mass) to prevent
-    /// drift by integration errors. The default does nothing.
-    fn settle(&self, _status: &[u8], _t: f64, _z: &mut [f64]) {}
-
-    /// The derivative of [`Switching::settle`], applied in place to `width` tangent vectors (order as in
-    /// [`Differentiable::product`](super::Differentiable::product)). The default does nothing.
-    fn settle_tangents(&self, _status: &[u8], _vectors: &mut [f64], _width: usize) {}
+    /// drift by integration errors, and in place with it, by the derivative of the projection, the given
+    /// number of tangent vectors (order as in [`Differentiable::product`](super::Differentiable::product)).
+    /// The default, without constraints, does nothing.
+    fn settle(&self, _status: &[u8], _t: f64, _z: &mut [f64], _tangents: (&mut [f64], usize)) {}
 
     /// Whether the state and the law are continuous at all guards. Tangent vectors then pass an event
     /// unchanged (the correction of Eq. (16) vanishes), and a step may cross guards without locating
@@ -59,28 +59,43 @@ pub trait Switching {
         gradient: &mut [f64],
     ) -> f64;
 
-    /// `dg/dz` of the reset map at a guard, applied in place to tangent vectors, given with their number
-    /// (order as in [`Differentiable::product`](super::Differentiable::product)). `status` and `z` are
-    /// those before the reset. The default, for a continuous state, does nothing.
+    /// The derivative of the reset map `g(t, z)` at a guard, applied in place: `dg/dz . v + rate dg/dt` of
+    /// each tangent vector `v`. They are given with their number (order as in
+    /// [`Differentiable::product`](super::Differentiable::product)) and the rate, which is 1 for the slope of
+    /// the motion and 0 for a perturbation. `status` and `z` are those before the reset.
+    ///
+    /// The default takes central differences of [`Switching::cross`], which must permit states beside the
+    /// guard. It is exact for components that the reset does not change.
     fn reset_tangents(
         &self,
-        _status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        _tangents: (&mut [f64], usize),
+        status: &[u8],
+        guard: usize,
+        t: f64,
+        z: &[f64],
+        (vectors, width, rate): (&mut [f64], usize, f64),
     ) {
-    }
-
-    /// Adds `dg/dt` of the reset map (length of the state), the explicit time dependence of the jump,
-    /// for example of a moving wall.
-    fn add_reset_rate(
-        &self,
-        _status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        _rate: &mut [f64],
-    ) {
+        let mut scratch = status.to_vec();
+        for l in 0..width {
+            let mut vector: Vec<f64> = vectors.iter().skip(l).step_by(width).copied().collect();
+            vector.resize(z.len(), 0.0);
+            let step = difference_step(z, &vector, (rate != 0.0).then_some(t));
+            if !step.is_finite() {
+                // A collapsed vector stays zero.
+                continue;
+            }
+            let [ahead, behind] = [step, -step].map(|step| {
+                let moved = z.iter().zip(&vector).map(|(z, v)| z + step * v);
+                let before: Vec<f64> = moved.collect();
+                let mut after = before.clone();
+                scratch.copy_from_slice(status);
+                self.cross(guard, t + rate * step, &mut after, &mut scratch);
+                (before, after)
+            });
+            for (c, x) in vectors.iter_mut().skip(l).step_by(width).enumerate() {
+                if ahead.0[c] != ahead.1[c] || behind.0[c] != behind.1[c] {
+                    *x = (ahead.1[c] - behind.1[c]) / (2.0 * step);
+                }
+            }
+        }
     }
 }

@@ -57,9 +57,7 @@ pub trait System {
 
     /// Whether the law is independent of time. The drive phase of a driven system has no exponent, so
     /// the meaning of zero exponents depends on this ([`Motion`](super::Motion)).
-    fn is_autonomous(&self) -> bool {
-        true
-    }
+    fn is_autonomous(&self) -> bool;
 
     /// Number of modes `m`.
     fn modes(&self) -> usize {
@@ -130,11 +128,39 @@ pub trait Differentiable: System {
     );
 
     /// The partial time derivative `d[f | g]/dt` at a fixed state (length `tangent_dim - modes`), for a
-    /// given status if there is one. Implicit methods need it. The default is zero. A non-autonomous
-    /// system ([`System::is_autonomous`]) must implement it; otherwise implicit methods lose their
-    /// order.
-    fn time_derivative(&self, _status: Option<&[u8]>, _t: f64, _z: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
+    /// given status if there is one. Implicit methods need it for systems that depend on time
+    /// ([`System::is_autonomous`]). The default takes central differences.
+    fn time_derivative(&self, status: Option<&[u8]>, t: f64, z: &[f64], out: &mut [f64]) {
+        let mut slope = vec![0.0; self.dim()];
+        self.rhs(t, z, &mut slope);
+        let step = difference_step(z, &slope, Some(t));
+        let [ahead, behind] = [t + step, t - step].map(|t| {
+            let mut force = vec![0.0; self.dim() - self.modes()];
+            match (status, self.switching()) {
+                (Some(status), Some(switching)) => switching.force_in(status, t, z, &mut force),
+                _ => self.force(t, z, &mut force),
+            }
+            force
+        });
+        for (out, (ahead, behind)) in out.iter_mut().zip(ahead.iter().zip(&behind)) {
+            *out = (ahead - behind) / (2.0 * step);
+        }
+    }
+}
+
+/// Step of a central difference at a state along a vector, and in time with it if a time (s) is given: a small
+/// part of the largest component, or of the time in which the vector, a slope, passes it.
+pub fn difference_step(z: &[f64], vector: &[f64], t: Option<f64>) -> f64 {
+    /// The cube root of the rounding error.
+    const RELATIVE: f64 = 6e-6;
+    /// Least part of the time, which is rounded.
+    const LEAST: f64 = 1e-10;
+    let size = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let state = size(z);
+    let length = if state > 0.0 { state } else { 1.0 } / size(vector);
+    match t.map(f64::abs) {
+        None => RELATIVE * length,
+        Some(t) => (RELATIVE * length.min(t.max(1.0))).max(LEAST * t),
     }
 }
 

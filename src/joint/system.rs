@@ -387,4 +387,8 @@ impl System for Joint {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }

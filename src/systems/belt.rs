@@ -132,6 +132,10 @@ impl System for MassOnBelt {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Switching for MassOnBelt {
@@ -178,15 +182,10 @@ impl Switching for MassOnBelt {
         };
     }
 
-    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
+    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {
         if status[0] == Self::STICKING {
             z[1] = self.belt;
-        }
-    }
-
-    fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], width: usize) {
-        if status[0] == Self::STICKING {
-            vectors[width..].fill(0.0);
+            tangents.0[tangents.1..].fill(0.0);
         }
     }
 
@@ -206,17 +205,6 @@ impl Switching for MassOnBelt {
             _ => [sign * stiffness, 0.0],
         });
         0.0
-    }
-
-    fn reset_tangents(
-        &self,
-        _status: &[u8],
-        _guard: usize,
-        _t: f64,
-        _z: &[f64],
-        (vectors, width): (&mut [f64], usize),
-    ) {
-        vectors[width..].fill(0.0);
     }
 }
 

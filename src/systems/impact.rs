@@ -159,15 +159,10 @@ impl Switching for ImpactOscillator {
         });
     }
 
-    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64]) {
+    fn settle(&self, status: &[u8], _t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {
         if status[0] == Self::RESTING {
             z.copy_from_slice(&[self.wall, 0.0]);
-        }
-    }
-
-    fn settle_tangents(&self, status: &[u8], vectors: &mut [f64], _width: usize) {
-        if status[0] == Self::RESTING {
-            vectors.fill(0.0);
+            tangents.0.fill(0.0);
         }
     }
 
@@ -188,13 +183,14 @@ impl Switching for ImpactOscillator {
         }
     }
 
+    /// The wall is at rest: nothing depends on time.
     fn reset_tangents(
         &self,
         status: &[u8],
         _guard: usize,
         t: f64,
         z: &[f64],
-        (vectors, width): (&mut [f64], usize),
+        (vectors, width, _rate): (&mut [f64], usize, f64),
     ) {
         if status[0] == Self::RESTING {
             return;

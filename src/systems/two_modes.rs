@@ -161,6 +161,10 @@ impl System for TwoModesOnBelt {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Switching for TwoModesOnBelt {

@@ -303,6 +303,10 @@ impl System for Traced {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        self.joint.is_autonomous()
+    }
 }
 
 impl Switching for Traced {

@@ -3,6 +3,8 @@
 //! One signal of a system with several degrees of freedom contains the others: its values now, one lag
 //! ago, two lags ago, ... are coordinates in which the attractor unfolds (Takens 1981).
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::analysis::AnalysisError;
 
 /// Eq. (25): `y_n = (u[n - (m-1) tau], ..., u[n - tau], u[n])`, as a view of the samples `u`.
@@ -13,6 +15,7 @@ pub struct DelayVectors<'a> {
     samples: &'a [f64],
     lag: usize,
     dimension: usize,
+    stop: Option<&'a AtomicBool>,
 }
 
 impl<'a> DelayVectors<'a> {
@@ -37,7 +40,19 @@ impl<'a> DelayVectors<'a> {
             samples,
             lag,
             dimension,
+            stop: None,
         })
+    }
+
+    /// Sets a flag that ends long computations over the vectors once it is true. Their results are then meaningless.
+    pub fn with_stop(self, stop: &'a AtomicBool) -> Self {
+        let stop = Some(stop);
+        Self { stop, ..self }
+    }
+
+    /// Whether that flag is set.
+    pub(in crate::analysis) fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Number of samples needed for `count` vectors (dimension at least 1). Saturates at `usize::MAX`.

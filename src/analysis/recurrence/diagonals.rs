@@ -47,9 +47,7 @@ pub(super) struct Diagonal<'a> {
 /// The pairs of delay vectors outside a Theiler window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pairs<'a> {
-    pub samples: &'a [f64],
-    lag: usize,
-    dimension: usize,
+    pub vectors: DelayVectors<'a>,
     pub norm: Norm,
     pub states: usize,
     pub theiler: usize,
@@ -58,9 +56,7 @@ pub(super) struct Pairs<'a> {
 impl<'a> Pairs<'a> {
     pub fn new(vectors: &DelayVectors<'a>, norm: Norm, theiler: usize) -> Self {
         Self {
-            samples: vectors.samples(),
-            lag: vectors.lag(),
-            dimension: vectors.dimension(),
+            vectors: *vectors,
             norm,
             states: vectors.len(),
             theiler,
@@ -75,9 +71,9 @@ impl<'a> Pairs<'a> {
         vectorised(
             #[inline(always)]
             || {
-                for coordinate in (0..self.dimension).map(|c| c * self.lag) {
-                    let here = self.samples[j + coordinate];
-                    let there = &self.samples[others.start + coordinate..];
+                for coordinate in (0..self.vectors.dimension()).map(|c| c * self.vectors.lag()) {
+                    let here = self.vectors.samples()[j + coordinate];
+                    let there = &self.vectors.samples()[others.start + coordinate..];
                     let both = sums.iter_mut().zip(there);
                     match self.norm {
                         Norm::Euclidean => both.for_each(|(e, x)| *e += (x - here) * (x - here)),
@@ -191,7 +187,7 @@ impl<E: VectorNorm> WithSimd for Sweep<'_, E> {
         // If the diagonal before the first counts, it is computed with the first block.
         let mut known = usize::from(offsets.start <= pairs.theiler);
         let mut first = offsets.start - 1;
-        while first + 1 < offsets.end {
+        while first + 1 < offsets.end && !pairs.vectors.is_stopped() {
             let count = DIAGONALS_PER_BLOCK.min(offsets.end - first - 1);
             bits.fill(simd, norm, comparison, first, known..count + 1);
             known = 1;
@@ -234,7 +230,7 @@ struct BitRows {
 
 impl BitRows {
     fn new(pairs: &Pairs<'_>) -> Self {
-        let span = (pairs.dimension - 1) * pairs.lag;
+        let span = (pairs.vectors.dimension() - 1) * pairs.vectors.lag();
         let chunk = MIN_CHUNK.max(8 * span).min(pairs.states);
         let chunk = chunk.next_multiple_of(64);
         let stride = pairs.states.div_ceil(64) + 1;
@@ -315,9 +311,9 @@ impl Chunk {
             start,
             length,
         } = self;
-        let span = (pairs.dimension - 1) * pairs.lag;
-        let here = &pairs.samples[start..][..length + span];
-        let there = &pairs.samples[start + offset..][..length + span];
+        let span = (pairs.vectors.dimension() - 1) * pairs.vectors.lag();
+        let here = &pairs.vectors.samples()[start..][..length + span];
+        let there = &pairs.vectors.samples()[start + offset..][..length + span];
         differences(simd, norm, here, there, &mut terms[..length + span]);
 
         for (word, (upper, lower)) in upper.iter_mut().zip(lower).enumerate() {
@@ -325,8 +321,8 @@ impl Chunk {
             (*upper, *lower) = (0, 0);
             for first in (0..64).step_by(GROUP * S::F64_LANES) {
                 let mut sums = [simd.splat_f64s(0.0); GROUP];
-                for coordinate in 0..pairs.dimension {
-                    let from = at + first + coordinate * pairs.lag;
+                for coordinate in 0..pairs.vectors.dimension() {
+                    let from = at + first + coordinate * pairs.vectors.lag();
                     let (terms, _) = S::as_simd_f64s(&terms[from..][..GROUP * S::F64_LANES]);
                     for (sum, term) in sums.iter_mut().zip(terms) {
                         *sum = norm.combine(simd, *sum, *term);

@@ -130,7 +130,7 @@ impl ResolvedThreshold {
     pub fn find(pairs: &Pairs<'_>, threshold: Threshold) -> Result<Self, AnalysisError> {
         Ok(match threshold.check()? {
             Threshold::Distance(distance) => Self::Uniform(distance),
-            Threshold::Spread(times) => Self::Uniform(times * deviation(pairs.samples)),
+            Threshold::Spread(times) => Self::Uniform(times * deviation(pairs.vectors.samples())),
             Threshold::Rate(rate) => Self::Uniform(distance_for_rate(pairs, rate)),
             Threshold::Neighbours(count) => Self::PerColumn(column_limits(pairs, count)),
         })
@@ -146,6 +146,9 @@ fn column_limits(pairs: &Pairs<'_>, count: usize) -> Vec<f64> {
         .into_par_iter()
         .map_init(Vec::new, |distances, j| {
             distances.clear();
+            if pairs.vectors.is_stopped() {
+                return 0.0;
+            }
             pairs.unrooted_row(j, 0..(j + 1).saturating_sub(first), distances);
             pairs.unrooted_row(j, j.saturating_add(first).min(n)..n, distances);
             match count.min(distances.len()).checked_sub(1) {
@@ -210,6 +213,9 @@ fn order_statistic(pairs: &Pairs<'_>, mut rank: u64, max_kept: u64) -> f64 {
             a
         };
         let bins = fold_pairs(pairs, new, count, add);
+        if pairs.vectors.is_stopped() {
+            return 0.0;
+        }
         let mut bin = 0;
         while rank >= bins[bin] {
             rank -= bins[bin];
@@ -225,6 +231,9 @@ fn order_statistic(pairs: &Pairs<'_>, mut rank: u64, max_kept: u64) -> f64 {
                 kept
             };
             let mut kept = fold_pairs(pairs, Vec::new, keep, |a, b| [a, b].concat());
+            if pairs.vectors.is_stopped() {
+                return 0.0;
+            }
             return f64::from_bits(*kept.select_nth_unstable(rank as usize).1);
         }
     }
@@ -241,6 +250,9 @@ fn fold_pairs<T: Send>(
     let (n, first) = (pairs.states, pairs.offsets().start);
     let fold = |(sum, mut distances): (T, Vec<f64>), i: usize| {
         distances.clear();
+        if pairs.vectors.is_stopped() {
+            return (sum, distances);
+        }
         pairs.unrooted_row(i, i + first..n, &mut distances);
         let sum = distances.iter().fold(sum, |sum, e| add(sum, e.to_bits()));
         (sum, distances)

@@ -17,9 +17,7 @@ pub trait Family {
     fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError>;
 
     /// Period of the drive at a value of the parameter, s; `None` for autonomous systems, whose period is unknown.
-    fn drive_period(&self, _parameter: f64) -> Option<f64> {
-        None
-    }
+    fn drive_period(&self, parameter: f64) -> Option<f64>;
 
     /// The observable whose range over an orbit is its [`PeriodicOrbit::amplitude`](super::PeriodicOrbit::amplitude),
     /// at a value of the parameter and a state. The default is the first component of the state.

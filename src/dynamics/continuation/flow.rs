@@ -119,8 +119,8 @@ impl<'a> Flow<'a> {
             let mut state = with_quadratures(sys, &shot.states[k]);
             let mut directions = DMatrix::<f64>::identity(n, n);
             if let Some((switching, status)) = sys.switching().zip(shot.status(k)) {
-                switching.settle(status, from, &mut state);
-                switching.settle_tangents(status, directions.as_mut_slice(), n);
+                let tangents = (directions.as_mut_slice(), n);
+                switching.settle(status, from, &mut state, tangents);
             }
             integrator.start(sys, from, &state).map_err(failed)?;
             if with_maps {

@@ -204,7 +204,8 @@ impl Flow<'_> {
         for (k, state) in shot.states.iter_mut().enumerate() {
             let status = &shot.statuses[k];
             if !status.is_empty() {
-                switching.settle(status, shot.phases[k] * shot.period, state.as_mut_slice());
+                let time = shot.phases[k] * shot.period;
+                switching.settle(status, time, state.as_mut_slice(), (&mut [], 0));
             }
         }
         shot

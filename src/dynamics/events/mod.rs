@@ -34,8 +34,8 @@ const QUARTERS: usize = 4;
 /// counts as touching zero.
 const GRAZING_TOLERANCE: f64 = 1e-12;
 
-/// Maximum number of events within the maximum step; more count as chattering.
-pub(super) const MAX_EVENTS: usize = 10_000;
+/// Default of [`Events::limit`].
+const MAX_EVENTS: usize = 10_000;
 
 /// The present status and the search for the next event.
 #[derive(Clone, Debug)]
@@ -58,14 +58,17 @@ pub(super) struct Events {
     between: Vec<f64>,
     /// State at a time within the step.
     state: Vec<f64>,
-    /// Number of events since `window_start` (s), the measure of chattering.
+    /// Maximum number of events within the window (s); more count as chattering.
+    pub limit: usize,
+    pub window: f64,
+    /// Number of events since `window_start` (s).
     events_in_window: usize,
     window_start: f64,
 }
 
 impl Events {
-    /// Workspace for a system, without a status yet.
-    pub fn new(switching: &dyn Switching, dim: usize) -> Self {
+    /// Workspace for a system, without a status yet, with a window (s) for chattering.
+    pub fn new(switching: &dyn Switching, dim: usize, window: f64) -> Self {
         let values = vec![0.0; switching.guards()];
         Self {
             status: vec![0; switching.status_len()],
@@ -78,6 +81,8 @@ impl Events {
             below: values.clone(),
             between: values,
             state: vec![0.0; dim],
+            limit: MAX_EVENTS,
+            window,
             events_in_window: 0,
             window_start: f64::NEG_INFINITY,
         }
@@ -98,17 +103,16 @@ impl Events {
         self.pending.clear();
     }
 
-    /// Counts an event at time `t` (s). Returns whether more than [`MAX_EVENTS`] events have occurred
-    /// within `window` (s).
-    pub fn count_event(&mut self, t: f64, window: f64) -> bool {
-        self.update_window(t, window);
+    /// Counts an event at time `t` (s). Returns whether the system chatters.
+    pub fn count_event(&mut self, t: f64) -> bool {
+        self.update_window(t);
         self.events_in_window += 1;
-        self.events_in_window > MAX_EVENTS
+        self.events_in_window > self.limit
     }
 
-    /// Discards the events of a window (s) that has ended by time `t` (s).
-    pub fn update_window(&mut self, t: f64, window: f64) {
-        if t - self.window_start > window {
+    /// Discards the events of a window that has ended by time `t` (s).
+    pub fn update_window(&mut self, t: f64) {
+        if t - self.window_start > self.window {
             self.window_start = t;
             self.events_in_window = 0;
         }
@@ -129,7 +133,7 @@ impl Events {
 
     /// The frozen status for the next step; `None` if the step is taken without event location.
     pub fn frozen_status(&self) -> Option<&[u8]> {
-        (self.events_in_window <= MAX_EVENTS).then_some(self.status.as_slice())
+        (self.events_in_window <= self.limit).then_some(self.status.as_slice())
     }
 
     /// Stores the guards that are negative at a state under the present status in `pending`. The next
@@ -208,7 +212,7 @@ impl Events {
             let low = self.quarter_time(quarter - 1);
             let t = self.locate(switching, stepper, low, high);
             stepper.shorten(t);
-            switching.settle(&self.status, t, &mut stepper.step_mut().end);
+            switching.settle(&self.status, t, &mut stepper.step_mut().end, (&mut [], 0));
             let negative = self.below.iter().enumerate().filter(|(_, h)| **h < 0.0);
             self.pending.extend(negative.map(|(guard, _)| guard));
             return true;

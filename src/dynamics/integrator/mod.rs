@@ -108,7 +108,7 @@ impl Integrator {
     /// each stage, and steps cross its kinks.
     ///
     /// Guard crossings within the rounding of the time are one event. More than 10,000 events within the
-    /// maximum step count as chattering. A system that is continuous at its events
+    /// maximum step count as chattering ([`Integrator::with_crossing_limit`] sets other limits). A system that is continuous at its events
     /// ([`Switching::is_continuous`](super::Switching::is_continuous)) is then integrated without event
     /// location for the rest of that interval ([`SolverStats::steps_without_event_location`]). For any other system chattering is
     /// an error.
@@ -120,8 +120,17 @@ impl Integrator {
             what: "guards",
             purpose: "event location",
         })?;
-        self.events = Some(Events::new(switching, self.dim));
+        self.events = Some(Events::new(switching, self.dim, self.max_step));
         Ok(self)
+    }
+
+    /// Sets the number of events within a time (s) above which the system chatters, after
+    /// [`Integrator::with_events`].
+    pub fn with_crossing_limit(mut self, events: usize, within: f64) -> Self {
+        if let Some(known) = &mut self.events {
+            (known.limit, known.window) = (events, within);
+        }
+        self
     }
 
     /// Sets a stop flag. Once it is true, an operation that needs another step returns
@@ -239,7 +248,7 @@ impl Integrator {
         }
         self.stepper.interpolate(t, out);
         if let Some(status) = status {
-            switching(sys).settle(status, t, out);
+            switching(sys).settle(status, t, out, (&mut [], 0));
         }
         Ok(())
     }
@@ -389,7 +398,6 @@ impl Integrator {
         let Self {
             stepper,
             step_controller,
-            max_step,
             events,
             tangents,
             ..
@@ -409,7 +417,7 @@ impl Integrator {
             if !held {
                 let step = stepper.step();
                 events.skip_events(switching(sys), step.end_time, &step.end);
-                events.update_window(step.end_time, *max_step);
+                events.update_window(step.end_time);
                 step_controller.stats.steps_without_event_location += 1;
             } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
                 step_controller.update_norm(stepper);
@@ -422,7 +430,7 @@ impl Integrator {
                 .map(|events| events.status.as_slice());
             tangents.advance(sys, status, stepper, &mut step_controller.stats);
             if let Some(status) = status {
-                tangents.project(switching(sys), status);
+                tangents.project(switching(sys), status, stepper.step_mut());
             }
         }
         let (end, is_implicit) = (self.time(), self.is_implicit());
@@ -479,7 +487,7 @@ impl Integrator {
                         .after(sys, crossing, status, end, vectors);
                 }
             }
-            let chatters = events.count_event(t, self.max_step);
+            let chatters = events.count_event(t);
             if chatters && !continuous {
                 let crossings = events.events_in_window();
                 return Err(DynamicsError::Chatter {

@@ -90,8 +90,10 @@ impl Rosenbrock {
             .update_jacobian(sys, status, &mut self.records[0]);
         self.fastest_rate = self.resolvent.fastest_rate();
         let (t, z) = (self.step.start_time, &self.step.start);
-        let time_derivative = &mut self.time_derivative[sys.modes()..];
-        differentiable(sys).time_derivative(status, t, z, time_derivative);
+        if !sys.is_autonomous() {
+            let time_derivative = &mut self.time_derivative[sys.modes()..];
+            differentiable(sys).time_derivative(status, t, z, time_derivative);
+        }
         self.is_jacobian_current = true;
     }
 
@@ -235,7 +237,7 @@ impl Stepper for Rosenbrock {
             *end += error;
         }
         if let Some(status) = status {
-            switching(sys).settle(status, end_time, &mut self.step.end);
+            switching(sys).settle(status, end_time, &mut self.step.end, (&mut [], 0));
         }
         self.slope_at_end(sys, status);
         stats.rhs_evals += STAGES as u64;

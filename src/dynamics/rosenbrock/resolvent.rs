@@ -202,6 +202,9 @@ mod tests {
         fn differentiable(&self) -> Option<&dyn Differentiable> {
             Some(self)
         }
+        fn is_autonomous(&self) -> bool {
+            true
+        }
     }
 
     impl Differentiable for Coupled {

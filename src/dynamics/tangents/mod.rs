@@ -6,7 +6,7 @@
 mod frame;
 mod saltation;
 
-use super::stepper::Stepper;
+use super::stepper::{Step, Stepper};
 use super::{DynamicsError, SolverStats, Switching, System, lyapunov::Growth};
 use frame::Frame;
 pub(super) use saltation::{Crossing, Saltation};
@@ -128,8 +128,9 @@ impl Tangents {
 
     /// Projects the vectors onto the constraint of the frozen status. This is repeated at each step,
     /// because orthonormalisation replaces collapsed vectors by arbitrary ones.
-    pub fn project(&mut self, switching: &dyn Switching, status: &[u8]) {
-        switching.settle_tangents(status, &mut self.block.end, self.block.width);
+    pub fn project(&mut self, switching: &dyn Switching, status: &[u8], step: &mut Step) {
+        let tangents = (self.block.end.as_mut_slice(), self.block.width);
+        switching.settle(status, step.end_time, &mut step.end, tangents);
     }
 
     /// The growth up to time `t` (s); `None` for user-supplied vectors.

@@ -124,10 +124,9 @@ impl Saltation {
         }
         rhs_in(sys, switching, status, t, z, &mut self.slope_after);
         let before = (&self.status, &self.before);
-        switching.reset_tangents(before.0, guard, t, before.1, (vectors, width));
+        switching.reset_tangents(before.0, guard, t, before.1, (vectors, width, 0.0));
         let jump = &mut self.slope_before;
-        switching.reset_tangents(before.0, guard, t, before.1, (&mut jump[..n], 1));
-        switching.add_reset_rate(before.0, guard, t, before.1, jump);
+        switching.reset_tangents(before.0, guard, t, before.1, (&mut jump[..n], 1, 1.0));
         for (c, row) in vectors.chunks_exact_mut(width).enumerate() {
             let jump = jump[c] - self.slope_after[c];
             for (x, delay) in row.iter_mut().zip(&self.delays) {

@@ -31,6 +31,9 @@ impl System for Creeper {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 by_differences!(Creeper);

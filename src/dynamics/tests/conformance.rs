@@ -292,6 +292,9 @@ impl<Y: System> System for Reversed<'_, Y> {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        self.0.is_autonomous()
+    }
 }
 
 impl<Y: System> Differentiable for Reversed<'_, Y> {
@@ -358,6 +361,9 @@ fn a_missing_derivative_is_reported_by_name() {
         }
         fn force(&self, _t: f64, _z: &[f64], out: &mut [f64]) {
             out.fill(0.0);
+        }
+        fn is_autonomous(&self) -> bool {
+            true
         }
     }
     for properties in &METHODS {

@@ -224,6 +224,9 @@ impl System for AlwaysNegative {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 by_differences!(AlwaysNegative);

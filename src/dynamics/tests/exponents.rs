@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
+use super::systems::by_differences;
 use super::*;
 use crate::dynamics::{
-    Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Stability,
+    Attractor, Differentiable, Exponent, LyapunovSpectrum, Motion, Sign, Stability, Switching,
 };
 use crate::systems::tests::{HenonHeiles, Lorenz, Roessler};
 use crate::systems::{ImpactOscillator, MassOnBelt};
@@ -60,6 +61,9 @@ impl System for Linear {
     }
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
+    }
+    fn is_autonomous(&self) -> bool {
+        true
     }
 }
 
@@ -347,6 +351,132 @@ fn sticking_collapses_a_direction() {
     }
 }
 
+/// A ball in free fall, `x'' = -1`, that bounces on a table shaken as `x = AMPLITUDE sin t`: an impact multiplies
+/// the velocity relative to the table by `-RESTITUTION`. State `[x, x']`, or `[x, x', cos t, sin t]`,
+/// which is autonomous.
+struct ShakenTable {
+    has_phase: bool,
+}
+
+impl ShakenTable {
+    const AMPLITUDE: f64 = 2.5;
+    const RESTITUTION: f64 = 0.8;
+
+    /// Position and velocity of the table.
+    fn table(&self, t: f64, z: &[f64]) -> [f64; 2] {
+        let (sin, cos) = if self.has_phase {
+            (z[3], z[2])
+        } else {
+            t.sin_cos()
+        };
+        [Self::AMPLITUDE * sin, Self::AMPLITUDE * cos]
+    }
+}
+
+impl System for ShakenTable {
+    fn omega(&self) -> &[f64] {
+        &[]
+    }
+    fn first_order(&self) -> usize {
+        if self.has_phase { 4 } else { 2 }
+    }
+    fn force(&self, t: f64, z: &[f64], out: &mut [f64]) {
+        self.force_in(&[], t, z, out);
+    }
+    fn switching(&self) -> Option<&dyn Switching> {
+        Some(self)
+    }
+    fn differentiable(&self) -> Option<&dyn Differentiable> {
+        Some(self)
+    }
+    fn is_autonomous(&self) -> bool {
+        self.has_phase
+    }
+}
+
+by_differences!(ShakenTable);
+
+impl Switching for ShakenTable {
+    fn status_len(&self) -> usize {
+        0
+    }
+    fn status_of(&self, _t: f64, _z: &[f64], _status: &mut [u8]) {}
+    fn force_in(&self, _status: &[u8], _t: f64, z: &[f64], out: &mut [f64]) {
+        out[..2].copy_from_slice(&[z[1], -1.0]);
+        if self.has_phase {
+            out[2..].copy_from_slice(&[-z[3], z[2]]);
+        }
+    }
+    fn guards(&self) -> usize {
+        1
+    }
+    fn guard_values(&self, _status: &[u8], t: f64, z: &[f64], values: &mut [f64]) {
+        values[0] = z[0] - self.table(t, z)[0];
+    }
+    fn cross(&self, _guard: usize, t: f64, z: &mut [f64], _status: &mut [u8]) {
+        let [position, velocity] = self.table(t, z);
+        z[0] = position;
+        z[1] = velocity - Self::RESTITUTION * (z[1] - velocity);
+    }
+    fn guard_gradient(
+        &self,
+        _status: &[u8],
+        _guard: usize,
+        t: f64,
+        z: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let [_, velocity] = self.table(t, z);
+        gradient[0] = 1.0;
+        if self.has_phase {
+            gradient[3] = -Self::AMPLITUDE;
+            return 0.0;
+        }
+        -velocity
+    }
+}
+
+/// Each impact contracts areas by the square of the restitution, and the flight does not: the sum of the exponents is
+/// `2 ln(RESTITUTION)` per mean flight. The exponents do not depend on whether the phase of the table is a state.
+#[test]
+fn a_reset_that_depends_on_time_has_the_exponents_of_the_system_with_its_phase() {
+    let [lawson, ..] = all_methods(1e-10, 0.5, 1e-3);
+    let spectra = [false, true].map(|has_phase| {
+        let sys = ShakenTable { has_phase };
+        let start = &[6.0, 0.0, 1.0, 0.0][..sys.dim()];
+        let mut integrator = Integrator::new(lawson, &sys)
+            .and_then(|new| new.with_events(&sys))
+            .and_then(|new| new.with_tangents(&sys, sys.dim(), 1))
+            .unwrap();
+        integrator.start(&sys, 0.0, start).unwrap();
+        integrator.integrate_to(&sys, 50.0).unwrap();
+        integrator.reset_growth();
+        let before = integrator.stats().crossings;
+        integrator.integrate_to(&sys, 4050.0).unwrap();
+        let impacts = (integrator.stats().crossings - before) as f64;
+        let spectrum = integrator.exponents().unwrap();
+        let sum: f64 = spectrum.exponents.iter().map(|e| e.value).sum();
+        let expected = 2.0 * ShakenTable::RESTITUTION.ln() * impacts / 4000.0;
+        assert!((sum - expected).abs() < 1e-7, "{sum} is not {expected}");
+        assert_eq!(
+            spectrum.attractor_of(integrator.motion(&sys)),
+            Attractor::Chaos
+        );
+        spectrum
+    });
+    let [driven, free] = spectra.map(|spectrum| spectrum.exponents);
+    assert!(
+        contains(&free[1], 0.0, 1.0) && contains(&free[2], 0.0, 1.0),
+        "{free:?}"
+    );
+    for (a, b) in driven.iter().zip([free[0], free[3]]) {
+        assert!(
+            (a.value - b.value).abs() < a.half_width + b.half_width,
+            "{a:?} {b:?}"
+        );
+    }
+}
+
 /// Uncoupled van der Pol oscillators with different frequencies.
 struct VanDerPol {
     omega: Vec<f64>,
@@ -364,6 +494,9 @@ impl System for VanDerPol {
     }
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
+    }
+    fn is_autonomous(&self) -> bool {
+        true
     }
 }
 

@@ -174,6 +174,10 @@ fn a_nan_force_is_reported_with_the_last_finite_state() {
         fn differentiable(&self) -> Option<&dyn Differentiable> {
             Some(self)
         }
+        fn is_autonomous(&self) -> bool {
+            // Until it fails.
+            true
+        }
     }
     by_differences!(NotFinite);
     for method in all_methods(1e-6, 0.3, 0.01) {
@@ -285,6 +289,9 @@ fn a_singularity_is_not_crossed() {
         fn differentiable(&self) -> Option<&dyn Differentiable> {
             Some(self)
         }
+        fn is_autonomous(&self) -> bool {
+            true
+        }
     }
     by_differences!(Pole);
     for method in &adaptive_methods(1e-8, 0.5) {
@@ -312,6 +319,9 @@ fn a_stall_is_reported_with_another_method_as_remedy() {
         }
         fn differentiable(&self) -> Option<&dyn Differentiable> {
             Some(self)
+        }
+        fn is_autonomous(&self) -> bool {
+            false
         }
     }
     by_differences!(FastForcing);

@@ -95,6 +95,9 @@ impl System for Free {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 /// Three driven oscillators, one damped, one with zero frequency, coupled by cubic springs. The work of
@@ -181,6 +184,9 @@ impl System for Lorenz {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 /// Three oscillators preloaded against three unilateral springs, `N_n = max(0, p + k phi_n . q)`; `q` is
@@ -223,6 +229,9 @@ impl System for Unilateral {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for Unilateral {
@@ -262,6 +271,9 @@ impl<F: Fn(f64, f64, f64) -> f64> System for Forced<F> {
     }
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
+    }
+    fn is_autonomous(&self) -> bool {
+        false
     }
 }
 

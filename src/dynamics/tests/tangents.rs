@@ -135,6 +135,9 @@ impl System for Relay {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Switching for Relay {

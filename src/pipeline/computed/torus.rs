@@ -30,6 +30,10 @@ impl Family for OverTilt<'_> {
     fn system(&self, tilt: f64) -> Result<Box<dyn System + Send>, FamilyError> {
         Ok(Box::new(self.0.joint(tilt)?))
     }
+
+    fn drive_period(&self, _tilt: f64) -> Option<f64> {
+        None
+    }
 }
 
 /// Adds the torus, if a branch of periodic motions leads from the settled motion at the first tilt to a Neimark-Sacker

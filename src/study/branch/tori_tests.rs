@@ -36,6 +36,10 @@ impl System for Driven {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        false
+    }
 }
 
 impl Differentiable for Driven {

@@ -1,5 +1,6 @@
 //! Lyapunov exponents with confidence intervals: averaging until a goal is reached.
 
+mod classification;
 mod scene;
 mod trace;
 
@@ -20,6 +21,7 @@ use super::OnProgress;
 use super::pool::PollTimer;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
+pub use classification::{Classification, Classified};
 pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,
@@ -160,6 +162,11 @@ impl LyapunovStudy {
             return Attractor::Undecided;
         }
         self.spectrum.attractor_of(self.motion)
+    }
+
+    /// What the exponents say; `omega_1` in rad/s, infinite for a system without modes.
+    pub fn classification(&self, omega_1: f64) -> Classification {
+        Classification::new(&self.spectrum, self.motion, self.attractor(), omega_1)
     }
 
     /// Relative difference between the sum of all exponents and the mean trace: a check of how well the time

@@ -24,6 +24,9 @@ impl System for VanDerPol {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for VanDerPol {

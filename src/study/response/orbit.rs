@@ -39,6 +39,11 @@ impl Family for OneScene<'_> {
         Ok(prepare_reusing_body(self.scene, &mut self.ball.borrow_mut())?.system)
     }
 
+    /// The motion of a driven system is no orbit of this search: see [`stable_orbit`].
+    fn drive_period(&self, _parameter: f64) -> Option<f64> {
+        None
+    }
+
     /// The displacement of the probe, m.
     fn observable(&self, _parameter: f64, z: &[f64]) -> f64 {
         self.probe.iter().zip(z).map(|(row, q)| row * q).sum()

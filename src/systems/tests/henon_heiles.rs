@@ -21,6 +21,10 @@ impl System for HenonHeiles {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for HenonHeiles {

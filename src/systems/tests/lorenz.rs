@@ -41,6 +41,10 @@ impl System for Lorenz {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for Lorenz {

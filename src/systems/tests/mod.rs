@@ -108,7 +108,7 @@ fn check<Y: Switching + Differentiable>(
 
     for &guard in resets {
         let mut vectors = unit;
-        sys.reset_tangents(&status, guard, t, &z, (&mut vectors, 2));
+        sys.reset_tangents(&status, guard, t, &z, (&mut vectors, 2, 0.0));
         for k in 0..2 {
             for c in 0..2 {
                 let reset = |z: &mut [f64; 2]| {

@@ -40,6 +40,10 @@ impl System for Roessler {
     fn differentiable(&self) -> Option<&dyn Differentiable> {
         Some(self)
     }
+
+    fn is_autonomous(&self) -> bool {
+        true
+    }
 }
 
 impl Differentiable for Roessler {

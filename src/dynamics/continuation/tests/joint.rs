@@ -39,6 +39,10 @@ impl Family for TiltFamily {
         Ok(Box::new(joint))
     }
 
+    fn drive_period(&self, _tilt_deg: f64) -> Option<f64> {
+        None
+    }
+
     fn observable(&self, _tilt_deg: f64, z: &[f64]) -> f64 {
         let probe = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
         probe.iter().zip(z).map(|(row, q)| row * q).sum()
