@@ -5,7 +5,7 @@
 //! ```
 //!
 //! COUNT (default: 5) recordings of each set: squeaks at signal-to-noise ratios of -10, 0, 10, 20 and 30 dB, and noise,
-//! speech and music without squeaks. Seeds are for tuning, unless `judging` is given. `truth.csv` has one row for
+//! speech, music, noise of a resonance and bursts without squeaks. Seeds are for tuning, unless `judging` is given. `truth.csv` has one row for
 //! each squeak, and one for each recording without; `found.csv` has the tonal events that the library finds.
 //! `tests/it/squeaks/generator` says what the recordings are and how the truth is defined.
 
@@ -19,11 +19,12 @@ use squeakscope::analysis::{EventOptions, tonal_events};
 
 use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
 
+#[allow(dead_code, reason = "the generator has more than the example needs")]
 #[path = "../tests/it/squeaks/generator/mod.rs"]
 mod generator;
 
 /// Sets of recordings: name, kind and signal-to-noise ratio in dB.
-const SETS: [(&str, Kind, f64); 8] = [
+const SETS: [(&str, Kind, f64); 10] = [
     ("-10 dB", Kind::Squeaks, -10.0),
     ("0 dB", Kind::Squeaks, 0.0),
     ("10 dB", Kind::Squeaks, 10.0),
@@ -32,6 +33,8 @@ const SETS: [(&str, Kind, f64); 8] = [
     ("noise", Kind::Noise, 0.0),
     ("speech", Kind::Speech, 0.0),
     ("music", Kind::Music, 0.0),
+    ("resonance", Kind::Resonance, 0.0),
+    ("bursts", Kind::Bursts, 0.0),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -144,7 +144,7 @@ pub fn spectrogram<'py>(
 /// Returns
 /// -------
 /// Result
-///     ``events`` with start, end, frequency, level and ridge; ``hum`` and ``wow``.
+///     ``events`` with kind, start, end, frequency, level and ridge; ``hum``.
 #[pyfunction]
 #[pyo3(signature = (signal, rate, *, low_hz=200.0, high_hz=12_000.0, full_scale=1.0, shortest_s=0.2))]
 pub fn tonal_events<'py>(

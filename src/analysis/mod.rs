@@ -42,6 +42,7 @@ mod events;
 mod filter;
 mod levels;
 mod line_fit;
+mod logistic;
 mod moments;
 mod neighbours;
 mod norm;

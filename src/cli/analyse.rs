@@ -213,11 +213,12 @@ fn label_text(events: &[TonalEvent], reference: LevelReference) -> String {
             frequency_low_hz,
             frequency_high_hz,
             level_db,
+            kind,
             ..
         } = event;
         let _ = writeln!(
             text,
-            "{start_s:.6}\t{end_s:.6}\t{number}: {frequency_hz:.1} Hz, {level_db:.1} {reference}\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
+            "{start_s:.6}\t{end_s:.6}\t{number}: {kind}, {frequency_hz:.1} Hz, {level_db:.1} {reference}\n\\\t{frequency_low_hz:.6}\t{frequency_high_hz:.6}"
         );
     }
     text
@@ -483,6 +484,8 @@ mod tests {
     #[test]
     fn events_become_labels() {
         let event = TonalEvent {
+            kind: crate::analysis::EventKind::Tone,
+            probability: 0.99,
             start_s: 0.5,
             end_s: 2.25,
             frequency_hz: 1513.04,

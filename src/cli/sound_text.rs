@@ -1,7 +1,7 @@
 //! What sounds when in a measured sound, for the terminal.
 
 use super::report::HEADING;
-use crate::analysis::{LevelReference, RecordingCondition, Span, TonalEvent, TonalEvents};
+use crate::analysis::{Hum, LevelReference, RecordingCondition, Span, TonalEvent};
 use crate::number::significant;
 use crate::study::signal::MeasuredSound;
 use crate::table::Table;
@@ -27,7 +27,7 @@ pub(super) fn sound_text(
         }
     };
     let mut lines = condition(&sound.condition, duration_s, amount);
-    lines.extend(disturbances(&sound.tonal, sound.level_reference));
+    lines.extend(hum_text(sound.tonal.hum, sound.level_reference));
     let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     match &*lines {
         "" => events,
@@ -38,6 +38,7 @@ pub(super) fn sound_text(
 fn table(events: &[TonalEvent], reference: LevelReference) -> String {
     let mut table = Table::default()
         .right("event")
+        .left("kind")
         .right("start, s")
         .right("end, s")
         .right("frequency, Hz")
@@ -49,6 +50,7 @@ fn table(events: &[TonalEvent], reference: LevelReference) -> String {
     for (event, number) in events.iter().zip(1..) {
         table.row([
             format!("{number}"),
+            format!("{}, {:.0} %", event.kind, 100.0 * event.probability),
             format!("{:.3}", event.start_s),
             format!("{:.3}", event.end_s),
             format!("{:.1}", event.frequency_hz),
@@ -112,22 +114,16 @@ fn condition(
     lines
 }
 
-/// Hum and wow.
-fn disturbances(tonal: &TonalEvents, reference: LevelReference) -> impl Iterator<Item = String> {
-    let hum = tonal.hum.map(move |hum| {
+/// Mains hum.
+fn hum_text(hum: Option<Hum>, reference: LevelReference) -> Option<String> {
+    hum.map(|hum| {
         let frequency = significant(hum.fundamental_hz, 4);
         let level = hum.level_db;
         match hum.harmonics {
             1 => format!("mains hum: {frequency} Hz, {level:.1} {reference}"),
             n => format!("mains hum: {n} multiples of {frequency} Hz, {level:.1} {reference}"),
         }
-    });
-    let wow = tonal.wow.map(|wow| {
-        let depth = significant(100.0 * wow.wow_depth, 2);
-        let frequency = significant(wow.wow_hz, 2);
-        format!("wow: the speed of the recording varies by {depth} % at {frequency} Hz")
-    });
-    hum.into_iter().chain(wow)
+    })
 }
 
 /// The first intervals, and the number of others.

@@ -219,6 +219,8 @@ fn event() -> TonalEvent {
         level_db: -3.0,
     });
     TonalEvent {
+        kind: crate::analysis::EventKind::Tone,
+        probability: 0.99,
         start_s: 0.02,
         end_s: 0.08,
         frequency_hz: 4110.0,

@@ -32,6 +32,9 @@ const STEADY_S: f64 = 0.3;
 /// Time for which a strong tone is below a tenth between two events, s.
 const PAUSE_S: f64 = 0.12;
 
+/// Incoherence of a tone without noise: its frequency varies.
+const RESIDUAL: f64 = 0.03;
+
 /// Largest gain of a step of a faint tone for the ends.
 const LARGEST_GAIN: f64 = 2.0;
 
@@ -173,8 +176,30 @@ impl Baseband {
             frequency_hz: track.iter().map(|p| p.0 * p.1).sum::<f64>() / weight,
             power: power_mean.max(0.0),
             noise: window_noise,
+            incoherence: self.incoherence(first, end, power_mean.max(0.0)),
             track,
         })
+    }
+
+    /// How much less coherent the phase is between two steps than that of a tone of `power` in this noise: logarithm of the ratio
+    /// of the incoherences. The coherence is the weighted mean of the phasors of second differences of the phase, of
+    /// values that share no samples: 1 for a steady tone; in noise they are random.
+    fn incoherence(&self, first: usize, end: usize, power: f64) -> f64 {
+        let lag = (self.window_s / STEP_S).ceil() as usize;
+        let triples = (first + lag..end.saturating_sub(lag)).map(|i| {
+            let [a, b, c] = [i - lag, i, i + lag].map(|i| self.values[i]);
+            c * (b * b).conj() * a
+        });
+        let (sum, weight) = triples.fold((Complex64::ZERO, 0.0), |(sum, weight), z| {
+            (sum + z, weight + z.norm())
+        });
+        let coherence = if weight > 0.0 {
+            sum.norm() / weight
+        } else {
+            0.0
+        };
+        let expected = (power / (power + self.noise)).powi(2);
+        ((1.0 + RESIDUAL - coherence) / (1.0 + RESIDUAL - expected)).ln()
     }
 
     /// Ends of the tone. The threshold of power is a tenth of the loudest 0.1 s, or the power at which tone and noise are
@@ -227,7 +252,7 @@ fn loudest(power: &[f64], length_s: f64) -> f64 {
 }
 
 /// The median of at least one value.
-fn median(values: &[f64]) -> f64 {
+pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     let middle = sorted.len() / 2;
     *sorted.select_nth_unstable_by(middle, f64::total_cmp).1

@@ -6,30 +6,31 @@
 //!    energy per column stays: short windows for a fast change of frequency, long ones for weak steady tones.
 //! 3. *Partials.* Each ridge is brought to zero frequency. It sounds while its power, averaged over 45 ms, is about a tenth
 //!    (-10 dB) of its loudest 0.1 s and above noise.
-//! 4. *Events.* Partials at multiples of one frequency form a tone. Lines of mains hum are removed. A score from the
-//!    shape of a tone tells events from noise, knocks, struck notes and speech.
+//! 4. *Events.* Partials at multiples of one frequency form a tone. Lines of mains hum are removed. A logistic model tells
+//!    tones from narrow-band noise and bursts, and all of them from noise, struck notes and speech.
 //!
 //! A sung, bowed or blown note is a tonal event: nothing in the sound tells it from a squeak.
 
 mod baseband;
 mod demodulate;
+#[cfg(test)]
+mod fit;
 mod floor;
 mod group;
 mod hum;
+mod kind;
 mod modulation;
 mod partial;
 mod paths;
 mod result;
 mod ridge;
 mod search;
-mod shape;
 mod spectrogram;
 mod stretch;
 #[cfg(test)]
 mod tests;
-mod wow;
 
 pub use demodulate::demodulate;
-pub use result::{Hum, Modulation, RidgePoint, Span, TonalEvent, TonalEvents, Vibrato, Wow};
+pub use result::{EventKind, Hum, Modulation, RidgePoint, Span, TonalEvent, TonalEvents, Vibrato};
 pub use search::{EventOptions, tonal_events};
 pub use stretch::stationary_stretch;

@@ -1,9 +1,6 @@
 //! Periodic modulation of the amplitude and of the frequency of an event.
 
-use std::f64::consts::TAU;
-
 use realfft::RealFftPlanner;
-use rustfft::num_complex::Complex64;
 
 use super::partial::{Partial, STEP_S};
 use super::{Modulation, Vibrato};
@@ -52,7 +49,7 @@ pub(super) fn vibrato(partial: &Partial, multiple: usize) -> Option<Vibrato> {
 
 /// Frequency (Hz) and amplitude of the strongest line of a function of time in steps of [`STEP_S`], without
 /// its parabola, within a range of frequencies (Hz), if it stands out and ends are not its cause.
-pub(super) fn strongest(values: &[f64], band_hz: [f64; 2]) -> Option<(f64, f64)> {
+fn strongest(values: &[f64], band_hz: [f64; 2]) -> Option<(f64, f64)> {
     let count = values.len();
     let duration = count as f64 * STEP_S;
     let [lowest_hz, highest_hz] = [band_hz[0].max(LEAST_PERIODS / duration), band_hz[1]];
@@ -87,18 +84,6 @@ pub(super) fn strongest(values: &[f64], band_hz: [f64; 2]) -> Option<(f64, f64)>
         (best as f64 + shift) / duration,
         2.0 * height / weights.iter().sum::<f64>(),
     ))
-}
-
-/// Amplitude of the line at a frequency (Hz) of a function of time in steps of [`STEP_S`], without its parabola.
-pub(super) fn line(values: &[f64], frequency_hz: f64) -> f64 {
-    let weights = Window::Hann.samples(values.len());
-    let turn = TAU * frequency_hz * STEP_S;
-    let values = without_parabola(values);
-    let terms = values.iter().zip(&weights).enumerate();
-    let sum: Complex64 = terms
-        .map(|(i, (x, w))| Complex64::from_polar(x * w, -turn * i as f64))
-        .sum();
-    2.0 * sum.norm() / weights.iter().sum::<f64>()
 }
 
 /// Values less the parabola of least squares, from Legendre polynomials.

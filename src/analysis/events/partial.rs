@@ -13,6 +13,8 @@ pub(super) struct Partial {
     /// Mean power of the tone and noise power per hertz, square of the signal's unit.
     pub power: f64,
     pub noise: f64,
+    /// Logarithm of the incoherence of the phase over that of a tone in the same noise: about 0 for a tone.
+    pub incoherence: f64,
     /// Frequency (Hz) and power of the tone in steps of [`STEP_S`] from the start.
     pub track: Vec<(f64, f64)>,
 }

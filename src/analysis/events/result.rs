@@ -1,5 +1,7 @@
 //! What the search for tonal events returns.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -48,10 +50,37 @@ pub struct Vibrato {
     pub vibrato_deviation_hz: f64,
 }
 
+/// Kind of an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EventKind {
+    /// A sustained tone, such as a squeak.
+    #[default]
+    Tone,
+    /// Noise of a resonance: level and phase fluctuate.
+    NarrowBandNoise,
+    /// A series of bursts of a resonance: creak, chatter, rattle.
+    Bursts,
+}
+
+impl fmt::Display for EventKind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Tone => "tone",
+            Self::NarrowBandNoise => "narrow-band noise",
+            Self::Bursts => "bursts",
+        })
+    }
+}
+
 /// A tonal event: a sustained tone with its harmonics, from a start to an end. The frequency may drift and
 /// vibrate, the amplitude may be modulated.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TonalEvent {
+    /// Kind. Only a tone is a squeak.
+    pub kind: EventKind,
+    /// Estimated probability of this kind, from recordings whose sounds are known, 0 to 1.
+    pub probability: f64,
     /// Start, s in the time of the recording.
     pub start_s: f64,
     /// End, s in the time of the recording.
@@ -116,15 +145,6 @@ pub struct Hum {
     pub level_db: f64,
 }
 
-/// Wow: a slow variation of the speed of the recording, which shifts all tones by the same ratio.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Wow {
-    /// Frequency of the variation of speed, Hz.
-    pub wow_hz: f64,
-    /// Wow depth: the largest relative deviation of the speed.
-    pub wow_depth: f64,
-}
-
 /// All tonal events of a recording, in the order of their starts, and what was recognised as no event.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct TonalEvents {
@@ -132,6 +152,4 @@ pub struct TonalEvents {
     pub events: Vec<TonalEvent>,
     /// Mains hum, if there is any.
     pub hum: Option<Hum>,
-    /// Wow common to simultaneous events, if there is any. One event alone does not tell wow from vibrato.
-    pub wow: Option<Wow>,
 }

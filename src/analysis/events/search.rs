@@ -5,14 +5,13 @@ use rayon::prelude::*;
 use super::baseband::Baseband;
 use super::group::{Group, groups};
 use super::hum::Lines;
+use super::kind::{inputs, likeliest};
 use super::modulation::{modulation, vibrato};
 use super::partial::Partial;
 use super::paths::{paths, threshold};
 use super::ridge::{Ridge, select};
-use super::shape::{Company, Shape};
 use super::spectrogram::{Peaks, peaks};
-use super::wow::wow;
-use super::{RidgePoint, TonalEvent, TonalEvents};
+use super::{EventKind, RidgePoint, TonalEvent, TonalEvents};
 use crate::analysis::condition::quantum;
 use crate::analysis::{AnalysisError, MAX_SAMPLE};
 
@@ -45,6 +44,15 @@ impl Default for EventOptions {
             false_paths: 1.0,
             faint: false,
         }
+    }
+}
+
+impl EventOptions {
+    /// Whether an event is long and loud enough in a recording of a power.
+    pub(super) fn admits(&self, event: &TonalEvent, power: f64) -> bool {
+        let recording_db = 10.0 * (power / (0.5 * self.full_scale.powi(2))).log10();
+        let is_loud = self.faint || event.level_db >= recording_db - FAINT_DB;
+        is_loud && event.span().length_s() >= self.shortest_s
     }
 }
 
@@ -94,37 +102,35 @@ pub fn tonal_events(
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
     let (candidates, hum, power) = candidates(&samples, rate_hz, options);
-    let least_db = if options.faint {
-        f64::NEG_INFINITY
-    } else {
-        10.0 * (power / (0.5 * options.full_scale.powi(2))).log10() - FAINT_DB
-    };
-    let all = Company::new(candidates.iter().map(|c| (&c.shape, c.event.start_s)));
-    let is_event = |c: &Candidate| {
-        let long = c.event.span().length_s() >= options.shortest_s;
-        long && c.event.level_db >= least_db && c.shape.is_event(all.of(&c.event))
-    };
-    let events = candidates.into_iter().filter(is_event);
-    let events: Vec<TonalEvent> = events.map(|candidate| candidate.event).collect();
+    let all: Vec<TonalEvent> = candidates.iter().map(|c| c.0.clone()).collect();
+    let kinds = candidates
+        .iter()
+        .zip(&all)
+        .map(|((_, group), event)| likeliest(&inputs(event, group, &all)));
+    let kinds: Vec<_> = kinds.collect();
+    let known = all
+        .into_iter()
+        .zip(kinds)
+        .filter_map(|(event, (kind, probability))| {
+            options.admits(&event, power).then_some(TonalEvent {
+                kind: kind?,
+                probability,
+                ..event
+            })
+        });
+    let events: Vec<TonalEvent> = known.collect();
     Ok(TonalEvents {
-        wow: wow(&events),
         events,
         hum: hum.map(|hum| hum.hum(options.full_scale)),
     })
 }
 
-/// A tone that may be an event.
-struct Candidate {
-    event: TonalEvent,
-    shape: Shape,
-}
-
-/// All tones of a recording without mean, in the order of their starts, its hum and its power.
-fn candidates(
+/// All tones of a recording without mean, in the order of their starts, its hum and its power. They have no kind yet.
+pub(super) fn candidates(
     samples: &[f64],
     rate_hz: f64,
     options: &EventOptions,
-) -> (Vec<Candidate>, Option<Lines>, f64) {
+) -> (Vec<(TonalEvent, Group)>, Option<Lines>, f64) {
     let (mut ridges, reference) = ridges(samples, rate_hz, options);
     let rounding = quantum(samples).powi(2) / (6.0 * rate_hz);
     ridges.retain(|ridge| !is_above_edge(ridge, &reference, rounding));
@@ -152,16 +158,10 @@ fn candidates(
         (is_in_band && stands_out()).then(best)?
     };
     let groups = groups(found, below);
-    let candidates = groups
-        .iter()
-        .filter(|g| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz))
-        .map(|group| {
-            let event = event(group, options);
-            Candidate {
-                shape: Shape::new(group, &event),
-                event,
-            }
-        });
+    let in_range =
+        |g: &Group| (options.low_hz..=options.high_hz).contains(&g.fundamental().frequency_hz);
+    let groups = groups.into_iter().filter(in_range);
+    let candidates = groups.map(|group| (event(&group, options), group));
     (distinct(candidates.collect()), hum, reference.power)
 }
 
@@ -175,14 +175,13 @@ fn is_above_edge(ridge: &Ridge, reference: &Peaks, rounding: f64) -> bool {
 
 /// Leaves the event of the greatest energy of those that sound together within 3 % of one frequency, in the order
 /// of starts.
-fn distinct(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let energy = |c: &Candidate| c.event.snr_db + 10.0 * c.event.span().length_s().log10();
-    candidates.sort_by(|a, b| energy(b).total_cmp(&energy(a)));
-    let mut kept: Vec<Candidate> = Vec::new();
+fn distinct(mut candidates: Vec<(TonalEvent, Group)>) -> Vec<(TonalEvent, Group)> {
+    let energy = |event: &TonalEvent| event.snr_db + 10.0 * event.span().length_s().log10();
+    candidates.sort_by(|a, b| energy(&b.0).total_cmp(&energy(&a.0)));
+    let mut kept: Vec<(TonalEvent, Group)> = Vec::new();
     for candidate in candidates {
-        let event = &candidate.event;
-        let is_same = |other: &Candidate| {
-            let other = &other.event;
+        let event = &candidate.0;
+        let is_same = |(other, _): &(TonalEvent, Group)| {
             let together = event.end_s.min(other.end_s) - event.start_s.max(other.start_s);
             together > 0.0 && (event.frequency_hz / other.frequency_hz - 1.0).abs() < 0.03
         };
@@ -190,7 +189,7 @@ fn distinct(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
             kept.push(candidate);
         }
     }
-    kept.sort_by(|a, b| a.event.start_s.total_cmp(&b.event.start_s));
+    kept.sort_by(|a, b| a.0.start_s.total_cmp(&b.0.start_s));
     kept
 }
 
@@ -238,6 +237,8 @@ fn event(group: &Group, options: &EventOptions) -> TonalEvent {
     let db = |ratio: f64| 10.0 * ratio.max(1e-20).log10();
     let power: f64 = group.partials.iter().map(|(_, p)| p.power).sum();
     TonalEvent {
+        kind: EventKind::Tone,
+        probability: 0.0,
         start_s: leader.start_s,
         end_s: leader.end_s,
         frequency_hz,

@@ -61,7 +61,7 @@ impl Peaks {
 }
 
 /// Length of a window of about `duration` (s): even, and a product of small primes.
-fn window_length(duration: f64, rate_hz: f64) -> usize {
+pub(super) fn window_length(duration: f64, rate_hz: f64) -> usize {
     let wanted = duration * rate_hz;
     let unit = 2f64.powf(wanted.log2().floor() - 3.0).max(2.0);
     ((wanted / unit).round() * unit) as usize
@@ -110,7 +110,7 @@ pub(super) fn peaks(samples: &[f64], rate_hz: f64, duration: f64, band: [f64; 2]
 }
 
 /// Offset and height of the vertex of a parabola through the logarithms of three powers around a peak.
-fn vertex(powers: [f64; 3]) -> (f64, f64) {
+pub(super) fn vertex(powers: [f64; 3]) -> (f64, f64) {
     let [l, m, r] = powers.map(|p| p.max(1e-300).ln());
     let bend = l - 2.0 * m + r;
     let shift = if bend < 0.0 {
@@ -123,7 +123,7 @@ fn vertex(powers: [f64; 3]) -> (f64, f64) {
 
 /// Power spectra |X|^2 of the windowed columns, the first `bins` of each, where a sine of amplitude `A` gives
 /// `A^2 / 4`. The columns are centred at multiples of half a window; the signal is continued by zeros.
-fn powers(samples: &[f64], length: usize, bins: usize) -> Vec<Vec<f64>> {
+pub(super) fn powers(samples: &[f64], length: usize, bins: usize) -> Vec<Vec<f64>> {
     let hop = length / 2;
     let fft = RealFftPlanner::new().plan_fft_forward(length);
     let weights = Window::Hann.samples(length);

@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::model::{CLASSES, Coefficient, INPUTS, Inputs, MODEL, Model};
+use super::model::{CLASSES, INPUTS, Inputs, MODEL};
 use super::*;
+use crate::analysis::logistic::{Model, fit};
 use crate::analysis::test_signals::recorded::RECORDED;
 use crate::analysis::test_signals::textbook::{JUDGING, TEXTBOOK, Textbook};
-
-/// Penalty on half the square of each weight, per signal.
-const PENALTY: f64 = 4e-4;
 
 /// Number of signals per family for the fit.
 const SIGNALS: u64 = 120;
@@ -62,111 +59,20 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
     all.into_par_iter().map(one).collect()
 }
 
-/// The model of maximum likelihood by Newton's method. A signal for which several classes are right has the share of
-/// each in its probability as its target.
-#[allow(
-    clippy::needless_range_loop,
-    reason = "a class is an index of several arrays"
-)]
-fn fitted(examples: &[Example]) -> Model {
-    let (count, inputs, classes) = (examples.len() as f64, INPUTS.len(), CLASSES.len());
-    let column = |i: usize| examples.iter().map(move |example| example.inputs[i]);
-    let mut model = Model {
-        constants: [0.0; CLASSES.len()],
-        coefficients: (0..inputs)
-            .map(|i| {
-                let mean = column(i).sum::<f64>() / count;
-                let variance = column(i).map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-                Coefficient {
-                    input: INPUTS[i].0.to_owned(),
-                    mean,
-                    deviation: variance.sqrt(),
-                    weights: [0.0; CLASSES.len()],
-                }
-            })
-            .collect(),
-    };
-    let rows: Vec<DVector<f64>> = examples
-        .iter()
-        .map(|example| {
-            let standard = model.coefficients.iter().zip(example.inputs);
-            let standard = standard.map(|(c, x)| (x - c.mean) / c.deviation);
-            DVector::from_iterator(inputs + 1, std::iter::once(1.0).chain(standard))
-        })
-        .collect();
-    let size = (inputs + 1) * classes;
-    for _ in 0..60 {
-        let parts = examples.par_iter().zip(&rows).fold(
-            || (DVector::zeros(size), DMatrix::zeros(size, size)),
-            |(mut gradient, mut curvature), (example, row)| {
-                let p = model.probabilities(&example.inputs);
-                let right: f64 = (0..classes)
-                    .filter(|c| example.is_right(*c))
-                    .map(|c| p[c])
-                    .sum();
-                for c in 0..classes {
-                    let target = if example.is_right(c) {
-                        p[c] / right
-                    } else {
-                        0.0
-                    };
-                    let mut own = gradient.rows_mut(c * (inputs + 1), inputs + 1);
-                    own.axpy(target - p[c], row, 1.0);
-                }
-                let square = row * row.transpose();
-                for (r, c) in (0..classes).flat_map(|r| (0..classes).map(move |c| (r, c))) {
-                    let factor = p[r] * (f64::from(u8::from(r == c)) - p[c]);
-                    let at = ((r * (inputs + 1)), c * (inputs + 1));
-                    let mut block = curvature.view_mut(at, (inputs + 1, inputs + 1));
-                    block += factor * &square;
-                }
-                (gradient, curvature)
-            },
-        );
-        let (mut gradient, mut curvature) = parts.reduce(
-            || (DVector::zeros(size), DMatrix::zeros(size, size)),
-            |a, b| (a.0 + b.0, a.1 + b.1),
-        );
-        for c in 0..classes {
-            for i in 0..=inputs {
-                let (at, weight) = match i.checked_sub(1) {
-                    Some(i) => (c * (inputs + 1) + i + 1, model.coefficients[i].weights[c]),
-                    None => (c * (inputs + 1), 0.0),
-                };
-                gradient[at] -= count * PENALTY * weight;
-                curvature[(at, at)] += count * PENALTY;
-            }
-        }
-        let step = curvature.cholesky().unwrap().solve(&gradient);
-        for c in 0..classes {
-            let own = step.rows(c * (inputs + 1), inputs + 1);
-            model.constants[c] += own[0];
-            for (coefficient, step) in model.coefficients.iter_mut().zip(own.iter().skip(1)) {
-                coefficient.weights[c] += step;
-            }
-        }
-    }
-    model
-}
-
-/// `cargo test --release --lib the_model_is_fitted -- --ignored` fits the model anew; with `SQUEAKSCOPE_MODEL=FILE` it writes
-/// it to a file.
+/// `cargo test --release --lib regime::fit::the_model_is_fitted -- --ignored` fits the model anew and compares; with
+/// `SQUEAKSCOPE_MODEL=FILE` it writes it to a file.
 #[test]
 #[ignore = "the fit takes some minutes"]
 fn the_model_is_fitted() {
-    let model = fitted(&examples(|judged_only| !judged_only, 0, SIGNALS));
-    if let Ok(file) = std::env::var("SQUEAKSCOPE_MODEL") {
-        let mut text = serde_json::to_string_pretty(&model).unwrap();
-        text.push('\n');
-        std::fs::write(file, text).unwrap();
-        return;
-    }
-    for (fitted, used) in model.coefficients.iter().zip(&MODEL.coefficients) {
-        assert_eq!(fitted.input, used.input);
-        for (fitted, used) in fitted.weights.iter().zip(used.weights) {
-            assert!((fitted - used).abs() < 0.01, "{fitted} {used}");
-        }
-    }
+    let examples = examples(|judged_only| !judged_only, 0, SIGNALS);
+    let training = examples.iter().map(|example| fit::Example {
+        inputs: example.inputs.to_vec(),
+        right: (0..CLASSES.len())
+            .map(|class| example.is_right(class))
+            .collect(),
+    });
+    let training: Vec<fit::Example> = training.collect();
+    Model::fitted(&INPUTS.map(|(input, _)| input), &training).write_or_compare(&MODEL);
 }
 
 #[test]

@@ -216,7 +216,7 @@ fn verdict(features: &Features) -> Verdict {
 
 /// The contribution of each feature to the odds of the likeliest class against the next, strongest first.
 fn evidence(features: &Features, inputs: &Inputs, [first, second]: [usize; 2]) -> Vec<Evidence> {
-    let terms = MODEL.contributions(inputs);
+    let terms = MODEL.contributions(inputs.as_slice());
     let mut all: Vec<Evidence> = Vec::new();
     for ((_, criterion), term) in INPUTS.iter().zip(terms) {
         let contribution = term[first] - term[second];

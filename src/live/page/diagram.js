@@ -164,10 +164,12 @@ export class Branches {
     const { per, symbol } = unit(most, "m");
     const x = { range: [Math.min(...tilts), Math.max(...tilts)], label: T.tiltDeg };
     const y = { range: [0, 1.15 * most * per], label: T.amplitudeIn(symbol), format: short };
-    const plot = new Plot(c, width, height, style, x, y, 1.2 * em);
+    const bifurcations = full.bifurcations ?? [];
+    // Above the axis: its label, and the list of short names.
+    const plot = new Plot(c, width, height, style, x, y, (bifurcations.length > FEW ? 2.3 : 1.2) * em);
     plot.axes();
     plot.clip(() => full.branches.forEach((branch) => this.#branch(c, plot, branch, per, toneColour(branch.frequency_hz[0], style))));
-    this.#marks(c, plot, full.bifurcations ?? [], style);
+    this.#marks(c, plot, bifurcations, style);
     this.#tones(c, plot, full.branches, per, style);
     const at = plot.X(data.tilt ?? 0);
     c.fillStyle = c.strokeStyle = style.mark;
@@ -239,7 +241,7 @@ export class Branches {
       labels.block(0, plot.left, plot.right);
       const kinds = [...new Set(bifurcations.map(({ kind }) => kind))].map((kind) => `${T.kindsShort[kind] ?? ""} ${T.kinds[kind] ?? kind}`);
       c.textAlign = "right";
-      c.fillText(kinds.join(", "), plot.right, plot.top - 0.1 * em);
+      c.fillText(kinds.join(", "), plot.right, plot.top - 1.3 * em);
       c.textAlign = "center";
     }
     for (const { kind, tilt_deg } of bifurcations) {

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::analysis::{
-    AnalysisError, EventOptions, Hum, LevelReference, RecordingCondition, Span, TonalEvent,
-    TonalEvents, Wow, deviation, recording_condition, tonal_events,
+    AnalysisError, EventKind, EventOptions, Hum, LevelReference, RecordingCondition, Span,
+    TonalEvent, TonalEvents, deviation, recording_condition, tonal_events,
 };
 use crate::import::Signal;
 
@@ -81,14 +81,15 @@ impl MeasuredSound {
         }))
     }
 
-    /// Index of the event with the largest energy, mean power times duration, of those that are at most 40 dB
+    /// Index of the tone with the largest energy, mean power times duration, of those that are at most 40 dB
     /// below the level of the recording: weaker ones can be traces of stronger tones, such as quantisation.
     pub fn strongest(&self) -> Option<usize> {
         let energy =
             |event: &TonalEvent| 10f64.powf(0.1 * event.level_db) * (event.end_s - event.start_s);
         let least = self.recording_level_db - WEAKEST_DB;
         let events = self.tonal.events.iter().enumerate();
-        let events = events.filter(|(_, event)| event.level_db >= least);
+        let events =
+            events.filter(|(_, event)| event.kind == EventKind::Tone && event.level_db >= least);
         let strongest = events.max_by(|a, b| energy(a.1).total_cmp(&energy(b.1)));
         strongest.map(|(index, _)| index)
     }
@@ -129,10 +130,6 @@ fn by_blocks(signal: &Signal, options: &EventOptions) -> Result<TonalEvents, Ana
         let level = |hum: Option<Hum>| hum.map_or(f64::NEG_INFINITY, |hum| hum.level_db);
         if level(found.hum) > level(all.hum) {
             all.hum = found.hum;
-        }
-        let depth = |wow: Option<Wow>| wow.map_or(0.0, |wow| wow.wow_depth);
-        if depth(found.wow) > depth(all.wow) {
-            all.wow = found.wow;
         }
     }
     Ok(all)

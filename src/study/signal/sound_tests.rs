@@ -87,6 +87,8 @@ fn an_event_across_the_border_of_two_blocks_is_joined() {
             point.time_s += start_s - 6.0;
         });
         TonalEvent {
+            kind: crate::analysis::EventKind::Tone,
+            probability: 0.99,
             start_s,
             end_s,
             frequency_hz,

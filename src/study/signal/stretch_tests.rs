@@ -18,6 +18,8 @@ fn event(start_s: f64, end_s: f64, drift: f64) -> TonalEvent {
         }
     });
     TonalEvent {
+        kind: crate::analysis::EventKind::Tone,
+        probability: 0.99,
         start_s,
         end_s,
         frequency_hz: 1000.0,

@@ -20,6 +20,8 @@ struct Row {
     channel: String,
     /// Number of the event in the file.
     event: u32,
+    kind: String,
+    probability: f64,
     start_s: f64,
     end_s: f64,
     frequency_hz: f64,
@@ -64,6 +66,8 @@ fn rows(analysed: &AnalysedFile) -> impl Iterator<Item = Row> {
         file: file.display().to_string(),
         channel: report.facts.name.clone(),
         event: number,
+        kind: event.kind.to_string(),
+        probability: event.probability,
         start_s: event.start_s,
         end_s: event.end_s,
         frequency_hz: event.frequency_hz,

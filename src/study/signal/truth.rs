@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::analysis::{Span, TonalEvent};
+use crate::analysis::{EventKind, Span, TonalEvent};
 
 /// Least common part of an event and a label, of the longer one.
 const COMMON: f64 = 0.3;
@@ -88,9 +88,10 @@ impl Label {
 }
 
 impl Score {
-    /// Compares events with labels. Each label takes the event with the largest common part of those that are left.
+    /// Compares tones with labels. Each label takes the event with the largest common part of those that are left.
     pub fn of(events: &[TonalEvent], labels: &[Label]) -> Self {
-        let mut left: Vec<usize> = (0..events.len()).collect();
+        let is_tone = |index: &usize| events[*index].kind == EventKind::Tone;
+        let mut left: Vec<usize> = (0..events.len()).filter(is_tone).collect();
         let mut score = Self::default();
         for label in labels {
             let fits = left.iter().enumerate();
@@ -133,6 +134,8 @@ mod tests {
 
     fn event(start_s: f64, end_s: f64, frequency_hz: f64) -> TonalEvent {
         TonalEvent {
+            kind: crate::analysis::EventKind::Tone,
+            probability: 0.99,
             start_s,
             end_s,
             frequency_hz,

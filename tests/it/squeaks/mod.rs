@@ -12,17 +12,27 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use squeakscope::analysis::{EventOptions, tonal_events};
+use squeakscope::analysis::{EventKind, EventOptions, tonal_events};
 
 use generator::{JUDGING_SEEDS, Kind, Recording, TUNING_SEEDS, recording};
 use score::{Found, Score};
 
-/// The events of a recording.
+/// Recordings without squeaks.
+const OTHERS: [Kind; 5] = [
+    Kind::Noise,
+    Kind::Speech,
+    Kind::Music,
+    Kind::Resonance,
+    Kind::Bursts,
+];
+
+/// The tones of a recording.
 fn events(recording: &Recording) -> Vec<Found> {
     let options = EventOptions::default();
     let found = tonal_events(&recording.samples, recording.rate_hz, &options).expect("events");
-    let events = found.events.iter();
-    let events = events.map(|event| Found {
+    let tones = found.events.iter();
+    let tones = tones.filter(|event| event.kind == EventKind::Tone);
+    let events = tones.map(|event| Found {
         start_s: event.start_s,
         end_s: event.end_s,
         frequency_hz: event.frequency_hz,
@@ -71,15 +81,39 @@ fn most_squeaks_at_0_db_are_found() {
     assert!(score.recall() >= 0.6, "{score:?}");
 }
 
-/// The aim is an event in 2 % of these recordings.
+/// The aim is a tone in 3 % of these recordings.
 #[test]
-fn hardly_a_recording_without_squeaks_has_an_event() {
-    let kinds = [Kind::Noise, Kind::Speech, Kind::Music];
-    let score: Score = kinds
-        .map(|kind| judged(kind, 0.0..=0.0, 8))
-        .into_iter()
-        .sum();
-    assert!(score.with_false <= 1, "{score:?}");
+fn hardly_a_recording_without_squeaks_has_a_tone() {
+    let judged = OTHERS.map(|kind| judged(kind, 0.0..=0.0, 8));
+    let score: Score = judged.into_iter().sum();
+    assert!(score.with_false <= 2, "{score:?}");
+}
+
+#[test]
+fn noise_and_bursts_of_a_resonance_have_their_kind() {
+    let kinds = [
+        (Kind::Resonance, EventKind::NarrowBandNoise, 0.6),
+        (Kind::Bursts, EventKind::Bursts, 0.8),
+    ];
+    for (kind, right, least) in kinds {
+        let of_recording = |seed| {
+            let recording = recording(kind, 0.0..=0.0, seed);
+            let hz = recording.resonance_hz.expect("a resonance");
+            let options = EventOptions::default();
+            let found = tonal_events(&recording.samples, recording.rate_hz, &options);
+            let mut events = found.expect("events").events;
+            events.retain(|event| (event.frequency_hz / hz - 1.0).abs() < 0.12);
+            events
+        };
+        let seeds = JUDGING_SEEDS.start..JUDGING_SEEDS.start + 24;
+        let all: Vec<_> = seeds.into_par_iter().flat_map_iter(of_recording).collect();
+        let count = all.iter().filter(|event| event.kind == right).count();
+        assert!(
+            all.len() > 15 && count as f64 > least * all.len() as f64,
+            "{kind:?}: {count} of {}",
+            all.len()
+        );
+    }
 }
 
 #[test]

@@ -26,6 +26,8 @@ pub fn event(duration: f64) -> TonalEvent {
         level_db: -6.0,
     });
     TonalEvent {
+        kind: crate::analysis::EventKind::Tone,
+        probability: 0.99,
         start_s: 0.5 * duration,
         end_s: duration,
         frequency_hz: 4143.0,

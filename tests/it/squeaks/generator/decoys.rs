@@ -1,4 +1,4 @@
-//! Sounds with pitch that are no squeaks: speech and music.
+//! Sounds that are no squeaks: speech and music, noise of a resonance, bursts.
 //!
 //! A tone that is held for a large part of a second is a tonal event whatever makes it. The decoys therefore have no
 //! sung or bowed notes: the pitch of a voice moves all the time, and the notes of the music are struck and die out.
@@ -245,4 +245,41 @@ pub fn music(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
         at_s += step_s * f64::from(rng.random_range(1..=2)) * rng.random_range(0.97..1.03);
     }
     scaled(sum)
+}
+
+/// Noise of a resonance 6 to 60 Hz wide, such as that of a tyre's cavity, of root mean square 1: its samples and frequency, Hz.
+pub fn resonance(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
+    let frequency = log_uniform(rng, 180.0, 4000.0);
+    let mut filter = Resonator::default();
+    filter.tune(frequency, log_uniform(rng, 6.0, 60.0), rate_hz);
+    let noise = (0..n).map(|_| filter.next(normal(rng))).collect();
+    (scaled(noise), frequency)
+}
+
+/// Creak, chatter or rattle of root mean square 1: series of bursts at 5 to 60 per second that excite one resonance, with
+/// scatter of their distances and heights; its samples and the frequency of the resonance, Hz.
+pub fn bursts(n: usize, rate_hz: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
+    let frequency = log_uniform(rng, 300.0, 5000.0);
+    let decay_s = log_uniform(rng, 0.003, 0.03);
+    let scatter = log_uniform(rng, 0.02, 0.4);
+    let mut sum = vec![0.0; n];
+    let mut at_s = rng.random_range(0.1..1.0);
+    while at_s * rate_hz < n as f64 {
+        let distance_s = log_uniform(rng, 1.0 / 60.0, 0.2);
+        let end_s = at_s + log_uniform(rng, 0.4, 3.0);
+        while at_s < end_s && at_s * rate_hz < n as f64 {
+            let phase = rng.random_range(0.0..TAU);
+            let gain = (scatter * normal(rng)).exp();
+            for (i, x) in sum[(at_s * rate_hz) as usize..].iter_mut().enumerate() {
+                let t = i as f64 / rate_hz;
+                if t > 8.0 * decay_s {
+                    break;
+                }
+                *x += gain * (-t / decay_s).exp() * (TAU * frequency * t + phase).sin();
+            }
+            at_s += distance_s * (1.0 + scatter * normal(rng)).clamp(0.2, 2.0);
+        }
+        at_s += rng.random_range(0.3..1.5);
+    }
+    (scaled(sum), frequency)
 }

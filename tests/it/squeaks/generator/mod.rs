@@ -16,6 +16,7 @@
 //!   nothing about the rest of the time) in the third octave around its frequency, `f 2^(-1/6)` to `f 2^(1/6)`.
 //!   Other squeaks do not count as noise.
 //!
+//! A squeak whose power stays below a tenth for more than 0.1 s between its ends would be two, and is drawn again.
 //! Two squeaks that sound together (or less than 0.4 s apart) never have fundamentals within 6 % of each other or
 //! of a multiple up to 6: nobody could say whether that is one squeak or two.
 
@@ -45,6 +46,9 @@ pub const RATES_HZ: [f64; 8] = [
     16_000.0, 22_050.0, 24_000.0, 32_000.0, 44_100.0, 48_000.0, 88_200.0, 96_000.0,
 ];
 
+/// Longest time within a squeak in which its power stays below a tenth of that of its loudest 100 ms, s.
+const LONGEST_PAUSE_S: f64 = 0.1;
+
 /// What a recording is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -56,6 +60,10 @@ pub enum Kind {
     Speech,
     /// No squeak: musical sound over noise.
     Music,
+    /// No squeak: noise of a narrow resonance over noise.
+    Resonance,
+    /// No squeak: creak, chatter or rattle over noise.
+    Bursts,
 }
 
 /// The truth about a squeak; the module says how each quantity is defined.
@@ -86,6 +94,8 @@ pub struct Recording {
     pub squeaks: Vec<Squeak>,
     /// What else is in it, in words.
     pub parts: Vec<&'static str>,
+    /// Frequency of the resonance that noise or bursts excite, Hz.
+    pub resonance_hz: Option<f64>,
 }
 
 /// The recording of a kind and seed; each squeak's signal-to-noise ratio in dB is uniform in `snr_db`.
@@ -99,14 +109,14 @@ pub fn recording(kind: Kind, snr_db: RangeInclusive<f64>, seed: u64) -> Recordin
     let (mut sum, mut parts) = background::steady(n, rate_hz, rng);
     let room = rng.random_bool(0.4).then(|| Room::draw(n, rate_hz, rng));
     parts.extend(room.iter().map(|_| "reverberation"));
-    parts.extend(add_decoy(kind, &mut sum, rate_hz, room.as_ref(), rng));
+    let decoy = add_decoy(kind, &mut sum, rate_hz, room.as_ref(), rng);
+    parts.extend(decoy.map(|decoy| decoy.0));
 
-    let plans = plans(kind, n as f64 / rate_hz, rate_hz, &snr_db, rng);
+    let plans = plans(kind, n, rate_hz, &snr_db, room.as_ref(), rng);
     let mut samples = sum.clone();
     let mut squeaks = Vec::new();
-    for plan in &plans {
-        let sound = plan.sound(n, rate_hz, room.as_ref());
-        squeaks.push(add_squeak(&mut samples, &sum, plan, &sound, rate_hz));
+    for (plan, sound) in &plans {
+        squeaks.push(add_squeak(&mut samples, &sum, plan, sound, rate_hz));
     }
     squeaks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
 
@@ -115,13 +125,16 @@ pub fn recording(kind: Kind, snr_db: RangeInclusive<f64>, seed: u64) -> Recordin
         add(&mut samples, 1.0, &in_room(&knocks, room.as_ref()));
         parts.push("knocks");
     }
-    let highest = plans.iter().fold(0.0f64, |f, plan| f.max(plan.base_hz));
+    let highest = plans
+        .iter()
+        .fold(0.0f64, |f, (plan, _)| f.max(plan.base_hz));
     parts.extend(encode(&mut samples, rate_hz, highest, rng));
     Recording {
         rate_hz,
         samples,
         squeaks,
         parts,
+        resonance_hz: decoy.and_then(|decoy| decoy.1),
     }
 }
 
@@ -135,43 +148,78 @@ fn in_room(source: &[f64], room: Option<&Room>) -> Vec<f64> {
     sound.iter().map(|z| z.re).collect()
 }
 
-/// Adds speech or music: always in a recording of it, and in one of ten recordings each of squeaks.
+/// Adds another sound: always in a recording of it; speech and music in one of ten recordings each of squeaks. Returns its name
+/// and the frequency of a resonance, Hz.
 fn add_decoy(
     kind: Kind,
     sum: &mut [f64],
     rate_hz: f64,
     room: Option<&Room>,
     rng: &mut ChaCha8Rng,
-) -> Option<&'static str> {
+) -> Option<(&'static str, Option<f64>)> {
     let n = sum.len();
     let choice = rng.random_range(0..10);
-    let (name, sound, level_db) = match (kind, choice) {
-        (Kind::Speech, _) => ("speech", decoys::speech(n, rate_hz, rng), 0.0..30.0),
-        (Kind::Music, _) => ("music", decoys::music(n, rate_hz, rng), 0.0..30.0),
-        (Kind::Squeaks, 0) => ("speech", decoys::speech(n, rate_hz, rng), -10.0..10.0),
-        (Kind::Squeaks, 1) => ("music", decoys::music(n, rate_hz, rng), -10.0..10.0),
+    let unpitched = |sound| (sound, None);
+    let pitched = |(sound, frequency)| (sound, Some(frequency));
+    let (name, (sound, resonance_hz), level_db) = match (kind, choice) {
+        (Kind::Speech, _) => (
+            "speech",
+            unpitched(decoys::speech(n, rate_hz, rng)),
+            0.0..30.0,
+        ),
+        (Kind::Music, _) => (
+            "music",
+            unpitched(decoys::music(n, rate_hz, rng)),
+            0.0..30.0,
+        ),
+        (Kind::Resonance, _) => (
+            "resonance",
+            pitched(decoys::resonance(n, rate_hz, rng)),
+            -20.0..15.0,
+        ),
+        (Kind::Bursts, _) => (
+            "bursts",
+            pitched(decoys::bursts(n, rate_hz, rng)),
+            -15.0..20.0,
+        ),
+        (Kind::Squeaks, 0) => (
+            "speech",
+            unpitched(decoys::speech(n, rate_hz, rng)),
+            -10.0..10.0,
+        ),
+        (Kind::Squeaks, 1) => (
+            "music",
+            unpitched(decoys::music(n, rate_hz, rng)),
+            -10.0..10.0,
+        ),
         _ => return None,
     };
     let gain = amplitude(rng.random_range(level_db));
     add(sum, gain, &in_room(&sound, room));
-    Some(name)
+    Some((name, resonance_hz))
 }
 
-/// One to three squeaks that can be distinguished; none in a recording of another kind.
+/// One to three squeaks of `n` samples that can be distinguished, with their sounds; none in a recording of another kind.
 fn plans(
     kind: Kind,
-    length_s: f64,
+    n: usize,
     rate_hz: f64,
     snr_db: &RangeInclusive<f64>,
+    room: Option<&Room>,
     rng: &mut ChaCha8Rng,
-) -> Vec<Plan> {
-    let mut plans: Vec<Plan> = Vec::new();
+) -> Vec<(Plan, Sound)> {
+    let length_s = n as f64 / rate_hz;
+    let mut plans: Vec<(Plan, Sound)> = Vec::new();
     if kind == Kind::Squeaks {
         let count = [1, 1, 1, 2, 2, 3][rng.random_range(0..6)];
         while plans.len() < count {
             let plan = Plan::draw(rate_hz, length_s, snr_db, rng);
-            if !plans.iter().any(|other| plan.is_like(other)) {
-                plans.push(plan);
+            if plans.iter().any(|(other, _)| plan.is_like(other)) {
+                continue;
+            }
+            let sound = plan.sound(n, rate_hz, room);
+            if sound.pause as f64 <= LONGEST_PAUSE_S * rate_hz {
+                plans.push((plan, sound));
             }
         }
     }

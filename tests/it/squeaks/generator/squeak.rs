@@ -165,6 +165,8 @@ pub struct Sound {
     /// First and last sample at which the power of the fundamental is at least a tenth of the mean power of its
     /// loudest 100 ms.
     pub ends: [usize; 2],
+    /// Longest time between the ends in which the power stays below this, samples.
+    pub pause: usize,
 }
 
 impl Sound {
@@ -179,10 +181,13 @@ impl Sound {
         let loud = |power: &f64| *power >= 0.1 * loudest;
         let first = power.iter().position(loud).expect("a squeak has power");
         let last = power.iter().rposition(loud).expect("a squeak has power");
+        let pauses = power[first..=last].chunk_by(|a, b| loud(a) == loud(b));
+        let pauses = pauses.filter(|part| !loud(&part[0]));
         Self {
             fundamental,
             rest,
             ends: [first, last],
+            pause: pauses.map(<[f64]>::len).max().unwrap_or(0),
         }
     }
 
