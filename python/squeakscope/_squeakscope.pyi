@@ -266,7 +266,9 @@ def largest_exponent(
 def zero_one_test(
     signal: ArrayLike, *, stride: int | None = None, frequencies: int = 100, seed: int = 1
 ) -> Result: ...
-def regime(signal: ArrayLike, rate: float | None = None, *, silence: float = 0.0) -> Result: ...
+def regime(
+    signal: ArrayLike, rate: float | None = None, *, silence: float = 0.0, background: float = 0.0
+) -> Result: ...
 def analyse(
     signal: ArrayLike | str | PathLike[str],
     rate: float | None = None,
@@ -286,6 +288,7 @@ def read_signal(
     rate: float | None = None,
     start: float | None = None,
     end: float | None = None,
+    skip_lines: int = 0,
 ) -> Result: ...
 def integrate(
     rhs: _Law,

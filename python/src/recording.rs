@@ -160,13 +160,15 @@ fn read(path: &Path, selection: &Selection) -> Result<Signal, FileError> {
 ///     Sampling rate of a file without a clock, Hz.
 /// start, end : float, optional
 ///     Times between which the file is read, s.
+/// skip_lines : int
+///     Number of lines at the start of a text that are left out.
 ///
 /// Returns
 /// -------
 /// Result
 ///     ``samples``, ``rate_hz``, ``start_s``, ``name``, ``unit``.
 #[pyfunction]
-#[pyo3(name = "read_signal", signature = (path, *, column=None, rate=None, start=None, end=None))]
+#[pyo3(name = "read_signal", signature = (path, *, column=None, rate=None, start=None, end=None, skip_lines=0))]
 pub fn read_signal_file<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -174,12 +176,14 @@ pub fn read_signal_file<'py>(
     rate: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
+    skip_lines: u64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let selection = Selection {
         column,
         rate,
         from: start,
         to: end,
+        skip_lines,
         ..Selection::default()
     };
     let signal = long_call(py, None, |_| read(&path, &selection))?;

@@ -1,10 +1,8 @@
 //! Runs of a scene.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use pyo3::prelude::*;
-use squeakscope::analysis::Verdict;
 use squeakscope::pipeline::message::{Record, Summary};
 use squeakscope::pipeline::{self, Monitor, PipelineError, Sink, SinkError};
 use squeakscope::record::{Output, RerunSink};
@@ -31,7 +29,7 @@ pub struct Run {
     /// Lyapunov exponents at the end; None if the scene does not compute them.
     #[pyo3(get)]
     exponents: Option<Py<PyAny>>,
-    /// Last classification of the motion; None if the scene does not classify it.
+    /// Last classification of the displacement, with its evidence; None if the run is too short.
     #[pyo3(get)]
     verdict: Option<Py<PyAny>>,
 }
@@ -74,7 +72,6 @@ impl Run {
 struct Collector {
     keep_samples: bool,
     samples: SampleBuffer,
-    verdict: Option<Arc<Verdict>>,
     recording: Option<RerunSink>,
 }
 
@@ -89,10 +86,10 @@ impl Collector {
 
 impl Sink for Collector {
     fn accept(&mut self, record: Record) -> Result<(), SinkError> {
-        match &record {
-            Record::Samples(frame) if self.keep_samples => self.samples.add(frame),
-            Record::Regime { verdict, .. } => self.verdict = Some(Arc::clone(verdict)),
-            _ => {}
+        if let Record::Samples(frame) = &record
+            && self.keep_samples
+        {
+            self.samples.add(frame);
         }
         self.recording(|recording| recording.accept(record))
     }
@@ -169,7 +166,6 @@ pub fn run(
     let mut collector = Collector {
         keep_samples: samples,
         samples: SampleBuffer::default(),
-        verdict: None,
         recording: None,
     };
     let summary = long_call(py, progress.as_ref(), |watch| {
@@ -199,7 +195,7 @@ pub fn run(
     let Summary { exponents, .. } = &summary;
     let exponents = exponents.as_ref();
     let exponents = exponents.map(|found| result(py, &Classified::run(found)));
-    let verdict = collector.verdict.as_deref().map(|found| result(py, found));
+    let verdict = summary.verdict.as_deref().map(|found| result(py, found));
     Ok(Run {
         scene: Py::new(py, Scene(scene))?,
         samples: Py::new(py, collector.samples.into_samples(py)?)?,

@@ -319,23 +319,27 @@ pub fn zero_one_test<'py>(
 ///     Sampling rate, Hz. Without it times and frequencies refer to samples, and names have no unit.
 /// silence : float
 ///     Amplitude below which the signal is silent, in its unit.
+/// background : float
+///     Power of the background of a recording, in the square of the unit; 0 if unknown.
 ///
 /// Returns
 /// -------
 /// Result
 ///     ``regime``, ``confidence`` and the ``evidence``.
 #[pyfunction]
-#[pyo3(signature = (signal, rate=None, *, silence=0.0))]
+#[pyo3(signature = (signal, rate=None, *, silence=0.0, background=0.0))]
 pub fn regime<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
     rate: Option<f64>,
     silence: f64,
+    background: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let background = (background != 0.0).then(|| positive("background", background));
     let search = RegimeSearch {
         sample_rate: positive("rate", rate.unwrap_or(1.0))?,
         silence,
-        background: 0.0,
+        background: background.transpose()?.unwrap_or(0.0),
     };
     let samples = vector("signal", &signal)?;
     let samples = samples.as_slice()?;

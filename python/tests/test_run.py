@@ -42,6 +42,12 @@ def test_lines_of_a_longer_run() -> None:
     assert isinstance(lines, s.Results) and lines[0].label
 
 
+def test_a_run_has_a_type_of_motion_with_its_evidence() -> None:
+    run = s.run("periodic-2deg", duration=0.1, samples=False)
+    assert run.motion == run.verdict.regime == "periodic"
+    assert run.verdict.evidence[0].contribution > 0
+
+
 def test_a_recording_is_written_and_read_as_a_signal(tmp_path) -> None:
     path = tmp_path / "out.rrd"
     shares: list[float] = []

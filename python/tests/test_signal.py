@@ -175,6 +175,25 @@ def test_complete_analysis_of_a_file(tmp_path) -> None:
         s.analyse(tmp_path / "missing.wav")
 
 
+def test_lines_above_the_header_of_a_text_are_skipped(tmp_path) -> None:
+    path = tmp_path / "bench.csv"
+    path.write_text("bench 3, 4\nt,v\n" + "".join(f"{k / 1000},{k}\n" for k in range(600)))
+    found = s.read_signal(path, column="v", skip_lines=1)
+    assert found.rate_hz == pytest.approx(1000) and found.samples[-1] == 599
+
+
+def test_a_background_is_no_broadband_motion() -> None:
+    noise = 0.05 * np.random.default_rng(3).standard_normal(8000)
+    signal = tone(2100.0, 8000) + noise
+    floor = [
+        next(part for part in s.regime(signal, RATE, background=power).evidence if part.criterion == "broadband floor")
+        for power in (0.0, float(np.mean(noise**2)))
+    ]
+    assert floor[0] != floor[1]
+    with pytest.raises(s.InputError, match="background: give"):
+        s.regime(signal, RATE, background=-1.0)
+
+
 @pytest.mark.parametrize(
     ("wrong", "reason"),
     [

@@ -285,19 +285,8 @@ fn text(scene: &Scene, result: &RunResult<'_>) -> String {
         summary.amplitude * 1e6,
         summary.peak_velocity * 1e3
     );
-    if let Some(motion) = &summary.motion {
-        let confidence = summary.motion_confidence;
-        let confidence = confidence.map(|share| format!(", confidence {:.0} %", 100.0 * share));
-        let _ = writeln!(
-            text,
-            "  type of motion: {motion}{}{}",
-            confidence.unwrap_or_default(),
-            if summary.quiet {
-                "; the joint is quiet"
-            } else {
-                ""
-            }
-        );
+    if let Some(motion) = summary.describe_motion() {
+        let _ = writeln!(text, "  type of motion: {motion}");
     }
     if !summary.at_rest {
         text += &lines(&summary.peaks);

@@ -275,16 +275,16 @@ pub fn summarise(
     } else {
         "Finished"
     };
-    let lines = if summary.at_rest {
-        "at rest".to_owned()
-    } else if lines.is_empty() {
-        "no spectral line".to_owned()
-    } else {
-        format!("spectral lines {}", lines.join(", "))
+    let lines = match lines.join(", ") {
+        none if none.is_empty() => "no spectral line".to_owned(),
+        lines => format!("spectral lines {lines}"),
     };
+    let lines = (!summary.at_rest).then_some(lines);
+    let facts: Vec<String> = summary.describe_motion().into_iter().chain(lines).collect();
     let end = format!(
-        "{end} after {}: {lines}",
-        style::format_time(header, summary.simulated)
+        "{end} after {}: {}",
+        style::format_time(header, summary.simulated),
+        facts.join("; ")
     );
     let (counted, audit) = match header.subject {
         Subject::Joint(_) => (

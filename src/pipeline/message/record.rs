@@ -220,6 +220,10 @@ pub struct Summary {
     pub motion: Option<String>,
     /// Confidence of a classification, 0 to 1; `None` without one, and if it is undetermined.
     pub motion_confidence: Option<f64>,
+    /// Last classification of the displacement, requested by the scene or of the end of the run; `None` if the run is too
+    /// short.
+    #[serde(skip)]
+    pub verdict: Option<Arc<Verdict>>,
     /// Solver statistics.
     #[serde(flatten)]
     pub stats: SolverStats,
@@ -240,4 +244,19 @@ pub struct Summary {
     pub analysis_rate: Option<f64>,
     /// Whether the run was stopped before its planned end.
     pub interrupted: bool,
+}
+
+impl Summary {
+    /// Type of motion with its confidence, and whether the joint is quiet; `None` if the run is too short.
+    pub fn describe_motion(&self) -> Option<String> {
+        let confidence = self.motion_confidence;
+        let confidence = confidence.map(|share| format!(", confidence {:.0} %", 100.0 * share));
+        let quiet = if self.quiet {
+            "; the joint is quiet"
+        } else {
+            ""
+        };
+        let motion = self.motion.as_ref()?;
+        Some(format!("{motion}{}{quiet}", confidence.unwrap_or_default()))
+    }
 }

@@ -111,17 +111,19 @@ impl Stage for SummaryStage {
         // The stage of the exponents comes before.
         let exponents = summary.exponents.as_ref();
         let attractor = exponents.map(|exponents| exponents.attractor());
+        let verdict = self.classified();
         if summary.at_rest {
             summary.motion = Some("at rest".to_owned());
         } else if let Some(attractor) = attractor.filter(|attractor| attractor.is_decided()) {
             summary.motion = Some(attractor.to_string());
-        } else if let Some(verdict) = self.classified() {
+        } else if let Some(verdict) = &verdict {
             summary.motion_confidence = verdict.decided_confidence();
             summary.motion = Some(match summary.motion_confidence {
                 Some(_) => verdict.regime.to_string(),
                 None => verdict.summary(),
             });
         }
+        summary.verdict = verdict;
         summary.amplitude = half_range(displacement);
         summary.stats = self.stats;
         summary.transitions = self.transitions;
