@@ -155,10 +155,8 @@ fn verdict_text(verdict: &Outcome<Verdict>) -> String {
         Ok(verdict) => verdict,
         Err(reason) => return skipped("type of motion", reason),
     };
-    let limitations = match verdict.limitations[..] {
-        [] => String::new(),
-        _ => format!("  {}\n", verdict.limitations_text()),
-    };
+    let limitation = verdict.limitation.map(|what| format!("  {what}\n"));
+    let limitation = limitation.unwrap_or_default();
     let evidence = verdict.evidence.iter().filter(|piece| piece.matters());
     let evidence = evidence.map(|piece| {
         let factor = significant(piece.factor(), 2);
@@ -169,7 +167,7 @@ fn verdict_text(verdict: &Outcome<Verdict>) -> String {
     });
     let summary = verdict.summary();
     let (regime, rest) = summary.split_at(verdict.regime.to_string().len());
-    format!("{HEADING}{regime}{HEADING:#}{rest}\n{limitations}") + &evidence.collect::<String>()
+    format!("{HEADING}{regime}{HEADING:#}{rest}\n{limitation}") + &evidence.collect::<String>()
 }
 
 fn spectrum_text(tones: &SpectralLines, amount: &dyn Fn(f64) -> String) -> String {

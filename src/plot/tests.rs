@@ -185,7 +185,7 @@ pub fn report(name: &str) -> SignalAnalysis {
             regime: Regime::QuasiPeriodic,
             confidence: 0.93,
             likeliest: vec![Regime::QuasiPeriodic],
-            limitations: Vec::new(),
+            limitation: None,
             evidence: evidence
                 .into_iter()
                 .map(

@@ -61,8 +61,14 @@ fn heading(verdict: &Verdict) -> String {
 /// The classification with the strongest evidence.
 pub fn words(verdict: &Verdict) -> String {
     let strongest: String = evidence(verdict).take(3).collect();
-    let limitations = verdict.limitations_text();
-    format!("{}\n\n{limitations}\n\n{strongest}", heading(verdict))
+    let limitation = limitation(verdict);
+    format!("{}\n\n{limitation}\n\n{strongest}", heading(verdict))
+}
+
+/// What the signal leaves open; may be empty.
+fn limitation(verdict: &Verdict) -> String {
+    let limitation = verdict.limitation;
+    limitation.map_or_else(String::new, |limitation| limitation.to_string())
 }
 
 /// A line for each piece of evidence, strongest first.
@@ -83,9 +89,9 @@ fn evidence(verdict: &Verdict) -> impl Iterator<Item = String> {
 fn document(header: &Header, time: f64, window: f64, verdict: &Verdict) -> String {
     let items: String = evidence(verdict).collect();
     format!(
-        "{heading}, window of {window} before {now}. {limitations}\n\n{items}",
+        "{heading}, window of {window} before {now}. {limitation}\n\n{items}",
         heading = heading(verdict),
-        limitations = verdict.limitations_text(),
+        limitation = limitation(verdict),
         window = style::Quantity::Time.format(window),
         now = style::format_time(header, time),
     )
@@ -105,7 +111,7 @@ mod tests {
             regime: Regime::QuasiPeriodic,
             confidence: 0.874,
             likeliest: vec![Regime::QuasiPeriodic, Regime::Periodic],
-            limitations: vec![Limitation::Modulation],
+            limitation: Some(Limitation::Modulation),
             evidence: vec![Evidence {
                 criterion: "0-1 test".to_owned(),
                 supports: Regime::QuasiPeriodic,
@@ -128,7 +134,7 @@ mod tests {
             regime: Regime::Undetermined,
             confidence: 0.48,
             likeliest: vec![Regime::QuasiPeriodic, Regime::Chaotic],
-            limitations: vec![Limitation::TooShort],
+            limitation: Some(Limitation::TooShort),
             evidence: Vec::new(),
         };
         let text = words(&verdict);

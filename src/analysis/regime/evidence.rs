@@ -104,12 +104,14 @@ pub enum Limitation {
 impl fmt::Display for Limitation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooShort => "the record contains too few periods",
-            Self::NoEvidence => "no type of motion is likely enough",
-            Self::Modulated => "the tone is modulated slowly: its side lines are no second frequency",
+            Self::TooShort => "The record contains too few periods.",
+            Self::NoEvidence => "No type of motion is likely enough.",
+            Self::Modulated => {
+                "The tone is modulated slowly: its side lines are no second frequency."
+            }
             Self::Modulation => {
-                "the lines are those of a modulated tone; this signal alone does not show whether the \
-                 modulation is imposed from outside or is a second frequency of the motion itself"
+                "The lines are those of a modulated tone; this signal alone does not show whether the \
+                 modulation is imposed from outside or is a second frequency of the motion itself."
             }
         })
     }

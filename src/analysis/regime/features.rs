@@ -59,9 +59,6 @@ const DENSE: f64 = 16.0;
 /// Largest broadband share of a signal that is interpolated: noise and maps have no band to interpolate in.
 const TONAL: f64 = 0.1;
 
-/// Least ratio of the amplitudes of the side lines of a modulated tone.
-const MIRRORED: f64 = 0.85;
-
 /// Statistical scatter of the upper quarter of a white noise floor below the rest.
 const WHITE_SCATTER: f64 = 1.3;
 
@@ -86,9 +83,8 @@ pub(super) struct LinePower {
     /// Distance of the strongest side line from the strongest line over its frequency, if there is one within 0.45 that
     /// is weaker than the side lines of a tone modulated to the depth of 1.
     pub side: Option<f64>,
-    /// Whether the side lines are those of a modulated amplitude: equally strong on both sides, without a line of
-    /// their own frequency.
-    pub is_mirrored: bool,
+    /// Whether the lines are those of a modulated tone.
+    pub is_modulated: bool,
 }
 
 /// All features.
@@ -360,7 +356,7 @@ impl LinePower {
                 beside_one: 1.0,
                 beside_two: 1.0,
                 side: None,
-                is_mirrored: false,
+                is_modulated: false,
             };
         };
         let naming = identify_lines(lines, uncertainty);
@@ -383,15 +379,6 @@ impl LinePower {
         // The octave and its multiples are harmonics.
         let beside_carrier = |line: &&Line| (line.frequency - carrier).abs() < 0.45 * carrier;
         let side = lines[1..].iter().find(beside_carrier);
-        let at = |frequency: f64| {
-            let near = |line: &&Line| (line.frequency - frequency).abs() <= 2.0 * uncertainty;
-            lines.iter().find(near).map_or(0.0, |line| line.amplitude)
-        };
-        let is_mirrored = side.is_some_and(|side| {
-            let own = at((side.frequency - carrier).abs());
-            at(2.0 * carrier - side.frequency) > MIRRORED * side.amplitude
-                && own <= (1.0 - MIRRORED) * side.amplitude
-        });
         let one = match bases {
             Some(bases) if are_locked(bases, uncertainty) => all,
             _ => first.max(second),
@@ -403,7 +390,7 @@ impl LinePower {
             side: side
                 .filter(|side| side.amplitude < 0.6 * lines[0].amplitude)
                 .map(|side| (side.frequency - carrier).abs() / carrier),
-            is_mirrored,
+            is_modulated: matches!(naming.bases, Bases::Modulated { .. }),
         }
     }
 }

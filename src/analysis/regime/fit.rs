@@ -48,8 +48,7 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
             silence: 0.0,
             background,
         };
-        let (recent, averaged) = recent(&samples).unwrap();
-        let features = features(&recent, averaged, &search).unwrap();
+        let features = features(&samples, &search).unwrap().1.unwrap();
         Example {
             family,
             inputs: features.inputs(),

@@ -58,8 +58,8 @@ pub struct Verdict {
     pub confidence: f64,
     /// The two likeliest regimes, likeliest first; fewer if others have a probability below 0.1.
     pub likeliest: Vec<Regime>,
-    /// Limitations: why the regime is undetermined, or what the signal leaves open.
-    pub limitations: Vec<Limitation>,
+    /// Why the regime is undetermined, or what the signal leaves open.
+    pub limitation: Option<Limitation>,
     /// Evidence, strongest first, with what contradicts the verdict; not empty.
     pub evidence: Vec<Evidence>,
 }
@@ -73,7 +73,7 @@ impl Verdict {
             Regime::Undetermined if !likeliest.is_empty() => {
                 format!("{}: {}", self.regime, likeliest.join(" or "))
             }
-            regime if self.limitations.contains(&Limitation::Modulated) => {
+            regime if self.limitation == Some(Limitation::Modulated) => {
                 format!(
                     "{regime}, modulated, confidence {:.0} %",
                     1e2 * self.confidence
@@ -86,16 +86,6 @@ impl Verdict {
     /// The confidence of a decided regime; `None` if the regime is undetermined.
     pub fn decided_confidence(&self) -> Option<f64> {
         (self.regime != Regime::Undetermined).then_some(self.confidence)
-    }
-
-    /// The limitations as a sentence; empty without any.
-    pub fn limitations_text(&self) -> String {
-        let all: Vec<String> = self.limitations.iter().map(Limitation::to_string).collect();
-        let text = all.join("; ");
-        let mut letters = text.chars();
-        letters.next().map_or_else(String::new, |first| {
-            format!("{}{}.", first.to_uppercase(), letters.as_str())
-        })
     }
 }
 
@@ -156,26 +146,28 @@ pub fn classify(samples: &[f64], search: &RegimeSearch) -> Result<Verdict, Analy
             need: RegimeSearch::MIN_SAMPLES,
         });
     }
+    let (amplitude, features) = features(samples, search)?;
+    Ok(match features {
+        Some(features) => verdict(&features),
+        None => silent(amplitude, search.silence),
+    })
+}
+
+/// Amplitude of a record, and its features unless it is silent.
+fn features(
+    samples: &[f64],
+    search: &RegimeSearch,
+) -> Result<(f64, Option<Features>), AnalysisError> {
     let (recent, averaged) = recent(samples)?;
     let [low, high] = range(recent.iter().copied());
     let amplitude = 0.5 * (high - low);
     if amplitude <= ROUNDING * low.abs().max(high.abs()) || amplitude < search.silence {
-        return Ok(silent(amplitude, search.silence));
+        return Ok((amplitude, None));
     }
-    Ok(verdict(&features(&recent, averaged, search)?))
-}
-
-/// Features of samples of which each is the average of some.
-fn features(
-    recent: &[f64],
-    averaged: usize,
-    search: &RegimeSearch,
-) -> Result<Features, AnalysisError> {
-    let [low, high] = range(recent.iter().copied());
-    let amplitude = 0.5 * (high - low);
     let scaled: Vec<f64> = recent.iter().map(|x| (x - low) / amplitude - 1.0).collect();
     let background = search.background / (amplitude * amplitude);
-    Features::of(&scaled, search.sample_rate / averaged as f64, background)
+    let features = Features::of(&scaled, search.sample_rate / averaged as f64, background)?;
+    Ok((amplitude, Some(features)))
 }
 
 /// The verdict of the model.
@@ -200,16 +192,16 @@ fn verdict(features: &Features) -> Verdict {
         _ => Regime::Undetermined,
     };
     let is_modulated = features.lines.side.is_some_and(|side| side < SLOW);
-    let (regime, limitations) = match regime {
+    let (regime, limitation) = match regime {
         // A tone that is modulated slowly, as an ordinary squeak is, has the lines of a torus.
-        Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, vec![Limitation::Modulated]),
-        regime => (regime, limitations(regime, features)),
+        Regime::QuasiPeriodic if is_modulated => (Regime::Periodic, Some(Limitation::Modulated)),
+        regime => (regime, limitation(regime, features)),
     };
     Verdict {
         regime,
         confidence: probability,
         likeliest,
-        limitations,
+        limitation,
         evidence: evidence(features, &inputs, [order[0], order[1]]),
     }
 }
@@ -241,16 +233,16 @@ fn evidence(features: &Features, inputs: &Inputs, [first, second]: [usize; 2]) -
 }
 
 /// What the signal leaves open.
-fn limitations(regime: Regime, features: &Features) -> Vec<Limitation> {
+fn limitation(regime: Regime, features: &Features) -> Option<Limitation> {
     match regime {
         Regime::Undetermined
             if features.periods_seen < FEW_PERIODS || features.samples < MIN_VERDICT_SAMPLES =>
         {
-            vec![Limitation::TooShort]
+            Some(Limitation::TooShort)
         }
-        Regime::Undetermined => vec![Limitation::NoEvidence],
-        Regime::QuasiPeriodic if features.lines.is_mirrored => vec![Limitation::Modulation],
-        _ => Vec::new(),
+        Regime::Undetermined => Some(Limitation::NoEvidence),
+        Regime::QuasiPeriodic if features.lines.is_modulated => Some(Limitation::Modulation),
+        _ => None,
     }
 }
 
@@ -277,7 +269,7 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
         regime: Regime::Silent,
         confidence,
         likeliest: vec![Regime::Silent],
-        limitations: Vec::new(),
+        limitation: None,
         evidence: vec![Evidence {
             criterion: "amplitude".to_owned(),
             supports: Regime::Silent,

@@ -253,7 +253,7 @@ impl Signal {
                 regime,
                 confidence: 0.93 - 0.3 * (40.0 * now).sin().powi(2),
                 likeliest: vec![regime],
-                limitations: Vec::new(),
+                limitation: None,
                 evidence: vec![
                     evidence(
                         "lines of the spectrum",
