@@ -434,7 +434,19 @@ fn silence_is_a_result() {
     let dir = TestDir::new();
     dir.wav("silent.wav", 8000, 1, &[0; 8000]);
     dir.wav("constant.wav", 8000, 1, &[7; 8000]);
-    for name in ["silent.wav", "constant.wav"] {
+    // Dither of one step on either side.
+    let mut state = 1_u32;
+    let mut dither = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        7 + ((state >> 16) % 3) as i16
+    };
+    let dithered: Vec<i16> = (0..8000).map(|_| dither()).collect();
+    dir.wav("dithered.wav", 8000, 1, &dithered);
+    // A switch has two levels, too.
+    let switched: Vec<i16> = (0..8000).map(|k| 20_000 * (k / 20 % 2)).collect();
+    dir.wav("switched.wav", 8000, 1, &switched);
+    assert_eq!(dir.analyse("switched.wav")["verdict"]["regime"], "periodic");
+    for name in ["silent.wav", "constant.wav", "dithered.wav"] {
         let json = dir.analyse(&format!("{name} --figures figures"));
         assert_eq!(json["verdict"]["regime"], "silent");
         assert_eq!(json["events"], Value::Array(Vec::new()));

@@ -13,9 +13,9 @@ use crate::analysis::{
     DivergenceMethod, DivergenceSearch, FREQUENCY_UNCERTAINTY, FalseNeighbourSearch, Line,
     LineCriterion, LineIdentification, MAX_SAMPLE, MIN_RANGE, Measures, RateBase,
     RecurrenceCriterion, RecurrenceImage, RecurrencePeriods, RecurrencePlot, Regime, RegimeSearch,
-    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, Verdict, Window, ZeroOne,
-    ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence, false_neighbours,
-    identify_lines, mean, quantify, range, section_shape, zero_one,
+    SectionPoint, Spectrum, SpectrumAnalyser, Stft, Threshold, TonalEvents, Verdict, Window,
+    ZeroOne, ZeroOneTest, choose_delay, classify, delay_section, deviation, divergence,
+    false_neighbours, identify_lines, mean, quantify, range, section_shape, zero_one,
 };
 use crate::import::Signal;
 use crate::memory;
@@ -60,6 +60,9 @@ const SECTION_DIMENSION: usize = 3;
 /// Radius of Kantz's method in standard deviations, for few samples and for many.
 const KANTZ_RADII: [f64; 2] = [0.05, 0.02];
 const MANY_SAMPLES: usize = 50_000;
+
+/// Peak-to-peak amplitude of the dither of a constant sound that is silent, over full scale: two steps of 8 bits.
+const MAX_DITHER: f64 = 1.0 / 64.0;
 
 /// Analyses a signal. `progress` receives the fraction done, 0 to 1, and the name of the step, and returns
 /// whether to continue; the result is `None` if it returns `false`.
@@ -125,7 +128,12 @@ fn run(
         false => Err(End::Stopped),
     };
     step(0.0, "tonal events")?;
-    let sound = MeasuredSound::of(&signal, search.faint)?;
+    let silent_below = silence(&signal);
+    let silence = silent_below.map(|_| SkipReason::Silent);
+    let mut sound = MeasuredSound::of(&signal, search.faint)?;
+    if let Some(sound) = sound.as_mut().filter(|_| silence.is_some()) {
+        sound.tonal = TonalEvents::default();
+    }
     let Selected {
         stretch,
         part,
@@ -134,8 +142,6 @@ fn run(
     let studied = part.as_ref().unwrap_or(&signal);
     let (samples, rate) = (&studied.samples[..], studied.rate);
     let newest = &samples[samples.len().saturating_sub(MAX_NONLINEAR_SAMPLES)..];
-    let is_silent = samples.iter().all(|x| *x == samples[0]);
-    let silence = is_silent.then_some(SkipReason::Silent);
     step(0.1, "spectrum")?;
     let (spectrum, tones) = tones(studied)?;
     step(0.15, "delay and dimension")?;
@@ -158,8 +164,16 @@ fn run(
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
     step(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
-    let background = || background_power(&signal, events, stretch.band_hz);
-    let verdict = regime(newest, rate, background, !events.is_empty(), obstacle)?;
+    let background = match obstacle {
+        None => background_power(&signal, events, stretch.band_hz),
+        Some(_) => None,
+    };
+    let criterion = RegimeSearch {
+        sample_rate: rate,
+        silence: silent_below.unwrap_or(0.0),
+        background: background.unwrap_or(0.0),
+    };
+    let verdict = regime(newest, &criterion, !events.is_empty(), obstacle)?;
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
         Some(skipped) => Outcome::Skipped { skipped },
         None => delay.clone(),
@@ -194,23 +208,14 @@ fn run(
     })
 }
 
-/// Type of motion in the stretch; `background`: its power, if known. If there are tonal events, *noise* only means that the
-/// noise hides the motion.
+/// Type of motion in the stretch. If there are tonal events, *noise* only means that the noise hides the motion.
 fn regime(
     samples: &[f64],
-    rate: f64,
-    background: impl FnOnce() -> Option<f64>,
+    search: &RegimeSearch,
     has_events: bool,
     obstacle: Option<SkipReason>,
 ) -> Result<Outcome<Verdict>, AnalysisError> {
-    let verdict = Outcome::unless(obstacle, || {
-        let search = RegimeSearch {
-            sample_rate: rate,
-            silence: 0.0,
-            background: background().unwrap_or(0.0),
-        };
-        classify(samples, &search)
-    })?;
+    let verdict = Outcome::unless(obstacle, || classify(samples, search))?;
     let is_noise = verdict.get().is_ok_and(|v| v.regime == Regime::Noise);
     Ok(match is_noise && has_events {
         true => Outcome::Skipped {
@@ -218,6 +223,17 @@ fn regime(
         },
         false => verdict,
     })
+}
+
+/// The amplitude (half the range) up to which a constant signal, or a constant sound with dither of one step of its
+/// resolution on either side, is silent; `None` for any other signal.
+fn silence(signal: &Signal) -> Option<f64> {
+    let samples = &signal.samples;
+    let [low, high] = range(samples.iter().copied());
+    let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let step = steps.filter(|step| *step > 0.0).fold(high - low, f64::min);
+    let is_dither = signal.unit == "FS" && high - low <= (2.5 * step).min(MAX_DITHER);
+    (low == high || is_dither).then_some(2.0 * step)
 }
 
 /// Why averages over the divergence of trajectories are meaningless; `None` if they are not.

@@ -31,7 +31,7 @@ pub enum SkipReason {
     Noise,
     /// The motion is a transient.
     Transient,
-    /// All samples are equal.
+    /// The signal is constant, or constant with dither of one step of its resolution.
     Silent,
 }
 
@@ -42,7 +42,7 @@ impl fmt::Display for SkipReason {
             Self::Clipped => "the stretch contains clipped samples",
             Self::Noise => "the noise in the stretch hides the motion",
             Self::Transient => "the motion is a transient, so averages over time are meaningless",
-            Self::Silent => "all samples are equal",
+            Self::Silent => "the signal is constant",
         })
     }
 }
