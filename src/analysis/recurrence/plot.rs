@@ -5,6 +5,7 @@
 //! short, interrupted diagonals (Marwan et al., Phys. Rep. 438, 237, 2007).
 
 use super::Threshold;
+use super::threshold::rank_of_rate;
 use crate::analysis::{AnalysisError, DelayVectors, Norm, deviation};
 
 /// Distances between all pairs of states in a window of delay vectors, and the images computed from
@@ -170,15 +171,22 @@ impl RecurrencePlot {
     /// [`AnalysisError::Threshold`] as in [`quantify`](super::quantify).
     pub fn recurrences(&mut self, threshold: Threshold) -> Result<ThresholdedPlot, AnalysisError> {
         let distance = match threshold.check()? {
-            Threshold::Distance(distance) => distance,
-            Threshold::Spread(times) => times * self.deviation,
-            Threshold::Rate(rate) => self.distance_for_rate(rate),
-            Threshold::Neighbours(count) => return Ok(self.neighbours(count)),
+            Threshold::Distance(distance) => Some(distance),
+            Threshold::Spread(times) => Some(times * self.deviation),
+            Threshold::Rate(rate) => Some(self.distance_for_rate(rate)),
+            Threshold::Neighbours(_) => None,
+        };
+        // Of the unrooted distances in each column.
+        let limits = match (distance, threshold) {
+            (None, Threshold::Neighbours(count)) => self.neighbour_limits(count),
+            (distance, _) => {
+                vec![self.norm.unrooted_limit(distance.unwrap_or_default()); self.size]
+            }
         };
         Ok(ThresholdedPlot {
-            pixels: self.recurrence_picture(distance),
-            distance: Some(distance),
-            rate: self.rate(distance),
+            pixels: self.pixels(&limits),
+            distance,
+            rate: self.share(&limits),
         })
     }
 
@@ -186,11 +194,8 @@ impl RecurrencePlot {
     /// that [`find_threshold`](super::find_threshold) computes. Pairs at equal distance are included
     /// together, which can make the actual rate larger. A rate of less than half a pair gives 0.
     fn distance_for_rate(&mut self, rate: f64) -> f64 {
-        let (pairs, identity) = (self.pairs(), self.identity());
-        // If the line of identity counts, it is always recurrent.
-        let count = rate.clamp(0.0, 1.0) * (2 * pairs + identity) as f64 - identity as f64;
-        let count = ((0.5 * count).round().max(0.0) as usize).min(pairs);
-        let Some(last) = count.checked_sub(1) else {
+        let [pairs, identity] = [self.pairs(), self.identity()].map(|count| count as u64);
+        let Some(last) = rank_of_rate(rate, pairs, identity) else {
             return 0.0;
         };
         self.selection.clear();
@@ -198,15 +203,8 @@ impl RecurrencePlot {
             let later = &self.unrooted[i * self.size..][after..self.size];
             self.selection.extend(later.iter().map(|d| d.to_bits()));
         }
-        let unrooted = f64::from_bits(*self.selection.select_nth_unstable(last).1);
+        let unrooted = f64::from_bits(*self.selection.select_nth_unstable(last as usize).1);
         self.norm.distance_of_unrooted(unrooted)
-    }
-
-    /// Recurrence rate: share of counted pairs with a distance of at most `epsilon` (signal's unit), 0
-    /// to 1; 0 without pairs.
-    fn rate(&self, epsilon: f64) -> f64 {
-        let limit = self.norm.unrooted_limit(epsilon);
-        self.share(|_| limit)
     }
 
     /// Image without a threshold, row-major: 0 for equal states, 255 for the largest distance of the
@@ -224,14 +222,8 @@ impl RecurrencePlot {
         self.unrooted.iter().map(shade).collect()
     }
 
-    /// Image of Eq. (26), row-major: 255 recurrent, 0 not.
-    fn recurrence_picture(&self, epsilon: f64) -> Vec<u8> {
-        let limit = self.norm.unrooted_limit(epsilon);
-        self.pixels(|_| limit)
-    }
-
-    /// Recurrence plot with a fixed number of neighbours per state.
-    fn neighbours(&mut self, count: usize) -> ThresholdedPlot {
+    /// Limits of the columns for a fixed number of neighbours per state.
+    fn neighbour_limits(&mut self, count: usize) -> Vec<f64> {
         let mut limits = Vec::with_capacity(self.size);
         for (i, &(before, after)) in self.counted.iter().enumerate() {
             // The distances are symmetric: column `i` equals row `i`.
@@ -244,15 +236,11 @@ impl RecurrencePlot {
                 f64::from_bits(*self.selection.select_nth_unstable(last).1)
             }));
         }
-        ThresholdedPlot {
-            pixels: self.pixels(|column| limits[column]),
-            distance: None,
-            rate: self.share(|column| limits[column]),
-        }
+        limits
     }
 
-    /// Share of counted pairs within the limits of their columns.
-    fn share(&self, limit: impl Fn(usize) -> f64) -> f64 {
+    /// Recurrence rate, Eq. (26): share of counted pairs within the limits of their columns, 0 to 1; 0 without pairs.
+    fn share(&self, limits: &[f64]) -> f64 {
         let identity = self.identity();
         let all = 2 * self.pairs() + identity;
         if all == 0 {
@@ -263,26 +251,19 @@ impl RecurrencePlot {
             .chunks_exact(self.size.max(1))
             .zip(&self.counted)
             .map(|(row, &(before, after))| {
-                let within = |&column: &usize| row[column] <= limit(column);
+                let within = |&column: &usize| row[column] <= limits[column];
                 (0..before).chain(after..self.size).filter(within).count()
             })
             .sum();
         (within + identity) as f64 / all as f64
     }
 
-    /// Image of the pairs within the limits of their columns.
-    fn pixels(&self, limit: impl Fn(usize) -> f64) -> Vec<u8> {
-        let n = self.size.max(1);
-        let mut pixels = vec![0; self.unrooted.len()];
-        for (pixels, row) in pixels
-            .chunks_exact_mut(n)
-            .zip(self.unrooted.chunks_exact(n))
-        {
-            for (column, (pixel, &unrooted)) in pixels.iter_mut().zip(row).enumerate() {
-                *pixel = if unrooted <= limit(column) { 255 } else { 0 };
-            }
-        }
-        pixels
+    /// Image of Eq. (26), row-major: 255 within the limits of the columns, else 0.
+    fn pixels(&self, limits: &[f64]) -> Vec<u8> {
+        let rows = self.unrooted.chunks_exact(self.size.max(1));
+        let within = |(unrooted, limit): (&f64, &f64)| if unrooted <= limit { 255 } else { 0 };
+        rows.flat_map(|row| row.iter().zip(limits).map(within))
+            .collect()
     }
 
     /// Number of counted pairs on the line of identity, all of them recurrent.
@@ -318,6 +299,11 @@ mod tests {
         plot
     }
 
+    /// The plot at a distance.
+    fn at(plot: &mut RecurrencePlot, distance: f64) -> ThresholdedPlot {
+        plot.recurrences(Threshold::Distance(distance)).unwrap()
+    }
+
     #[test]
     fn distances_match_the_definition() {
         let signal = noise(1, 90, 1e-7);
@@ -341,7 +327,7 @@ mod tests {
         let mut sorted = direct.clone();
         sorted.sort_by(f64::total_cmp);
         let epsilon = 0.5 * (sorted[200] + sorted[202]);
-        for (pixel, d) in plot.recurrence_picture(epsilon).iter().zip(&direct) {
+        for (pixel, d) in at(&mut plot, epsilon).pixels.iter().zip(&direct) {
             assert_eq!(*pixel == 255, *d <= epsilon);
         }
     }
@@ -352,11 +338,14 @@ mod tests {
         let one_pair = 1.0 / plot.pairs() as f64;
         for asked in [0.0, 1e-4, 0.01, 0.05, 0.3, 0.99, 1.0] {
             let epsilon = plot.distance_for_rate(asked);
-            assert!((plot.rate(epsilon) - asked).abs() <= one_pair, "{asked}");
-            let picture = plot.recurrence_picture(epsilon);
+            assert!(
+                (at(&mut plot, epsilon).rate - asked).abs() <= one_pair,
+                "{asked}"
+            );
+            let picture = at(&mut plot, epsilon).pixels;
             let recurrent = picture.iter().filter(|&&p| p == 255).count();
             let off_identity = (recurrent - plot.size()) as f64 / 2.0;
-            assert!((off_identity * one_pair - plot.rate(epsilon)).abs() < 1e-12);
+            assert!((off_identity * one_pair - at(&mut plot, epsilon).rate).abs() < 1e-12);
         }
     }
 
@@ -365,7 +354,7 @@ mod tests {
         let mut plot = plot(&noise(3, 200, 1.0), 3, 3);
         let epsilon = plot.distance_for_rate(0.1);
         let n = plot.size();
-        let (distance, recurrent) = (plot.distance_picture(), plot.recurrence_picture(epsilon));
+        let (distance, recurrent) = (plot.distance_picture(), at(&mut plot, epsilon).pixels);
         for i in 0..n {
             assert_eq!(distance[i * n + i], 0);
             assert_eq!(recurrent[i * n + i], 255);
@@ -383,7 +372,7 @@ mod tests {
         let signal = sines(50.0, 425, &[(1.0, 1.0, 0.4)]);
         let mut plot = plot(&signal, 12, 2);
         let epsilon = plot.distance_for_rate(0.05);
-        let (n, picture) = (plot.size(), plot.recurrence_picture(epsilon));
+        let (n, picture) = (plot.size(), at(&mut plot, epsilon).pixels);
         for offset in 0..n - 50 {
             let diagonal = (0..n - offset).map(|i| picture[i * n + i + offset]);
             let share = diagonal.filter(|&p| p == 255).count() as f64 / (n - offset) as f64;
@@ -402,9 +391,9 @@ mod tests {
         let scaled: Vec<f64> = signal.iter().map(|x| x * 2.0_f64.powi(-40)).collect();
         let (mut a, mut b) = (plot(&signal, 4, 3), plot(&scaled, 4, 3));
         assert_eq!(a.distance_picture(), b.distance_picture());
-        let (at, bt) = (a.distance_for_rate(0.07), b.distance_for_rate(0.07));
-        assert_eq!(a.recurrence_picture(at), b.recurrence_picture(bt));
-        assert_eq!(at * 2.0_f64.powi(-40), bt);
+        let [p, q] = [&mut a, &mut b].map(|plot| plot.recurrences(Threshold::Rate(0.07)).unwrap());
+        assert_eq!(p.pixels, q.pixels);
+        assert_eq!(p.distance.map(|d| d * 2.0_f64.powi(-40)), q.distance);
     }
 
     #[test]
@@ -413,8 +402,8 @@ mod tests {
         assert_eq!(plot.largest(), 0.0);
         assert!(plot.distance_picture().iter().all(|&p| p == 0));
         assert_eq!(plot.distance_for_rate(0.05), 0.0);
-        assert_eq!(plot.rate(0.0), 1.0);
-        assert!(plot.recurrence_picture(0.0).iter().all(|&p| p == 255));
+        assert_eq!(at(&mut plot, 0.0).rate, 1.0);
+        assert!(at(&mut plot, 0.0).pixels.iter().all(|&p| p == 255));
     }
 
     #[test]
@@ -426,8 +415,8 @@ mod tests {
             plot.measure(&vectors, indices);
             assert_eq!(plot.pairs(), 0);
             assert_eq!(plot.distance_for_rate(0.5), 0.0);
-            assert_eq!(plot.rate(1.0), 0.0);
-            assert_eq!(plot.recurrence_picture(0.0).len(), indices.len());
+            assert_eq!(at(&mut plot, 1.0).rate, 0.0);
+            assert_eq!(at(&mut plot, 0.0).pixels.len(), indices.len());
         }
     }
 
@@ -483,7 +472,8 @@ mod tests {
         let counted = |theiler| {
             let mut plot = RecurrencePlot::with(Norm::Maximum, theiler);
             plot.measure(&vectors, &indices);
-            assert_eq!(plot.rate(plot.largest()), 1.0);
+            let largest = plot.largest();
+            assert_eq!(at(&mut plot, largest).rate, 1.0);
             plot.pairs()
         };
         let n = indices.len();

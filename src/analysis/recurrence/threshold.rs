@@ -173,20 +173,23 @@ const MAX_KEPT: u64 = 1 << 20;
 fn distance_for_rate(pairs: &Pairs<'_>, rate: f64) -> f64 {
     let n = pairs.states as u64;
     let upper: u64 = pairs.offsets().map(|k| n - k as u64).sum();
-    // If the line of identity counts, it is always recurrent.
     let identity = if pairs.offsets().start > pairs.theiler {
         n
     } else {
         0
     };
+    rank_of_rate(rate, upper, identity).map_or(0.0, |rank| {
+        let unrooted = order_statistic(pairs, rank, MAX_KEPT);
+        pairs.norm.distance_of_unrooted(unrooted)
+    })
+}
+
+/// Rank, from 0, of the distance for a recurrence rate among those of `upper` pairs; `None` if no pair is to be recurrent.
+/// `identity` pairs on the line of identity are always recurrent.
+pub(super) fn rank_of_rate(rate: f64, upper: u64, identity: u64) -> Option<u64> {
     let count = rate * (2 * upper + identity) as f64 - identity as f64;
     let count = ((0.5 * count).round().max(0.0) as u64).min(upper);
-    match count.checked_sub(1) {
-        Some(rank) => pairs
-            .norm
-            .distance_of_unrooted(order_statistic(pairs, rank, MAX_KEPT)),
-        None => 0.0,
-    }
+    count.checked_sub(1)
 }
 
 /// The unrooted distance with this rank (0 the smallest) among the counted pairs of the upper triangle.
