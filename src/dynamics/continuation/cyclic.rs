@@ -11,7 +11,14 @@
 //! Stat. Comput. 13 (1992) 742-764). Its triangle is at least as well conditioned as `Z`, which starts as `-I`: no growth of
 //! the flow over more than one segment enters.
 
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::evd::ComputeEigenvectors;
+use faer::linalg::gevd::{gevd_real, gevd_scratch};
+use faer::{Mat, Par};
 use nalgebra::{Complex, DMatrix, DVector};
+
+use super::Multiplier;
 
 /// One segment of the system.
 pub struct Segment {
@@ -192,9 +199,8 @@ pub fn singular_direction(segments: &[Segment], corner: DMatrix<f64>) -> Option<
     dense.complete(&column, true)
 }
 
-/// The eigenvector of the product of the segment maps for the eigenvalue that is closest to `multiplier`, which is near the
-/// unit circle, carried along the segments: `y_(k+1) = G_k y_k`, `y_N = multiplier y_0`. The first state has norm 1.
-pub fn eigenvector(maps: &[DMatrix<f64>], multiplier: Complex<f64>) -> Vec<DVector<Complex<f64>>> {
+/// A system of segment maps without other unknowns.
+fn homogeneous(maps: &[DMatrix<f64>]) -> Reduced {
     let n = maps[0].nrows();
     let segments: Vec<_> = maps
         .iter()
@@ -205,7 +211,69 @@ pub fn eigenvector(maps: &[DMatrix<f64>], multiplier: Complex<f64>) -> Vec<DVect
             border: DMatrix::zeros(0, n),
         })
         .collect();
-    let reduced = reduce(&segments);
+    reduce(&segments)
+}
+
+/// The eigenvalues of the product of the segment maps: the generalized eigenvalues of `A` and `-Z`. The largest comes first,
+/// of a pair that with the positive angle. Those that are lost in rounding errors, below about 1e-15 of the largest or of
+/// 1, are zero. `None` if the maps are not finite, or without convergence.
+pub fn multipliers(maps: &[DMatrix<f64>]) -> Option<Vec<Multiplier>> {
+    if !maps.iter().flatten().all(|x| x.is_finite()) {
+        return None;
+    }
+    let Reduced { a, z, .. } = homogeneous(maps);
+    let n = a.nrows();
+    let rounding = n as f64 * f64::EPSILON * a.norm().max(z.norm());
+    let [mut a, mut minus_z] = [a, -z].map(|matrix| Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
+    let [mut real, mut imaginary, mut below] = [(); 3].map(|()| Diag::<f64>::zeros(n));
+    let (par, none) = (Par::Seq, ComputeEigenvectors::No);
+    // For small matrices the library requests less scratch than it takes.
+    let more = StackReq::new_aligned::<f64>(2 * n.next_multiple_of(64), 64);
+    let scratch = gevd_scratch::<f64>(n, none, none, par, Default::default()).and(more);
+    gevd_real(
+        a.as_mut(),
+        minus_z.as_mut(),
+        real.as_mut(),
+        imaginary.as_mut(),
+        below.as_mut(),
+        None,
+        None,
+        par,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .ok()?;
+    let [real, imaginary, below] = [real, imaginary, below].map(Diag::into_column_vector);
+    let mut all = Vec::with_capacity(n);
+    // Of each pair the other one is the exact conjugate.
+    for k in (0..n).filter(|&k| imaginary[k] >= 0.0) {
+        let (above, below) = (Complex::new(real[k], imaginary[k]), below[k]);
+        let multiplier = match above.norm() {
+            size if size <= rounding => Multiplier::ZERO,
+            size => Multiplier {
+                ln_magnitude: (size / below).abs().ln(),
+                // Without a negative zero.
+                angle: f64::atan2(above.im / below + 0.0, above.re / below),
+            },
+        };
+        all.push(multiplier);
+        if above.im > 0.0 {
+            let angle = -multiplier.angle + 0.0;
+            all.push(Multiplier {
+                angle,
+                ..multiplier
+            });
+        }
+    }
+    all.sort_by(Multiplier::order);
+    Some(all)
+}
+
+/// The eigenvector of the product of the segment maps for the eigenvalue that is closest to `multiplier`, which is near the
+/// unit circle, carried along the segments: `y_(k+1) = G_k y_k`, `y_N = multiplier y_0`. The first state has norm 1.
+pub fn eigenvector(maps: &[DMatrix<f64>], multiplier: Complex<f64>) -> Vec<DVector<Complex<f64>>> {
+    let reduced = homogeneous(maps);
+    let n = reduced.a.nrows();
     let complex = |matrix: &DMatrix<f64>| matrix.map(|x| Complex::new(x, 0.0));
     let svd = (complex(&reduced.a) + complex(&reduced.z) * multiplier).svd(false, true);
     let least = (0..n)

@@ -50,7 +50,7 @@ pub enum ContinuationError {
     },
     /// The multipliers could not be computed.
     #[error(
-        "the periodic Schur decomposition did not converge at parameter {parameter}; report this case"
+        "the iteration for the multipliers did not converge at parameter {parameter}; report this case"
     )]
     Multipliers {
         /// Value of the parameter.

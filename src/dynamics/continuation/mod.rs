@@ -19,9 +19,10 @@
 //! * *Pseudo-arclength.* Steps follow the tangent of the branch, and the correction is orthogonal to it (H. B.
 //!   Keller, in: Applications of Bifurcation Theory, Academic Press 1977, 359-384). The step length follows the
 //!   number of Newton iterations and the angle between successive tangents.
-//! * *Multipliers.* The periodic Schur decomposition of the segments gives Floquet multipliers of any magnitude with
-//!   a small relative error ([`floquet_multipliers`]). The multiplier of an autonomous orbit that should equal 1
-//!   measures the error.
+//! * *Multipliers.* The Floquet multipliers are the generalized eigenvalues of the two matrices that are left of the
+//!   segments when all states but the first are eliminated (T. F. Fairgrieve, A. D. Jepson, SIAM J. Numer. Anal. 28 (1991)
+//!   1446-1462). Those below about 1e-15 of the largest or of 1 are lost in rounding errors, and zero. The multiplier of an
+//!   autonomous orbit that should equal 1 measures the error.
 //! * *Bifurcations* are zeros of test functions along the branch, located by a bracketing secant method.
 //!
 //! # Limits
@@ -41,7 +42,6 @@ mod flow;
 mod follow;
 mod locate;
 mod mesh;
-mod multipliers;
 mod newton;
 mod normal_form;
 mod options;
@@ -59,7 +59,6 @@ pub use branch::{BranchEnd, BranchStats, BranchUpdate, OrbitBranch};
 pub use error::ContinuationError;
 pub use family::{Family, FamilyError};
 pub use follow::{OnBranchUpdate, continue_orbits};
-pub use multipliers::{SchurError, floquet_multipliers};
 pub use options::{ContinuationOptions, StepLimits};
 pub use orbit::{Multiplier, OrbitSegment, PeriodicOrbit};
 pub use start::{BranchStart, HopfPoint, ReturnSearch, hopf_orbit, settled_orbit, switched_orbit};

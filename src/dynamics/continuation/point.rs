@@ -1,7 +1,7 @@
 //! Points of a branch while it is computed.
 
+use super::cyclic;
 use super::flow::Flow;
-use super::multipliers::floquet_multipliers;
 use super::newton::{Constraint, Corrected, Precision};
 use super::shape::{GuardDistances, Shape};
 use super::shot::{Direction, Scale, Shot};
@@ -84,16 +84,10 @@ impl Flow<'_> {
         scale: &Scale,
     ) -> Result<PeriodicOrbit, ContinuationError> {
         let shot = &corrected.shot;
-        let n = shot.states[0].len();
-        // The transpose of a matrix by columns is the matrix by rows.
-        let factors: Vec<Vec<f64>> = shape
-            .maps
-            .iter()
-            .map(|map| scale.scaled_map(map).transpose().as_slice().to_vec())
-            .collect();
+        let maps = shape.maps.iter().map(|map| scale.scaled_map(map));
         let parameter = shot.parameter;
-        let multipliers = floquet_multipliers(n, &factors)
-            .map_err(|_| ContinuationError::Multipliers { parameter })?;
+        let multipliers = cyclic::multipliers(&maps.collect::<Vec<_>>())
+            .ok_or(ContinuationError::Multipliers { parameter })?;
         let segments = shot.phases.iter().zip(&shot.states);
         let mut orbit = PeriodicOrbit {
             parameter,
