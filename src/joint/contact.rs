@@ -4,9 +4,8 @@
 use super::Joint;
 use super::friction::FrictionLaw;
 use super::nodes::radial;
-use super::optional_terms::convected;
 use super::simd::{Eight, LANES};
-use super::vector::{norm, scale};
+use super::vector::{add_scaled, norm, scale};
 
 /// Action of the contact on a node at an instant: forces and velocities in its sliding frame `(e_s, e_t,
 /// e_r)`.
@@ -26,8 +25,19 @@ pub struct NodeAction {
     pub friction: [f64; 3],
 }
 
+/// Contact forces on all nodes at an instant. Each vector has one entry per node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeForces {
+    /// Normal force `N Delta A`, N; zero for a separated node, and negative for a bonded one that is pulled.
+    pub normal: Vec<f64>,
+    /// Magnitude of the slip velocity in the friction law, m/s.
+    pub speed: Vec<f64>,
+    /// Friction force on the ball, Eq. (3), N, in Cartesian components.
+    pub friction: Vec<[f64; 3]>,
+}
+
 /// Motion of eight nodes in their sliding frames.
-pub(super) struct BlockMotion {
+struct BlockMotion {
     /// Radial displacement, m, and its rate, m/s.
     u_r: [f64; LANES],
     rate: [f64; LANES],
@@ -42,7 +52,30 @@ impl Joint {
     /// Returns forces and velocities of node `k` at modal coordinates `q`, velocities `v` and states of friction
     /// ([`Joint::parts`]).
     pub fn node_action(&self, k: usize, q: &[f64], v: &[f64], states: &[f64]) -> NodeAction {
-        let mut action = self.pressed(k, &self.block_motion(k / LANES, q, v));
+        self.action_in(k, &self.block_motion(k / LANES, q, v), states)
+    }
+
+    /// Contact forces on all nodes at a state `z`.
+    pub fn node_forces(&self, z: &[f64]) -> NodeForces {
+        let [q, v, states] = self.parts(z);
+        let mut forces = NodeForces::default();
+        for (block, frames) in self.nodes.frames.chunks(LANES).enumerate() {
+            let motion = self.block_motion(block, q, v);
+            for (k, [along, across, outward]) in (block * LANES..).zip(frames) {
+                let action = self.action_in(k, &motion, states);
+                let [s, t, r] = action.friction;
+                let tangential = add_scaled(scale(*along, s), t, *across);
+                forces.normal.push(action.normal);
+                forces.speed.push(action.speed);
+                forces.friction.push(add_scaled(tangential, r, *outward));
+            }
+        }
+        forces
+    }
+
+    /// Forces and velocities of node `k` of a block with this motion.
+    fn action_in(&self, k: usize, motion: &BlockMotion, states: &[f64]) -> NodeAction {
+        let mut action = self.pressed(k, motion);
         let (seen, normal) = (self.friction_velocity(&action), action.normal);
         action.friction = match self.evolving() {
             Some(evolving) => {
@@ -57,7 +90,7 @@ impl Joint {
     }
 
     /// Slip velocity in the friction law, m/s.
-    pub(super) fn friction_velocity(&self, action: &NodeAction) -> [f64; 3] {
+    fn friction_velocity(&self, action: &NodeAction) -> [f64; 3] {
         let [s, t, r] = action.slip;
         if self.law.radial() {
             [s, t, r]
@@ -67,7 +100,7 @@ impl Joint {
     }
 
     /// Motion of the nodes of a block at modal coordinates `q` and velocities `v`.
-    pub(super) fn block_motion(&self, block: usize, q: &[f64], v: &[f64]) -> BlockMotion {
+    fn block_motion(&self, block: usize, q: &[f64], v: &[f64]) -> BlockMotion {
         let m = self.nodes.modes;
         let rows = &self.nodes.rows[block * m..][..m];
         let mut motion = BlockMotion {
@@ -87,7 +120,7 @@ impl Joint {
             }
         }
         motion.rate = motion.slip[2];
-        for (row, &q) in convected(&self.nodes, block).iter().zip(q) {
+        for (row, &q) in self.nodes.convected_rows(block).iter().zip(q) {
             for (sums, row) in motion.slip.iter_mut().zip([&row.s, &row.t, &row.r]) {
                 add(sums, row, q);
             }
@@ -96,7 +129,7 @@ impl Joint {
     }
 
     /// Action of the contact on node `k` of a block with this motion, without friction.
-    pub(super) fn pressed(&self, k: usize, motion: &BlockMotion) -> NodeAction {
+    fn pressed(&self, k: usize, motion: &BlockMotion) -> NodeAction {
         let lane = k % LANES;
         let block = &self.nodes.blocks[k / LANES];
         let (u_r, rate) = (motion.u_r[lane], motion.rate[lane]);

@@ -25,7 +25,6 @@ use super::friction_kernel::FrictionKernel;
 use super::model::MAX_MODES;
 use super::node_slopes::{KEPT, NodeSlopes};
 use super::nodes::{Block, Nodes, Rows, View};
-use super::optional_terms::{convected, viscosities};
 use super::separation::Separation;
 use super::simd::{Eight, LANES, LanePosition, Vector, parts};
 
@@ -399,7 +398,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
         let mut sums = [Vector::splat(simd, 0.0); 3];
         let mut rows: [&[Rows]; K] = [&[]; K];
         for (rows, place) in rows.iter_mut().zip(group.places) {
-            *rows = convected(self.nodes, place.block);
+            *rows = self.nodes.convected_rows(place.block);
         }
         for (i, &q) in self.query.z[..rows[0].len()].iter().enumerate() {
             let q = Vector::splat(simd, q);
@@ -442,7 +441,7 @@ impl<L: FrictionKernel, T: KernelVariant> ContactForceKernel<'_, '_, L, T> {
             if let Some(record) = T::record(self.query)
                 && !self.damping.is_none()
             {
-                let kept = &mut record[viscosities(self.nodes.blocks.len())..];
+                let kept = &mut record[self.nodes.blocks.len() * KEPT..];
                 let viscosity = damped.viscosity * area;
                 for k in 0..K {
                     let place = group.places[k];

@@ -4,7 +4,6 @@ use super::contact_force::PAPER_MODES;
 use super::evolving::{EvolvingProduct, record_blocks};
 use super::jacobian::{Assembly, MatrixFreeProduct, MatrixProduct};
 use super::node_slopes::KEPT;
-use super::optional_terms::Addition;
 use super::separation::Separation;
 use super::simd::LANES;
 use super::{Joint, MAX_MODES};
@@ -52,31 +51,14 @@ impl Joint {
     /// Assembles the Jacobian of the force (`m x 2m`, row-major) in the record.
     pub(crate) fn assembled<'a>(&self, record: &'a mut [f64]) -> &'a [f64] {
         let Parts { kept, sums, matrix } = self.parts_of(record);
-        let nodes = &self.nodes;
-        macro_rules! assemble {
-            ($weights:literal) => {
-                self.arch.dispatch(Assembly::<$weights> {
-                    nodes,
-                    kept: &*kept,
-                    sums: &mut *sums,
-                    matrix: &mut *matrix,
-                })
-            };
-        }
-        match (self.law.law(), self.law.radial()) {
-            (None, _) => assemble!(1),
-            (_, false) => assemble!(3),
-            (_, true) => assemble!(4),
-        }
-        if self.has_optional_terms() {
-            self.arch.dispatch(Addition {
-                nodes,
-                radial: self.law.radial(),
-                kept,
-                sums,
-                matrix,
-            });
-        }
+        self.arch.dispatch(Assembly {
+            nodes: &self.nodes,
+            friction: self.law.law().is_some(),
+            radial: self.law.radial(),
+            kept,
+            sums,
+            matrix,
+        });
         matrix
     }
 

@@ -23,7 +23,6 @@ use super::dynamic_friction::{DynamicFriction, StateSlopes};
 use super::friction_kernel::SlipOnly;
 use super::model::MAX_MODES;
 use super::nodes::Nodes;
-use super::optional_terms::convected;
 use super::simd::{Eight, LANES, Vector, parts};
 use super::vector::{add_scaled, dot, scale};
 
@@ -492,7 +491,7 @@ impl EvolvingProduct<'_> {
                     sums[3] = t.mul_add(dv, sums[3]);
                 }
                 sums[4] = sums[1];
-                for (row, dq) in convected(nodes, block).iter().zip(dq) {
+                for (row, dq) in nodes.convected_rows(block).iter().zip(dq) {
                     let dq = Vector::splat(simd, *dq);
                     for (sum, row) in sums[2..].iter_mut().zip(row.part(simd, part)) {
                         *sum = row.mul_add(dq, *sum);

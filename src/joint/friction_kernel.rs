@@ -8,18 +8,24 @@ use super::simd::Vector;
 /// Friction law of the hot loop.
 pub(crate) trait FrictionKernel {
     /// Whether the law has friction.
-    const HAS_FRICTION: bool;
+    const HAS_FRICTION: bool = true;
     /// Whether friction includes the radial slip velocity, as in Eq. (8). It then acts on all three
     /// components of the node frame, otherwise on the two tangential components. A constant, except for
     /// measured curves and custom laws.
     fn radial(&self) -> bool;
-    /// `mu(V)/V` at positive speeds.
-    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K>;
+    /// `mu(V)/V` at positive speeds; zero for a law that is evaluated elsewhere.
+    #[inline(always)]
+    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
+        speed.broadcast(0.0)
+    }
     /// `mu(V)/V`, and `V` times its slope: `dmu/dV - mu/V`.
+    #[inline(always)]
     fn ratio_and_slope<S: Simd, const K: usize>(
         &self,
         speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>);
+    ) -> (Vector<S, K>, Vector<S, K>) {
+        (speed.broadcast(0.0), speed.broadcast(0.0))
+    }
 }
 
 /// No friction.
@@ -31,24 +37,12 @@ impl FrictionKernel for Frictionless {
     fn radial(&self) -> bool {
         false
     }
-    #[inline(always)]
-    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        speed.broadcast(0.0)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        (speed.broadcast(0.0), speed.broadcast(0.0))
-    }
 }
 
 /// A law that the hot loop is compiled for.
 pub(crate) struct Curve<L, const RADIAL: bool>(pub L);
 
 impl<L: VectorLaw, const RADIAL: bool> FrictionKernel for Curve<L, RADIAL> {
-    const HAS_FRICTION: bool = true;
     #[inline(always)]
     fn radial(&self) -> bool {
         RADIAL
@@ -72,21 +66,9 @@ pub(crate) struct SlipOnly {
 }
 
 impl FrictionKernel for SlipOnly {
-    const HAS_FRICTION: bool = true;
     #[inline(always)]
     fn radial(&self) -> bool {
         self.radial
-    }
-    #[inline(always)]
-    fn ratio<S: Simd, const K: usize>(&self, speed: Vector<S, K>) -> Vector<S, K> {
-        speed.broadcast(0.0)
-    }
-    #[inline(always)]
-    fn ratio_and_slope<S: Simd, const K: usize>(
-        &self,
-        speed: Vector<S, K>,
-    ) -> (Vector<S, K>, Vector<S, K>) {
-        (speed.broadcast(0.0), speed.broadcast(0.0))
     }
 }
 
@@ -97,7 +79,6 @@ pub(crate) struct Custom<'a> {
 }
 
 impl FrictionKernel for Custom<'_> {
-    const HAS_FRICTION: bool = true;
     #[inline(always)]
     fn radial(&self) -> bool {
         self.radial

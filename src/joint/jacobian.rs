@@ -8,14 +8,19 @@
 //! df_i/dv_j = -sum over nodes of N g Phi_i . Phi_j + N (dmu/dV - mu/V) w_i w_j
 //! ```
 //!
-//! The second matrix is symmetric. `Phi` contains the components in which friction acts.
-
-use std::ops::Range;
+//! The second matrix is symmetric. `Phi` contains the components in which friction acts. Optional terms: with contact
+//! damping the velocity `du_r/dt` changes the normal force by `c` (N s/m), and friction with it; with the convective part
+//! of the slip velocity, the displacement changes that by the rows `W_i` of `Omega x Phi_i`:
+//!
+//! ```text
+//! df_i/dv_j += -sum over nodes of c (mu w_i + Phi_i.e_r) (Phi_j.e_r)
+//! df_i/dq_j += -sum over nodes of N g Phi_i . W_j + N (dmu/dV - mu/V) w_i (h . W_j)
+//! ```
 
 use pulp::{Simd, WithSimd};
 
 use super::contact_force::{Group, PAPER_MODES};
-use super::node_slopes::NodeSlopes;
+use super::node_slopes::{KEPT, NodeSlopes};
 use super::nodes::{Nodes, Rows, View};
 use super::simd::{LANES, Vector, parts};
 use super::{Joint, MAX_MODES};
@@ -190,7 +195,7 @@ impl<const AXES: usize, const M: usize> MatrixFreeProduct<'_, AXES, M> {
         };
         let mut forces = [[zero; 3]; L];
         for l in 0..L {
-            forces[l] = slopes.force::<AXES>(u_r[l], slip[l]);
+            forces[l] = slopes.change::<AXES>(slopes.stiffness * u_r[l], slip[l]);
         }
         let sums = self.sums.as_chunks_mut::<L>().0;
         for (i, sums) in sums[..m].iter_mut().enumerate() {
@@ -215,13 +220,12 @@ impl<const AXES: usize, const M: usize> MatrixFreeProduct<'_, AXES, M> {
 impl<S: Simd, const K: usize> NodeSlopes<S, K> {
     /// Negative change of the force on nodes for changes of radial displacement and slip velocity.
     #[inline(always)]
-    fn force<const AXES: usize>(
+    fn change<const AXES: usize>(
         &self,
-        u_r: Vector<S, K>,
+        normal: Vector<S, K>,
         [along, across, outward]: [Vector<S, K>; 3],
     ) -> [Vector<S, K>; 3] {
         let [h_s, h_t, h_r] = self.direction;
-        let normal = self.stiffness * u_r;
         if AXES == 0 {
             return [normal; 3];
         }
@@ -242,11 +246,13 @@ impl<S: Simd, const K: usize> NodeSlopes<S, K> {
     }
 }
 
-/// Assembly of the Jacobian of the force.
-/// `WEIGHTS`: number of weights for each mode and node: one for each component of the node frame in which
-/// friction acts, and one for the radial displacement.
-pub(crate) struct Assembly<'a, const WEIGHTS: usize> {
+/// Assembly of the Jacobian of the force, column by column: the change of all modal forces with one modal coordinate or
+/// velocity.
+pub(crate) struct Assembly<'a> {
     pub nodes: &'a Nodes,
+    /// Whether there is friction, and whether it includes the radial component.
+    pub friction: bool,
+    pub radial: bool,
     pub kept: &'a [[f64; LANES]],
     /// Scratch, `2 m^2`.
     pub sums: &'a mut [[f64; LANES]],
@@ -254,209 +260,90 @@ pub(crate) struct Assembly<'a, const WEIGHTS: usize> {
     pub matrix: &'a mut [f64],
 }
 
-/// Number of rows and columns of a tile whose sums are held in registers.
-const TILE: usize = 4;
-
-/// Weights of a mode at some nodes: the change of its force with the components of the slip velocity, then
-/// with the radial displacement.
-type Weights<S, const WEIGHTS: usize> = [Vector<S>; WEIGHTS];
-
-impl<const WEIGHTS: usize> WithSimd for Assembly<'_, WEIGHTS> {
+impl WithSimd for Assembly<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let m = self.nodes.modes;
-        let mut weights = [[Vector::splat(simd, 0.0); WEIGHTS]; MAX_MODES];
-        let units = self.nodes.blocks.len() * parts::<S>();
-        // As many nodes as the buffer can hold; more modes leave fewer nodes.
-        let capacity = MAX_MODES / m;
-        let used = if Self::AXES == 0 { m * m } else { 2 * m * m };
-        self.sums[..used].fill([0.0; LANES]);
-        for first in (0..units).step_by(capacity) {
-            let these = first..units.min(first + capacity);
-            let weights = &mut weights[..these.len() * m];
-            self.compute_weights(simd, these.clone(), weights);
-            self.add(simd, these, weights);
+        let zero = Vector::splat(simd, 0.0);
+        let viscosities = &self.kept[self.nodes.blocks.len() * KEPT..];
+        // Without contact damping the derivative with respect to `v` is symmetric.
+        let is_symmetric = viscosities.is_empty();
+        let sums = &mut self.sums[..2 * m * m];
+        sums.fill([0.0; LANES]);
+        let (by_q, by_v) = sums.split_at_mut(m * m);
+        for (block, (_, rows)) in self.nodes.iter().enumerate() {
+            let convected = self.nodes.convected_rows(block);
+            for part in 0..parts::<S>() {
+                let unit = block * parts::<S>() + part;
+                let mut slopes = match self.friction {
+                    true => NodeSlopes::load(simd, self.kept, unit),
+                    false => NodeSlopes::load_frictionless(simd, self.kept, unit),
+                };
+                if !self.radial {
+                    slopes.direction[2] = zero;
+                }
+                let viscosity = viscosities.get(block);
+                let viscosity = viscosity.map_or(zero, |v| Vector::load(simd, v, part));
+                let change = Change { slopes, part };
+                let slip = |row: &Rows| {
+                    let [s, t, r] = row.part(simd, part);
+                    [s, t, if self.radial { r } else { zero }]
+                };
+                for (j, row) in rows.iter().enumerate() {
+                    let r = row.r.part(simd, part);
+                    let turned = convected.get(j).map_or([zero; 3], slip);
+                    change.add(simd, slopes.stiffness * r, turned, rows, &mut by_q[j * m..]);
+                    let first = if is_symmetric { j } else { 0 };
+                    let sums = &mut by_v[j * m + first..];
+                    change.add(simd, viscosity * r, slip(row), &rows[first..], sums);
+                }
+            }
         }
-        // The derivative with respect to `v` is symmetric. Without friction it vanishes, and the derivative
-        // with respect to `q` is symmetric.
-        for i in 0..m {
-            for j in 0..=i {
-                let (lower, upper) = (i * 2 * m + j, j * 2 * m + i);
-                let by_q = -total(simd, &self.sums[i * m + j]);
-                self.matrix[lower] = by_q;
-                self.matrix[upper] = match Self::AXES {
-                    0 => by_q,
-                    _ => -total(simd, &self.sums[j * m + i]),
+        for (i, row) in self.matrix.chunks_exact_mut(2 * m).enumerate() {
+            for j in 0..m {
+                let of_v = match is_symmetric {
+                    true => i.min(j) * m + i.max(j),
+                    false => j * m + i,
                 };
-                let by_v = match Self::AXES {
-                    0 => 0.0,
-                    _ => -total(simd, &self.sums[(m + i) * m + j]),
-                };
-                self.matrix[lower + m] = by_v;
-                self.matrix[upper + m] = by_v;
+                row[j] = -total(simd, &by_q[j * m + i]);
+                row[m + j] = -total(simd, &by_v[of_v]);
             }
         }
     }
 }
 
-/// Sum over the lanes.
 #[inline(always)]
 fn total<S: Simd>(simd: S, lanes: &[f64; LANES]) -> f64 {
     Vector::load(simd, lanes, 0).sum()
 }
 
-impl<const WEIGHTS: usize> Assembly<'_, WEIGHTS> {
-    /// Number of components of the node frame in which friction acts.
-    const AXES: usize = WEIGHTS - 1;
+/// Derivative of the generalised forces of some nodes.
+struct Change<S: Simd> {
+    slopes: NodeSlopes<S>,
+    part: usize,
+}
 
-    /// Computes the weights of the nodes of some vectors.
+impl<S: Simd> Change<S> {
+    /// Adds the negative change of the modal forces for a change of the normal force (N) and of the slip
+    /// velocity (m/s) to the sums, one per mode.
     #[inline(always)]
-    fn compute_weights<S: Simd>(
+    fn add(
         &self,
         simd: S,
-        units: Range<usize>,
-        weights: &mut [Weights<S, WEIGHTS>],
+        normal: Vector<S>,
+        slip: [Vector<S>; 3],
+        rows: &[Rows],
+        sums: &mut [[f64; LANES]],
     ) {
-        let m = self.nodes.modes;
-        for (unit, weights) in units.zip(weights.chunks_exact_mut(m)) {
-            let (block, part) = (unit / parts::<S>(), unit % parts::<S>());
-            let slopes = NodeSlopes::load(simd, self.kept, unit);
-            let [h_s, h_t, h_r] = slopes.direction;
-            let rows = &self.nodes.rows[block * m..][..m];
-            for (weights, row) in weights.iter_mut().zip(rows) {
-                let [s, t, r] = row.part(simd, part);
-                if Self::AXES == 0 {
-                    weights[Self::AXES] = slopes.stiffness * r;
-                    continue;
-                }
-                let mut turned = h_t.mul_add(t, h_s * s);
-                if Self::AXES == 3 {
-                    turned = h_r.mul_add(r, turned);
-                }
-                let bend = slopes.bend * turned;
-                weights[0] = slopes.drag.mul_add(s, bend * h_s);
-                weights[1] = slopes.drag.mul_add(t, bend * h_t);
-                if Self::AXES == 3 {
-                    weights[2] = slopes.drag.mul_add(r, bend * h_r);
-                }
-                weights[Self::AXES] = slopes.stiffness * slopes.coefficient.mul_add(turned, r);
-            }
-        }
-    }
-
-    /// Adds the nodes of some vectors, tile by tile.
-    #[inline(always)]
-    fn add<S: Simd>(&mut self, simd: S, units: Range<usize>, weights: &[Weights<S, WEIGHTS>]) {
-        let m = self.nodes.modes;
-        // Without SIMD the speed does not matter: a single tile saves compile time.
-        let side = if const { S::F64_LANES == 1 } { 1 } else { TILE };
-        for i in (0..m).step_by(side) {
-            // Without friction, the tiles on and below the diagonal.
-            let below = (i / TILE + 1) * TILE;
-            let columns = if Self::AXES == 0 { below.min(m) } else { m };
-            for j in (0..columns).step_by(side) {
-                if const { S::F64_LANES == 1 } {
-                    self.tile::<S, 1, 1>(simd, [i, j], units.clone(), weights);
-                    continue;
-                }
-                macro_rules! tile {
-                    ($($rows:literal: [$($columns:literal)*])*) => {
-                        match (TILE.min(m - i), TILE.min(m - j)) {
-                            $($(($rows, $columns) => {
-                                self.tile::<S, $rows, $columns>(simd, [i, j], units.clone(), weights)
-                            })*)*
-                            _ => unreachable!("a tile has no more rows and columns than four"),
-                        }
-                    };
-                }
-                tile!(1: [1 2 3 4] 2: [1 2 3 4] 3: [1 2 3 4] 4: [1 2 3 4]);
-            }
-        }
-    }
-
-    /// Adds a tile of the derivative with respect to `q` and, on and below the diagonal, of the derivative
-    /// with respect to `v` if there is friction.
-    #[inline(always)]
-    fn tile<S: Simd, const I: usize, const J: usize>(
-        &mut self,
-        simd: S,
-        [i, j]: [usize; 2],
-        units: Range<usize>,
-        weights: &[Weights<S, WEIGHTS>],
-    ) {
-        let m = self.nodes.modes;
-        let (by_q, by_v) = self.sums.split_at_mut(m * m);
-        let part_of = |unit: usize| (unit / parts::<S>(), unit % parts::<S>());
-        let pairs = || units.clone().zip(weights.chunks_exact(m));
-
-        let mut sums = load::<S, I, J>(simd, by_q, m, [i, j]);
-        for (unit, weights) in pairs() {
-            let (block, part) = part_of(unit);
-            let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weights: &[Weights<S, WEIGHTS>; I] = columns(&weights[i..]);
-            let columns: [Vector<S>; J] = std::array::from_fn(|j| rows[j].r.part(simd, part));
-            for i in 0..I {
-                for j in 0..J {
-                    sums[i][j] = weights[i][Self::AXES].mul_add(columns[j], sums[i][j]);
-                }
-            }
-        }
-        store(&sums, by_q, m, [i, j]);
-
-        if Self::AXES == 0 || j / TILE > i / TILE {
-            return;
-        }
-        let mut sums = load::<S, I, J>(simd, by_v, m, [i, j]);
-        for (unit, weights) in pairs() {
-            let (block, part) = part_of(unit);
-            let rows: &[Rows; J] = columns(&self.nodes.rows[block * m + j..]);
-            let weights: &[Weights<S, WEIGHTS>; I] = columns(&weights[i..]);
-            for &axis in &[0, 1, 2][..Self::AXES] {
-                let columns: [Vector<S>; J] =
-                    std::array::from_fn(|j| rows[j].part(simd, part)[axis]);
-                for i in 0..I {
-                    for j in 0..J {
-                        sums[i][j] = weights[i][axis].mul_add(columns[j], sums[i][j]);
-                    }
-                }
-            }
-        }
-        store(&sums, by_v, m, [i, j]);
-    }
-}
-
-/// The first `N` elements of a slice as an array, which the compiler can unroll.
-#[inline(always)]
-fn columns<T, const N: usize>(slice: &[T]) -> &[T; N] {
-    slice.first_chunk().expect("a tile lies within the matrix")
-}
-
-/// Loads the sums of a tile.
-#[inline(always)]
-fn load<S: Simd, const I: usize, const J: usize>(
-    simd: S,
-    sums: &[[f64; LANES]],
-    m: usize,
-    [i, j]: [usize; 2],
-) -> [[Vector<S>; J]; I] {
-    std::array::from_fn(|row| {
-        std::array::from_fn(|column| Vector::load(simd, &sums[(i + row) * m + j + column], 0))
-    })
-}
-
-/// Stores the sums of a tile.
-#[inline(always)]
-fn store<S: Simd, const I: usize, const J: usize>(
-    tile: &[[Vector<S>; J]; I],
-    sums: &mut [[f64; LANES]],
-    m: usize,
-    [i, j]: [usize; 2],
-) {
-    for (row, tile) in tile.iter().enumerate() {
-        for (column, sum) in tile.iter().enumerate() {
-            sum.store(&mut sums[(i + row) * m + j + column], 0);
+        let [along, across, outward] = self.slopes.change::<3>(normal, slip);
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            let [s, t, r] = row.part(simd, self.part);
+            let mut total = Vector::load(simd, sum, 0);
+            total = s.mul_add(along, total);
+            total = t.mul_add(across, total);
+            r.mul_add(outward, total).store(sum, 0);
         }
     }
 }

@@ -18,10 +18,8 @@ mod imported_modes;
 mod jacobian;
 mod law;
 mod model;
-mod node_forces;
 mod node_slopes;
 mod nodes;
-mod optional_terms;
 mod patch;
 mod published;
 mod separation;
@@ -36,7 +34,7 @@ mod vector;
 mod tests;
 
 pub use assembly::{AssemblyError, BallJoint, PatchNodes};
-pub use contact::NodeAction;
+pub use contact::{NodeAction, NodeForces};
 pub use damping::ContactDamping;
 pub use dynamic_friction::{
     DynamicFriction, LuGre, MAX_NODES_WITH_STATES, OscillatingFriction, RateAndState,
@@ -49,7 +47,6 @@ pub use hertz::Hertz;
 pub use imported_modes::{ImportedModes, ImportedModesError, MAX_NODES};
 pub use law::Friction;
 pub use model::{MAX_MODES, Model};
-pub use node_forces::NodeForces;
 pub use patch::{PatchFrame, PatchPoint, PressureTable, patch_direction, patch_points};
 pub use published::PUBLISHED;
 pub use simd::LANES;

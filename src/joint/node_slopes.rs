@@ -13,7 +13,7 @@ use pulp::Simd;
 
 use super::simd::{LANES, LanePosition, Vector};
 
-/// Recorded numbers for a block of nodes, eight of each.
+/// Recorded numbers for a block of nodes, eight of each. With contact damping, the viscosities (N s/m) of all blocks follow.
 pub(crate) const KEPT: usize = 7;
 
 /// Derivatives at the nodes of adjacent vectors.

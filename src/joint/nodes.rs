@@ -154,6 +154,15 @@ impl Nodes {
         }
     }
 
+    /// The rows of `Omega x Phi_i` of a block; empty if the slip velocity excludes this term.
+    #[inline(always)]
+    pub fn convected_rows(&self, block: usize) -> &[Rows] {
+        match self.convected.is_empty() {
+            true => &[],
+            false => &self.convected[block * self.modes..][..self.modes],
+        }
+    }
+
     /// Blocks with the rows of their modes.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = (&Block, &[Rows])> {
