@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::analyse_args::AnalyseArgs;
 use super::document::{Document, WrittenFile};
-use super::error::{Cause, CliError};
+use super::error::CliError;
 use super::figures::{PIXELS, draw};
 use super::interrupt;
 use super::output::{Kind, OutputFile};
@@ -195,10 +195,7 @@ pub(super) fn write_table<'a>(
     file: &OutputFile,
     analysed: impl IntoIterator<Item = &'a AnalysedFile>,
 ) -> Result<WrittenFile, CliError> {
-    write_events(file.path(), analysed).map_err(|source| CliError::Run {
-        task: "writing of the table",
-        source: source.into(),
-    })?;
+    write_events(file.path(), analysed).map_err(CliError::during("writing of the table"))?;
     Ok(WrittenFile::of(file)?)
 }
 
@@ -249,10 +246,6 @@ fn play(
     save: &OutputFile,
     stop: &Arc<AtomicBool>,
 ) -> Result<Summary, CliError> {
-    let failed = |source: Cause| CliError::Run {
-        task: "recording",
-        source,
-    };
     let signal = &report.signal;
     let source = file.file_name().unwrap_or(file.as_os_str());
     let source = source.to_string_lossy().into_owned();
@@ -279,14 +272,14 @@ fn play(
         ..Output::default()
     };
     let sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY);
-    let mut sink = sink.map_err(|fault| failed(fault.into()))?;
+    let mut sink = sink.map_err(CliError::during("recording"))?;
     let (start, duration) = (signal.start, signal.duration());
     let progress = Progress::of_phases();
     let monitor = Monitor {
         stop,
         progress: &|time| progress.update((time - start) / duration, "recording"),
     };
-    drive(playback, &command_line(), &mut sink, monitor).map_err(|fault| failed(fault.into()))
+    drive(playback, &command_line(), &mut sink, monitor).map_err(CliError::during("recording"))
 }
 
 #[cfg(test)]

@@ -91,10 +91,7 @@ fn branch(
         written.push(WrittenFile::of(file)?);
     }
     if let Some(file) = &files.out {
-        write_branch(file.path(), &result).map_err(|source| CliError::Run {
-            task: "writing of the table",
-            source: source.into(),
-        })?;
+        write_branch(file.path(), &result).map_err(CliError::during("writing of the table"))?;
         written.push(WrittenFile::of(file)?);
     }
     let mut figures = Vec::new();
@@ -220,10 +217,7 @@ fn record(file: &OutputFile, plan: &BranchPlan, result: &Branch) -> Result<(), C
         portraits: &portraits,
         command: &command_line(),
     };
-    save_branch(file.path(), &study).map_err(|source| CliError::Run {
-        task: "recording",
-        source: source.into(),
-    })
+    save_branch(file.path(), &study).map_err(CliError::during("recording"))
 }
 
 /// The stability map over two parameters.
@@ -315,10 +309,7 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
 }
 
 fn failed(source: BranchError) -> CliError {
-    CliError::Run {
-        task: "study of branches",
-        source: source.into(),
-    }
+    CliError::during("study of branches")(source)
 }
 
 /// The output files.

@@ -42,10 +42,7 @@ pub(super) fn execute(args: &CostArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
     resources::start_thread_pool()?;
     let study = match measure(&scene, stop) {
         Err(CostError::Stopped) => return Err(CliError::NoResult),
-        found => found.map_err(|source| CliError::Run {
-            task: "cost study",
-            source: source.into(),
-        })?,
+        found => found.map_err(CliError::during("cost study"))?,
     };
     // The report is printed even if a file cannot be written.
     let mut files = Vec::new();

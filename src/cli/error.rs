@@ -142,6 +142,14 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// Makes the cause of a failure the error of a task, such as `stability analysis`.
+    pub(super) fn during<E: Into<Cause>>(task: &'static str) -> impl Fn(E) -> Self + Copy {
+        move |source| Self::Run {
+            task,
+            source: source.into(),
+        }
+    }
+
     /// More than two parameters are swept.
     pub(super) fn too_many_axes(count: usize) -> Self {
         Self::Input(format!(

@@ -137,17 +137,9 @@ pub fn write_figure(
     format: Format,
 ) -> Result<WrittenFile, CliError> {
     let content = figure.file(&args.look(), format);
-    let content = content.map_err(|error| drawing(error.into()))?;
+    let content = content.map_err(CliError::during("drawing"))?;
     file.write(|out| out.write_all(&content))?;
     Ok(WrittenFile::of(file)?)
-}
-
-/// A failure while drawing.
-pub fn drawing(source: super::error::Cause) -> CliError {
-    CliError::Run {
-        task: "drawing",
-        source,
-    }
 }
 
 #[cfg(test)]

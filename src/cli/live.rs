@@ -28,6 +28,9 @@ use crate::scene::Scene;
 /// Period of the checks for an interrupt and for the end of the run.
 const POLL_PERIOD: Duration = Duration::from_millis(25);
 
+/// The task in an error.
+const LIVE_RUN: &str = "live run";
+
 /// Runs the command until Ctrl-C, which is its normal end.
 ///
 /// # Errors
@@ -47,7 +50,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let session = Arc::new(Session::new(plan));
     if args.tour.is_some() {
         let first = session.apply(&Command::Tour { step: Some(0) });
-        first.map_err(|fault| failed(fault.into()))?;
+        first.map_err(CliError::during(LIVE_RUN))?;
     }
     let page = Page::open(serving, Arc::clone(&session), Some(second));
     let page = page.map_err(|source| CliError::Threads {
@@ -72,10 +75,10 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
         if let Err(missing) = &delivered {
             report::print_error(missing);
         }
-        failed(fault.into())
+        CliError::during(LIVE_RUN)(fault)
     })?;
     delivered?;
-    closed.map_err(|fault| failed(fault.into()))?;
+    closed.map_err(CliError::during(LIVE_RUN))?;
     summary.map_or(Ok(()), |summary| audit::check(&summary, args.strict))
 }
 
@@ -108,13 +111,6 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
     delivered
 }
 
-fn failed(source: super::error::Cause) -> CliError {
-    CliError::Run {
-        task: "live run",
-        source,
-    }
-}
-
 type RunEnd = Result<Option<Summary>, PipelineError>;
 
 /// Runs a session until a signal, the page or a failure ends it. Opens the browser once there is something to see.
@@ -125,7 +121,7 @@ fn control(
     browser: BrowserArgs,
 ) -> Result<RunEnd, CliError> {
     interrupt::start_work();
-    let running = SessionThread::start(session).map_err(|fault| failed(fault.into()))?;
+    let running = SessionThread::start(session).map_err(CliError::during(LIVE_RUN))?;
     let mut is_shown = false;
     while !running.is_finished() {
         if stop.load(Ordering::Relaxed) || page.is_finished() {

@@ -154,10 +154,7 @@ impl Outputs {
 
 /// The error of a study; too many exponents are bad input.
 fn failure(source: Cause) -> CliError {
-    too_many(source.as_ref()).unwrap_or(CliError::Run {
-        task: "averaging of exponents",
-        source,
-    })
+    too_many(source.as_ref()).unwrap_or_else(|| CliError::during("averaging of exponents")(source))
 }
 
 /// Finds a request for too many exponents among the causes of a failure.

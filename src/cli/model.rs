@@ -42,10 +42,7 @@ pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
         ],
     )?;
     let out = out.expect("--out is required");
-    let (size, npz) = build(&scene).map_err(|source| CliError::Run {
-        task: "assembly of the model",
-        source,
-    })?;
+    let (size, npz) = build(&scene).map_err(CliError::during("assembly of the model"))?;
     out.write(|file| file.write_all(&npz))?;
     let text = format!(
         "{HEADING}{}{HEADING:#}: {} contact nodes, {} modes\n",

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::document::{Document, WrittenFile};
-use super::error::{Cause, CliError};
+use super::error::CliError;
 use super::figures::{STUDY, write_figures};
 use super::interrupt;
 use super::output::{Kind, OutputFile, Overwrite, is_stdout};
@@ -89,10 +89,8 @@ pub(super) fn execute(
             return Err(CliError::Interrupted);
         }
     }
-    let failed = |task, source: Cause| CliError::Run { task, source };
     let spec = &plan.scene.joint()?.spec;
-    let evidence =
-        |points| paper_evidence(spec, points).map_err(|fault| failed("comparison", fault.into()));
+    let evidence = |points| paper_evidence(spec, points).map_err(CliError::during("comparison"));
     let [evidence, short] = [evidence(&points)?, evidence(&short)?];
     // Without simulated points there is nothing to compare.
     let mut claims = match points.is_empty() {
@@ -101,11 +99,11 @@ pub(super) fn execute(
     };
     let short_average = add_short_averages(&mut claims, &short);
     let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.figure)
-        .map_err(|fault| failed("drawing", fault))?;
+        .map_err(CliError::during("drawing"))?;
     let drawn = (&args.drawn, &STUDY[..]);
     written.extend(write_figures(&args.out, "--out", &figures, drawn)?);
     if args.figure.is_none() {
-        let ball = BallJoint::new(spec).map_err(|fault| failed("recording", fault.into()))?;
+        let ball = BallJoint::new(spec).map_err(CliError::during("recording"))?;
         written.extend(write_recording(&plan, &points, &files, Some(&ball))?);
     }
     let captions = figures.iter().filter(|_| args.figure.is_some());
@@ -169,10 +167,7 @@ fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputF
         resources::check_memory()?;
     }
     interrupt::start_work();
-    std::fs::create_dir_all(&args.out).map_err(|source| CliError::Run {
-        task: "creation of the directory",
-        source: source.into(),
-    })?;
+    std::fs::create_dir_all(&args.out).map_err(CliError::during("creation of the directory"))?;
     let table = |name| SweepOutputs {
         out: args.out.join(name),
         figures: None,

@@ -34,8 +34,5 @@ pub(super) fn start_thread_pool() -> Result<(), CliError> {
 
 /// Checks that there is enough memory for a recording.
 pub(super) fn check_memory() -> Result<(), CliError> {
-    crate::record::check_memory().map_err(|source| CliError::Run {
-        task: "recording",
-        source: source.into(),
-    })
+    crate::record::check_memory().map_err(CliError::during("recording"))
 }

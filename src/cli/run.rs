@@ -117,10 +117,7 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
     let simulated = simulate(args, &scene, &outputs, stop, &progress);
     // Clears the bar before the report is printed.
     drop(progress);
-    let (summary, audio) = simulated.map_err(|source| CliError::Run {
-        task: "run",
-        source,
-    })?;
+    let (summary, audio) = simulated.map_err(CliError::during("run"))?;
     let files = [&outputs.save, &outputs.npz, &outputs.wav];
     let files = files.into_iter().flatten().map(WrittenFile::of);
     let files = files.collect::<Result<Vec<_>, _>>()?;

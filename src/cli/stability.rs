@@ -136,11 +136,8 @@ pub(super) fn stability(args: &StabilityArgs, stop: &AtomicBool) -> Result<(), C
         args.overwrite
             .check_directory(directory, "--figures", &names)?;
     }
-    let failed = |source| CliError::Run {
-        task: "stability analysis",
-        source,
-    };
-    let mut result = analyse(&scene, &tilts, args.causes).map_err(failed)?;
+    let result = analyse(&scene, &tilts, args.causes);
+    let mut result = result.map_err(CliError::during("stability analysis"))?;
     if args.sensitivities {
         add_sensitivities(&scene, &tilts_deg, &mut result, stop)?;
     }
@@ -175,10 +172,7 @@ fn add_sensitivities(
             progress.update((k as f64 + share) / tilts_deg.len() as f64, "sensitivities");
             interrupt::should_continue(stop)
         });
-        let found = found.map_err(|source| CliError::Run {
-            task: "study of sensitivities",
-            source: source.into(),
-        })?;
+        let found = found.map_err(CliError::during("study of sensitivities"))?;
         at.sensitivities = found.ok_or(CliError::NoResult)?;
     }
     Ok(())

@@ -305,10 +305,7 @@ pub(super) fn write_recording(
         command: &command_line(),
         ball,
     };
-    save_sweep(file.path(), &sweep).map_err(|source| CliError::Run {
-        task: "recording",
-        source: source.into(),
-    })?;
+    save_sweep(file.path(), &sweep).map_err(CliError::during("recording"))?;
     Ok(Some(WrittenFile::of(file)?))
 }
 

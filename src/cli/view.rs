@@ -33,10 +33,7 @@ pub struct ViewArgs {
 /// If the file is not a recording, or cannot be served.
 pub(super) fn execute(args: &ViewArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     check_recording(&args.recording)?;
-    let failed = |source: std::io::Error| CliError::Run {
-        task: "server",
-        source: source.into(),
-    };
+    let failed = CliError::during::<std::io::Error>("server");
     let serving = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
     let page = RecordingPage::open(serving, &args.recording).map_err(failed)?;
     interrupt::start_work();

@@ -7,7 +7,7 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 
 use super::clock::Timing;
-use super::table::{ColumnHeader, Source, check_column_count};
+use super::table::{ColumnHeader, Each, Source, check_column_count};
 use super::{Problem, units};
 use crate::numpy::{ArrayError, ArrayReader};
 
@@ -57,12 +57,7 @@ impl<R: Read + Seek> Source for Npy<R> {
         Timing::Unknown
     }
 
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
         let array = open_file(&mut self.content, &self.stem)?;
         let end = self.layout.index(column, range.end - 1) + 1;
         let read = self.layout.visit(array.take(end), column, range, each);
@@ -164,7 +159,7 @@ impl<R: Read + Seek> Source for Npz<R> {
         self.timing
     }
 
-    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+    fn times(&mut self, each: Each) -> Result<(), Problem> {
         let Some((entry, second)) = &self.times else {
             return Ok(());
         };
@@ -174,12 +169,7 @@ impl<R: Read + Seek> Source for Npz<R> {
         Ok(())
     }
 
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
         let mut column = column;
         for entry in &self.arrays {
             if column < entry.layout.columns {

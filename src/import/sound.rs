@@ -18,7 +18,7 @@ use symphonia::core::packet::Packet;
 
 use super::Problem;
 use super::clock::Timing;
-use super::table::{ColumnHeader, Source};
+use super::table::{ColumnHeader, Each, Source};
 use super::wav::Wav;
 use crate::foreign::{open_file, without_panic};
 
@@ -88,12 +88,7 @@ impl Source for Sound {
         self.damage.as_deref()
     }
 
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
         let step = self.interleaved;
         let (plane, offset) = if step == 1 { (column, 0) } else { (0, column) };
         let end = range.end * step;

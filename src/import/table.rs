@@ -62,17 +62,12 @@ impl Source for Table {
         self.timing
     }
 
-    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+    fn times(&mut self, each: Each) -> Result<(), Problem> {
         self.times.iter().for_each(|time| each(*time));
         Ok(())
     }
 
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
         self.columns[column].1[range].iter().for_each(|x| each(*x));
         Ok(())
     }
@@ -114,6 +109,9 @@ impl ColumnHeader {
     }
 }
 
+/// Takes one sample or time after another.
+pub(super) type Each<'a> = &'a mut dyn FnMut(f64);
+
 /// Columns whose samples and times are read only on request.
 pub(super) trait Source {
     /// Headings of the columns, without the times.
@@ -128,17 +126,12 @@ pub(super) trait Source {
     }
 
     /// Calls `each` for the time of each sample (s), if the file contains times; by default it does nothing.
-    fn times(&mut self, _each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+    fn times(&mut self, _each: Each) -> Result<(), Problem> {
         Ok(())
     }
 
     /// Calls `each` for some samples of a column, counted from 0.
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem>;
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem>;
 }
 
 /// Reads the selected signal; only its samples are stored.

@@ -13,7 +13,7 @@ use std::ops::Range;
 use super::clock::{Timing, uniform};
 use super::lines::{Separator, each_line, number};
 use super::preamble::{Preamble, is_comment, is_row_of_numbers, widths};
-use super::table::{ColumnHeader, Source, check_column_count};
+use super::table::{ColumnHeader, Each, Source, check_column_count};
 use super::{Problem, units};
 
 /// A text whose columns are known.
@@ -146,19 +146,14 @@ impl<R: BufRead + Seek> Source for Text<R> {
         self.timing
     }
 
-    fn times(&mut self, each: &mut dyn FnMut(f64)) -> Result<(), Problem> {
+    fn times(&mut self, each: Each) -> Result<(), Problem> {
         let Some((field, second)) = self.time else {
             return Ok(());
         };
         self.values(field, 0..self.scan.rows, &mut |time| each(time * second))
     }
 
-    fn samples(
-        &mut self,
-        column: usize,
-        range: Range<usize>,
-        each: &mut dyn FnMut(f64),
-    ) -> Result<(), Problem> {
+    fn samples(&mut self, column: usize, range: Range<usize>, each: Each) -> Result<(), Problem> {
         self.values(self.scan.columns[column].field, range, each)
     }
 }

@@ -33,3 +33,6 @@ pub use session::{Session, SessionOptions};
 pub use session_thread::SessionThread;
 pub use tour::{Tour, TourError, TourQuantity, TourStep, TourView};
 pub use views::{ViewCursor, ViewStore};
+
+#[cfg(test)]
+mod frames_tests;

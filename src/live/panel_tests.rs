@@ -5,8 +5,8 @@ mod contradictions;
 
 use self::contradictions::contradictions;
 use super::*;
-use crate::pipeline::message::DisplayRates;
-use crate::pipeline::{Analyser, controllable_source};
+use crate::live::frames_tests::run_frames;
+use crate::pipeline::controllable_source;
 use crate::scene::Scene;
 
 #[test]
@@ -36,20 +36,9 @@ fn follow(
     duration_ms: f64,
     mut after: impl FnMut(&StatusStore),
 ) -> Arc<StatusStore> {
-    let scene = Scene::load(scene).unwrap();
-    let scene = scene.with_duration(duration_ms).unwrap();
-    let mut source = controllable_source(&scene).unwrap();
-    let header = source.header("");
-    let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
-    source.set_frame_length(samples, shown);
     let store = Arc::new(StatusStore::default());
     let mut sink = StatusSink(Arc::clone(&store));
-    let mut analyser = Analyser::new(source.analysis(), &header);
-    sink.accept(Record::Header(Arc::new(header))).unwrap();
-    while let Some(frame) = source.next_frame().unwrap() {
-        analyser.push(&Arc::new(frame), &mut sink).unwrap();
-        after(&store);
-    }
+    run_frames(scene, speed, duration_ms, &mut sink, || after(&store));
     store
 }
 

@@ -115,9 +115,8 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::pipeline::message::DisplayRates;
-    use crate::pipeline::{Analyser, controllable_source};
-    use crate::scene::{Mechanism, Scene};
+    use crate::live::frames_tests::run_frames;
+    use crate::scene::Mechanism;
 
     /// Header of a message.
     fn header(message: &[u8]) -> Value {
@@ -133,20 +132,9 @@ mod tests {
 
     /// Runs a scene in frames of a playback speed, and calls a function after each frame.
     fn run(scene: &str, speed: f64, duration_ms: f64, mut after: impl FnMut(&ViewStore)) {
-        let scene = Scene::load(scene).unwrap();
-        let scene = scene.with_duration(duration_ms).unwrap();
-        let mut source = controllable_source(&scene).unwrap();
-        let header = source.header("");
-        let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
-        source.set_frame_length(samples, shown);
         let store = Arc::new(ViewStore::default());
-        let mut sink = store.sink(scene.record.deformation_scale);
-        let mut analyser = Analyser::new(source.analysis(), &header);
-        sink.accept(Record::Header(Arc::new(header))).unwrap();
-        while let Some(frame) = source.next_frame().unwrap() {
-            analyser.push(&Arc::new(frame), &mut sink).unwrap();
-            after(&store);
-        }
+        let mut sink = store.sink(1.0);
+        run_frames(scene, speed, duration_ms, &mut sink, || after(&store));
     }
 
     #[test]

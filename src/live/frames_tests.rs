@@ -1,0 +1,29 @@
+//! A run in frames of a playback speed, for the tests of the stores.
+
+use std::sync::Arc;
+
+use crate::pipeline::message::{DisplayRates, Record};
+use crate::pipeline::{Analyser, Sink, controllable_source};
+use crate::scene::Scene;
+
+/// Runs a scene in frames of a playback speed (simulated seconds per second), and calls a function after each frame.
+pub fn run_frames(
+    scene: &str,
+    speed: f64,
+    duration_ms: f64,
+    sink: &mut impl Sink,
+    mut after: impl FnMut(),
+) {
+    let scene = Scene::load(scene).unwrap();
+    let scene = scene.with_duration(duration_ms).unwrap();
+    let mut source = controllable_source(&scene).unwrap();
+    let header = source.header("");
+    let (samples, shown) = DisplayRates::at_speed(speed, header.sample_rate);
+    source.set_frame_length(samples, shown);
+    let mut analyser = Analyser::new(source.analysis(), &header);
+    sink.accept(Record::Header(Arc::new(header))).unwrap();
+    while let Some(frame) = source.next_frame().unwrap() {
+        analyser.push(&Arc::new(frame), sink).unwrap();
+        after();
+    }
+}
