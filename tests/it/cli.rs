@@ -441,6 +441,8 @@ fn a_run_names_its_type_of_motion_and_says_when_it_is_quiet() {
         );
         assert!(tone["motion_confidence"].as_f64() > Some(0.5));
     }
+    let less_friction = run("periodic-2deg", &["friction.mu_s=0.25"]);
+    assert_eq!(less_friction["quiet"], true);
     let damped = [&plain[..], &["damping.ratio=0.08", "duration_ms=200"]].concat();
     let cured = run("periodic-2deg", &damped);
     assert_eq!(

@@ -213,7 +213,7 @@ pub struct Summary {
     /// Whether the vibration is at rest in the last window: its peak velocity is below the limit of the scene, and
     /// it has no lines.
     pub at_rest: bool,
-    /// Whether the joint is quiet in the last window: its peak velocity is below 0.05 % of the sliding speed.
+    /// Whether the joint is quiet in the last window: its peak velocity is below 1 % of the sliding speed.
     pub quiet: bool,
     /// Type of motion at the end: `at rest`; or the attractor, if Lyapunov exponents decide on it; or else the type by the
     /// last classification of the displacement. `None` if the run is too short.

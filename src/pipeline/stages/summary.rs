@@ -8,8 +8,12 @@ use super::stage::{Context, Emit, Stage};
 use crate::analysis::{History, RegimeSearch, SpectrumAnalyser, Verdict, classify};
 use crate::dynamics::SolverStats;
 use crate::pipeline::error::AnalyseError;
-use crate::pipeline::message::{Frame, Header, Record, Subject, Summary};
+use crate::pipeline::message::{Frame, Header, JointInfo, Record, Subject, Summary};
 use crate::scene::SpectrumSpec;
+
+/// Ratio of peak velocity to sliding speed below which a vibration is quiet. A vibration that friction sustains grows to
+/// about the sliding speed; this is 40 dB below.
+const QUIET_RATIO: f64 = 0.01;
 
 /// Length of the last window if the scene requests no spectrum, s.
 const DEFAULT_WINDOW: f64 = 20e-3;
@@ -31,7 +35,7 @@ pub struct SummaryStage {
     /// Peak velocity below which the vibration is at rest, m/s.
     rest: f64,
     /// Peak velocity below which it is quiet, m/s.
-    silence: f64,
+    quiet: f64,
     stats: SolverStats,
     transitions: u64,
 }
@@ -40,6 +44,7 @@ impl SummaryStage {
     /// Uses the window of the spectrum, if there is one, for the run described by `header`.
     pub fn new(spectrum: Option<&SpectrumSpec>, header: &Header) -> Self {
         let rate = header.sample_rate;
+        let sliding = header.joint().map_or(0.0, JointInfo::largest_sliding_speed);
         let window = spectrum.map_or(DEFAULT_WINDOW, |spec| spec.sliding.window);
         let window = samples(window, rate, SpectrumAnalyser::MIN_SAMPLES);
         Self {
@@ -49,7 +54,7 @@ impl SummaryStage {
             is_signal: matches!(header.subject, Subject::Signal(_)),
             rate,
             rest: header.rest_speed,
-            silence: header.silence(),
+            quiet: header.silence().max(QUIET_RATIO * sliding),
             stats: SolverStats::default(),
             transitions: 0,
         }
@@ -101,7 +106,7 @@ impl Stage for SummaryStage {
         let [velocity, displacement] =
             last.map(|samples| &samples[samples.len().saturating_sub(self.window)..]);
         summary.peak_velocity = peak_magnitude(velocity);
-        summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.silence;
+        summary.quiet = !velocity.is_empty() && summary.peak_velocity < self.quiet;
         summary.at_rest = !velocity.is_empty() && is_at_rest(velocity, self.rest);
         if !summary.at_rest {
             let spectrum = SpectrumAnalyser::new(LINE_WINDOW, self.rate).analyse(velocity);
