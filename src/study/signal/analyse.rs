@@ -130,10 +130,7 @@ fn run(
     step(0.0, "tonal events")?;
     let silent_below = silence(&signal);
     let silence = silent_below.map(|_| SkipReason::Silent);
-    let mut sound = MeasuredSound::of(&signal, search.faint)?;
-    if let Some(sound) = sound.as_mut().filter(|_| silence.is_some()) {
-        sound.tonal = TonalEvents::default();
-    }
+    let sound = sound(&signal, search.faint, silence.is_some())?;
     let Selected {
         stretch,
         part,
@@ -164,14 +161,12 @@ fn run(
     let section = delay.try_map(|delay| section(studied, newest, delay.lag))?;
     step(0.68, "type of motion")?;
     let events = sound.as_ref().map_or(&[][..], |sound| &sound.tonal.events);
-    let background = match obstacle {
-        None => background_power(&signal, events, stretch.band_hz),
-        Some(_) => None,
-    };
+    let background = || background_power(&signal, events, stretch.band_hz);
+    let background = obstacle.is_none().then(background);
     let criterion = RegimeSearch {
         sample_rate: rate,
         silence: silent_below.unwrap_or(0.0),
-        background: background.unwrap_or(0.0),
+        background: background.flatten().unwrap_or(0.0),
     };
     let verdict = regime(newest, &criterion, !events.is_empty(), obstacle)?;
     let steady = match silence.or_else(|| unsteady(&verdict, &stretch)) {
@@ -234,6 +229,19 @@ fn silence(signal: &Signal) -> Option<f64> {
     let step = steps.filter(|step| *step > 0.0).fold(high - low, f64::min);
     let is_dither = signal.unit == "FS" && high - low <= (2.5 * step).min(MAX_DITHER);
     (low == high || is_dither).then_some(2.0 * step)
+}
+
+/// Events and levels of a sound; no events if it is silent.
+fn sound(
+    signal: &Signal,
+    is_faint: bool,
+    is_silent: bool,
+) -> Result<Option<MeasuredSound>, AnalysisError> {
+    let mut sound = MeasuredSound::of(signal, is_faint)?;
+    if let Some(sound) = sound.as_mut().filter(|_| is_silent) {
+        sound.tonal = TonalEvents::default();
+    }
+    Ok(sound)
 }
 
 /// Why averages over the divergence of trajectories are meaningless; `None` if they are not.
