@@ -137,7 +137,7 @@ impl SignalFigures<'_> {
 /// The lowest bins of the columns as an image; each pixel shows the largest amplitude of its bins.
 fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
     let all = columns.iter().flat_map(|c| &c.amplitude[..bins]);
-    let strongest = all.fold(1e-300_f64, |most, &a| most.max(a));
+    let strongest = all.fold(0.0_f64, |most, &a| most.max(a));
     let size = [columns.len().min(PIXELS[0]), bins.min(PIXELS[1])];
     let [width, height] = size;
     let pixels = (0..height).rev().flat_map(|row| {
@@ -146,7 +146,7 @@ fn image(columns: &[Column], bins: usize, x: [f64; 2], y: [f64; 2]) -> Image {
         (0..width).map(move |column| {
             let column = &columns[column * columns.len() / width];
             let most = column.amplitude[bins.clone()].iter().copied();
-            let most = most.fold(1e-300, f64::max);
+            let most = most.fold(0.0, f64::max);
             colormap_index(1.0 + 20.0 * (most / strongest).log10() / SPECTROGRAM_DB)
         })
     });
@@ -172,5 +172,24 @@ fn bases(bases: &Bases) -> String {
             format!("f1 = {}, modulated at fm = {}", hertz(*f1), hertz(*fm))
         }
         Bases::Two { f1, f2 } => format!("f1 = {}, f2 = {}", hertz(*f1), hertz(*f2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_is_light() {
+        let image = |amplitude: Vec<f64>| {
+            let column = Column {
+                centre: 0.0,
+                bin: 1.0,
+                amplitude,
+            };
+            image(&[column], 2, [0.0, 1.0], [0.0, 1.0]).pixels
+        };
+        assert_eq!(image(vec![0.0, 0.0]), [0, 0]);
+        assert_eq!(image(vec![0.0, 1e-20]), [255, 0]);
     }
 }
