@@ -44,6 +44,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{AnalysisError, mean, range};
+use crate::number::significant;
 pub use evidence::{Evidence, Limitation, Regime};
 use features::Features;
 use model::{CLASSES, INPUTS, Inputs, MODEL};
@@ -274,9 +275,12 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
             criterion: "amplitude".to_owned(),
             supports: Regime::Silent,
             contribution: (confidence / (1.0 - confidence).max(1e-3)).ln(),
-            description: format!(
-                "The amplitude is {amplitude:.3e}, the silence threshold {silence:.3e}."
-            ),
+            description: if amplitude > 0.0 {
+                let [amplitude, silence] = [amplitude, silence].map(|x| significant(x, 3));
+                format!("The amplitude is {amplitude}, the silence threshold {silence}.")
+            } else {
+                "All samples are equal.".to_owned()
+            },
         }],
     }
 }
