@@ -24,8 +24,7 @@ impl Layout {
             );
             Parts::new().add(1.0, mutual).add(1.0, neighbours).column()
         });
-        let section = header.has(AnalysisKind::Section).then(|| {
-            let section = self.picture("Poincaré section", paths::SECTION, Section::bounds());
+        let section = self.section(header).map(|section| {
             let map = self.picture("Return map", paths::RETURN_MAP, Section::bounds());
             Parts::new().add(1.0, section).add(1.0, map).column()
         });

@@ -38,6 +38,16 @@ impl Layout {
         if !header.has(AnalysisKind::PerturbedTrajectory) {
             return None;
         }
+        let [traces, distance, portraits] = self.both_trajectories(header);
+        let words = self.text("Divergence", paths::DIVERGENCE_TEXT);
+        let left = Parts::new().add(1.0, traces).add(1.0, distance).column();
+        let right = Parts::new().add(1.9, portraits).add(1.0, words).column();
+        let screen = Parts::new().add(1.5, left).add(1.0, right);
+        tab("Perturbed trajectory", screen.row())
+    }
+
+    /// Displacement of both trajectories, their distance, and their phase portraits.
+    pub fn both_trajectories(&mut self, header: &Header) -> [ContainerLike; 3] {
         let traces = self.series_of(
             "Displacement u of both trajectories, µm (last 5 ms)",
             &[paths::DISPLACEMENT, paths::PERTURBED_DISPLACEMENT],
@@ -47,7 +57,7 @@ impl Layout {
             self.displacement_range(&traces, joint);
         }
         let distance = self.many_series(
-            "log₁₀ of the distance, relative to the motion (whole run)",
+            "log₁₀ of the distance of both trajectories, relative to the motion (whole run)",
             &[paths::DIVERGENCE_DISTANCE, paths::DIVERGENCE_FIT],
             Corner2D::RightBottom,
         );
@@ -56,10 +66,6 @@ impl Layout {
             paths::DIVERGENCE_PORTRAIT,
             PerturbedTrajectory::bounds(),
         );
-        let words = self.text("Divergence", paths::DIVERGENCE_TEXT);
-        let left = Parts::new().add(1.0, traces).add(1.0, distance).column();
-        let right = Parts::new().add(1.9, portraits).add(1.0, words).column();
-        let screen = Parts::new().add(1.5, left).add(1.0, right);
-        tab("Perturbed trajectory", screen.row())
+        [traces, distance, portraits]
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{ContainerLike, Layout, Parts, View, log, tab};
 use crate::{
-    pipeline::message::{Header, JointInfo},
+    pipeline::message::{Header, JointInfo, Subject},
     record::{camera::Camera, patch, paths, portrait::Portrait, samples, style},
     scene::RecordSpec,
 };
@@ -40,7 +40,7 @@ impl Layout {
             paths::VELOCITY,
             Some(SERIES_WINDOW),
         );
-        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let tilt = self.tilt();
         let reach = joint.tilt_range.unwrap_or([joint.min_tilt, joint.max_tilt]);
         let [lowest, highest] = reach.map(|tilt| 1.15 * tilt.to_degrees());
         self.range(
@@ -97,28 +97,33 @@ impl Layout {
             return None;
         }
         let patch = self.patch(joint);
-        let rate = style::short(1e-3 * spec.patch_rate);
-        let window = Some(SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate));
-        let counts = self.series(
-            &format!(
-                "Number of nodes slipping (blue), sticking (orange), separated (white); {rate} kHz snapshots"
-            ),
-            paths::NODE_COUNTS,
-            window,
-        );
-        let force = self.series(
-            &format!(
-                "Contact force on the ball, N: normal (yellow), friction (pink); {rate} kHz snapshots"
-            ),
-            paths::CONTACT_FORCE,
-            window,
-        );
-        self.range(&force, 0.0, 1.6 * joint.largest_load());
+        let [counts, force] = self.contact_series(joint, spec);
         let embedding = self.embedding(header, 3.9);
         let left = Parts::new().add(1.0, patch).add(1.0, embedding).column();
         let right = Parts::new().add(1.0, counts).add(1.0, force).column();
         let screen = Parts::new().add(0.45, left).add(0.55, right);
         tab("Contact", screen.row())
+    }
+
+    /// Status of the nodes, and contact force, of the newest snapshots.
+    pub fn contact_series(&mut self, joint: &JointInfo, spec: RecordSpec) -> [ContainerLike; 2] {
+        let rate = style::short(1e-3 * spec.patch_rate);
+        let window = SERIES_WINDOW.max(SNAPSHOTS / spec.patch_rate);
+        let [counts, force] = [
+            (
+                "Number of nodes slipping (blue), sticking (orange), separated (white)",
+                paths::NODE_COUNTS,
+            ),
+            (
+                "Contact force on the ball, N: normal (yellow), friction (pink)",
+                paths::CONTACT_FORCE,
+            ),
+        ]
+        .map(|(name, path)| {
+            self.series(&format!("{name}; {rate} kHz snapshots"), path, Some(window))
+        });
+        self.range(&force, 0.0, 1.6 * joint.largest_load());
+        [counts, force]
     }
 
     pub fn modes_tab(&mut self, spec: RecordSpec) -> Option<ContainerLike> {
@@ -153,8 +158,15 @@ impl Layout {
         tab("Modes", screen.row())
     }
 
+    pub fn tilt(&mut self) -> ContainerLike {
+        self.series("Tilt of the load, deg (whole run)", paths::TILT, None)
+    }
+
     /// Accuracy and cost of the integration, as text and over the run.
     pub fn health_tab(&mut self, header: &Header) -> Option<ContainerLike> {
+        if matches!(header.subject, Subject::Signal(_)) {
+            return None;
+        }
         let words = self.text("Current accuracy and cost", paths::SOLVER_TEXT);
         let error = self.series(
             "Largest local error estimate per frame, over the tolerance",
@@ -226,19 +238,16 @@ impl Layout {
                 style::short(spec.deformation_scale)
             ),
         };
-        let view: ContainerLike = View::in_3d(name)
-            .with_origin(paths::SCENE_3D)
-            .with_contents(
-                [
-                    paths::BODY,
-                    paths::BODY_LEGEND,
-                    paths::LOAD,
-                    paths::ROTATION,
-                    paths::RIM,
-                ]
-                .map(|path| format!("+ /{path}")),
-            )
-            .into();
+        let view = scene_view(
+            name,
+            &[
+                paths::BODY,
+                paths::BODY_LEGEND,
+                paths::LOAD,
+                paths::ROTATION,
+                paths::RIM,
+            ],
+        );
         let vertices = &joint.outline.vertices;
         let lowest = vertices.iter().map(|v| v[2]).fold(-0.2, f64::min);
         let highest = 3.3 * joint.ball_radius;
@@ -260,21 +269,18 @@ impl Layout {
             "Contact patch (circles {}° apart)",
             style::short(patch::circle_step(joint)),
         );
-        let view: ContainerLike = View::in_3d(name)
-            .with_origin(paths::SCENE_3D)
-            .with_contents(
-                [
-                    paths::NODES,
-                    paths::FRICTION,
-                    paths::RIM,
-                    paths::TILT_CIRCLES,
-                    paths::NODE_LEGEND,
-                    paths::FRICTION_LEGEND,
-                    paths::POLE,
-                ]
-                .map(|path| format!("+ /{path}")),
-            )
-            .into();
+        let view = scene_view(
+            name,
+            &[
+                paths::NODES,
+                paths::FRICTION,
+                paths::RIM,
+                paths::TILT_CIRCLES,
+                paths::NODE_LEGEND,
+                paths::FRICTION_LEGEND,
+                paths::POLE,
+            ],
+        );
         let camera = Camera::new(joint);
         // The view is tilted slightly, and aimed below the centre to show the legend.
         let target = camera.point([0.0, -0.12, 0.0]);
@@ -282,4 +288,13 @@ impl Layout {
         self.eye(&view, from, target, camera.up());
         view
     }
+}
+
+/// A view of some entities of the scene.
+fn scene_view(name: String, entities: &[&str]) -> ContainerLike {
+    let contents = entities.iter().map(|path| format!("+ /{path}"));
+    View::in_3d(name)
+        .with_origin(paths::SCENE_3D)
+        .with_contents(contents)
+        .into()
 }

@@ -6,10 +6,7 @@ use super::{ContainerLike, Layout, Parts, tab};
 use crate::{
     pipeline::message::{AnalysisKind, Header, MechanismPrediction, Subject},
     plot::prediction_panel,
-    record::{
-        lesson, paths, perturbed::PerturbedTrajectory, portrait::Portrait, section::Section, small,
-        style::Quantity,
-    },
+    record::{lesson, paths, portrait::Portrait, section::Section, small, style::Quantity},
     scene::{Mechanism, RecordSpec},
 };
 
@@ -26,10 +23,9 @@ impl Layout {
         let computed = header.computed.as_deref()?;
         let words = self.text("Lesson", paths::LESSON);
         let proof = match computed.mechanism {
-            Mechanism::NegativeSlope | Mechanism::ModeCoupling => {
-                self.growth_views(header, computed)
-            }
-            Mechanism::ExchangedFriction
+            Mechanism::NegativeSlope
+            | Mechanism::ModeCoupling
+            | Mechanism::ExchangedFriction
             | Mechanism::Bristles
             | Mechanism::ContactAge
             | Mechanism::MeasuredFriction => self.growth_views(header, computed),
@@ -78,25 +74,14 @@ impl Layout {
             return Parts::new().add(1.0, top).add(0.5, velocity).column();
         };
         let patch = self.patch(joint);
-        let window = Some(SERIES.max(40.0 / spec.patch_rate));
-        let counts = self.series(
-            "Number of nodes slipping (blue), sticking (orange), separated (white)",
-            paths::NODE_COUNTS,
-            window,
-        );
-        let force = self.series(
-            "Contact force on the ball, N: normal (yellow), friction (pink)",
-            paths::CONTACT_FORCE,
-            window,
-        );
         let top = Parts::new().add(1.0, patch).add(1.0, portrait).row();
-        let below = match spec.patch_rate > 0.0 {
-            true => Parts::new().add(1.0, counts).add(1.0, force).row(),
-            false => None,
-        };
+        let below = (spec.patch_rate > 0.0).then(|| {
+            let [counts, force] = self.contact_series(joint, spec);
+            Parts::new().add(1.0, counts).add(1.0, force).row()
+        });
         Parts::new()
             .add(1.0, top)
-            .add(0.4, below)
+            .add(0.4, below.flatten())
             .add(0.4, velocity)
             .column()
     }
@@ -120,13 +105,10 @@ impl Layout {
 
     /// The hysteresis loop of the strongest line over the tilt.
     fn loop_views(&mut self, header: &Header) -> Option<ContainerLike> {
-        let hysteresis = lesson::loop_bounds(header).map(|bounds| {
-            let name = "Strongest line over tilt: increasing (blue), decreasing (orange)";
-            self.picture(name, paths::HYSTERESIS, bounds)
-        });
+        let hysteresis = self.line_over_tilt(header);
         let portrait = self.portrait();
         let spectrogram = self.spectrogram(header);
-        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let tilt = self.tilt();
         let top = Parts::new().add(1.4, hysteresis).add(1.0, portrait).row();
         Parts::new()
             .add(1.0, top)
@@ -141,14 +123,11 @@ impl Layout {
         header: &Header,
         computed: &MechanismPrediction,
     ) -> Option<ContainerLike> {
-        let tones = lesson::loop_bounds(header).map(|bounds| {
-            let name = "Strongest line over tilt: increasing (blue), decreasing (orange)";
-            self.picture(name, paths::HYSTERESIS, bounds)
-        });
+        let tones = self.line_over_tilt(header);
         let growth = self.computed_picture(computed);
         let spectrogram = self.spectrogram(header);
         let level = self.level_series();
-        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let tilt = self.tilt();
         let top = Parts::new().add(1.0, growth).add(1.0, tones).row();
         Parts::new()
             .add(1.0, top)
@@ -156,6 +135,13 @@ impl Layout {
             .add(0.4, level)
             .add(0.35, tilt)
             .column()
+    }
+
+    /// The strongest line over the tilt, if the tilt turns.
+    fn line_over_tilt(&mut self, header: &Header) -> Option<ContainerLike> {
+        let name = "Strongest line over tilt: increasing (blue), decreasing (orange)";
+        let bounds = lesson::loop_bounds(header)?;
+        Some(self.picture(name, paths::HYSTERESIS, bounds))
     }
 
     /// Velocity level and its computed growth.
@@ -195,7 +181,7 @@ impl Layout {
         let growth = self.computed_picture(computed);
         let spectrum = self.spectrum(header);
         let section = self.section(header);
-        let tilt = self.series("Tilt of the load, deg (whole run)", paths::TILT, None);
+        let tilt = self.tilt();
         let top = Parts::new().add(1.0, growth).add(1.0, section).row();
         Parts::new()
             .add(1.0, top)
@@ -206,36 +192,19 @@ impl Layout {
 
     /// Both trajectories and their distance.
     fn divergence_views(&mut self, header: &Header) -> Option<ContainerLike> {
-        let distance = self.many_series(
-            "log₁₀ of the distance of both trajectories, relative to the motion (whole run)",
-            &[paths::DIVERGENCE_DISTANCE, paths::DIVERGENCE_FIT],
-            Corner2D::RightBottom,
-        );
-        let portraits = self.picture(
-            "Phase portraits of both trajectories (last 4 ms)",
-            paths::DIVERGENCE_PORTRAIT,
-            PerturbedTrajectory::bounds(),
-        );
-        let traces = self.series_of(
-            "Displacement of both trajectories, µm (last 5 ms)",
-            &[paths::DISPLACEMENT, paths::PERTURBED_DISPLACEMENT],
-            Some(SERIES),
-        );
-        if let Subject::Joint(joint) = &header.subject {
-            self.displacement_range(&traces, joint);
-        }
+        let [traces, distance, portraits] = self.both_trajectories(header);
         let left = Parts::new().add(1.0, distance).add(0.7, traces).column();
         Parts::new().add(1.2, left).add(1.0, portraits).row()
     }
 
     /// The Poincaré section, if it is computed.
-    fn section(&mut self, header: &Header) -> Option<ContainerLike> {
+    pub fn section(&mut self, header: &Header) -> Option<ContainerLike> {
         header
             .has(AnalysisKind::Section)
             .then(|| self.picture("Poincaré section", paths::SECTION, Section::bounds()))
     }
 
-    fn portrait(&mut self) -> ContainerLike {
+    pub fn portrait(&mut self) -> ContainerLike {
         self.picture("Phase portrait", paths::PORTRAIT, Portrait::bounds())
     }
 

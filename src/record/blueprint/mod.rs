@@ -63,21 +63,13 @@ pub fn send_with_first_tab(
     first: usize,
 ) -> Result<(), RecordError> {
     let mut layout = Layout::default();
-    let (tabs, speed) = match &header.subject {
+    let (mut tabs, speed) = match &header.subject {
         Subject::Joint(joint) => {
             let tabs = vec![
                 layout.lesson_tab(header, spec),
                 layout.overview_tab(header, joint, spec),
                 layout.contact_tab(header, joint, spec),
                 layout.modes_tab(spec),
-                layout.embedding_tab(header),
-                layout.recurrence_tab(header),
-                layout.regime_tab(header),
-                layout.lyapunov_tab(header),
-                layout.perturbed_tab(header),
-                layout.controls_tab(header),
-                layout.health_tab(header),
-                layout.about_tab(header),
             ];
             (tabs, JOINT_SPEED)
         }
@@ -85,28 +77,24 @@ pub fn send_with_first_tab(
             let tabs = vec![
                 layout.lesson_tab(header, spec),
                 layout.motion_tab(header, small),
-                layout.embedding_tab(header),
-                layout.recurrence_tab(header),
-                layout.regime_tab(header),
-                layout.lyapunov_tab(header),
-                layout.perturbed_tab(header),
-                layout.controls_tab(header),
-                layout.health_tab(header),
-                layout.about_tab(header),
             ];
             (tabs, header.duration / SIGNAL_PLAYS)
         }
         Subject::Signal(signal) => {
-            let tabs = vec![
-                layout.signal_tab(header, signal),
-                layout.embedding_tab(header),
-                layout.recurrence_tab(header),
-                layout.regime_tab(header),
-                layout.about_tab(header),
-            ];
+            let tabs = vec![layout.signal_tab(header, signal)];
             (tabs, header.duration / SIGNAL_PLAYS)
         }
     };
+    tabs.extend([
+        layout.embedding_tab(header),
+        layout.recurrence_tab(header),
+        layout.regime_tab(header),
+        layout.lyapunov_tab(header),
+        layout.perturbed_tab(header),
+        layout.controls_tab(header),
+        layout.health_tab(header),
+        layout.about_tab(header),
+    ]);
     let mut tabs: Vec<_> = tabs.into_iter().flatten().collect();
     tabs.rotate_left(first);
     let time_panel = TimePanelBlueprint::new()

@@ -3,7 +3,7 @@
 use super::{ContainerLike, Layout, Parts, View, tab};
 use crate::{
     pipeline::message::{Header, SmallInfo},
-    record::{paths, portrait::Portrait, small, style::Quantity},
+    record::{paths, small, style::Quantity},
 };
 
 /// Natural periods in the time window of the series.
@@ -13,7 +13,7 @@ impl Layout {
     /// Motion and status of the system.
     pub fn motion_tab(&mut self, header: &Header, info: &SmallInfo) -> Option<ContainerLike> {
         let words = self.text("Observations", paths::NARRATION);
-        let portrait = self.picture("Phase portrait", paths::PORTRAIT, Portrait::bounds());
+        let portrait = self.portrait();
         let embedding = self.embedding(header, 3.9);
         let recurrence = self.recurrence(header);
         let spectrogram = self.spectrogram(header);
