@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import copy
+import functools
 import html
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, overload
+from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
 
@@ -43,6 +44,8 @@ class Result:
     """
 
     __slots__ = ("_fields", "_wrapped")
+    # Schema of its fields; None for fields of any kind.
+    _schema: str | None = None
     _fields: dict[str, Any]
     _wrapped: dict[str, Any]
 
@@ -57,7 +60,8 @@ class Result:
             if name not in self._fields:
                 fields = ", ".join(self._fields)
                 raise AttributeError(f"the result has no field {name!r}; it has {fields}")
-            self._wrapped[name] = wrap(self._fields[name])
+            known = properties(self._schema).get(name, {})
+            self._wrapped[name] = wrap(self._fields[name], referred(known))
         return self._wrapped[name]
 
     def __getitem__(self, name: str) -> Any:
@@ -89,8 +93,8 @@ class Result:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __reduce__(self) -> tuple[type[Result], tuple[dict[str, Any]]]:
-        return Result, (self._fields,)
+    def __reduce__(self) -> tuple[Any, tuple[dict[str, Any], str | None]]:
+        return wrap, (self._fields, self._schema)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields as a dictionary of plain numbers, strings, lists and dictionaries."""
@@ -98,7 +102,7 @@ class Result:
 
     def __repr__(self) -> str:
         fields = (f"{name}={_short(value)}" for name, value in self._fields.items())
-        return f"Result({', '.join(fields)})"
+        return f"{type(self).__name__}({', '.join(fields)})"
 
     def _repr_html_(self) -> str:
         rows = (
@@ -112,7 +116,10 @@ class Result:
 Mapping.register(Result)
 
 
-class Results:
+Row = TypeVar("Row", bound=Result, covariant=True)
+
+
+class Results(Generic[Row]):
     """A list of results of one kind, which is also a table.
 
     pandas and polars read it: ``pandas.DataFrame(results)`` or ``results.to_pandas()``, ``polars.DataFrame(results)``
@@ -120,23 +127,25 @@ class Results:
     """
 
     __slots__ = ("_rows",)
+    _rows: tuple[Row, ...]
 
-    def __init__(self, rows: Sequence[dict[str, Any]] = ()) -> None:
-        self._rows = tuple(Result(row) for row in rows)
+    def __init__(self, rows: Sequence[dict[str, Any]] = (), schema: str | None = None) -> None:
+        self._rows = tuple(class_of(schema)(row) for row in rows)
 
     def __len__(self) -> int:
         return len(self._rows)
 
     @overload
-    def __getitem__(self, index: int) -> Result: ...
+    def __getitem__(self, index: int) -> Row: ...
     @overload
-    def __getitem__(self, index: slice) -> Results: ...
-    def __getitem__(self, index: int | slice) -> Result | Results:
+    def __getitem__(self, index: slice) -> Results[Row]: ...
+    def __getitem__(self, index: int | slice) -> Row | Results[Row]:
         if isinstance(index, slice):
-            return Results([row._fields for row in self._rows[index]])
+            rows = self._rows[index]
+            return Results([row._fields for row in rows], rows[0]._schema if rows else None)
         return self._rows[index]
 
-    def __iter__(self) -> Iterator[Result]:
+    def __iter__(self) -> Iterator[Row]:
         return iter(self._rows)
 
     def __eq__(self, other: object) -> bool:
@@ -201,10 +210,47 @@ class Results:
         return f"<table><tr>{head}</tr>{body}</table>{more}"
 
 
-def wrap(value: Any) -> Any:
+@functools.cache
+def definitions() -> dict[str, Any]:
+    """Return the JSON schemas of all results, by their names."""
+    from . import _squeakscope
+
+    return _squeakscope.schemas()
+
+
+def properties(name: str | None) -> dict[str, Any]:
+    """Return the schemas of the fields of a result, of which some may be absent."""
+    schema = definitions().get(name or "", {})
+    options = [option for key in ("oneOf", "anyOf") for option in schema.get(key, ())]
+    found = [properties(referred(option)) if "$ref" in option else option.get("properties", {}) for option in options]
+    return {field: value for part in (schema.get("properties", {}), *found) for field, value in part.items()}
+
+
+def referred(schema: dict[str, Any]) -> str | None:
+    """Return the name of the schema that a value, or each item of a list, has."""
+    options = [schema, *schema.get("anyOf", ())]
+    for part in options + [option.get("items", {}) for option in options]:
+        if "$ref" in part:
+            return str(part["$ref"]).rpartition("/")[2]
+    return None
+
+
+@functools.cache
+def class_of(name: str | None) -> type[Any]:
+    """Return the class of the results with a schema; its docstring describes the fields."""
+    schema = definitions().get(name or "")
+    if schema is None:
+        return Result
+    fields = properties(name).items()
+    described = (f"{field}\n    {value.get('description', '').replace(chr(10), ' ')}" for field, value in fields)
+    text = "\n".join([schema.get("description", ""), "", "Attributes", "----------", *described])
+    return type(str(name), (Result,), {"__slots__": (), "__doc__": text, "__module__": "squeakscope.results", "_schema": name})
+
+
+def wrap(value: Any, schema: str | None = None) -> Any:
     """Return a serialised value as a result, results, a read-only array or itself."""
     if isinstance(value, dict):
-        return Result(value)
+        return class_of(schema)(value)
     if isinstance(value, np.ndarray):
         return _frozen(value)
     if not isinstance(value, list):
@@ -214,7 +260,7 @@ def wrap(value: Any) -> Any:
         estimates.half_width = _frozen(np.array([item["half_width"] for item in value]))
         return _frozen(estimates)
     if all(isinstance(item, dict) for item in value):
-        return Results(value)
+        return Results(value, schema and schema.removeprefix("Array_of_"))
     if _is_numeric(value):
         return _frozen(np.array(value))
     return tuple(wrap(item) for item in value)

@@ -9,7 +9,8 @@ use squeakscope::study::lyapunov::{Classified, Goal, LyapunovPlan, lyapunov};
 
 use crate::array::{choice, numeric, optional, positive, vector, whole};
 use crate::error::input;
-use crate::result::{Fields, result};
+use crate::result::Fields;
+use crate::schema::{Integration, OwnExponents};
 use crate::system::{Calls, Law, OwnSystem};
 
 /// The functions of a system, as the caller gives them.
@@ -162,9 +163,9 @@ impl Found {
             .array("event_t", self.event_t)?
             .array("event_index", self.event_index)?
             .matrix("event_z", self.event_z, dim)?
-            .with("stats", result(py, &self.stats)?)?
+            .serialised("stats", &self.stats)?
             .with("calls", system.calls.count())?
-            .finish()
+            .finish::<Integration>()
     }
 }
 
@@ -419,5 +420,5 @@ pub fn exponents<'py>(
     let found = system.finish(done)?;
     Fields::of(py, &Classified::study(&found))?
         .with("calls", system.calls.count())?
-        .timed(None)
+        .timed::<OwnExponents>(None)
 }

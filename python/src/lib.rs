@@ -18,6 +18,7 @@ mod result;
 mod run;
 mod samples;
 mod scene;
+mod schema;
 mod signal;
 mod simulation;
 mod spectra;
@@ -68,6 +69,7 @@ fn _squeakscope(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(study::cost, module)?,
         wrap_pyfunction!(study::lyapunov, module)?,
         wrap_pyfunction!(model::model, module)?,
+        wrap_pyfunction!(schema::schemas, module)?,
         wrap_pyfunction!(study::sensitivities, module)?,
         wrap_pyfunction!(study::stability, module)?,
         wrap_pyfunction!(sweep::sweep, module)?,

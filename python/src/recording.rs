@@ -13,6 +13,7 @@ use crate::array::{optional, positive, vector};
 use crate::call::long_call;
 use crate::error::input;
 use crate::result::{Fields, result};
+use crate::schema::SignalOfFile;
 
 /// Analyse a signal completely: events, spectrum, embedding, recurrence, section, exponents and regime.
 ///
@@ -193,5 +194,5 @@ pub fn read_signal_file<'py>(
         .with("rate_hz", signal.rate)?
         .with("start_s", signal.start)?
         .array("samples", signal.samples)?
-        .finish()
+        .finish::<SignalOfFile>()
 }

@@ -14,6 +14,7 @@ use crate::array::{choice, numeric, optional, positive, vector, whole};
 use crate::call::{Watch, long_call};
 use crate::error::input;
 use crate::result::{Fields, timed};
+use crate::schema::{Plot, Quantified};
 
 /// Default recurrence rate.
 const RATE: f64 = 0.05;
@@ -249,7 +250,7 @@ pub fn recurrence_plot<'py>(
         .matrix("recurrent", pixels.collect::<Vec<bool>>(), states)?
         .with("threshold", found.distance)?
         .with("rate", found.rate)?
-        .finish()
+        .finish::<Plot>()
 }
 
 /// Recurrence quantification analysis of the delay vectors of a signal, or of states.
@@ -328,7 +329,7 @@ pub fn rqa<'py>(
     Fields::of(py, &measures)?
         .with("threshold", rule.threshold.distance())?
         .with("states", states)?
-        .timed(rate)
+        .timed::<Quantified>(rate)
 }
 
 /// Recurrence quantification in windows along a signal.

@@ -5,11 +5,15 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A result, from the fields that `--json` has.
-pub fn result<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
-    wrap(pythonize::pythonize(py, value)?)
+pub fn result<'py, T: Serialize + JsonSchema>(
+    py: Python<'py>,
+    value: &T,
+) -> PyResult<Bound<'py, PyAny>> {
+    wrap::<T>(pythonize::pythonize(py, value)?)
 }
 
 /// Builds a result from serialised fields and arrays. Numbers of an array are not copied.
@@ -31,6 +35,12 @@ impl<'py> Fields<'py> {
         self.0
             .set_item(name, value.into_bound_py_any(self.0.py())?)?;
         Ok(self)
+    }
+
+    /// Adds a serialised field.
+    pub fn serialised(self, name: &str, value: &impl Serialize) -> PyResult<Self> {
+        let value = pythonize::pythonize(self.0.py(), value)?;
+        self.with(name, value)
     }
 
     /// Adds an array.
@@ -70,30 +80,30 @@ impl<'py> Fields<'py> {
     }
 
     /// The result, as [`timed`].
-    pub fn timed(self, rate: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+    pub fn timed<S: JsonSchema>(self, rate: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
         if rate.is_none() {
             drop_units(&self.0)?;
         }
-        self.finish()
+        self.finish::<S>()
     }
 
-    /// The result.
-    pub fn finish(self) -> PyResult<Bound<'py, PyAny>> {
-        wrap(self.0.into_any())
+    /// The result, with the fields of a schema.
+    pub fn finish<S: JsonSchema>(self) -> PyResult<Bound<'py, PyAny>> {
+        wrap::<S>(self.0.into_any())
     }
 }
 
 /// A result of a signal. Without a rate times and frequencies refer to samples, and their names have no unit.
-pub fn timed<'py>(
+pub fn timed<'py, T: Serialize + JsonSchema>(
     py: Python<'py>,
-    value: &impl Serialize,
+    value: &T,
     rate: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let value = pythonize::pythonize(py, value)?;
     if rate.is_none() {
         drop_units(&value)?;
     }
-    wrap(value)
+    wrap::<T>(value)
 }
 
 /// Removes the units of time from the names of all fields.
@@ -119,9 +129,9 @@ fn drop_units(value: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(())
 }
 
-/// Wraps serialised fields: as an object of the class `squeakscope.Result`, a list of them as `squeakscope.Results`.
-fn wrap(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
+/// Wraps serialised fields: as an object of the class that a schema names, a list of them as `squeakscope.Results`.
+fn wrap<S: JsonSchema>(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     static WRAP: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let wrap = WRAP.import(value.py(), "squeakscope._result", "wrap")?;
-    wrap.call1((value,))
+    wrap.call1((value, S::schema_name()))
 }

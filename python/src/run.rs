@@ -10,9 +10,10 @@ use squeakscope::study::lyapunov::Classified;
 
 use crate::call::long_call;
 use crate::error::input;
-use crate::result::result;
+use crate::result::{Fields, result};
 use crate::samples::{SampleBuffer, Samples};
 use crate::scene::{Scene, SceneOrName};
+use crate::schema::RunExponents;
 
 /// A finished run: its samples and its results.
 #[pyclass(frozen, module = "squeakscope")]
@@ -194,7 +195,8 @@ pub fn run(
     })?;
     let Summary { exponents, .. } = &summary;
     let exponents = exponents.as_ref();
-    let exponents = exponents.map(|found| result(py, &Classified::run(found)));
+    let exponents =
+        exponents.map(|found| Fields::of(py, &Classified::run(found))?.finish::<RunExponents>());
     let verdict = summary.verdict.as_deref().map(|found| result(py, found));
     Ok(Run {
         scene: Py::new(py, Scene(scene))?,

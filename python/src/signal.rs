@@ -2,6 +2,7 @@
 
 use numpy::{PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use squeakscope::analysis::{
     self as library, AnalysisError, DelaySearch, Direction, DivergenceMethod, DivergenceSearch,
@@ -12,9 +13,10 @@ use crate::array::{choice, optional, positive, vector, whole};
 use crate::call::long_call;
 use crate::error::raise;
 use crate::result::{Fields, result, timed};
+use crate::schema::Section;
 
 /// Computes a result of a signal and returns it with its fields.
-pub fn analysed<'py, R: Serialize + Send>(
+pub fn analysed<'py, R: Serialize + JsonSchema + Send>(
     signal: &Bound<'py, PyAny>,
     work: impl FnOnce(&[f64]) -> Result<R, AnalysisError> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
@@ -206,7 +208,7 @@ pub fn poincare_section<'py>(
         .array("time_s", times)?
         .matrix("points", points.collect::<Vec<f64>>(), dimension)?
         .with("level", level)?
-        .timed(rate)
+        .timed::<Section>(rate)
 }
 
 /// Largest Lyapunov exponent of a signal from the divergence of nearest neighbours.

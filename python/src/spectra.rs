@@ -11,6 +11,7 @@ use crate::array::{choice, positive, vector, whole};
 use crate::call::long_call;
 use crate::error::input;
 use crate::result::Fields;
+use crate::schema::{Spectrogram, Spectrum};
 use crate::signal::analysed;
 
 const WINDOWS: [(&str, Window); 2] = [
@@ -56,7 +57,7 @@ pub fn spectrum<'py>(
     Fields::of(py, &lines)?
         .array("frequency_hz", frequency.collect::<Vec<f64>>())?
         .array("amplitude", spectrum.amplitude)?
-        .finish()
+        .finish::<Spectrum>()
 }
 
 /// Spectrogram of a signal.
@@ -115,7 +116,7 @@ pub fn spectrogram<'py>(
         .array("time_s", times)?
         .array("frequency_hz", frequency)?
         .matrix("amplitude", amplitude, bins)?
-        .finish()
+        .finish::<Spectrogram>()
 }
 
 /// Tonal events of a sound: what sounds when.
@@ -136,7 +137,7 @@ pub fn spectrogram<'py>(
 /// Returns
 /// -------
 /// Result
-///     ``events`` with start, end, frequency, level and ridge; ``hum`` and ``wow``.
+///     ``events`` with kind, start, end, frequency, level and ridge; ``hum``.
 #[pyfunction]
 #[pyo3(signature = (signal, rate, *, low_hz=200.0, high_hz=12_000.0, full_scale=1.0, shortest_s=0.2))]
 pub fn tonal_events<'py>(

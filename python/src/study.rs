@@ -17,8 +17,9 @@ use squeakscope::study::{StudyError, stability as linear_modes};
 use crate::array::{optional, vector, whole};
 use crate::call::long_call;
 use crate::error::{input, raise};
-use crate::result::result;
+use crate::result::{Fields, result};
 use crate::scene::SceneOrName;
+use crate::schema::SceneExponents;
 
 /// Linear modes of steady sliding, from complex eigenvalues.
 ///
@@ -233,7 +234,7 @@ pub fn lyapunov<'py>(
             watch.report(progress.share)
         })
     })?;
-    result(py, &Classified::scene(&found))
+    Fields::of(py, &Classified::scene(&found))?.finish::<SceneExponents>()
 }
 
 /// Measure what accuracy and effects cost, and find the cheapest settings.

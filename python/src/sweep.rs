@@ -171,7 +171,7 @@ pub fn sweep<'py>(
                 .map(|axis| axis.parameter().path())
                 .collect::<Vec<_>>(),
         )?
-        .finish()
+        .finish::<SweepResult<'_>>()
 }
 
 /// Find coexisting attractors, and the share of random kicks that reach each.
