@@ -50,7 +50,7 @@ def rqa_ours(x, epsilon):
         found = squeakscope.rqa(x, lag=LAG, dimension=DIMENSION, threshold=epsilon, theiler=1,
                                 min_diagonal=MIN_LINE, min_vertical=MIN_LINE)
         return {"recurrence_rate": found.recurrence_rate, "determinism": found.determinism,
-                "mean_diagonal": found.mean_diagonal_s}
+                "mean_diagonal": found.mean_diagonal}
 
     return timed(go, 7)
 

@@ -198,6 +198,7 @@ def choose_delay(signal: ArrayLike) -> results.DelayChoice: ...
 def embed(signal: ArrayLike, lag: int, dimension: int) -> _Floats: ...
 def recurrence_plot(
     signal: ArrayLike,
+    other: ArrayLike | None = None,
     *,
     lag: int = 1,
     dimension: int = 1,
@@ -210,6 +211,7 @@ def recurrence_plot(
 ) -> results.Plot: ...
 def rqa(
     signal: ArrayLike,
+    other: ArrayLike | None = None,
     *,
     lag: int = 1,
     dimension: int = 1,

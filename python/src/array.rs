@@ -13,6 +13,9 @@ pub fn numeric<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py
     let numpy = value.py().import("numpy")?;
     let wrong = || {
         let kind = value.get_type();
+        let kind = kind
+            .name()
+            .map_or_else(|_| kind.to_string(), |name| name.to_string());
         input(format!("{name}: give an array of numbers, not {kind}"))
     };
     let array = numpy.call_method1("asarray", (value,));
@@ -45,8 +48,8 @@ pub fn vector<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Numbers<'p
     }
     if array.ndim() > 1 {
         return Err(input(format!(
-            "{name}: the shape is {:?}; give one dimension, such as a column {name}[:, 0]",
-            array.shape()
+            "{name}: the shape is {}; give one dimension, such as a column {name}[:, 0]",
+            array.getattr("shape")?
         )));
     }
     let numbers: Numbers<'py> = array.extract()?;

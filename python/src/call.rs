@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use crate::error::raise;
 
 /// Interval at which signals are checked and progress is reported.
-const POLL: Duration = Duration::from_millis(50);
+pub const POLL: Duration = Duration::from_millis(50);
 
 /// Progress and stop flag of a call.
 #[derive(Default)]
@@ -64,7 +64,8 @@ pub fn long_call<T: Send, E: Error + Send + 'static>(
     })
 }
 
-fn poll(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
+/// Listens to Ctrl-C and reports the progress.
+pub fn poll(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
     py.check_signals()?;
     if let Some(progress) = progress {
         progress.call1((f64::from_bits(watch.share.load(Ordering::Relaxed)),))?;

@@ -107,7 +107,7 @@ impl Functions<'_> {
                     .with_events(&system)?
                     .with_crossing_limit(crossings, numerics.window);
             }
-            integrator.set_stop_flag(Arc::clone(&system.calls.stop));
+            integrator.set_stop_flag(Arc::clone(&system.calls.watch.stop));
             integrator.start(&system, t, z)?;
             Ok(integrator)
         };
@@ -306,7 +306,7 @@ pub fn integrate<'py>(
             }
             integrator.sample(&system, time, &mut row)?;
             found.states.extend_from_slice(&row);
-            system.calls.report((time - from) / (to - from));
+            system.calls.watch.report((time - from) / (to - from));
         }
         Ok::<_, DynamicsError>(())
     };
@@ -414,7 +414,7 @@ pub fn exponents<'py>(
         let mut integrator = integrator.with_tangents(&system, width, seed)?;
         integrator.start(&system, 0.0, state)?;
         lyapunov(&system, &mut integrator, &plan, &mut |at| {
-            system.calls.report(at.share)
+            system.calls.watch.report(at.share)
         })
     });
     let found = system.finish(done)?;

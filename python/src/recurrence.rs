@@ -5,8 +5,8 @@ use std::ops::Range;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use squeakscope::analysis::{
-    AnalysisError, DelayVectors, Measures, Norm, RateBase, RecurrenceCriterion, RecurrencePlot,
-    Threshold, quantify,
+    AnalysisError, CrossRecurrence, DelayVectors, Measures, Norm, RateBase, RecurrenceCounts,
+    RecurrenceCriterion, RecurrencePlot, Threshold, quantify,
 };
 use squeakscope::memory::check;
 
@@ -40,49 +40,21 @@ struct Counting<'a> {
     rate: Option<f64>,
 }
 
-/// The states of a signal and their recurrences.
-struct Recurrence {
+/// A signal or states.
+struct States {
     /// Samples, or states one after another.
     values: Vec<f64>,
     /// Number of coordinates of given states; `None` for samples.
     columns: Option<usize>,
     lag: usize,
     dimension: usize,
-    rule: RecurrenceCriterion,
 }
 
-impl Recurrence {
-    fn new(signal: &Bound<'_, PyAny>, choices: Choices<'_>, identity: bool) -> PyResult<Self> {
-        let neighbours = optional("neighbours", choices.neighbours, 1)?;
-        let given = [
-            choices.threshold.map(Threshold::Distance),
-            choices.threshold_std.map(Threshold::Spread),
-            choices.recurrence_rate.map(Threshold::Rate),
-            neighbours.map(Threshold::Neighbours),
-        ];
-        let mut given = given.into_iter().flatten();
-        let threshold = given.next().unwrap_or(Threshold::Rate(RATE));
-        if given.next().is_some() {
-            return Err(input(
-                "give one of threshold, threshold_std, recurrence_rate and neighbours",
-            ));
-        }
-        let theiler = whole("theiler", choices.theiler, 0)?;
-        if identity && theiler > 1 {
-            return Err(input(
-                "line_of_identity: a Theiler window above 1 excludes it; omit one of them",
-            ));
-        }
-        let norms = [
-            ("euclidean", Norm::Euclidean),
-            ("maximum", Norm::Maximum),
-            ("manhattan", Norm::Manhattan),
-        ];
-        let (lag, dimension) = (
-            whole("lag", choices.lag, 1)?,
-            whole("dimension", choices.dimension, 1)?,
-        );
-        let array = numeric("signal", signal)?;
+impl States {
+    fn new(name: &str, signal: &Bound<'_, PyAny>, choices: &Choices<'_>) -> PyResult<Self> {
+        let lag = whole("lag", choices.lag, 1)?;
+        let dimension = whole("dimension", choices.dimension, 1)?;
+        let array = numeric(name, signal)?;
         let columns = match *array.shape() {
             [_, columns] => Some(columns),
             _ => None,
@@ -98,15 +70,10 @@ impl Recurrence {
             signal.clone()
         };
         Ok(Self {
-            values: vector("signal", &flat)?.as_slice()?.to_vec(),
+            values: vector(name, &flat)?.as_slice()?.to_vec(),
             columns,
             lag,
             dimension,
-            rule: RecurrenceCriterion {
-                norm: choice("norm", choices.norm, &norms)?,
-                threshold,
-                theiler: if identity { 0 } else { theiler.max(1) },
-            },
         })
     }
 
@@ -132,6 +99,81 @@ impl Recurrence {
     }
 }
 
+/// Signals and their recurrences.
+struct Recurrence {
+    states: States,
+    /// The second signal of a cross recurrence.
+    other: Option<States>,
+    rule: RecurrenceCriterion,
+}
+
+impl Recurrence {
+    fn new(
+        signal: &Bound<'_, PyAny>,
+        other: Option<&Bound<'_, PyAny>>,
+        choices: Choices<'_>,
+        identity: bool,
+    ) -> PyResult<Self> {
+        let neighbours = optional("neighbours", choices.neighbours, 1)?;
+        let given = [
+            choices.threshold.map(Threshold::Distance),
+            choices.threshold_std.map(Threshold::Spread),
+            choices.recurrence_rate.map(Threshold::Rate),
+            neighbours.map(Threshold::Neighbours),
+        ];
+        let mut given = given.into_iter().flatten();
+        let threshold = given.next().unwrap_or(Threshold::Rate(RATE));
+        if given.next().is_some() {
+            return Err(input(
+                "give one of threshold, threshold_std, recurrence_rate and neighbours",
+            ));
+        }
+        let theiler = whole("theiler", choices.theiler, 0)?;
+        if identity && theiler > 1 {
+            return Err(input(
+                "line_of_identity: a Theiler window above 1 excludes it; omit one of them",
+            ));
+        }
+        let norms = [
+            ("euclidean", Norm::Euclidean),
+            ("maximum", Norm::Maximum),
+            ("manhattan", Norm::Manhattan),
+        ];
+        let states = States::new("signal", signal, &choices)?;
+        let other = other
+            .map(|other| States::new("other", other, &choices))
+            .transpose()?;
+        if let Some(other) = other
+            .as_ref()
+            .filter(|other| other.columns != states.columns)
+        {
+            let [here, there] = [&states, other].map(|states| states.columns.unwrap_or(1));
+            return Err(input(format!(
+                "other: it has {there} coordinates, and the signal has {here}; give as many"
+            )));
+        }
+        Ok(Self {
+            states,
+            other,
+            rule: RecurrenceCriterion {
+                norm: choice("norm", choices.norm, &norms)?,
+                threshold,
+                theiler: if identity { 0 } else { theiler.max(1) },
+            },
+        })
+    }
+
+    /// The cross recurrence of the signal with the other one.
+    fn cross(&self, other: &States, watch: &Watch) -> Result<CrossRecurrence, AnalysisError> {
+        self.states
+            .with_vectors(0..self.states.len(), watch, |first| {
+                other.with_vectors(0..other.len(), watch, |second| {
+                    CrossRecurrence::new(first, second, self.rule.norm, self.rule.threshold)
+                })
+            })
+    }
+}
+
 /// A quantification with all of its choices.
 struct Quantification {
     recurrence: Recurrence,
@@ -145,12 +187,13 @@ struct Quantification {
 impl Quantification {
     fn new(
         signal: &Bound<'_, PyAny>,
+        other: Option<&Bound<'_, PyAny>>,
         choices: Choices<'_>,
         counting: &Counting<'_>,
     ) -> PyResult<Self> {
         let bases = [("counted", RateBase::Counted), ("all", RateBase::All)];
         Ok(Self {
-            recurrence: Recurrence::new(signal, choices, counting.line_of_identity)?,
+            recurrence: Recurrence::new(signal, other, choices, counting.line_of_identity)?,
             lines: [
                 whole("min_diagonal", counting.min_diagonal, 1)?,
                 whole("min_vertical", counting.min_vertical, 1)?,
@@ -160,17 +203,27 @@ impl Quantification {
         })
     }
 
-    /// The measures of a part of the signal, the rule with its distance, and the number of states.
+    /// The measures of a part of the signal, the distance of the threshold, and the number of states.
     fn of(
         &self,
         part: Range<usize>,
         watch: &Watch,
-    ) -> Result<(Measures, RecurrenceCriterion, usize), AnalysisError> {
-        self.recurrence.with_vectors(part, watch, |vectors| {
-            let rule = self.recurrence.rule.fixed(vectors)?;
-            let [diagonal, vertical] = self.lines;
-            let measures = quantify(vectors, &rule)?.measures(diagonal, vertical, self.base);
-            Ok((measures.in_seconds(self.step), rule, vectors.len()))
+    ) -> Result<(Measures, Option<f64>, usize), AnalysisError> {
+        let [diagonal, vertical] = self.lines;
+        let measures = |counts: RecurrenceCounts| {
+            counts
+                .measures(diagonal, vertical, self.base)
+                .in_seconds(self.step)
+        };
+        let recurrence = &self.recurrence;
+        if let Some(other) = &recurrence.other {
+            let cross = recurrence.cross(other, watch)?;
+            return Ok((measures(cross.counts()), cross.distance, cross.rows));
+        }
+        recurrence.states.with_vectors(part, watch, |vectors| {
+            let rule = recurrence.rule.fixed(vectors)?;
+            let found = measures(quantify(vectors, &rule)?);
+            Ok((found, rule.threshold.distance(), vectors.len()))
         })
     }
 }
@@ -182,6 +235,9 @@ impl Quantification {
 /// signal : array_like
 ///     Samples, shape (n,), or states, shape (n, coordinates), such as ``run.q``, which are used without delays. The
 ///     plot needs memory for the square of the number of states.
+/// other : array_like, optional
+///     A second signal, or states: cross recurrence, whose rows are the states of the first and whose columns are those of
+///     the second. All pairs count; standard deviations are those of the first.
 /// lag : int
 ///     Lag, samples.
 /// dimension : int
@@ -204,11 +260,12 @@ impl Quantification {
 /// Result
 ///     ``recurrent``, a boolean matrix; ``threshold``, and the recurrence ``rate``.
 #[pyfunction]
-#[pyo3(signature = (signal, *, lag=1, dimension=1, threshold=None, threshold_std=None, recurrence_rate=None,
-    neighbours=None, norm="euclidean", theiler=1))]
+#[pyo3(signature = (signal, other=None, *, lag=1, dimension=1, threshold=None, threshold_std=None,
+    recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1))]
 pub fn recurrence_plot<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
+    other: Option<Bound<'py, PyAny>>,
     lag: i64,
     dimension: i64,
     threshold: Option<f64>,
@@ -228,8 +285,17 @@ pub fn recurrence_plot<'py>(
         norm,
         theiler,
     };
-    let recurrence = Recurrence::new(&signal, choices, false)?;
-    let samples = recurrence.len();
+    let recurrence = Recurrence::new(&signal, other.as_ref(), choices, false)?;
+    if let Some(other) = &recurrence.other {
+        let plot = long_call(py, None, |watch| recurrence.cross(other, watch))?;
+        let counts = plot.counts();
+        return Fields::new(py)
+            .matrix("recurrent", plot.recurrent, plot.columns)?
+            .with("threshold", plot.distance)?
+            .with("rate", counts.recurrent as f64 / counts.pairs() as f64)?
+            .finish::<Plot>();
+    }
+    let samples = recurrence.states.len();
     let plot = |vectors: &DelayVectors<'_>| {
         let states = vectors.len();
         // A distance, a pixel and an element of the matrix for each pair.
@@ -243,7 +309,7 @@ pub fn recurrence_plot<'py>(
         Ok((states, plot.recurrences(rule.threshold)?))
     };
     let (states, found) = long_call(py, None, |watch| {
-        recurrence.with_vectors(0..samples, watch, plot)
+        recurrence.states.with_vectors(0..samples, watch, plot)
     })?;
     let pixels = found.pixels.into_iter().map(|pixel| pixel > 0);
     Fields::new(py)
@@ -261,6 +327,8 @@ pub fn recurrence_plot<'py>(
 /// ----------
 /// signal : array_like
 ///     Samples, shape (n,), or states, shape (n, coordinates).
+/// other : array_like, optional
+///     A second signal, or states: cross recurrence, as in :func:`recurrence_plot`.
 /// lag : int
 ///     Lag, samples.
 /// dimension : int
@@ -286,12 +354,13 @@ pub fn recurrence_plot<'py>(
 ///     Measures of Marwan et al. (Phys. Rep. 438, 237, 2007): ``recurrence_rate``, ``determinism``,
 ///     ``laminarity``, ``entropy`` and more; None where a measure is not defined. ``states`` and ``threshold``.
 #[pyfunction]
-#[pyo3(signature = (signal, *, lag=1, dimension=1, threshold=None, threshold_std=None, recurrence_rate=None,
-    neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2, line_of_identity=false,
+#[pyo3(signature = (signal, other=None, *, lag=1, dimension=1, threshold=None, threshold_std=None,
+    recurrence_rate=None, neighbours=None, norm="euclidean", theiler=1, min_diagonal=2, min_vertical=2, line_of_identity=false,
     rate_base="counted", rate=None))]
 pub fn rqa<'py>(
     py: Python<'py>,
     signal: Bound<'py, PyAny>,
+    other: Option<Bound<'py, PyAny>>,
     lag: i64,
     dimension: i64,
     threshold: Option<f64>,
@@ -323,11 +392,11 @@ pub fn rqa<'py>(
         rate_base,
         rate,
     };
-    let quantification = Quantification::new(&signal, choices, &counting)?;
-    let all = 0..quantification.recurrence.len();
-    let (measures, rule, states) = long_call(py, None, |watch| quantification.of(all, watch))?;
+    let quantification = Quantification::new(&signal, other.as_ref(), choices, &counting)?;
+    let all = 0..quantification.recurrence.states.len();
+    let (measures, distance, states) = long_call(py, None, |watch| quantification.of(all, watch))?;
     Fields::of(py, &measures)?
-        .with("threshold", rule.threshold.distance())?
+        .with("threshold", distance)?
         .with("states", states)?
         .timed::<Quantified>(rate)
 }
@@ -392,10 +461,10 @@ pub fn rqa_windowed<'py>(
         rate_base,
         rate,
     };
-    let quantification = Quantification::new(&signal, choices, &counting)?;
+    let quantification = Quantification::new(&signal, None, choices, &counting)?;
     let window = whole("window", window, 1)?;
     let hop = optional("hop", hop, 1)?.unwrap_or(window);
-    let samples = quantification.recurrence.len();
+    let samples = quantification.recurrence.states.len();
     if window > samples {
         return Err(input(format!("window: give 1 to {samples} samples")));
     }

@@ -1,8 +1,8 @@
 //! Systems whose equations are functions of the caller, in the integrators of the library.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use nalgebra::{DMatrix, DVector};
 use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
@@ -11,6 +11,7 @@ use pyo3::types::{PyList, PyTuple};
 use squeakscope::dynamics::{Differentiable, DynamicsError, Switching, System, difference_step};
 
 use crate::array::numeric;
+use crate::call::{POLL, Watch, poll};
 use crate::error::{failure, input, raise};
 
 /// Signs of a guard: the law below zero, on it (sliding), and above.
@@ -26,9 +27,6 @@ const VANISHED: f64 = 1e-12;
 
 /// Part of a law that differences leave of one that is cancelled.
 const CANCELLED: f64 = 1e-9;
-
-/// Interval at which Ctrl-C is noticed and progress is reported.
-const POLL: Duration = Duration::from_millis(50);
 
 /// A law that is called by its address: `void law(double t, const double *z, double *out)`.
 type Compiled = extern "C" fn(f64, *const f64, *mut f64);
@@ -75,7 +73,7 @@ impl Law {
         if !function.is_callable() {
             return Err(input(format!(
                 "{name}: give one function, not {}; of several guards it returns all",
-                function.get_type()
+                function.get_type().name()?
             )));
         }
         Ok(Self::Python(function.clone().unbind()))
@@ -103,14 +101,11 @@ pub struct OwnSystem {
 /// The calls of the functions, and what ended them.
 #[derive(Default)]
 pub struct Calls {
-    /// Called with the share of the work that is done.
+    /// Its flag is set by the first exception. All values are NaN from then on, which ends the integration.
+    pub watch: Watch,
     progress: Option<Py<PyAny>>,
-    /// Set by the first exception. All values are NaN from then on, which ends the integration.
-    pub stop: Arc<AtomicBool>,
     fault: Mutex<Option<PyErr>>,
     count: AtomicU64,
-    /// Share of the work that is done, 0 to 1, as the bits of an `f64`.
-    share: AtomicU64,
     polled: Mutex<Option<Instant>>,
 }
 
@@ -128,24 +123,18 @@ impl Calls {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// Reports the share of the work that is done; returns whether to continue.
-    pub fn report(&self, share: f64) -> bool {
-        self.share.store(share.to_bits(), Ordering::Relaxed);
-        !self.stop.load(Ordering::Relaxed)
-    }
-
     fn fault(&self) -> MutexGuard<'_, Option<PyErr>> {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn fail(&self, error: PyErr) {
-        self.stop.store(true, Ordering::Relaxed);
+        self.watch.stop.store(true, Ordering::Relaxed);
         self.fault().get_or_insert(error);
     }
 
     /// Takes the first exception, and permits further calls.
     fn take_fault(&self) -> Option<PyErr> {
-        self.stop.store(false, Ordering::Relaxed);
+        self.watch.stop.store(false, Ordering::Relaxed);
         self.fault().take()
     }
 
@@ -164,10 +153,8 @@ impl Calls {
         }
         *polled = Some(Instant::now());
         let polled = Python::attach(|py| {
-            py.check_signals()?;
-            let share = f64::from_bits(self.share.load(Ordering::Relaxed));
-            let progress = self.progress.as_ref();
-            progress.map_or(Ok(()), |function| function.call1(py, (share,)).map(drop))
+            let progress = self.progress.as_ref().map(|function| function.bind(py));
+            poll(py, progress, &self.watch)
         });
         if let Err(error) = polled {
             self.fail(error);
@@ -186,7 +173,7 @@ impl OwnSystem {
         out: &mut [f64],
     ) {
         self.calls.begin();
-        if self.calls.stop.load(Ordering::Relaxed) {
+        if self.calls.watch.stop.load(Ordering::Relaxed) {
             return out.fill(f64::NAN);
         }
         let function = match law {
@@ -418,21 +405,12 @@ fn write(name: &str, found: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> 
         return Ok(());
     }
     // Plain sequences of numbers, without a detour over arrays.
-    let items: Option<Vec<Bound<'_, PyAny>>> = if let Ok(list) = found.cast::<PyList>() {
-        Some(list.iter().collect())
-    } else {
-        found
-            .cast::<PyTuple>()
-            .ok()
-            .map(|tuple| tuple.iter().collect())
-    };
-    if let Some(items) = items
-        && items.len() == out.len()
-        && items
-            .iter()
-            .zip(out.iter_mut())
-            .all(|(item, out)| item.extract::<f64>().map(|x| *out = x).is_ok())
+    let is_plain = found.is_instance_of::<PyList>() || found.is_instance_of::<PyTuple>();
+    if is_plain
+        && let Ok(numbers) = found.extract::<Vec<f64>>()
+        && numbers.len() == must
     {
+        out.copy_from_slice(&numbers);
         return Ok(());
     }
     let array = numeric(name, found)?.call_method0("ravel")?;

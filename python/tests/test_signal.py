@@ -197,7 +197,7 @@ def test_a_background_is_no_broadband_motion() -> None:
 @pytest.mark.parametrize(
     ("wrong", "reason"),
     [
-        (lambda x: x[:, None], r"shape is \[2000, 1\]; give one dimension"),
+        (lambda x: x[:, None], r"shape is \(2000, 1\); give one dimension"),
         (lambda x: None, "not None"),
         (lambda x: 1.0, r"give an array of shape \(n,\)"),
         (lambda x: np.ma.masked_greater(x, 5.0), "masked samples"),
@@ -241,3 +241,22 @@ def test_states_recur_as_their_delay_vectors(lorenz) -> None:
     assert windows[1].determinism == s.rqa(states[200:500], **choices).determinism
     with pytest.raises(s.InputError, match="lag, dimension: states"):
         s.rqa(states, lag=2)
+
+
+def test_cross_recurrence_matches_its_definition(lorenz) -> None:
+    x, y = s.embed(lorenz[:300], 5, 2), s.embed(lorenz[400:600], 5, 2)
+    expected = np.linalg.norm(x[:, None] - y[None], axis=2) <= 4.0
+    plot = s.recurrence_plot(lorenz[:300], lorenz[400:600], lag=5, dimension=2, threshold=4.0)
+    assert np.array_equal(plot.recurrent, expected) and plot.rate == pytest.approx(expected.mean())
+    found = s.rqa(x, y, threshold=4.0)
+    assert found.recurrence_rate == pytest.approx(expected.mean()) and found.states == len(x)
+    # All diagonals, above and below the main one.
+    lengths: list[int] = []
+    for k in range(1 - len(x), len(y)):
+        line = np.concatenate([[0], np.diagonal(expected, k).astype(int), [0]])
+        lengths += list(np.flatnonzero(np.diff(line) == -1) - np.flatnonzero(np.diff(line) == 1))
+    long = [length for length in lengths if length >= 2]
+    assert found.determinism == pytest.approx(sum(long) / sum(lengths))
+    assert s.recurrence_plot(x, y, recurrence_rate=0.1).rate == pytest.approx(0.1, abs=1e-3)
+    with pytest.raises(s.InputError, match="other: it has 1 coordinates, and the signal has 2"):
+        s.rqa(x, lorenz[:50])

@@ -34,6 +34,15 @@ pub enum Norm {
 /// Euclidean norm, the distance itself for the others. Every operation is rounded separately and sums
 /// start with the first coordinate, which makes all comparisons agree to the last bit.
 impl Norm {
+    /// Unrooted norm of a vector of differences.
+    pub(crate) fn unrooted(self, differences: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::Euclidean => differences.fold(0.0, |sum, t| sum + t * t),
+            Self::Maximum => differences.fold(0.0, |most, t| t.abs().max(most)),
+            Self::Manhattan => differences.fold(0.0, |sum, t| sum + t.abs()),
+        }
+    }
+
     /// Largest unrooted distance within a distance (not negative).
     pub(crate) fn unrooted_limit(self, distance: f64) -> f64 {
         match self {
@@ -72,17 +81,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-
-    impl Norm {
-        /// Unrooted norm of a vector of differences: the definition that the faster sums are tested against.
-        pub(crate) fn unrooted(self, differences: impl Iterator<Item = f64>) -> f64 {
-            match self {
-                Self::Euclidean => differences.fold(0.0, |sum, t| sum + t * t),
-                Self::Maximum => differences.fold(0.0, |most, t| t.abs().max(most)),
-                Self::Manhattan => differences.fold(0.0, |sum, t| sum + t.abs()),
-            }
-        }
-    }
 
     #[test]
     fn unrooted_distances_match_the_norms() {

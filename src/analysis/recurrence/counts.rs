@@ -22,6 +22,17 @@ impl LineHistogram {
         all.filter(|&(_, count)| count > 0)
     }
 
+    /// Adds a line. Ignores length 0.
+    fn add(&mut self, length: usize) {
+        if length == 0 {
+            return;
+        }
+        if self.counts.len() <= length {
+            self.counts.resize(length + 1, 0);
+        }
+        self.counts[length] += 1;
+    }
+
     /// Number of lines.
     pub fn lines(&self) -> u64 {
         self.counts.iter().sum()
@@ -116,6 +127,80 @@ pub struct RecurrenceCounts {
     /// Recurrent points on the diagonals `j - i = k`, `k = 0, 1, ..., columns - 1` (upper triangle); 0
     /// within the Theiler window.
     pub by_offset: Vec<u64>,
+}
+
+impl RecurrenceCounts {
+    /// Counts a plot given point by point: `recurrent(i, j)` for row `i` and column `j`. The plot may be
+    /// rectangular and asymmetric.
+    ///
+    /// This is the definition in code, which the faster algorithm of one signal is tested against.
+    pub fn of_matrix(
+        rows: usize,
+        columns: usize,
+        theiler: usize,
+        recurrent: impl Fn(usize, usize) -> bool,
+    ) -> Self {
+        let mut counts = Self {
+            rows,
+            columns,
+            theiler,
+            by_offset: vec![0; columns],
+            ..Self::default()
+        };
+        let outside = |i: usize, j: usize| i.abs_diff(j) >= theiler;
+        let counted = |i: usize, j: usize| outside(i, j) && recurrent(i, j);
+
+        for i in 0..rows {
+            for j in (0..columns).filter(|&j| counted(i, j)) {
+                counts.recurrent += 1;
+                if let Some(offset) = j.checked_sub(i) {
+                    counts.by_offset[offset] += 1;
+                }
+            }
+        }
+
+        let left_edge = (1..rows).map(|i| (i, 0));
+        let top_edge = (0..columns).map(|j| (0, j));
+        for (i, j) in left_edge.chain(top_edge) {
+            let mut length = 0;
+            for step in 0..(rows - i).min(columns - j) {
+                if counted(i + step, j + step) {
+                    length += 1;
+                } else {
+                    counts.diagonal.add(length);
+                    length = 0;
+                }
+            }
+            counts.diagonal.add(length);
+        }
+
+        for j in 0..columns {
+            // Start and end (exclusive) of the last line of the column. The Theiler window separates the
+            // parts above and below it.
+            let mut last: Option<(usize, usize)> = None;
+            for i in 0..rows {
+                if !outside(i, j) {
+                    last = None;
+                } else if recurrent(i, j) {
+                    match &mut last {
+                        Some((_, end)) if *end == i => *end += 1,
+                        _ => {
+                            if let Some((begin, end)) = last {
+                                counts.gaps.add(i - end);
+                                counts.recurrence_times.add(i - begin);
+                            }
+                            last = Some((i, i + 1));
+                        }
+                    }
+                    if i + 1 == rows || !counted(i + 1, j) {
+                        let (begin, end) = last.expect("a line has started");
+                        counts.vertical.add(end - begin);
+                    }
+                }
+            }
+        }
+        counts
+    }
 }
 
 #[cfg(test)]

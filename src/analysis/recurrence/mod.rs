@@ -3,6 +3,7 @@
 //! [`RecurrenceCounts`] defines the counts. [`quantify`] computes them for a signal. A [`RecurrencePlot`] is an image of a few hundred states.
 
 mod counts;
+mod cross;
 mod diagonals;
 mod line_counter;
 mod measures;
@@ -12,6 +13,7 @@ mod quantify;
 mod threshold;
 
 pub use counts::{LineHistogram, RecurrenceCounts};
+pub use cross::CrossRecurrence;
 pub use measures::{Measures, RateBase};
 pub use period::{RecurrenceKind, RecurrencePeriod, RecurrencePeriods};
 pub use plot::{RecurrenceImage, RecurrencePlot, ThresholdedPlot};
