@@ -15,7 +15,7 @@ mod generator;
 use generator::{Kind, Recording, TUNING_SEEDS, recording};
 
 /// Recordings of squeaks at -10 to 30 dB, and of each other sound.
-const SQUEAKS: u64 = 400;
+const SQUEAKS: u64 = 600;
 const OTHERS: u64 = 90;
 
 /// The first seed.
@@ -50,15 +50,16 @@ fn examples(kind: Kind, seed: u64) -> Vec<Example> {
     let recording = recording(kind, -10.0..=30.0, seed);
     let options = EventOptions::default();
     let (groups, _, power) = candidates(&recording.samples, recording.rate_hz, &options);
+    let recording_db = options.level_db(power);
     let all: Vec<TonalEvent> = groups.iter().map(|(event, _)| event.clone()).collect();
     let sounds = groups
         .iter()
         .zip(&all)
-        .filter(|(_, event)| options.admits(event, power));
+        .filter(|(_, event)| options.admits(event, recording_db));
     let example = |((_, group), event): (&(TonalEvent, _), &TonalEvent)| {
         let right = truth(kind, &recording, event)?;
         Some(Example {
-            inputs: inputs(event, group, &all).to_vec(),
+            inputs: inputs(event, group, &all, recording_db).to_vec(),
             right: CLASSES.map(|class| class == right).to_vec(),
         })
     };

@@ -2,32 +2,19 @@
 
 use super::partial::Partial;
 
-/// Largest relative deviation of a partial from a multiple of the fundamental; of a faint one, whose frequency is less
-/// certain.
-const DEVIATION: f64 = 0.004;
-const FAINT_DEVIATION: f64 = 0.01;
-
-/// Largest power of a faint partial relative to the fundamental.
-const FAINT: f64 = 0.1;
-
-/// Multiple above which other tones are near by chance, and largest relative deviation there.
-const HIGH: f64 = 6.5;
-const HIGH_DEVIATION: f64 = 0.002;
+/// Highest multiple, and largest deviation of a partial from a multiple, in fundamentals: the more multiples, the more other
+/// tones are near one by chance.
+const MOST_HARMONICS: f64 = 10.0;
+const DEVIATION: f64 = 0.02;
 
 /// Least share of a partial's duration in which its fundamental sounds.
 const LEAST_TOGETHER: f64 = 0.6;
 
 /// Least power of a fundamental relative to each of its partials.
-const LEAST_FUNDAMENTAL: f64 = 0.01;
+const LEAST_POWER: f64 = 0.03;
 
-/// Relative distance of frequencies within which partials are the same.
-const SAME: f64 = 0.03;
-
-/// Least power of a fundamental that was not found itself, relative to its partial.
-const LEAST_POWER: f64 = 0.1;
-
-/// Highest multiple.
-const MOST_HARMONICS: f64 = 10.0;
+/// Relative distance of frequencies within which tones are the same.
+pub(super) const SAME: f64 = 0.03;
 
 /// A fundamental with its higher partials.
 #[derive(Clone, Debug)]
@@ -65,16 +52,10 @@ pub(super) fn groups(
         let multiple = |group: &Group| {
             let (ratio, share) = partial.ratio_to(group.fundamental())?;
             let multiple = ratio.round();
-            let is_faint = partial.power < FAINT * group.fundamental().power;
-            let deviation = match is_faint {
-                _ if ratio > HIGH => HIGH_DEVIATION,
-                true => FAINT_DEVIATION,
-                false => DEVIATION,
-            };
             let fits = (2.0..=MOST_HARMONICS).contains(&multiple)
-                && (ratio / multiple - 1.0).abs() < deviation
+                && (ratio - multiple).abs() < DEVIATION
                 && share > LEAST_TOGETHER
-                && group.fundamental().power > LEAST_FUNDAMENTAL * partial.power;
+                && group.fundamental().power > LEAST_POWER * partial.power;
             fits.then_some(multiple as usize)
         };
         let owner = out

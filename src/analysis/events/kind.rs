@@ -1,4 +1,4 @@
-//! The kind of a sound: ten numbers about it, and a fitted model of what they mean.
+//! The kind of a sound: eleven numbers about it, and a fitted model of what they mean.
 //!
 //! A path through noise is faint; a struck note falls from its onset on; syllables and notes are brief, follow each other and
 //! start together with others; noise of a resonance has a random phase and an uneven level; bursts are modulated deeply, and each
@@ -15,8 +15,9 @@ use crate::analysis::logistic::Model;
 use crate::analysis::{LineFit, deviation, mean};
 
 /// The inputs of the model.
-pub(super) const INPUTS: [&str; 10] = [
+pub(super) const INPUTS: [&str; 11] = [
     "snr",
+    "level",
     "duration",
     "frequency",
     "slope",
@@ -71,8 +72,13 @@ fn level(group: &Group) -> [f64; 2] {
     [slope, deviation(&smooth) / mean]
 }
 
-/// The inputs of the model for an event of a group among `all`.
-pub(super) fn inputs(event: &TonalEvent, group: &Group, all: &[TonalEvent]) -> [f64; INPUTS.len()] {
+/// The inputs of the model for an event of a group among `all`, in a recording of a level, dB.
+pub(super) fn inputs(
+    event: &TonalEvent,
+    group: &Group,
+    all: &[TonalEvent],
+    recording_db: f64,
+) -> [f64; INPUTS.len()] {
     let [slope, unevenness] = level(group);
     let count = |is: &dyn Fn(&TonalEvent) -> bool| {
         let others = all.iter().filter(|other| !std::ptr::eq(*other, event));
@@ -80,6 +86,7 @@ pub(super) fn inputs(event: &TonalEvent, group: &Group, all: &[TonalEvent]) -> [
     };
     [
         event.snr_db.min(CLEAR_DB),
+        event.level_db - recording_db,
         event.span().length_s().max(STEP_S).ln(),
         event.frequency_hz.ln(),
         slope / (1.0 + slope.abs() / STEEP_DB_PER_S),

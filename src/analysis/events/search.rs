@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::baseband::Baseband;
-use super::group::{Group, groups};
+use super::group::{Group, SAME, groups};
 use super::hum::Lines;
 use super::kind::{inputs, likeliest};
 use super::modulation::{modulation, vibrato};
@@ -48,9 +48,13 @@ impl Default for EventOptions {
 }
 
 impl EventOptions {
-    /// Whether an event is long and loud enough in a recording of a power.
-    pub(super) fn admits(&self, event: &TonalEvent, power: f64) -> bool {
-        let recording_db = 10.0 * (power / (0.5 * self.full_scale.powi(2))).log10();
+    /// Level of a power, dB.
+    pub(super) fn level_db(&self, power: f64) -> f64 {
+        10.0 * (power / (0.5 * self.full_scale.powi(2))).log10()
+    }
+
+    /// Whether an event is long and loud enough in a recording of a level, dB.
+    pub(super) fn admits(&self, event: &TonalEvent, recording_db: f64) -> bool {
         let is_loud = self.faint || event.level_db >= recording_db - FAINT_DB;
         is_loud && event.span().length_s() >= self.shortest_s
     }
@@ -102,17 +106,18 @@ pub fn tonal_events(
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
     let (candidates, hum, power) = candidates(&samples, rate_hz, options);
+    let recording_db = options.level_db(power);
     let all: Vec<TonalEvent> = candidates.iter().map(|c| c.0.clone()).collect();
     let kinds = candidates
         .iter()
         .zip(&all)
-        .map(|((_, group), event)| likeliest(&inputs(event, group, &all)));
+        .map(|((_, group), event)| likeliest(&inputs(event, group, &all, recording_db)));
     let kinds: Vec<_> = kinds.collect();
     let known = all
         .into_iter()
         .zip(kinds)
         .filter_map(|(event, (kind, probability))| {
-            options.admits(&event, power).then_some(TonalEvent {
+            options.admits(&event, recording_db).then_some(TonalEvent {
                 kind: kind?,
                 probability,
                 ..event
@@ -183,7 +188,7 @@ fn distinct(mut candidates: Vec<(TonalEvent, Group)>) -> Vec<(TonalEvent, Group)
         let event = &candidate.0;
         let is_same = |(other, _): &(TonalEvent, Group)| {
             let together = event.end_s.min(other.end_s) - event.start_s.max(other.start_s);
-            together > 0.0 && (event.frequency_hz / other.frequency_hz - 1.0).abs() < 0.03
+            together > 0.0 && (event.frequency_hz / other.frequency_hz - 1.0).abs() < SAME
         };
         if !kept.iter().any(is_same) {
             kept.push(candidate);
