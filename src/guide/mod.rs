@@ -172,6 +172,7 @@ pub mod explanation {
     pub mod events {}
 
     #[doc = include_str!("explanation/regimes.md")]
+    #[doc = include_str!("explanation/regimes.html")]
     pub mod regimes {}
 
     #[doc = include_str!("explanation/recurrence.md")]

@@ -132,3 +132,6 @@ fn envelope(values: &[f64], at: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
     };
     values.chunks(stretch).enumerate().flat_map(pair).collect()
 }
+
+#[cfg(all(test, feature = "figure"))]
+mod features_tests;
