@@ -2,7 +2,7 @@
 
 use super::{ContainerLike, Layout, Parts, View, log, tab};
 use crate::{
-    pipeline::message::{Header, JointInfo, Subject},
+    pipeline::message::{Header, JointInfo},
     record::{camera::Camera, patch, paths, portrait::Portrait, samples, style},
     scene::RecordSpec,
 };
@@ -164,9 +164,6 @@ impl Layout {
 
     /// Accuracy and cost of the integration, as text and over the run.
     pub fn health_tab(&mut self, header: &Header) -> Option<ContainerLike> {
-        if matches!(header.subject, Subject::Signal(_)) {
-            return None;
-        }
         let words = self.text("Current accuracy and cost", paths::SOLVER_TEXT);
         let error = self.series(
             "Largest local error estimate per frame, over the tolerance",

@@ -89,12 +89,16 @@ pub fn send_with_first_tab(
         layout.embedding_tab(header),
         layout.recurrence_tab(header),
         layout.regime_tab(header),
-        layout.lyapunov_tab(header),
-        layout.perturbed_tab(header),
-        layout.controls_tab(header),
-        layout.health_tab(header),
-        layout.about_tab(header),
     ]);
+    if !matches!(header.subject, Subject::Signal(_)) {
+        tabs.extend([
+            layout.lyapunov_tab(header),
+            layout.perturbed_tab(header),
+            layout.controls_tab(header),
+            layout.health_tab(header),
+        ]);
+    }
+    tabs.push(layout.about_tab(header));
     let mut tabs: Vec<_> = tabs.into_iter().flatten().collect();
     tabs.rotate_left(first);
     let time_panel = TimePanelBlueprint::new()
