@@ -493,7 +493,7 @@ mod tests {
         };
         assert_eq!(
             label_text(&[event], LevelReference::SoundPressure),
-            "0.500000\t2.250000\t1: 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
+            "0.500000\t2.250000\t1: tone, 1513.0 Hz, 68.2 dB re 20 uPa\n\\\t1500.000000\t1526.500000\n"
         );
         assert_eq!(label_text(&[], LevelReference::FullScale), "");
     }

@@ -14,7 +14,7 @@
 mod baseband;
 mod demodulate;
 #[cfg(test)]
-mod fit;
+mod fit_tests;
 mod floor;
 mod group;
 mod hum;

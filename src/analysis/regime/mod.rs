@@ -286,6 +286,6 @@ fn silent(amplitude: f64, silence: f64) -> Verdict {
 }
 
 #[cfg(test)]
-mod fit;
+mod fit_tests;
 #[cfg(test)]
 mod tests;

@@ -51,11 +51,17 @@ fn nearly_dry_friction_at_rest() {
             changes: &[&changes[..], &[("time.method", "\"auto\"")]].concat(),
             ..Case::default()
         });
-        let stats = auto.summary.stats;
-        // Measured: 1.4 times as many, many of them cheaper.
+        // At looser tolerances, rounding decides when a node leaves the creep region, and with it the number of steps.
+        let steps = |method| {
+            let finer = [("time.method", method), ("time.tolerance", "1e-6")];
+            let run = run_scene(&scene(&[&changes[..], &finer].concat()));
+            run.summary.stats.steps
+        };
+        // Measured: 1.2 to 1.3 times as many, half of them cheaper. The explicit method takes 18 million.
+        let [auto_steps, implicit_steps] = ["\"auto\"", "\"rodas5p\""].map(steps);
         assert!(
-            stats.steps < 2 * implicit.summary.stats.steps,
-            "{name}: {stats:?}"
+            auto_steps < 2 * implicit_steps,
+            "{name}: {auto_steps} {implicit_steps}"
         );
         let omega = joint(&scene(&changes)).omega().to_vec();
         let error = distance(&omega, &auto.final_state(), &implicit.final_state());

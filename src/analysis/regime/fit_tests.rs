@@ -58,7 +58,7 @@ fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Ex
     all.into_par_iter().map(one).collect()
 }
 
-/// `cargo test --release --lib regime::fit::the_model_is_fitted -- --ignored` fits the model anew and compares; with
+/// `cargo test --release --lib regime::fit_tests::the_model_is_fitted -- --ignored` fits the model anew and compares; with
 /// `SQUEAKSCOPE_MODEL=FILE` it writes it to a file.
 #[test]
 #[ignore = "the fit takes some minutes"]

@@ -66,7 +66,7 @@ fn examples(kind: Kind, seed: u64) -> Vec<Example> {
     sounds.filter_map(example).collect()
 }
 
-/// `cargo test --release --lib events::fit -- --ignored` fits the model anew and compares; with `SQUEAKSCOPE_MODEL=FILE` it
+/// `cargo test --release --lib events::fit_tests -- --ignored` fits the model anew and compares; with `SQUEAKSCOPE_MODEL=FILE` it
 /// writes it to a file.
 #[test]
 #[ignore = "the fit takes some minutes"]
