@@ -51,9 +51,9 @@ impl MassOnBelt {
     pub const FASTER: u8 = 2;
 
     /// Guard of the transitions to sliding back and from sliding ahead.
-    const BACKWARD: usize = 0;
+    pub(super) const BACKWARD: usize = 0;
     /// Guard of the transitions to sliding ahead and from sliding back.
-    const FORWARD: usize = 1;
+    pub(super) const FORWARD: usize = 1;
 
     /// Coefficient of friction at a sliding speed (m/s).
     pub fn coefficient(&self, speed: f64) -> f64 {
@@ -180,6 +180,18 @@ impl Switching for MassOnBelt {
             (Self::STICKING, _) => Self::FASTER,
             _ => self.status_at_rest(z[0]),
         };
+    }
+
+    /// The velocity becomes that of the belt.
+    fn reset_tangents(
+        &self,
+        _status: &[u8],
+        _guard: usize,
+        _t: f64,
+        _z: &[f64],
+        (vectors, width, _rate): (&mut [f64], usize, f64),
+    ) {
+        vectors[width..].fill(0.0);
     }
 
     fn settle(&self, status: &[u8], _t: f64, z: &mut [f64], tangents: (&mut [f64], usize)) {

@@ -125,6 +125,17 @@ impl Switching for DampedContact {
         };
     }
 
+    /// The state does not jump.
+    fn reset_tangents(
+        &self,
+        _status: &[u8],
+        _guard: usize,
+        _t: f64,
+        _z: &[f64],
+        _tangents: (&mut [f64], usize, f64),
+    ) {
+    }
+
     fn guard_gradient(
         &self,
         status: &[u8],

@@ -144,8 +144,20 @@ fn friction_falling_with_speed_causes_growth() {
         stribeck: Some(2.0),
         ..BELT
     };
-    check(&belt, MassOnBelt::SLOWER, 0.0, [0.3, 0.1], &[]);
-    check(&belt, MassOnBelt::FASTER, 0.0, [0.3, 0.9], &[]);
+    check(
+        &belt,
+        MassOnBelt::SLOWER,
+        0.0,
+        [0.3, 0.1],
+        &[MassOnBelt::FORWARD],
+    );
+    check(
+        &belt,
+        MassOnBelt::FASTER,
+        0.0,
+        [0.3, 0.9],
+        &[MassOnBelt::BACKWARD],
+    );
     let slope = (belt.coefficient(0.4 + STEP) - belt.coefficient(0.4 - STEP)) / (2.0 * STEP);
     close(belt.slope(0.4), slope, "slope");
     close(
