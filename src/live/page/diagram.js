@@ -239,7 +239,7 @@ export class Branches {
     const isDense = bifurcations.length > FEW;
     if (isDense) {
       labels.block(0, plot.left, plot.right);
-      const kinds = [...new Set(bifurcations.map(({ kind }) => kind))].map((kind) => `${T.kindsShort[kind] ?? ""} ${T.kinds[kind] ?? kind}`);
+      const kinds = [...new Set(bifurcations.map(({ kind }) => kind))].map((kind) => `${T.kindsShort[kind] ?? ""} ${T.kinds[kind] ?? kind}`.trim());
       c.textAlign = "right";
       c.fillText(kinds.join(", "), plot.right, plot.top - 1.3 * em);
       c.textAlign = "center";
