@@ -49,14 +49,14 @@ fn truth(kind: Kind, recording: &Recording, event: &TonalEvent) -> Option<Option
 fn examples(kind: Kind, seed: u64) -> Vec<Example> {
     let recording = recording(kind, -10.0..=30.0, seed);
     let options = EventOptions::default();
-    let (groups, _, power) = candidates(&recording.samples, recording.rate_hz, &options);
+    let (candidates, _, power) = candidates(&recording.samples, recording.rate_hz, &options);
     let recording_db = options.level_db(power);
-    let all: Vec<TonalEvent> = groups.iter().map(|(event, _)| event.clone()).collect();
-    let sounds = groups
+    let (all, groups): (Vec<TonalEvent>, Vec<_>) = candidates.into_iter().unzip();
+    let sounds = all
         .iter()
-        .zip(&all)
-        .filter(|(_, event)| options.admits(event, recording_db));
-    let example = |((_, group), event): (&(TonalEvent, _), &TonalEvent)| {
+        .zip(&groups)
+        .filter(|(event, _)| options.admits(event, recording_db));
+    let example = |(event, group): (&TonalEvent, _)| {
         let right = truth(kind, &recording, event)?;
         Some(Example {
             inputs: inputs(event, group, &all, recording_db).to_vec(),

@@ -107,11 +107,11 @@ pub fn tonal_events(
     let samples: Vec<f64> = samples.iter().map(|x| x - mean).collect();
     let (candidates, hum, power) = candidates(&samples, rate_hz, options);
     let recording_db = options.level_db(power);
-    let all: Vec<TonalEvent> = candidates.iter().map(|c| c.0.clone()).collect();
-    let kinds = candidates
+    let (all, groups): (Vec<TonalEvent>, Vec<Group>) = candidates.into_iter().unzip();
+    let kinds = all
         .iter()
-        .zip(&all)
-        .map(|((_, group), event)| likeliest(&inputs(event, group, &all, recording_db)));
+        .zip(&groups)
+        .map(|(event, group)| likeliest(&inputs(event, group, &all, recording_db)));
     let kinds: Vec<_> = kinds.collect();
     let known = all
         .into_iter()
