@@ -190,6 +190,7 @@ pub mod memory;
 mod number;
 pub mod numpy;
 pub mod pipeline;
+pub mod report;
 pub mod scene;
 pub mod study;
 pub mod systems;
@@ -222,8 +223,6 @@ pub mod sound;
     not(feature = "cli"),
     allow(dead_code, reason = "one format is used by the command line only")
 )]
-mod table;
-
 #[cfg(feature = "cli")]
 pub use cli::main;
 

@@ -190,11 +190,6 @@ pub(crate) fn value_and_error(value: f64, half_width: f64) -> [String; 2] {
     })
 }
 
-/// A value and the half-width of its interval in one text: `61.2 +- 1.2`.
-pub(crate) fn uncertain(value: f64, half_width: f64) -> String {
-    value_and_error(value, half_width).join(" +- ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -249,17 +244,17 @@ mod tests {
 
     #[test]
     fn values_have_the_decimals_of_their_error() {
-        assert_eq!(uncertain(61.237, 1.25), "61.2 +- 1.2");
-        assert_eq!(uncertain(-1234.5, 31.0), "-1234 +- 31");
-        assert_eq!(uncertain(-0.01, 1.7), "0.0 +- 1.7");
-        assert_eq!(uncertain(-0.06, 1.7), "-0.1 +- 1.7");
-        assert_eq!(uncertain(1305.2, 131.0), "1310 +- 130");
-        assert_eq!(uncertain(2.0, 0.0996), "2.00 +- 0.10");
+        assert_eq!(with_error(61.237, 1.25), "61.2 ± 1.2");
+        assert_eq!(with_error(-1234.5, 31.0), "-1234 ± 31");
+        assert_eq!(with_error(-0.01, 1.7), "0.0 ± 1.7");
+        assert_eq!(with_error(-0.06, 1.7), "-0.1 ± 1.7");
+        assert_eq!(with_error(1305.2, 131.0), "1310 ± 130");
+        assert_eq!(with_error(2.0, 0.0996), "2.00 ± 0.10");
         assert_eq!(with_error(-0.04, 0.35), "-0.04 ± 0.35");
         assert_eq!(with_error(50.04, 0.0946), "50.040 ± 0.095");
         assert_eq!(with_error(1305.0, 13.0), "1305 ± 13");
-        assert_eq!(uncertain(1.0, f64::INFINITY), "1.000 +- ?");
-        assert_eq!(uncertain(f64::NEG_INFINITY, 0.0), "-infinite +- 0.000");
+        assert_eq!(with_error(1.0, f64::INFINITY), "1 (error unknown)");
+        assert_eq!(with_error(f64::NEG_INFINITY, 0.0), "-infinite ± 0.000");
     }
 
     #[test]

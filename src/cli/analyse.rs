@@ -7,19 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::analyse_args::AnalyseArgs;
-use super::document::{Document, WrittenFile};
 use super::error::CliError;
-use super::figures::{PIXELS, draw};
-use super::interrupt;
-use super::output::{Kind, OutputFile};
-use super::progress::Progress;
-use super::report::HEADING;
+use super::figures::PIXELS;
+use super::harness::{Outputs, Watch};
+use super::output::{Kind, OutputError, OutputFile};
 use super::resources;
 use super::run::{command_line, print_viewer_command};
 use super::signal::read;
-use super::signal_text;
-use crate::analysis::{LevelReference, Span, TonalEvent, range};
-use crate::escape;
+use crate::analysis::{LevelReference, TonalEvent, range};
 use crate::import::Selection;
 use crate::pipeline::message::{SignalInfo, Summary};
 use crate::pipeline::{Monitor, SignalSource, drive};
@@ -40,62 +35,33 @@ pub(super) fn execute(
     file: &Path,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), CliError> {
-    let [save, labels, events, json] = args.overwrite.check_all(
-        Some(file.as_os_str()),
-        [
-            ("--save", Kind::RECORDING, args.save.as_deref()),
-            ("--labels", Kind::LABELS, args.labels.as_deref()),
-            ("--events", Kind::TABLE, args.events.as_deref()),
-            ("--json", Kind::JSON, args.json.as_deref()),
-        ],
-    )?;
-    if let Some(directory) = &args.figures {
-        let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
-        args.overwrite
-            .check_directory(directory, "--figures", &names)?;
-    }
-    if save.is_some() {
-        resources::check_memory()?;
-    }
-    let analysed = analyse(args, file, args.column.as_deref(), stop)?;
+    let outputs = Outputs::new(Some(file.as_os_str()), &args.output)
+        .file("--save", Kind::RECORDING, args.save.as_ref())
+        .file("--labels", Kind::LABELS, args.labels.as_ref())
+        .file("--events", Kind::TABLE, args.events.as_ref());
+    let outputs = outputs.figures(&args.figures, PIXELS, SIGNAL_FIGURES.iter().copied());
+    let mut files = outputs.check()?;
+    let watch = Watch::new(stop);
+    let analysed = analyse(args, file, args.column.as_deref(), &watch)?;
     let report = &analysed.report;
-    let mut files = Vec::new();
-    // The report is printed even if a file cannot be written.
-    let drawn = draw(
-        args.figures.as_deref(),
-        || signal_figures(report),
-        (&args.drawn, &PIXELS),
-        &mut files,
-    );
-    if let Some(labels) = &labels {
-        files.push(write_labels(labels, report)?);
+    let recording = files.path("--save");
+    let drawn = files.draw(|| signal_figures(report));
+    files.write("--labels", |file| write_labels(file, report))?;
+    files.write("--events", |file| write_table(file, [&analysed]))?;
+    let mut interrupted = false;
+    files.write("--save", |save| {
+        let summary = play(file, report, save, (&watch, stop))?;
+        interrupted = summary.interrupted;
+        Ok::<_, CliError>(())
+    })?;
+    files.finish(watch, None, &analysed, |_| drawn)?;
+    if let Some(recording) = &recording {
+        print_viewer_command(recording)?;
     }
-    if let Some(events) = &events {
-        files.push(write_table(events, [&analysed])?);
-    }
-    let summary = save
-        .as_ref()
-        .map(|save| play(file, report, save, stop))
-        .transpose()?;
-    files.extend(save.as_ref().map(WrittenFile::of).transpose()?);
-    let mut text = signal_text::text(file, report);
-    if let Some(levels) = &analysed.sound_levels {
-        text = format!("{}\n{text}", signal_text::levels_text(levels));
-    }
-    if let Some(score) = &analysed.truth {
-        text = format!("{}\n{text}", score_text(score));
-    }
-    if !files.is_empty() {
-        text.push('\n');
-    }
-    Document::new(&analysed, &files).deliver(&text, json.as_ref())?;
-    drawn?;
-    if let Some(recording) = &save {
-        print_viewer_command(recording.path())?;
-    }
-    match summary {
-        Some(summary) if summary.interrupted => Err(CliError::Interrupted),
-        _ => Ok(()),
+    if interrupted {
+        Err(CliError::Interrupted)
+    } else {
+        Ok(())
     }
 }
 
@@ -107,7 +73,7 @@ pub(super) fn analyse(
     args: &AnalyseArgs,
     file: &Path,
     column: Option<&str>,
-    stop: &Arc<AtomicBool>,
+    watch: &Watch<'_>,
 ) -> Result<AnalysedFile, CliError> {
     let truth = args.truth.as_ref().map(|truth| read_labels(truth, file));
     let truth = truth.transpose()?;
@@ -133,15 +99,10 @@ pub(super) fn analyse(
     let calibration = calibration
         .map(|source| source.calibration(&signal.unit, |path| read(path, &calibrator)))
         .transpose()?;
-    let progress = Progress::of_phases();
     let options = options(args);
-    let watch = &mut |share, name| {
-        progress.update(share, name);
-        interrupt::should_continue(stop)
-    };
-    let analysed = AnalysedFile::of(Some(file.to_owned()), signal, calibration, &options, watch);
-    // Clears the bar before the report is printed.
-    drop(progress);
+    let on_progress = &mut |share, task| watch.update(share, task);
+    let path = Some(file.to_owned());
+    let analysed = AnalysedFile::of(path, signal, calibration, &options, on_progress);
     let analysed = analysed.map_err(|reason| CliError::Signal {
         path: file.to_owned(),
         reason,
@@ -169,34 +130,18 @@ fn read_labels(truth: &Path, file: &Path) -> Result<Vec<Label>, CliError> {
     Label::parse(&text).map_err(|error| refused(error.to_string()))
 }
 
-/// Events compared with labels: the counts, and what is false and missed.
-pub(super) fn score_text(score: &Score) -> String {
-    let mut text = format!("{HEADING}labels{HEADING:#} {score}\n");
-    for label in &score.missed {
-        let (Span { start_s, end_s }, name) = (label.span, escape::line(&label.text));
-        let line = format!("  missed: {start_s:.3} to {end_s:.3} s {name}");
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
-    text
-}
-
 /// Writes the tonal events as labels.
-pub(super) fn write_labels(
-    file: &OutputFile,
-    report: &SignalAnalysis,
-) -> Result<WrittenFile, CliError> {
+pub(super) fn write_labels(file: &OutputFile, report: &SignalAnalysis) -> Result<(), OutputError> {
     let text = label_text(report.events(), report.level_reference());
-    file.write(|out| out.write_all(text.as_bytes()))?;
-    Ok(WrittenFile::of(file)?)
+    file.write(|out| out.write_all(text.as_bytes()))
 }
 
 /// Writes the tonal events of files as a table.
 pub(super) fn write_table<'a>(
     file: &OutputFile,
     analysed: impl IntoIterator<Item = &'a AnalysedFile>,
-) -> Result<WrittenFile, CliError> {
-    write_events(file.path(), analysed).map_err(CliError::during("writing of the table"))?;
-    Ok(WrittenFile::of(file)?)
+) -> Result<(), CliError> {
+    write_events(file.path(), analysed).map_err(CliError::during("writing of the table"))
 }
 
 /// Tonal events as labels of Audacity: a line with start, end, frequency and level, and a line with the range of frequencies.
@@ -244,7 +189,7 @@ fn play(
     file: &Path,
     report: &SignalAnalysis,
     save: &OutputFile,
-    stop: &Arc<AtomicBool>,
+    (watch, stop): (&Watch<'_>, &Arc<AtomicBool>),
 ) -> Result<Summary, CliError> {
     let signal = &report.signal;
     let source = file.file_name().unwrap_or(file.as_os_str());
@@ -274,10 +219,11 @@ fn play(
     let sink = RerunSink::new(&output, RecordSpec::SAMPLES_ONLY);
     let mut sink = sink.map_err(CliError::during("recording"))?;
     let (start, duration) = (signal.start, signal.duration());
-    let progress = Progress::of_phases();
     let monitor = Monitor {
         stop,
-        progress: &|time| progress.update((time - start) / duration, "recording"),
+        progress: &|time| {
+            watch.update((time - start) / duration, "recording");
+        },
     };
     drive(playback, &command_line(), &mut sink, monitor).map_err(CliError::during("recording"))
 }
@@ -286,7 +232,7 @@ fn play(
 mod tests {
     use super::*;
     use crate::cli::analyse_files::execute;
-    use crate::cli::output::Overwrite;
+    use crate::cli::tests::parsed;
     use std::f64::consts::TAU;
 
     /// A folder with a signal file: a sine, from 2 s to 4 s.
@@ -303,23 +249,22 @@ mod tests {
             Self(folder)
         }
 
-        fn args(&self) -> AnalyseArgs {
-            let path = |name: &str| self.0.path().join(name);
-            AnalyseArgs {
-                files: vec![path("tone.csv")],
-                save: Some(path("out.rrd")),
-                figures: Some(path("new/figures")),
-                json: Some(path("out.json")),
-                max_samples: 10_000,
-                ..AnalyseArgs::default()
-            }
+        /// The arguments with JSON; `@` is the folder.
+        fn args(&self, line: &str) -> AnalyseArgs {
+            let line = format!("{line} --json @/out.json --max-samples 10000");
+            parsed(&line.replace('@', &self.0.path().display().to_string()))
+        }
+
+        fn run(&self, line: &str) -> Result<(), CliError> {
+            execute(&self.args(line), &Arc::default())
         }
     }
 
     #[test]
     fn all_outputs_are_written_and_listed() {
-        let (test, stop) = (TestFolder::new(), Arc::default());
-        execute(&test.args(), &stop).expect("success");
+        let test = TestFolder::new();
+        test.run("@/tone.csv --save @/out.rrd --figures @/new/figures")
+            .expect("success");
         let text = std::fs::read(test.0.path().join("out.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["signal"]["start_s"], 2.0);
@@ -341,25 +286,18 @@ mod tests {
 
     #[test]
     fn several_files_and_a_folder_give_a_table_and_one_json() {
-        let (test, stop) = (TestFolder::new(), Arc::default());
+        let test = TestFolder::new();
         let path = |name: &str| test.0.path().join(name);
         std::fs::create_dir(path("more")).expect("made");
         std::fs::copy(path("tone.csv"), path("more/b.csv")).expect("copied");
         std::fs::copy(path("tone.csv"), path("more/a.csv")).expect("copied");
         std::fs::write(path("more/c.bin"), [0, 1, 2, 3]).expect("written");
         std::fs::write(path("empty.csv"), "u\n").expect("written");
-        let args = |files: &[&str]| AnalyseArgs {
-            files: files.iter().map(|name| path(name)).collect(),
-            save: None,
-            figures: None,
-            overwrite: Overwrite::ALLOWED,
-            ..test.args()
-        };
         let json = || -> serde_json::Value {
             serde_json::from_slice(&std::fs::read(path("out.json")).expect("written"))
                 .expect("JSON")
         };
-        execute(&args(&["more", "tone.csv"]), &stop).expect("success");
+        test.run("@/more @/tone.csv").expect("success");
         let one = json();
         let files: Vec<_> = one["analyses"].as_array().expect("a list").iter().collect();
         let names = files
@@ -370,14 +308,13 @@ mod tests {
             .collect();
         assert_eq!(names, ["a.csv", "b.csv", "tone.csv"]);
         assert_eq!(files[0]["verdict"], files[2]["verdict"]);
-        let several = AnalyseArgs {
-            jobs: std::num::NonZero::new(3),
-            ..args(&["more", "tone.csv"])
-        };
-        execute(&several, &stop).expect("success");
+        test.run("@/more @/tone.csv --force --jobs 3")
+            .expect("success");
         assert_eq!(json(), one);
         // A file that cannot be analysed is named, and the others are still analysed.
-        let failed = execute(&args(&["empty.csv", "tone.csv"]), &stop).expect_err("one failed");
+        let failed = test
+            .run("@/empty.csv @/tone.csv --force")
+            .expect_err("one failed");
         assert_eq!(failed.exit_code(), 2, "{failed}");
         assert_eq!(json()["analyses"].as_array().map(Vec::len), Some(1));
         let reason = &json()["failures"][0];
@@ -390,17 +327,13 @@ mod tests {
         let why = reason["reason"].as_str().expect("a text");
         assert!(why.starts_with("the file contains no sample"), "{why}");
         // An output of a single file, and two files of one name.
-        let recorded = AnalyseArgs {
-            save: Some(path("out.rrd")),
-            ..args(&["more", "tone.csv"])
-        };
         std::fs::copy(path("tone.csv"), path("more/tone.dat")).expect("copied");
-        let labelled = AnalyseArgs {
-            labels: Some(path("labels")),
-            ..args(&["more", "tone.csv"])
-        };
-        for (args, reason) in [(recorded, "--save"), (labelled, "would have the same name")] {
-            let refused = execute(&args, &stop).expect_err("refused");
+        for (output, reason) in [
+            ("--save @/out.rrd", "--save"),
+            ("--labels @/labels", "would have the same name"),
+        ] {
+            let line = format!("@/more @/tone.csv --force {output}");
+            let refused = test.run(&line).expect_err("refused");
             assert_eq!(refused.exit_code(), 2);
             assert!(refused.to_string().contains(reason), "{refused}");
         }
@@ -408,7 +341,7 @@ mod tests {
 
     #[test]
     fn what_a_directory_has_is_analysed_or_named() {
-        let (test, stop) = (TestFolder::new(), Arc::default());
+        let test = TestFolder::new();
         let path = |name: &str| test.0.path().join(name);
         std::fs::create_dir(path("rig")).expect("made");
         let tone = |k: u32| (TAU * 0.11 * f64::from(k)).sin();
@@ -422,17 +355,9 @@ mod tests {
         for (name, labels) in [("a", "0\t2\ttone\n"), ("b", "0\t2\n\\\t100\t200\n")] {
             std::fs::write(path(&format!("rig/{name}.txt")), labels).expect("written");
         }
-        let args = AnalyseArgs {
-            files: vec![path("rig")],
-            each_channel: true,
-            rate: Some(8000.0),
-            save: None,
-            labels: Some(path("labels")),
-            events: Some(path("events.csv")),
-            truth: Some(path("rig")),
-            ..test.args()
-        };
-        execute(&args, &stop).expect("success");
+        let outputs = "--labels @/labels --events @/events.csv --figures @/new/figures";
+        let line = format!("@/rig --each-channel --rate 8000 --truth @/rig {outputs}");
+        test.run(&line).expect("success");
         let json = std::fs::read(path("out.json")).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
         let skipped = json["skipped"].as_array().expect("a list");
@@ -501,7 +426,8 @@ mod tests {
     #[test]
     fn an_interrupted_analysis_leaves_nothing() {
         let (test, stop) = (TestFolder::new(), Arc::new(AtomicBool::new(true)));
-        let error = execute(&test.args(), &stop).expect_err("interrupted");
+        let args = test.args("@/tone.csv --save @/out.rrd --figures @/new/figures");
+        let error = execute(&args, &stop).expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
         // Only the signal file.
         assert_eq!(std::fs::read_dir(test.0.path()).expect("there").count(), 1);
@@ -509,29 +435,19 @@ mod tests {
 
     #[test]
     fn outputs_are_checked_before_the_file_is_read() {
-        let (test, stop) = (TestFolder::new(), Arc::default());
-        let file = test.args().files.remove(0);
+        let test = TestFolder::new();
+        let file = test.0.path().join("tone.csv");
         // Not a valid signal either, but the outputs are checked first.
         std::fs::write(&file, "sound").expect("written");
-        for args in [
-            AnalyseArgs {
-                json: Some(file.clone()),
-                ..test.args()
-            },
-            AnalyseArgs {
-                figures: Some(file.clone()),
-                ..test.args()
-            },
-            AnalyseArgs {
-                save: test.args().json,
-                ..test.args()
-            },
-            AnalyseArgs {
-                labels: test.args().save,
-                ..test.args()
-            },
+        for line in [
+            "--events @/tone.csv",
+            "--figures @/tone.csv",
+            "--save @/out.json",
+            "--labels @/out.rrd",
         ] {
-            let error = execute(&args, &stop).expect_err("refused");
+            let error = test
+                .run(&format!("@/tone.csv {line}"))
+                .expect_err("refused");
             assert!(matches!(error, CliError::Output(_)), "{error}");
             assert_eq!(error.exit_code(), 2, "{error}");
         }

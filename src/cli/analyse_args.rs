@@ -8,7 +8,7 @@ use clap::{Args as Arguments, value_parser};
 use strum::VariantArray;
 
 use super::figures::FigureArgs;
-use super::output::Overwrite;
+use super::harness::OutputArgs;
 use crate::analysis::{Norm, Threshold};
 use crate::import::MAX_SAMPLES;
 use crate::study::signal::CalibrationSource;
@@ -105,16 +105,10 @@ pub struct AnalyseArgs {
     /// Save a recording of the signal with each analysis over time.
     #[arg(long, value_name = "FILE.rrd", help_heading = "Output")]
     pub save: Option<PathBuf>,
-    /// Also write all results as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the figures to this directory; of several files, to a directory for each in it.
-    #[arg(long, value_name = "DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub figures: FigureArgs,
 }
 
 /// Parses a norm by its name.

@@ -10,20 +10,20 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::analyse::{self, analyse, score_text, write_labels, write_table};
+use super::analyse::{self, analyse, write_labels, write_table};
 use super::analyse_args::AnalyseArgs;
-use super::document::{Document, WrittenFile};
+use super::console::print_notice;
 use super::error::CliError;
-use super::figures::{PIXELS, draw};
+use super::figures::{DrawnAs, PIXELS};
+use super::harness::{Files, Outputs, Watch};
 use super::output::{Kind, OutputFile};
-use super::report::print_notice;
 use super::resources;
 use crate::escape;
 use crate::import::{Format, channels};
 use crate::number::fixed;
 use crate::plot::{SIGNAL_FIGURES, signal_figures};
+use crate::report::{Block, Report, Table};
 use crate::study::signal::{AnalysedFile, Score};
-use crate::table::Table;
 
 /// The analyses of several files.
 #[derive(Default, Serialize, JsonSchema)]
@@ -34,6 +34,9 @@ pub(super) struct AnalysedFiles {
     failures: Vec<FailedFile>,
     /// Skipped: files in a directory that are no signals.
     skipped: Vec<FailedFile>,
+    /// Whether each channel of a file is a signal of its own.
+    #[serde(skip)]
+    each_channel: bool,
 }
 
 /// A file that was not analysed.
@@ -71,52 +74,47 @@ fn analyse_all(args: &AnalyseArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
             )));
         }
     }
-    let mut result = AnalysedFiles::default();
+    let mut result = AnalysedFiles {
+        each_channel: args.each_channel,
+        ..AnalysedFiles::default()
+    };
     let jobs = jobs(args, &mut result.skipped)?;
-    let outputs = [
-        ("--events", Kind::TABLE, args.events.as_deref()),
-        ("--json", Kind::JSON, args.json.as_deref()),
-    ];
-    let [events, json] = args.overwrite.check_all(None, outputs)?;
+    let outputs = Outputs::new(None, &args.output);
+    let mut files = outputs
+        .file("--events", Kind::TABLE, args.events.as_ref())
+        .check()?;
     check_directories(args, jobs.iter().map(|(job, _)| job))?;
     resources::start_thread_pool()?;
+    let watch = Watch::new(stop);
     let at_once = args.jobs.map_or(1, |jobs| jobs.get());
-    let mut written = Vec::new();
-    let mut rows: Vec<(Job, Result<AnalysedFile, CliError>)> = Vec::new();
     let mut jobs = jobs.into_iter().peekable();
     while jobs.peek().is_some() {
         let some: Vec<_> = jobs.by_ref().take(at_once).collect();
         let analysed = some.into_par_iter().map(|(job, error)| {
             let analysed = match error {
                 Some(error) => Err(error),
-                None => analyse(args, &job.0, job.1.as_deref(), stop),
+                None => analyse(args, &job.0, job.1.as_deref(), &watch),
             };
             (job, analysed)
         });
         for (job, analysed) in analysed.collect::<Vec<_>>() {
-            let analysed = match analysed {
+            match analysed {
                 Err(CliError::NoResult) => return Err(CliError::NoResult),
-                Ok(analysed) => Ok(with_pictures(args, &job, analysed, &mut written)?),
-                failed => failed,
-            };
-            rows.push((job, analysed));
+                Ok(analysed) => {
+                    let analysed = with_pictures(args, &job, analysed, &mut files)?;
+                    result.analyses.push(analysed);
+                }
+                Err(error) => result.failures.push(FailedFile {
+                    file: job.0,
+                    reason: reason(&error),
+                }),
+            }
         }
-    }
-    let text = text(&rows, args.each_channel);
-    for ((file, _), analysed) in rows {
-        match analysed {
-            Ok(analysed) => result.analyses.push(analysed),
-            Err(error) => result.failures.push(FailedFile {
-                file,
-                reason: reason(&error),
-            }),
-        }
-    }
-    if let Some(events) = &events {
-        written.push(write_table(events, &result.analyses)?);
     }
     let all = result.analyses.len() + result.failures.len();
-    Document::new(&result, &written).deliver(&text, json.as_ref())?;
+    files.finish(watch, None, &result, |files| {
+        files.write("--events", |file| write_table(file, &result.analyses))
+    })?;
     match result.failures.len() {
         0 => Ok(()),
         failed => Err(CliError::Input(format!(
@@ -156,6 +154,14 @@ fn jobs(
     Ok(jobs)
 }
 
+/// How figures are drawn.
+fn drawn(args: &AnalyseArgs) -> DrawnAs<'_> {
+    DrawnAs {
+        style: &args.figures.drawn,
+        formats: PIXELS,
+    }
+}
+
 /// Name of a signal for its figures and labels.
 fn name((file, column): &Job) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
@@ -171,7 +177,7 @@ fn check_directories<'a>(
     args: &AnalyseArgs,
     jobs: impl Iterator<Item = &'a Job>,
 ) -> Result<(), CliError> {
-    if args.labels.is_none() && args.figures.is_none() {
+    if args.labels.is_none() && args.figures.path.is_none() {
         return Ok(());
     }
     let mut named = BTreeMap::new();
@@ -184,18 +190,16 @@ fn check_directories<'a>(
             )));
         }
     }
-    if let Some(directory) = &args.figures {
+    let overwrite = args.output.overwrite;
+    if let Some(directory) = &args.figures.path {
+        let names = drawn(args).names(&SIGNAL_FIGURES);
         for name in named.keys() {
-            let names = args.drawn.names(SIGNAL_FIGURES, &PIXELS);
-            let directory = directory.join(name);
-            args.overwrite
-                .check_directory(&directory, "--figures", &names)?;
+            overwrite.check_directory(&directory.join(name), "--figures", &names)?;
         }
     }
     if let Some(directory) = &args.labels {
         let names: Vec<_> = named.keys().map(|name| format!("{name}.txt")).collect();
-        args.overwrite
-            .check_directory(directory, "--labels", &names)?;
+        overwrite.check_directory(directory, "--labels", &names)?;
     }
     Ok(())
 }
@@ -205,28 +209,23 @@ fn with_pictures(
     args: &AnalyseArgs,
     job: &Job,
     mut analysed: AnalysedFile,
-    written: &mut Vec<WrittenFile>,
+    files: &mut Files<'_>,
 ) -> Result<AnalysedFile, CliError> {
     let report = &mut analysed.report;
-    let directory = args
-        .figures
-        .as_ref()
-        .map(|directory| directory.join(name(job)));
-    draw(
-        directory.as_deref(),
-        || signal_figures(report),
-        (&args.drawn, &PIXELS),
-        written,
-    )?;
+    if let Some(directory) = &args.figures.path {
+        let figures = signal_figures(report);
+        for path in drawn(args).write(&directory.join(name(job)), "--figures", &figures, None)? {
+            files.add(&path)?;
+        }
+    }
     if let Some(directory) = &args.labels {
         std::fs::create_dir_all(directory).map_err(|error| {
             CliError::Failed(format!("cannot create {} ({error})", directory.display()))
         })?;
         let path = directory.join(format!("{}.txt", name(job)));
-        written.push(write_labels(
-            &OutputFile::check(&path, "--labels")?,
-            report,
-        )?);
+        let file = OutputFile::check(&path, "--labels")?;
+        write_labels(&file, report)?;
+        files.add(file.path())?;
     }
     report.signal.samples = Vec::new();
     report.part = None;
@@ -296,70 +295,67 @@ fn reason(error: &CliError) -> String {
     }
 }
 
-/// The signals, one per row, and how many events have labels.
-fn text(rows: &[(Job, Result<AnalysedFile, CliError>)], each_channel: bool) -> String {
-    let analysed = || {
-        rows.iter()
-            .filter_map(|(_, analysed)| analysed.as_ref().ok())
-    };
-    let has_levels = analysed().any(|file| file.sound_levels.is_some());
-    let scores: Vec<_> = analysed().filter_map(|file| file.truth.as_ref()).collect();
-    let mut table = Table::default().left("file");
-    if each_channel {
-        table = table.left("channel");
-    }
-    table = table.right("duration, s");
-    if has_levels {
-        table = table.right("dB(A)");
-    }
-    table = table.right("events").right("event, Hz").right("line, Hz");
-    if !scores.is_empty() {
-        table = table.right("found").right("false").right("missed");
-    }
-    table = table.left("type of motion");
-    for ((file, column), analysed) in rows {
-        let mut row = vec![escape::path(file)];
-        if each_channel {
-            row.push(escape::line(column.as_deref().unwrap_or_default()).into_owned());
+impl Report for AnalysedFiles {
+    /// The signals, one per row, then those that failed, and how many events have labels.
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        let has_levels = self.analyses.iter().any(|file| file.sound_levels.is_some());
+        let scores = || self.analyses.iter().filter_map(|file| file.truth.as_ref());
+        let has_scores = scores().next().is_some();
+        let mut table = Table::default().left("file");
+        if self.each_channel {
+            table = table.left("channel");
         }
-        match analysed {
-            Ok(AnalysedFile {
-                report,
-                sound_levels,
-                truth,
-                ..
-            }) => {
-                row.push(fixed(Some(report.facts.duration_s), 3));
-                if has_levels {
-                    let levels = sound_levels.as_ref();
-                    row.push(fixed(levels.map(|l| l.levels.a_weighted_level_db), 1));
-                }
-                let line = report.tones.lines.first();
-                row.extend([
-                    report.events().len().to_string(),
-                    fixed(report.event().map(|event| event.frequency_hz), 1),
-                    fixed(line.map(|named| named.line.frequency), 1),
-                ]);
-                if let Some(score) = truth {
-                    let counts = [score.found, score.false_events.len(), score.missed.len()];
-                    row.extend(counts.map(|count| count.to_string()));
-                }
-                let verdict = report.verdict.get().ok();
-                row.push(verdict.map_or(String::new(), |verdict| verdict.regime.to_string()));
-            }
-            Err(error) => {
-                let empty = 4 + usize::from(has_levels) + if scores.is_empty() { 0 } else { 3 };
-                row.extend(vec![String::new(); empty]);
-                row.push(escape::line(&reason(error)).into_owned());
-            }
+        table = table.right("duration, s");
+        if has_levels {
+            table = table.right("dB(A)");
         }
-        table.row(row);
+        table = table.right("events").right("event, Hz").right("line, Hz");
+        if has_scores {
+            table = table.right("found").right("false").right("missed");
+        }
+        table = table.left("type of motion");
+        for file in &self.analyses {
+            let report = &file.report;
+            let mut row = vec![file.file.as_deref().map(escape::path).unwrap_or_default()];
+            if self.each_channel {
+                row.push(escape::line(&report.facts.name).into_owned());
+            }
+            row.push(fixed(Some(report.facts.duration_s), 3));
+            if has_levels {
+                let levels = file.sound_levels.as_ref();
+                row.push(fixed(levels.map(|l| l.levels.a_weighted_level_db), 1));
+            }
+            let line = report.tones.lines.first();
+            row.extend([
+                report.events().len().to_string(),
+                fixed(report.event().map(|event| event.frequency_hz), 1),
+                fixed(line.map(|named| named.line.frequency), 1),
+            ]);
+            if let Some(score) = &file.truth {
+                let counts = [score.found, score.false_events.len(), score.missed.len()];
+                row.extend(counts.map(|count| count.to_string()));
+            }
+            let verdict = report.verdict.get().ok();
+            row.push(verdict.map_or(String::new(), |verdict| verdict.regime.to_string()));
+            table.row(row);
+        }
+        let columns = 6 + [self.each_channel, has_levels]
+            .map(usize::from)
+            .iter()
+            .sum::<usize>();
+        let columns = if has_scores { columns + 3 } else { columns };
+        for FailedFile { file, reason } in &self.failures {
+            let mut row = vec![String::new(); columns];
+            row[0] = escape::path(file);
+            row[columns - 1] = escape::line(reason).into_owned();
+            table.row(row);
+        }
+        let mut blocks = vec![Block::Table(table)];
+        if has_scores {
+            let mut sum = Score::default();
+            scores().for_each(|score| sum += score.clone());
+            blocks.extend(sum.blocks());
+        }
+        blocks
     }
-    let mut text = table.text();
-    if !scores.is_empty() {
-        let mut sum = Score::default();
-        scores.into_iter().for_each(|score| sum += score.clone());
-        text += &format!("\n{}", score_text(&sum));
-    }
-    text
 }

@@ -12,6 +12,7 @@ use super::common_args::{
 };
 use super::figures::FigureArgs;
 use super::friction::FrictionArgs;
+use super::harness::OutputArgs;
 use super::live_args::LiveArgs;
 use super::output::Overwrite;
 use super::schema::ResultOf;
@@ -124,11 +125,8 @@ pub struct RunArgs {
     /// vary.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub npz: Option<PathBuf>,
-    /// Also write the summary as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub output: OutputArgs,
     #[command(flatten)]
     pub audio: SoundArgs,
     /// Stretch the sound in time by this factor, 0.01 to 1000; its pitch falls by the same factor.
@@ -155,18 +153,21 @@ pub struct ScenesArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Print every key of a scene file with its meaning, unit, range and default.
-    #[arg(long, conflicts_with_all = ["scene", "json"])]
+    #[arg(long, conflicts_with_all = ["scene", "json", "compare"])]
     pub keys: bool,
-    /// Also write the result as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    /// Print the keys in which two scenes differ.
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with = "scene")]
+    pub compare: Vec<String>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub output: OutputArgs,
 }
 
 /// Arguments of `squeakscope stability`.
 #[derive(Debug, Arguments)]
 #[command(group(clap::ArgGroup::new("drawn").args(["causes", "sensitivities"]).multiple(true)))]
+#[command(mut_arg("figures", |figures| {
+    figures.requires("drawn").help("Draw the sensitivities of the unstable modes, and the causes, to this directory")
+}))]
 pub struct StabilityArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -181,16 +182,10 @@ pub struct StabilityArgs {
     /// Print how growth rate and frequency of each mode change with every number of the scene, per 1 % and per unit.
     #[arg(long)]
     pub sensitivities: bool,
-    /// Also write the eigenvalues as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the sensitivities of the unstable modes, and the causes, to this directory.
-    #[arg(long, value_name = "DIR", requires = "drawn", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub figures: FigureArgs,
 }
 
 /// Arguments of `squeakscope lyapunov`.
@@ -235,16 +230,10 @@ pub struct LyapunovArgs {
     /// Also write the running averages as CSV; `-` prints them instead of the table.
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
     pub csv: Option<PathBuf>,
-    /// Also write all results as JSON; `-` prints them instead of the table.
-    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the figure to a .png, .svg or .pdf file, or to lyapunov.png in a directory.
-    #[arg(long, value_name = "FILE|DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub figures: FigureArgs,
 }
 
 /// Arguments of `squeakscope model`.
@@ -255,11 +244,8 @@ pub struct ModelArgs {
     /// Write the arrays to this file.
     #[arg(long, value_name = "FILE.npz")]
     pub out: PathBuf,
-    /// Also write the numbers of nodes and modes as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub output: OutputArgs,
 }
 
 /// Arguments of `squeakscope schema`.
@@ -352,7 +338,7 @@ mod tests {
         };
         assert_eq!(run.tilt, Some(-2.5));
         assert_eq!(run.connect.as_deref(), Some(DEFAULT_URL));
-        assert_eq!(run.json, Some(PathBuf::from("out.json")));
+        assert_eq!(run.output.json, Some(PathBuf::from("out.json")));
         assert!(parse("squeakscope run --spawn --connect").is_err());
         assert_eq!(run.budget.budget, None);
         assert!(parse("squeakscope run --budget realtime").is_ok());

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::console;
 use super::error::CliError;
-use super::report;
 use crate::pipeline::message::Summary;
 use crate::scene::Scene;
 
@@ -61,7 +61,7 @@ pub(super) fn check(summary: &Summary, strict: bool) -> Result<(), CliError> {
             (None, _) => Ok(()),
             (Some(reason), true) => Err(CliError::Failed(format!("{reason} (--strict)"))),
             (Some(reason), false) => {
-                report::print_warning(&reason);
+                console::print_warning(&reason);
                 Ok(())
             }
         },

@@ -4,14 +4,11 @@ use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::branch_args::BranchArgs;
-use super::branch_text;
-use super::document::{Document, WrittenFile};
+use super::console;
 use super::error::CliError;
-use super::figures::{STUDY, draw};
-use super::interrupt;
-use super::output::{Kind, OutputFile, is_stdout};
-use super::progress::Progress;
-use super::report;
+use super::figures::STUDY;
+use super::harness::{Outputs, Watch};
+use super::output::{Kind, OutputFile};
 use super::resources;
 use super::run::command_line;
 use super::steps::{Interval, Keyed};
@@ -44,8 +41,8 @@ type Span = (Parameter, [f64; 2]);
 pub(super) fn execute(args: &BranchArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     let spans = spans(args, &scene)?;
-    report::print_study_warnings(&scene);
-    report::print_fixed(&scene, spans.iter().map(|span| span.0));
+    console::print_study_warnings(&scene);
+    console::print_fixed(&scene, spans.iter().map(|span| span.0));
     match spans[..] {
         [one, two] => map(args, stop, scene, [one, two]),
         _ => branch(args, stop, scene, spans[0]),
@@ -59,7 +56,6 @@ fn branch(
     scene: Scene,
     (parameter, interval): Span,
 ) -> Result<(), CliError> {
-    let files = Files::check(args, FIGURES[0])?;
     let mut settled = settled(args, parameter)?;
     let plan = BranchPlan {
         scene,
@@ -76,67 +72,60 @@ fn branch(
     if let Some(start) = args.start {
         plan.check_start(start)?;
     }
+    let outputs = Outputs::new(args.scene.input(), &args.output)
+        .file("--out", Kind::TABLE, args.out.as_ref())
+        .file("--save", Kind::RECORDING, args.save.as_ref())
+        .file("--diagram", Kind::JSON, args.diagram.as_ref());
+    let files = outputs
+        .figures(&args.figures, STUDY, FIGURES[0].iter().copied())
+        .check()?;
     resources::start_thread_pool()?;
-    let result = compute(args, stop, &plan, &mut settled)?;
     let name = &plan.scene.name;
-    let mut written = Vec::new();
-    // A part of a diagram would look like all of it.
-    let diagram = files.diagram.as_ref();
-    if let Some(file) = diagram.filter(|_| !stop.load(Ordering::Relaxed)) {
-        let diagram = TiltDiagram::new(&result, &settled);
-        file.write(|out| {
-            serde_json::to_writer(&mut *out, &diagram)?;
-            writeln!(out)
+    let watch = Watch::new(stop);
+    let mut result = compute(args, &watch, &plan, &mut settled)?;
+    result.interrupted = stop.load(Ordering::Relaxed);
+    files.finish(watch, Some(name), &result, |files| {
+        // A part of a diagram would look like all of it.
+        if !result.interrupted {
+            let diagram = TiltDiagram::new(&result, &settled);
+            files.write("--diagram", |file| {
+                file.write(|out| {
+                    serde_json::to_writer(&mut *out, &diagram)?;
+                    writeln!(out)
+                })
+            })?;
+        }
+        files.write("--out", |file| {
+            write_branch(file.path(), &result).map_err(CliError::during("writing of the table"))
         })?;
-        written.push(WrittenFile::of(file)?);
-    }
-    if let Some(file) = &files.out {
-        write_branch(file.path(), &result).map_err(CliError::during("writing of the table"))?;
-        written.push(WrittenFile::of(file)?);
-    }
-    let mut figures = Vec::new();
-    // A driven system has no equilibria.
-    if !result.equilibria.is_empty() {
-        figures.push(modes_figure(name, &result));
-    }
-    if !result.points.is_empty() {
-        figures.push(branch_figure(name, &result, &settled));
-        figures.push(multipliers_figure(name, &result));
-    }
-    // The report is printed even if a file cannot be written.
-    let drawn = draw(
-        args.figures.as_deref(),
-        || figures,
-        (&args.drawn, &STUDY),
-        &mut written,
-    );
-    if let Some(file) = files.save.as_ref().filter(|_| !result.points.is_empty()) {
-        record(file, &plan, &result)?;
-        written.push(WrittenFile::of(file)?);
-    }
-    let document = Document::new(&result, &written).with_scene(name);
-    let text = branch_text::branch(name, &result);
-    document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
-    drawn?;
-    match stop.load(Ordering::Relaxed) {
-        true => Err(CliError::Interrupted),
-        false => Ok(()),
-    }
+        let drawn = files.draw(|| {
+            let mut figures = Vec::new();
+            // A driven system has no equilibria.
+            if !result.equilibria.is_empty() {
+                figures.push(modes_figure(name, &result));
+            }
+            if !result.points.is_empty() {
+                figures.push(branch_figure(name, &result, &settled));
+                figures.push(multipliers_figure(name, &result));
+            }
+            figures
+        });
+        if !result.points.is_empty() {
+            files.write("--save", |file| record(file, &plan, &result))?;
+        }
+        drawn
+    })
 }
 
 /// Computes the equilibria and, if requested, the periodic orbits. A system driven in time has no equilibria.
 /// For a diagram, the settled responses are computed, too.
 fn compute(
     args: &BranchArgs,
-    stop: &AtomicBool,
+    watch: &Watch<'_>,
     plan: &BranchPlan,
     settled: &mut Vec<SweepPoint>,
 ) -> Result<Branch, CliError> {
-    let progress = Progress::of_phases();
-    let steady = equilibria(plan, &mut |share| {
-        progress.update(0.1 * share, "equilibria");
-        interrupt::should_continue(stop)
-    });
+    let steady = equilibria(plan, &mut |share| watch.update(0.1 * share, "equilibria"));
     let steady = match steady {
         Err(BranchError::Equilibrium(EquilibriumError::Driven)) if !args.equilibria => {
             EquilibriumBranch::default()
@@ -149,8 +138,7 @@ fn compute(
     }
     if args.diagram.is_some() {
         let responses = settled_responses(plan, threads(args.threads), &mut |share| {
-            progress.update(0.1 + 0.7 * share, "settled responses");
-            interrupt::should_continue(stop)
+            watch.update(0.1 + 0.7 * share, "settled responses")
         });
         *settled = responses.map_err(|source| failed(source.into()))?;
     }
@@ -161,28 +149,24 @@ fn compute(
     };
     let [from, to] = plan.interval;
     let name = plan.parameter.name();
-    let mut watch = |update: OrbitProgress<'_>| {
-        let (share, message) = match update {
-            OrbitProgress::Branch(_) => return interrupt::should_continue(stop),
-            OrbitProgress::Settling(value) => (0.1, format!("settling at {name} = {value}")),
-            OrbitProgress::Orbit {
-                branch,
-                orbits,
-                value,
-            } => {
-                let share = 0.2 + 0.8 * (value - from) / (to - from);
-                (
-                    share,
-                    format!("branch {branch}: {orbits} orbits, {name} = {value:.4}"),
-                )
-            }
-        };
-        progress.update(share, message);
-        interrupt::should_continue(stop)
+    let mut on_orbit = |update: OrbitProgress<'_>| match update {
+        OrbitProgress::Branch(_) => watch.should_continue(),
+        OrbitProgress::Settling(value) => {
+            watch.update(0.1, format!("settling at {name} = {value}"))
+        }
+        OrbitProgress::Orbit {
+            branch,
+            orbits,
+            value,
+        } => {
+            let share = 0.2 + 0.8 * (value - from) / (to - from);
+            let task = format!("branch {branch}: {orbits} orbits, {name} = {value:.4}");
+            watch.update(share, task)
+        }
     };
-    add_orbits(plan, starts, &mut result, &mut watch).map_err(failed)?;
+    add_orbits(plan, starts, &mut result, &mut on_orbit).map_err(failed)?;
     if let Some(count) = args.tori {
-        add_tori(plan, count, &mut result, &mut watch);
+        add_tori(plan, count, &mut result, &mut on_orbit);
     }
     Ok(result)
 }
@@ -240,7 +224,10 @@ fn map(
             "{option} needs one parameter; for a map over two, use --json or --figures"
         )));
     }
-    let files = Files::check(args, FIGURES[1])?;
+    let outputs = Outputs::new(args.scene.input(), &args.output);
+    let files = outputs
+        .figures(&args.figures, STUDY, FIGURES[1].iter().copied())
+        .check()?;
     let plan = MapPlan {
         scene,
         parameters: spans.map(|span| span.0),
@@ -248,27 +235,15 @@ fn map(
         size: [args.points.unwrap_or(POINTS[1]) as usize; 2],
         orbits: !args.equilibria,
     };
-    let progress = Progress::with_estimate();
-    let result = stability_map(&plan, threads(args.threads), &mut |share| {
-        progress.update(share, "stability map");
-        interrupt::should_continue(stop)
-    });
-    drop(progress);
-    let Some(result) = result.map_err(failed)? else {
-        return Err(CliError::NoResult);
-    };
     let name = &plan.scene.name;
-    let mut written = Vec::new();
-    let drawn = draw(
-        args.figures.as_deref(),
-        || vec![map_figure(name, &result)],
-        (&args.drawn, &STUDY),
-        &mut written,
-    );
-    let document = Document::new(&result, &written).with_scene(name);
-    let text = branch_text::map(name, &result);
-    document.deliver_or_print(&text, args.json.as_deref(), files.json.as_ref())?;
-    drawn
+    let watch = Watch::new(stop);
+    let map = stability_map(&plan, threads(args.threads), &mut |share| {
+        watch.update(share, "stability map")
+    });
+    let map = map.map_err(failed)?.ok_or(CliError::NoResult)?;
+    files.finish(watch, Some(name), &map, |files| {
+        files.draw(|| vec![map_figure(name, &map)])
+    })
 }
 
 /// The parameters and their intervals: one, or two for a map.
@@ -310,40 +285,4 @@ fn spans(args: &BranchArgs, scene: &Scene) -> Result<Vec<Span>, CliError> {
 
 fn failed(source: BranchError) -> CliError {
     CliError::during("study of branches")(source)
-}
-
-/// The output files.
-struct Files {
-    out: Option<OutputFile>,
-    save: Option<OutputFile>,
-    diagram: Option<OutputFile>,
-    json: Option<OutputFile>,
-}
-
-impl Files {
-    /// Checks all outputs; `figures` are the stems of the figures' file names.
-    fn check(args: &BranchArgs, figures: &[&str]) -> Result<Self, CliError> {
-        let json = args.json.as_deref().filter(|path| !is_stdout(path));
-        if let Some(directory) = &args.figures {
-            let names = args.drawn.names(figures, &STUDY);
-            args.overwrite
-                .check_directory(directory, "--figures", &names)?;
-        }
-        let outputs = [
-            ("--out", Kind::TABLE, args.out.as_deref()),
-            ("--save", Kind::RECORDING, args.save.as_deref()),
-            ("--diagram", Kind::JSON, args.diagram.as_deref()),
-            ("--json", Kind::JSON, json),
-        ];
-        let [out, save, diagram, json] = args.overwrite.check_all(args.scene.input(), outputs)?;
-        if save.is_some() {
-            resources::check_memory()?;
-        }
-        Ok(Self {
-            out,
-            save,
-            diagram,
-            json,
-        })
-    }
 }

@@ -7,7 +7,7 @@ use clap::{Args as Arguments, value_parser};
 
 use super::common_args::SceneArgs;
 use super::figures::FigureArgs;
-use super::output::Overwrite;
+use super::harness::OutputArgs;
 use super::steps::{Interval, Keyed};
 
 /// Arguments of `squeakscope branch`.
@@ -73,14 +73,10 @@ pub struct BranchArgs {
     /// Save a recording for the Rerun viewer, with the parameter as its timeline.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub save: Option<PathBuf>,
-    /// Also write all results as JSON; `-` prints them instead of the table.
-    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the figures to this directory.
-    #[arg(long, value_name = "DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub figures: FigureArgs,
     /// Add the settled responses of this table of a sweep over the same parameter to the branch diagram.
     #[arg(
         long,
@@ -89,6 +85,4 @@ pub struct BranchArgs {
         help_heading = "Figures"
     )]
     pub sweep: Option<PathBuf>,
-    #[command(flatten)]
-    pub drawn: FigureArgs,
 }

@@ -2,7 +2,7 @@
 
 use clap::Args as Arguments;
 
-use super::report;
+use super::console;
 
 /// Whether to open a browser.
 #[derive(Clone, Copy, Debug, Default, Arguments)]
@@ -20,7 +20,7 @@ impl BrowserArgs {
         }
         // Its own session: Ctrl-C ends this program and not the browser. Waits for 0.25 s at most.
         if open::that_detached(url).is_err() {
-            report::print_notice("no browser could be opened; open the address yourself");
+            console::print_notice("no browser could be opened; open the address yourself");
         }
     }
 }

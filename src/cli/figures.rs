@@ -2,11 +2,10 @@
 
 use std::fmt::Display;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args as Arguments;
 
-use super::document::WrittenFile;
 use super::error::CliError;
 use super::output::{OutputError, OutputFile};
 use crate::plot::{Figure, FigureOptions, Format, Size, Style};
@@ -14,10 +13,21 @@ use crate::plot::{Figure, FigureOptions, Format, Size, Style};
 /// Most panels of a figure: the sensitivities of all modes.
 const MOST_PANELS: u32 = 24;
 
-/// Style, formats and size of figures.
+/// The figures of a command.
 #[derive(Clone, Debug, Default, Arguments)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
+    /// Draw the figures to this directory, or a single one to a .png, .svg or .pdf file.
+    #[arg(id = "figures", long = "figures", value_name = "DIR|FILE")]
+    pub path: Option<PathBuf>,
+    #[command(flatten)]
+    pub drawn: FigureStyle,
+}
+
+/// Style, formats and size of figures.
+#[derive(Clone, Debug, Default, Arguments)]
+#[command(next_help_heading = "Figures")]
+pub struct FigureStyle {
     /// Style of the figures. For slides each panel is a file of its own, such as bifurcation-1.png.
     #[arg(long, value_enum, default_value_t = Style::Screen)]
     pub style: Style,
@@ -30,28 +40,38 @@ pub struct FigureArgs {
     pub size: Option<Size>,
 }
 
-impl FigureArgs {
+/// Default formats of studies.
+pub const STUDY: &[Format] = &[Format::Svg, Format::Png];
+/// Default formats of figures that consist of pixels.
+pub const PIXELS: &[Format] = &[Format::Png];
+
+/// How figures are drawn.
+#[derive(Clone, Copy)]
+pub struct DrawnAs<'a> {
+    /// Style, formats and size.
+    pub style: &'a FigureStyle,
+    /// Formats if none is selected.
+    pub formats: &'static [Format],
+}
+
+impl<'a> DrawnAs<'a> {
     /// The selected formats, or the defaults of the command.
-    pub fn formats<'a>(&'a self, default: &'a [Format]) -> &'a [Format] {
-        match &self.format[..] {
-            [] => default,
+    pub fn formats(&self) -> &'a [Format] {
+        match &self.style.format[..] {
+            [] => self.formats,
             given => given,
         }
     }
 
     /// File names that figures with the given stems can have.
-    pub fn names<S: Display>(
-        &self,
-        stems: impl IntoIterator<Item = S>,
-        default: &[Format],
-    ) -> Vec<String> {
-        let panels = match self.style {
+    pub fn names(&self, stems: &[impl Display]) -> Vec<String> {
+        let panels = match self.style.style {
             Style::Slides => MOST_PANELS,
             Style::Paper | Style::Screen => 0,
         };
         let mut names = Vec::new();
         for stem in stems {
-            for ending in self.formats(default).iter().map(|format| format.ending()) {
+            for ending in self.formats().iter().map(|format| format.ending()) {
                 names.push(format!("{stem}.{ending}"));
                 names.extend((1..=panels).map(|number| format!("{stem}-{number}.{ending}")));
             }
@@ -61,85 +81,64 @@ impl FigureArgs {
 
     /// The figures as they are written: for slides each panel is a figure of its own.
     pub fn arrange(&self, figures: &[Figure]) -> Vec<Figure> {
-        match self.style {
+        match self.style.style {
             Style::Slides => figures.iter().flat_map(Figure::panels).collect(),
             Style::Paper | Style::Screen => figures.to_vec(),
         }
     }
 
-    /// Refuses a size at which texts have no room.
-    pub fn check(&self, figures: &[Figure]) -> Result<(), CliError> {
-        match self.look().needed_size(figures) {
-            Some(least) => Err(CliError::Input(format!(
+    /// Writes figures to a directory, which is created if needed, or a single one to a file of this format. Returns the
+    /// paths; messages name `option`.
+    ///
+    /// # Errors
+    /// A size at which texts have no room; failure while drawing or writing.
+    pub fn write(
+        &self,
+        path: &Path,
+        option: &'static str,
+        figures: &[Figure],
+        single: Option<Format>,
+    ) -> Result<Vec<PathBuf>, CliError> {
+        let options = FigureOptions {
+            style: self.style.style,
+            size: self.style.size,
+        };
+        let figures = match single {
+            Some(_) => figures.to_vec(),
+            None => self.arrange(figures),
+        };
+        if let Some(least) = options.needed_size(&figures) {
+            return Err(CliError::Input(format!(
                 "--size is too small for all texts of the figures; give --size {least} or more"
-            ))),
-            None => Ok(()),
+            )));
         }
-    }
-
-    /// Style and size for the plot module.
-    pub fn look(&self) -> FigureOptions {
-        FigureOptions {
-            style: self.style,
-            size: self.size,
-        }
-    }
-}
-
-/// Default formats of studies.
-pub const STUDY: [Format; 2] = [Format::Svg, Format::Png];
-/// Default formats of figures that consist of pixels.
-pub const PIXELS: [Format; 1] = [Format::Png];
-
-/// Writes the figures of a study to the directory `--figures`, if it is given, and adds the files to `written`.
-pub fn draw(
-    directory: Option<&Path>,
-    figures: impl FnOnce() -> Vec<Figure>,
-    drawn: (&FigureArgs, &[Format]),
-    written: &mut Vec<WrittenFile>,
-) -> Result<(), CliError> {
-    if let Some(directory) = directory {
-        written.extend(write_figures(directory, "--figures", &figures(), drawn)?);
-    }
-    Ok(())
-}
-
-/// Writes figures to a directory and creates it if needed. Messages name `option`.
-pub fn write_figures(
-    directory: &Path,
-    option: &'static str,
-    figures: &[Figure],
-    (args, default): (&FigureArgs, &[Format]),
-) -> Result<Vec<WrittenFile>, CliError> {
-    let figures = args.arrange(figures);
-    args.check(&figures)?;
-    std::fs::create_dir_all(directory).map_err(|source| OutputError::NotWritable {
-        path: directory.to_owned(),
-        option,
-        source,
-    })?;
-    let mut written = Vec::new();
-    for figure in &figures {
-        for format in args.formats(default) {
-            let path = directory.join(format!("{}.{}", figure.name, format.ending()));
+        let write = |path: PathBuf, figure: &Figure, format| {
             let file = OutputFile::check(&path, option)?;
-            written.push(write_figure(&file, figure, args, *format)?);
+            let content = figure.file(&options, format);
+            let content = content.map_err(CliError::during("drawing"))?;
+            file.write(|out| out.write_all(&content))?;
+            Ok(file.path().to_owned())
+        };
+        if let Some(format) = single {
+            let figures = figures.iter();
+            return figures
+                .map(|figure| write(path.to_owned(), figure, format))
+                .collect();
         }
+        std::fs::create_dir_all(path).map_err(|source| OutputError::NotWritable {
+            path: path.to_owned(),
+            option,
+            source,
+        })?;
+        let mut written = Vec::new();
+        for figure in &figures {
+            for &format in self.formats() {
+                let name = format!("{}.{}", figure.name, format.ending());
+                written.push(write(path.join(name), figure, format)?);
+            }
+        }
+        Ok(written)
     }
-    Ok(written)
-}
-
-/// Writes a figure to a file.
-pub fn write_figure(
-    file: &OutputFile,
-    figure: &Figure,
-    args: &FigureArgs,
-    format: Format,
-) -> Result<WrittenFile, CliError> {
-    let content = figure.file(&args.look(), format);
-    let content = content.map_err(CliError::during("drawing"))?;
-    file.write(|out| out.write_all(&content))?;
-    Ok(WrittenFile::of(file)?)
 }
 
 #[cfg(test)]
@@ -147,6 +146,13 @@ mod tests {
     use super::*;
     use crate::cli::output::Overwrite;
     use crate::plot::{Axis, Panel};
+
+    fn drawn(style: &FigureStyle) -> DrawnAs<'_> {
+        DrawnAs {
+            style,
+            formats: PIXELS,
+        }
+    }
 
     fn two_panels() -> Figure {
         let axis = |name| Axis::linear(name, [0.0, 1.0]);
@@ -163,13 +169,13 @@ mod tests {
     fn too_small_a_size_is_refused_with_one_that_suffices() {
         for style in [Style::Paper, Style::Screen, Style::Slides] {
             let folder = tempfile::tempdir().expect("temporary folder");
-            let mut args = FigureArgs {
+            let mut args = FigureStyle {
                 style,
                 size: Some("36x20".parse().expect("a size")),
-                ..FigureArgs::default()
+                ..FigureStyle::default()
             };
-            let write = |args: &FigureArgs| {
-                write_figures(folder.path(), "--figures", &[two_panels()], (args, &PIXELS))
+            let write = |style: &FigureStyle| {
+                drawn(style).write(folder.path(), "--figures", &[two_panels()], None)
             };
             let refused = write(&args).expect_err("too small");
             assert_eq!(refused.exit_code(), 2);
@@ -183,17 +189,18 @@ mod tests {
     #[test]
     fn panels_of_slides_are_files_that_are_not_replaced() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let args = FigureArgs {
+        let args = FigureStyle {
             style: Style::Slides,
-            ..FigureArgs::default()
+            ..FigureStyle::default()
         };
         let check = |overwrite: Overwrite| {
-            let names = args.names(["waveform"], &PIXELS);
+            let names = drawn(&args).names(&["waveform"]);
             overwrite.check_directory(folder.path(), "--figures", &names)
         };
         check(Overwrite::default()).expect("nothing is written yet");
-        let drawn = (&args, &PIXELS[..]);
-        write_figures(folder.path(), "--figures", &[two_panels()], drawn).expect("drawn");
+        let figures = [two_panels()];
+        let written = drawn(&args).write(folder.path(), "--figures", &figures, None);
+        written.expect("drawn");
         for name in ["waveform-1.png", "waveform-2.png"] {
             assert!(folder.path().join(name).exists(), "{name}");
         }
@@ -205,8 +212,9 @@ mod tests {
     fn a_failure_while_drawing_has_exit_code_1() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let flat = [Figure::new("flat", "", 0.0, Vec::new())];
-        let drawn = (&FigureArgs::default(), &PIXELS[..]);
-        let error = write_figures(folder.path(), "--figures", &flat, drawn).expect_err("failed");
+        let style = FigureStyle::default();
+        let written = drawn(&style).write(folder.path(), "--figures", &flat, None);
+        let error = written.expect_err("failed");
         assert_eq!(error.exit_code(), 1);
     }
 }

@@ -1,20 +1,13 @@
 //! `squeakscope friction`: fit the Stribeck law to measured coefficients of friction.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args as Arguments;
 
 use super::common_args::positive;
-use super::document::Document;
 use super::error::CliError;
-use super::output::{Kind, Overwrite};
-use super::report::{HEADING, WARNING};
-use crate::number::significant;
-use crate::study::friction_fit::{
-    FittedNumber, FrictionFit, FrictionPoint, LARGEST_COEFFICIENT, fit_friction,
-};
-use crate::table::Table;
+use super::harness::{OutputArgs, Outputs};
+use crate::study::friction_fit::{FrictionPoint, LARGEST_COEFFICIENT, fit_friction};
 
 /// Highest plausible slip speed, m/s; a higher one is in other units.
 const FASTEST: f64 = 50.0;
@@ -28,11 +21,8 @@ pub struct FrictionArgs {
     /// Slope factor of the creep region, which points above a few mm/s do not show.
     #[arg(long, value_name = "S_PER_M", default_value_t = 1000.0, value_parser = positive)]
     pub creep: f64,
-    /// Also write the law as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub output: OutputArgs,
 }
 
 /// Runs the command.
@@ -40,17 +30,14 @@ pub struct FrictionArgs {
 /// # Errors
 /// If the file cannot be read, its points do not determine the law, or an output cannot be written.
 pub(super) fn execute(args: &FrictionArgs) -> Result<(), CliError> {
-    let json = [("--json", Kind::JSON, args.json.as_deref())];
-    let [json] = args
-        .overwrite
-        .check_all(Some(args.file.as_os_str()), json)?;
+    let files = Outputs::new(Some(args.file.as_os_str()), &args.output).check()?;
     let refused = |reason| CliError::Input(format!("`{}`: {reason}", args.file.display()));
     let text = std::fs::read_to_string(&args.file);
     let text =
         text.map_err(|error| refused(format!("it cannot be read ({error}); check the path")))?;
     let points = points(&text).map_err(refused)?;
     let fit = fit_friction(&points, args.creep).map_err(|error| refused(error.to_string()))?;
-    Ok(Document::new(&fit, &[]).deliver(&self::text(&fit), json.as_ref())?)
+    files.deliver(None, &fit)
 }
 
 /// The points of a CSV text, or the line that has none, and the remedy.
@@ -109,58 +96,11 @@ fn points(text: &str) -> Result<Vec<FrictionPoint>, String> {
     Ok(points)
 }
 
-/// The report: the numbers, the tests, and the lines for a scene file.
-fn text(fit: &FrictionFit) -> String {
-    let mut table = Table::default().left("").right("").right("95 %").left("");
-    let row = |name: &str, FittedNumber { value, half_width }: FittedNumber, unit: &str| {
-        [
-            name.to_owned(),
-            significant(value, 4),
-            format!("+- {}", significant(half_width, 2)),
-            unit.to_owned(),
-        ]
-    };
-    table.row(row("mu_s", fit.mu_s, ""));
-    table.row(row("mu_d", fit.mu_d, ""));
-    table.row(row("stribeck_slope", fit.stribeck_slope_s_per_m, "s/m"));
-    let mut text = format!(
-        "{HEADING}Stribeck law{HEADING:#}, Eq. (5), fitted to {} points\n{}  residuals: standard deviation {}",
-        fit.points,
-        table.text(),
-        significant(fit.residual_deviation, 2)
-    );
-    if let Some(chi_square) = fit.chi_square_per_degree {
-        let [found, low, high] = [
-            chi_square,
-            fit.chi_square_expected[0],
-            fit.chi_square_expected[1],
-        ]
-        .map(|number| significant(number, 2));
-        let _ = write!(
-            text,
-            ", chi-square per degree of freedom {found} ({low} to {high} expected)"
-        );
-    }
-    text.push('\n');
-    for doubt in &fit.doubts {
-        let _ = writeln!(text, "  {WARNING}warning:{WARNING:#} {doubt}");
-    }
-    let law = fit.law();
-    let _ = write!(
-        text,
-        "\n[friction]\nlaw = \"stribeck\"\nmu_s = {}\nmu_d = {}\nstribeck_slope_s_per_m = {}\ncreep_slope_s_per_m = {}\n",
-        significant(law.mu_s, 6),
-        significant(law.mu_d, 6),
-        significant(law.stribeck, 6),
-        law.creep
-    );
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::joint::Friction;
+    use crate::report::{Block, Report as _};
     use crate::scene::Scene;
 
     /// A measured file whose points lie on the law of Fig. 3.
@@ -177,8 +117,9 @@ mod tests {
             format!("{speed},{}", law(speed))
         });
         let fit = fit_friction(&points(&measured).unwrap(), 1000.0).unwrap();
-        let text = text(&fit);
-        let (_, lines) = text.split_once("\n\n").unwrap();
+        let Some(Block::Code(lines)) = fit.blocks("").pop() else {
+            panic!("the lines are last");
+        };
         let scene = format!("[load]\nload_n = 100\ntilt_deg = 2\n{lines}[time]\nduration_ms = 1\n");
         let scene = Scene::parse("fitted.toml", scene).unwrap();
         let Friction::Stribeck { law, .. } = &scene.joint().unwrap().spec.friction else {

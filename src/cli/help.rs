@@ -7,9 +7,9 @@ use std::fs;
 use clap::{Arg, CommandFactory};
 
 use super::args::{Args, CompletionsArgs, ManArgs};
+use super::console;
 use super::error::CliError;
 use super::output::OutputError;
-use super::report;
 
 /// Commands for one kind of task.
 struct Task {
@@ -115,7 +115,7 @@ pub(super) fn command() -> clap::Command {
 pub(super) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command(), "squeakscope", &mut script);
-    Ok(report::print(&String::from_utf8_lossy(&script))?)
+    Ok(console::print(&String::from_utf8_lossy(&script))?)
 }
 
 /// Writes `squeakscope.1`, and `squeakscope-COMMAND.1` for each command.

@@ -8,8 +8,8 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::console;
 use super::error::CliError;
-use super::report;
 
 /// Whether a computation is running that checks the flag. The handler holds the lock while it ends the
 /// program, which prevents work from starting in the meantime.
@@ -29,7 +29,7 @@ pub(super) fn install_handler() -> Result<Arc<AtomicBool>, CliError> {
                 // A progress bar may occupy this line.
                 eprintln!();
             }
-            report::print_error(&CliError::BeforeWork);
+            console::print_error(&CliError::BeforeWork);
             std::process::exit(130);
         }
         if raised.swap(true, Ordering::Relaxed) {

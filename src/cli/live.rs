@@ -8,11 +8,12 @@ use std::time::Duration;
 use super::audit;
 use super::browser::BrowserArgs;
 use super::common_args::changed;
+use super::console;
 use super::error::CliError;
+use super::harness::{OutputArgs, Outputs};
 use super::interrupt;
 use super::live_args::LiveArgs;
 use super::output::{Kind, OutputFile};
-use super::report;
 use super::resources;
 use super::run::command_line;
 use crate::escape;
@@ -37,7 +38,7 @@ const LIVE_RUN: &str = "live run";
 /// Bad input before any work; failure while running, after the files are complete.
 pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let scene = scene(args)?;
-    report::print_warnings(&scene.warnings());
+    console::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
@@ -57,9 +58,9 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
         purpose: "the page",
         source: source.into(),
     })?;
-    report::print(&format!("live page: {}\n", page.url()))?;
+    console::print(&format!("live page: {}\n", page.url()))?;
     if !is_local {
-        report::print_warning(
+        console::print_warning(
             "whoever knows this address can control the run (--host); give the audience the address under \
              `Share`, which only watches",
         );
@@ -73,7 +74,7 @@ pub(super) fn run(args: &LiveArgs, stop: &Arc<AtomicBool>) -> Result<(), CliErro
     let summary = ended.map_err(|fault| {
         // `main` prints the returned error, so the cause comes last.
         if let Err(missing) = &delivered {
-            report::print_error(missing);
+            console::print_error(missing);
         }
         CliError::during(LIVE_RUN)(fault)
     })?;
@@ -99,10 +100,10 @@ fn deliver(files: Vec<SavedFile>) -> Result<(), CliError> {
             Err(fault) => Err(format!("it was complete, but has been removed: {fault}").into()),
         });
         match there {
-            Ok(()) => report::print(&format!("{}\n", escape::path(&path)))?,
+            Ok(()) => console::print(&format!("{}\n", escape::path(&path)))?,
             Err(source) => {
                 if let Err(earlier) = &delivered {
-                    report::print_error(earlier);
+                    console::print_error(earlier);
                 }
                 delivered = Err(CliError::NotSaved { path, source });
             }
@@ -153,13 +154,14 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
             high,
         });
     }
-    let [save, wav] = args.overwrite.check_all(
-        args.scene.input(),
-        [
-            ("--save", Kind::RECORDING, args.save.as_deref()),
-            ("--wav", Kind::SOUND, args.audio.wav.as_deref()),
-        ],
-    )?;
+    let output = OutputArgs {
+        json: None,
+        overwrite: args.overwrite,
+    };
+    let outputs = Outputs::new(args.scene.input(), &output)
+        .file("--save", Kind::RECORDING, args.save.as_ref())
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
+    let files = outputs.check()?;
     // live-0.rrd is never used: this checks the directory.
     OutputFile::check(&args.record_dir.join("live-0.rrd"), "--record-dir")?;
     Ok(SessionOptions {
@@ -170,8 +172,8 @@ fn plan(args: &LiveArgs, scene: Scene) -> Result<SessionOptions, CliError> {
         viewer: viewer(args),
         computes_diagram: true,
         folder: args.record_dir.clone(),
-        save: save.map(|file| file.path().to_owned()),
-        wav: wav.map(|file| file.path().to_owned()),
+        save: files.path("--save"),
+        wav: files.path("--wav"),
         source: args.audio.source(),
         tour: match &args.tour {
             Some(Some(path)) => Some(Tour::read(path)?),

@@ -19,35 +19,30 @@ mod audit;
 mod basins;
 mod branch;
 mod branch_args;
-mod branch_text;
 mod browser;
 mod common_args;
+mod console;
 mod cost;
-mod document;
 mod error;
-mod exponents;
 mod figures;
 mod friction;
+mod harness;
 mod help;
 mod interrupt;
 mod live;
 mod live_args;
 mod lyapunov;
-mod lyapunov_text;
 mod model;
 mod output;
 mod paper;
 mod paper_figures;
 mod progress;
-mod report;
 mod resources;
 mod run;
 mod scenes;
 mod schema;
 mod signal;
-mod signal_text;
 mod sound_args;
-mod sound_text;
 mod stability;
 mod steps;
 mod study_args;
@@ -92,7 +87,7 @@ pub fn main(words: Vec<OsString>) -> u8 {
     match caught(|| dispatch(args)) {
         Ok(()) => 0,
         Err(error) => {
-            report::print_error(&error);
+            console::print_error(&error);
             error.exit_code()
         }
     }
@@ -159,6 +154,13 @@ fn interruptible(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The arguments of a command from its words.
+    pub fn parsed<A: clap::Args>(line: &str) -> A {
+        let command = A::augment_args(clap::Command::new("test").no_binary_name(true));
+        let matches = command.try_get_matches_from(line.split_whitespace());
+        A::from_arg_matches(&matches.expect("arguments")).expect("values")
+    }
 
     #[test]
     fn a_panic_becomes_an_error_with_exit_code_1() {

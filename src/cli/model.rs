@@ -6,14 +6,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::args::ModelArgs;
-use super::document::{Document, WrittenFile};
+use super::console;
 use super::error::{Cause, CliError};
+use super::harness::Outputs;
 use super::output::Kind;
-use super::report::{self, HEADING};
-use crate::escape;
 use crate::export::{ModelArrays, encode_model};
 use crate::joint::BallJoint;
 use crate::pipeline::initial_state;
+use crate::report::{Block, Report};
 use crate::scene::Scene;
 
 /// Size of a model.
@@ -32,27 +32,22 @@ pub(super) struct Size {
 pub(super) fn model(args: &ModelArgs) -> Result<(), CliError> {
     let scene = args.scene.load()?;
     scene.joint()?;
-    report::print_warnings(&scene.warnings());
-    report::print_fixed(&scene, []);
-    let [out, json] = args.overwrite.check_all(
-        args.scene.input(),
-        [
-            ("--out", Kind::ARRAYS, Some(&args.out)),
-            ("--json", Kind::JSON, args.json.as_deref()),
-        ],
-    )?;
-    let out = out.expect("--out is required");
+    console::print_warnings(&scene.warnings());
+    console::print_fixed(&scene, []);
+    let outputs = Outputs::new(args.scene.input(), &args.output);
+    let mut files = outputs
+        .file("--out", Kind::ARRAYS, Some(&args.out))
+        .check()?;
     let (size, npz) = build(&scene).map_err(CliError::during("assembly of the model"))?;
-    out.write(|file| file.write_all(&npz))?;
-    let text = format!(
-        "{HEADING}{}{HEADING:#}: {} contact nodes, {} modes\n",
-        escape::line(&scene.name),
-        size.nodes,
-        size.modes
-    );
-    let files = [WrittenFile::of(&out)?];
-    let document = Document::new(&size, &files).with_scene(&scene.name);
-    Ok(document.deliver(&text, json.as_ref())?)
+    files.write("--out", |file| file.write(|out| out.write_all(&npz)))?;
+    files.deliver(Some(&scene.name), &size)
+}
+
+impl Report for Size {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let rest = format!(": {} contact nodes, {} modes", self.nodes, self.modes);
+        vec![Block::heading(scene, rest)]
+    }
 }
 
 /// Assembles the model at the start of a scene and encodes it as a `.npz` file.
@@ -69,20 +64,18 @@ fn build(scene: &Scene) -> Result<(Size, Vec<u8>), Cause> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::tests::parsed;
     use crate::scene::DEFAULT_SCENE;
 
     #[test]
     fn the_file_and_the_size_of_a_model_are_written() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let args = ModelArgs {
-            scene: Default::default(),
-            out: folder.path().join("model.npz"),
-            json: Some(folder.path().join("model.json")),
-            overwrite: Default::default(),
-        };
-        model(&args).expect("success");
-        let bytes = std::fs::metadata(&args.out).expect("written").len();
-        let text = std::fs::read(folder.path().join("model.json")).expect("written");
+        let path = |name: &str| folder.path().join(name);
+        let [out, json] = [path("model.npz"), path("model.json")];
+        let line = format!("--out {} --json {}", out.display(), json.display());
+        model(&parsed(&line)).expect("success");
+        let bytes = std::fs::metadata(&out).expect("written").len();
+        let text = std::fs::read(json).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["scene"], DEFAULT_SCENE);
         assert_eq!(json["nodes"], 16);

@@ -91,6 +91,11 @@ impl Kind {
         }
     }
 
+    /// Whether this is a recording, which takes memory while it is written.
+    pub fn is_recording(self) -> bool {
+        self.endings == Self::RECORDING.endings
+    }
+
     /// Checks the ending of a name.
     fn check_ending(self, path: &Path, option: &'static str) -> Result<(), OutputError> {
         let ending = path.extension().unwrap_or_default();
@@ -192,18 +197,6 @@ impl OutputFile {
         &self.path
     }
 
-    /// Size of the written file, bytes.
-    ///
-    /// # Errors
-    /// If the file does not exist.
-    pub fn size(&self) -> Result<u64, OutputError> {
-        let there = fs::metadata(&self.path).map_err(|source| OutputError::Failed {
-            path: self.path.clone(),
-            source,
-        })?;
-        Ok(there.len())
-    }
-
     /// Writes a temporary file in the same directory, then renames it: the file is always complete.
     ///
     /// # Errors
@@ -246,15 +239,13 @@ fn check_name(path: &Path, option: &'static str) -> Result<(), OutputError> {
 pub fn check_apart(
     directory: &Path,
     option: &'static str,
-    others: &[(&'static str, Option<&OutputFile>)],
+    files: &[(&'static str, OutputFile)],
 ) -> Result<(), OutputError> {
-    for (other, file) in others {
-        let is_file = |a: &Path| file.is_some_and(|file| file.path() == resolved(a));
-        if directory.ancestors().any(is_file) {
-            return Err(OutputError::twice(directory, option, other));
-        }
+    let is_above = |file: &OutputFile| directory.ancestors().any(|a| file.path() == resolved(a));
+    match files.iter().find(|(_, file)| is_above(file)) {
+        Some((other, _)) => Err(OutputError::twice(directory, option, other)),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Resolves the links of a path, or those of its directory if the file does not exist.
@@ -294,29 +285,25 @@ impl Overwrite {
     ///
     /// # Errors
     /// The first output that cannot be written, exists, is used twice, or is the input.
-    pub fn check_all<const N: usize>(
+    pub fn check_all(
         self,
         input: Option<&OsStr>,
-        wanted: [(&'static str, Kind, Option<&Path>); N],
-    ) -> Result<[Option<OutputFile>; N], OutputError> {
+        wanted: &[(&'static str, Kind, PathBuf)],
+    ) -> Result<Vec<(&'static str, OutputFile)>, OutputError> {
         let input = input.and_then(|name| fs::canonicalize(name).ok());
-        let mut files: [Option<OutputFile>; N] = [const { None }; N];
-        for k in 0..N {
-            let (option, kind, Some(path)) = wanted[k] else {
-                continue;
-            };
+        let mut files: Vec<(&'static str, OutputFile)> = Vec::new();
+        for (option, kind, path) in wanted {
             if input.is_some() && input.as_deref() == Some(&resolved(path)) {
                 let fault = "is the input; choose another path for the output";
                 return Err(OutputError::refused(path, option, fault));
             }
             kind.check_ending(path, option)?;
             let file = OutputFile::check(path, option)?;
-            let same = (0..k).find(|&j| files[j].as_ref() == Some(&file));
-            if let Some(j) = same {
-                return Err(OutputError::twice(path, option, wanted[j].0));
+            if let Some((other, _)) = files.iter().find(|(_, other)| *other == file) {
+                return Err(OutputError::twice(path, option, other));
             }
             self.check_free(path, option, kind.existing)?;
-            files[k] = Some(file);
+            files.push((option, file));
         }
         Ok(files)
     }

@@ -1,32 +1,29 @@
 //! `squeakscope paper`: reproduce the paper's figures and check its claims.
 
-use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use anstyle::{AnsiColor, Style};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::document::{Document, WrittenFile};
+use super::console;
 use super::error::CliError;
-use super::figures::{STUDY, write_figures};
+use super::figures::{DrawnAs, STUDY};
+use super::harness::{Files, Outputs, Watch};
 use super::interrupt;
-use super::output::{Kind, OutputFile, Overwrite, is_stdout};
+use super::output::{Kind, OutputFile, Overwrite};
 use super::paper_figures::{self, FIGURES};
-use super::report::{self, HEADING};
 use super::resources;
-use super::study_args::{PaperArgs, SweepOutputs, WorkArgs};
-use super::sweep::{Files, compute_points, write_points, write_recording};
-use crate::escape;
+use super::study_args::{PaperArgs, WorkArgs};
+use super::sweep::{compute_missing, record};
 use crate::joint::BallJoint;
 use crate::plot::Format;
+use crate::report::{Block, Report, Tone};
 use crate::scene::{Parameter, Scene};
 use crate::study::paper::{
     Finding, Score, Verdict, add_short_averages, compare, paper_evidence, short_average_plan,
 };
-use crate::study::sweep::{Start, SweepPlan};
+use crate::study::sweep::{Start, SweepPlan, SweepPoint, write_table};
 use crate::text::paper as words;
 
 /// The calibrated scene, which meets most of the paper's claims.
@@ -37,15 +34,13 @@ const FIRST_SIMULATED: u8 = 4;
 
 /// Name of the page in the output directory.
 const PAGE: &str = "README.md";
-/// Name of the table in the output directory.
-const TABLE: &str = "sweep.arrow";
-/// Name of the table of short averages in the output directory.
-const SHORT_TABLE: &str = "short.arrow";
+/// Names of the tables in the output directory, complete and growing: of the sweep, and of the short averages.
+const TABLES: [[&str; 2]; 2] = [
+    ["sweep.arrow", "sweep.arrows"],
+    ["short.arrow", "short.arrows"],
+];
 /// Name of the recording in the output directory.
 const RECORDING: &str = "paper.rrd";
-
-const MET: Style = AnsiColor::Green.on_default();
-const NOT_MET: Style = AnsiColor::Red.on_default();
 
 /// Runs the command.
 ///
@@ -60,37 +55,23 @@ pub(super) fn execute(
     let mut scene = args.scene.load_or(SCENE)?;
     scene = args.accuracy.apply(scene)?;
     scene.ball_on_beam()?;
-    report::print_study_warnings(&scene);
+    console::print_study_warnings(&scene);
     if let Some(seed) = args.seed {
         scene = scene.with_values(&[(Parameter::named("start.seed")?, seed as f64)])?;
     }
     let plan = plan(scene, args.start);
-    let (outputs, [files, short_files], described) = prepare(args)?;
-    let short_plan = short_average_plan(&plan);
-    // Reuse the points of an earlier or interrupted run.
-    let work = WorkArgs {
-        resume: true,
-        shard: None,
-        threads: args.threads,
-    };
-    let [mut points, mut short] = [Vec::new(), Vec::new()];
-    let mut written = Vec::new();
+    let mut files = prepare(args)?;
+    let watch = Watch::new(stop);
+    let plans = [&plan, &short_average_plan(&plan)];
+    let mut points = [Vec::new(), Vec::new()];
     if args.figure.is_none_or(|figure| figure >= FIRST_SIMULATED) {
-        let done;
-        (points, done) = compute_points(&plan, &work, &files, stop)?;
-        written = vec![write_points(&plan, &mut points, &files, done)?];
-        if !done {
-            return Err(CliError::Interrupted);
-        }
-        let done;
-        (short, done) = compute_points(&short_plan, &work, &short_files, stop)?;
-        written.push(write_points(&short_plan, &mut short, &short_files, done)?);
-        if !done {
-            return Err(CliError::Interrupted);
+        for (k, plan) in plans.into_iter().enumerate() {
+            points[k] = simulated(args, plan, TABLES[k], (&mut files, &watch))?;
         }
     }
     let spec = &plan.scene.joint()?.spec;
     let evidence = |points| paper_evidence(spec, points).map_err(CliError::during("comparison"));
+    let [points, short] = points;
     let [evidence, short] = [evidence(&points)?, evidence(&short)?];
     // Without simulated points there is nothing to compare.
     let mut claims = match points.is_empty() {
@@ -100,12 +81,6 @@ pub(super) fn execute(
     let short_average = add_short_averages(&mut claims, &short);
     let figures = paper_figures::figures(&plan, &points, (&evidence, &claims), args.figure)
         .map_err(CliError::during("drawing"))?;
-    let drawn = (&args.drawn, &STUDY[..]);
-    written.extend(write_figures(&args.out, "--out", &figures, drawn)?);
-    if args.figure.is_none() {
-        let ball = BallJoint::new(spec).map_err(CliError::during("recording"))?;
-        written.extend(write_recording(&plan, &points, &files, Some(&ball))?);
-    }
     let captions = figures.iter().filter(|_| args.figure.is_some());
     let result = PaperResult {
         start: args.start,
@@ -115,84 +90,110 @@ pub(super) fn execute(
         captions: captions.map(|figure| figure.caption.clone()).collect(),
     };
     let scene = &plan.scene.name;
-    if args.figure.is_none() {
-        let shown = args.drawn.formats(&STUDY).iter();
-        // Prefer a format that browsers show, and PNG to SVG.
-        let shown = shown.rev().find(|format| **format != Format::Pdf);
-        let ending = shown.unwrap_or(&Format::Pdf).ending();
-        let figures = args.drawn.arrange(&figures);
-        let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
-        let start = (&**scene, &*result.start.to_string());
-        let page = words::page(start, &figures, ending, (&result.score, &result.claims));
-        written.push(write(&args.out.join(PAGE), &page)?);
-    }
-    if let Some(file) = described {
+    files.finish(watch, Some(scene), &result, |files| {
+        let drawn = drawn(args);
+        for path in drawn.write(&args.out, "--out", &figures, None)? {
+            files.add(&path)?;
+        }
         let start = &*result.start.to_string();
-        let about = words::description(start, (&result.score, &result.claims));
-        let text = plan.scene.with_about(&about)?.text;
-        file.write(|out| out.write_all(text.as_bytes()))?;
-        written.push(WrittenFile::of(&file)?);
+        let found = (&result.score, &result.claims[..]);
+        if args.figure.is_none() {
+            let ball = BallJoint::new(spec).map_err(CliError::during("recording"))?;
+            if !points.is_empty() {
+                let path = args.out.join(RECORDING);
+                record(&plan, &points, &path, Some(&ball))?;
+                files.add(&path)?;
+            }
+            // Prefer a format that browsers show, and PNG to SVG.
+            let shown = drawn
+                .formats()
+                .iter()
+                .rev()
+                .find(|format| **format != Format::Pdf);
+            let ending = shown.unwrap_or(&Format::Pdf).ending();
+            let figures = drawn.arrange(&figures);
+            let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
+            let page = words::page((scene, start), &figures, ending, found);
+            let file = OutputFile::check(&args.out.join(PAGE), "--out")?;
+            file.write(|out| out.write_all(page.as_bytes()))?;
+            files.add(file.path())?;
+        }
+        files.write("--write", |file| {
+            let text = plan
+                .scene
+                .with_about(&words::description(start, found))?
+                .text;
+            Ok::<_, CliError>(file.write(|out| out.write_all(text.as_bytes()))?)
+        })
+    })
+}
+
+/// How the figures are drawn.
+fn drawn(args: &PaperArgs) -> DrawnAs<'_> {
+    DrawnAs {
+        style: &args.drawn,
+        formats: STUDY,
     }
-    let document = Document::new(&result, &written).with_scene(scene);
-    let text = text(scene, &result);
-    document.deliver_or_print(&text, outputs.json.as_deref(), files.json.as_ref())?;
-    Ok(())
+}
+
+/// The points of a plan; those of an earlier or interrupted run are reused.
+fn simulated(
+    args: &PaperArgs,
+    plan: &SweepPlan,
+    names: [&str; 2],
+    (files, watch): (&mut Files<'_>, &Watch<'_>),
+) -> Result<Vec<SweepPoint>, CliError> {
+    let work = WorkArgs {
+        resume: true,
+        shard: None,
+        threads: args.threads,
+    };
+    let [table, growing] = names.map(|name| args.out.join(name));
+    let paths = [table.clone(), growing.clone()];
+    let (mut points, done) = compute_missing(plan, &work, paths, watch)?;
+    if !done {
+        return Err(CliError::Interrupted);
+    }
+    points.sort_by_key(|point| point.place.index);
+    write_table(&table, plan, &points)?;
+    // A table that was complete had none.
+    let _ = std::fs::remove_file(growing);
+    files.add(&table)?;
+    Ok(points)
 }
 
 /// Checks all outputs and creates the directory.
-fn prepare(args: &PaperArgs) -> Result<(SweepOutputs, [Files; 2], Option<OutputFile>), CliError> {
+fn prepare(args: &PaperArgs) -> Result<Files<'_>, CliError> {
     let numbers = match args.figure {
         Some(number) => number..=number,
         None => 1..=FIGURES,
     };
-    let figures = numbers.map(|number| format!("figure-{number}"));
-    let mut names = args.drawn.names(figures, &STUDY);
+    let stems: Vec<_> = numbers.map(|number| format!("figure-{number}")).collect();
+    let mut names = drawn(args).names(&stems);
     if args.figure.is_none() {
         names.extend([PAGE, RECORDING].map(str::to_owned));
-    }
-    args.overwrite.check_directory(&args.out, "--out", &names)?;
-    // The tables of an earlier or interrupted run are continued.
-    let tables = [TABLE, "sweep.arrows", SHORT_TABLE, "short.arrows"];
-    Overwrite::ALLOWED.check_directory(&args.out, "--out", &tables)?;
-    let scene_file = args.scene.input();
-    // A path inside the new directory is checked after the directory exists.
-    let json = args.json.as_deref();
-    let json = json.filter(|path| !is_stdout(path) && !path.starts_with(&args.out));
-    let overwrite = args.overwrite;
-    overwrite.check_all(scene_file, [("--json", Kind::JSON, json)])?;
-    // A scene file may be described itself.
-    let write = args.write.as_deref();
-    let [described] = overwrite.check_all(None, [("--write", Kind::SCENE, write)])?;
-    if args.figure.is_none() {
         resources::check_memory()?;
     }
-    interrupt::start_work();
-    std::fs::create_dir_all(&args.out).map_err(CliError::during("creation of the directory"))?;
-    let table = |name| SweepOutputs {
-        out: args.out.join(name),
-        figures: None,
-        drawn: args.drawn.clone(),
-        save: None,
-        json: None,
-        overwrite: Overwrite::ALLOWED,
+    let overwrite = args.output.overwrite;
+    overwrite.check_directory(&args.out, "--out", &names)?;
+    // The tables of an earlier or interrupted run are continued.
+    Overwrite::ALLOWED.check_directory(&args.out, "--out", &TABLES.concat())?;
+    let create = || {
+        interrupt::start_work();
+        std::fs::create_dir_all(&args.out).map_err(CliError::during("creation of the directory"))
     };
-    let outputs = SweepOutputs {
-        save: args.figure.is_none().then(|| args.out.join(RECORDING)),
-        json: args.json.clone(),
-        ..table(TABLE)
-    };
-    let short = table(SHORT_TABLE);
-    let kind = (Kind::STUDY_TABLE, Overwrite::ALLOWED);
-    let check = |outputs| Files::check((scene_file, outputs), &[], kind);
-    let files = [check(&outputs)?, check(&short)?];
-    Ok((outputs, files, described))
-}
-
-/// Writes a text file.
-fn write(path: &Path, text: &str) -> Result<WrittenFile, CliError> {
-    let file = OutputFile::check(path, "--out")?;
-    file.write(|out| out.write_all(text.as_bytes()))?;
-    Ok(WrittenFile::of(&file)?)
+    let json = args.output.json.as_ref();
+    // A path inside the new directory is checked after the directory exists.
+    if json.is_some_and(|path| path.starts_with(&args.out)) {
+        create()?;
+    }
+    // A scene file may be described itself.
+    let outputs = Outputs::new(None, &args.output);
+    let files = outputs
+        .file("--write", Kind::SCENE, args.write.as_ref())
+        .check()?;
+    create()?;
+    Ok(files)
 }
 
 /// The comparison with the paper.
@@ -211,60 +212,56 @@ pub(super) struct PaperResult {
     captions: Vec<String>,
 }
 
-/// The report for the terminal.
-fn text(scene: &str, result: &PaperResult) -> String {
-    let mut text = String::new();
-    if !result.claims.is_empty() {
-        let _ = writeln!(
-            text,
-            "{HEADING}{}{HEADING:#} (start: {}): {}",
-            escape::line(scene),
-            result.start,
-            words::score_text(&result.score)
-        );
-        let _ = writeln!(
-            text,
-            "  averages over 0.1 s, 0.05 s after the start: {}",
-            words::score_text(&result.short_average)
-        );
-    }
-    for finding in &result.claims {
-        let style = match finding.verdict {
-            Verdict::Met => MET,
-            Verdict::NotMet => NOT_MET,
-            _ => Style::new(),
-        };
-        let _ = writeln!(
-            text,
-            "  {:<13} {}\n  {:<13}   paper {}, simulation {}: {style}{}{style:#}",
-            finding.place,
-            finding.statement,
-            "",
-            finding.expected,
-            finding.measured,
-            words::verdict(finding)
-        );
-        if finding
-            .short_average
-            .as_ref()
-            .is_some_and(|short| short.verdict != finding.verdict)
-        {
-            let _ = writeln!(
-                text,
-                "  {:<13}   short average {}",
-                "",
-                words::short_average(finding)
+impl Report for PaperResult {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        if !self.claims.is_empty() {
+            let rest = format!(
+                " (start: {}): {}",
+                self.start,
+                words::score_text(&self.score)
             );
+            blocks.push(Block::heading(scene, rest));
+            blocks.push(Block::text(format!(
+                "averages over 0.1 s, 0.05 s after the start: {}",
+                words::score_text(&self.short_average)
+            )));
         }
+        for finding in &self.claims {
+            let tone = match finding.verdict {
+                Verdict::Met => Tone::Good,
+                Verdict::NotMet => Tone::Bad,
+                _ => Tone::Plain,
+            };
+            let Finding {
+                place,
+                statement,
+                expected,
+                measured,
+                ..
+            } = finding;
+            blocks.push(Block::text(format!("{place:<13} {statement}")));
+            blocks.push(Block::Text(vec![
+                format!("{:<13}   paper {expected}, simulation {measured}: ", "").into(),
+                tone.cell(words::verdict(finding)),
+            ]));
+            let short = finding.short_average.as_ref();
+            if short.is_some_and(|short| short.verdict != finding.verdict) {
+                let short = words::short_average(finding);
+                blocks.push(Block::text(format!("{:<13}   short average {short}", "")));
+            }
+        }
+        blocks.extend(self.captions.iter().map(Block::text));
+        blocks
     }
-    text.extend(result.captions.iter().map(|caption| format!("{caption}\n")));
-    text
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
-    use crate::cli::common_args::SceneArgs;
+    use crate::cli::tests::parsed;
     use crate::study::paper::claims;
     use crate::study::response::ResponsePlan;
     use crate::study::sweep::Axis;
@@ -291,21 +288,17 @@ mod tests {
     fn figures_captions_and_claims_are_written() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("paper");
-        let mut args = PaperArgs {
-            scene: SceneArgs::default(),
-            figure: None,
-            out: out.clone(),
-            overwrite: Default::default(),
-            drawn: Default::default(),
-            start: Start::Fresh,
-            seed: Some(4),
-            accuracy: Default::default(),
-            threads: None,
-            write: Some(folder.path().join("described.toml")),
-            json: Some(folder.path().join("paper.json")),
+        let line = |line: &str| -> PaperArgs {
+            let folder = folder.path().display().to_string();
+            parsed(&format!("--out @/paper --json @/paper.json {line}").replace('@', &folder))
         };
         let stop = AtomicBool::new(false);
-        execute(&args, &stop, short_plan).unwrap();
+        execute(
+            &line("--seed 4 --write @/described.toml"),
+            &stop,
+            short_plan,
+        )
+        .unwrap();
         let page = std::fs::read_to_string(out.join("README.md")).unwrap();
         assert!(
             page.contains("![figure-4](figure-4.png)\n\n**Fig. 4**, 2°. (a) Growth"),
@@ -342,20 +335,19 @@ mod tests {
         let about = Scene::parse("described.toml", described).unwrap().about;
         let counts = "Unstable modes at 2.0, 3.0, 3.5 and 5.0 deg: 4, not found (paper: 4), ";
         assert!(about.replace('\n', " ").contains(counts), "{about}");
-        args.write = None;
         // A second run reuses the sweep and draws only the selected figure.
-        args.figure = Some(9);
-        let refused = execute(&args, &stop, short_plan).unwrap_err();
+        let again = "--seed 4 --figure 9";
+        let refused = execute(&line(again), &stop, short_plan).unwrap_err();
         assert!(refused.to_string().contains("--force"), "{refused}");
-        args.overwrite = Overwrite::ALLOWED;
+        let again = format!("{again} --force");
         let before = std::fs::read(out.join("sweep.arrow")).unwrap();
-        execute(&args, &stop, short_plan).unwrap();
+        execute(&line(&again), &stop, short_plan).unwrap();
         assert_eq!(std::fs::read(out.join("sweep.arrow")).unwrap(), before);
         let drawn = std::fs::read_to_string(out.join("figure-9.svg")).unwrap();
         assert!(drawn.contains("</svg>"), "{drawn}");
         // A different sweep does not replace the table.
-        args.seed = Some(5);
-        let refused = execute(&args, &stop, short_plan).unwrap_err();
+        let other = again.replace("--seed 4", "--seed 5");
+        let refused = execute(&line(&other), &stop, short_plan).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
     }
 
@@ -393,19 +385,14 @@ mod tests {
     fn the_table_of_the_scene_is_reproduced() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        let args = PaperArgs {
-            scene: SceneArgs::default(),
-            figure: None,
-            out: path("paper"),
-            overwrite: Default::default(),
-            drawn: Default::default(),
-            start: table().start,
-            seed: None,
-            accuracy: Default::default(),
-            threads: None,
-            write: None,
-            json: Some(path("paper.json")),
-        };
+        let [out, json] = [path("paper"), path("paper.json")];
+        let line = format!(
+            "--out {} --json {} --start {}",
+            out.display(),
+            json.display(),
+            table().start
+        );
+        let args = parsed(&line);
         execute(
             &args,
             &AtomicBool::new(false),

@@ -1,6 +1,5 @@
 //! `squeakscope run`: simulate a scene and record it.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -11,24 +10,23 @@ use serde::Serialize;
 use super::args::RunArgs;
 use super::audit::{self, Audit};
 use super::common_args::changed;
-use super::document::{Document, WrittenFile};
+use super::console;
 use super::error::{Cause, CliError};
-use super::exponents::{RunExponents, divergence_text};
+use super::harness::{Files, Outputs, Watch};
 use super::interrupt;
-use super::output::{Kind, OutputFile};
-use super::progress::{Notifier, Progress};
-use super::report::{self, HEADING, WARNING};
+use super::output::Kind;
+use super::progress::Notifier;
 use super::resources::start_thread_pool;
 use crate::escape;
 use crate::export::SamplesSink;
 use crate::number::significant;
-use crate::pipeline::message::{SpectralLine, Summary};
+use crate::pipeline::message::{Exponents, SpectralLine, Summary, TrajectoryDivergence};
 use crate::pipeline::{Monitor, PipelineError, Sink, Tee, drive, source};
 use crate::record::{Output, RERUN_VERSION, RerunSink};
+use crate::report::{Block, Measured, Report, Table};
 use crate::scene::{Integrator, Scene};
 use crate::sound::WavSink;
 use crate::study::lyapunov::Classified;
-use crate::table::Table;
 
 /// The recording, if no output is given.
 const DEFAULT_RECORDING: &str = "squeak.rrd";
@@ -39,7 +37,7 @@ pub(super) struct RunResult<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
     /// Lyapunov exponents; `null` if the scene does not compute them or the run has not settled.
-    exponents: Option<RunExponents<'a>>,
+    exponents: Option<Classified<&'a Exponents>>,
     /// Peak memory: largest resident memory of the program, bytes; `null` if the system does not report it.
     peak_memory_bytes: Option<u64>,
     /// Integrator, as in the scene file.
@@ -50,6 +48,9 @@ pub(super) struct RunResult<'a> {
     audit: Option<Audit>,
     /// Quantity, place and peak level of the sound file; `null` without a sound file.
     audio: Option<String>,
+    /// Whether the scene has a joint.
+    #[serde(skip)]
+    is_joint: bool,
 }
 
 impl<'a> RunResult<'a> {
@@ -65,6 +66,7 @@ impl<'a> RunResult<'a> {
             tolerance: (!method.has_fixed_step()).then_some(tolerance),
             audit: Audit::of(summary),
             audio,
+            is_joint: scene.joint().is_ok(),
         }
     }
 }
@@ -79,58 +81,39 @@ fn peak_memory() -> Option<u64> {
     Some(1024 * kilobytes)
 }
 
-/// The output files.
-struct Outputs {
-    save: Option<OutputFile>,
-    npz: Option<OutputFile>,
-    wav: Option<OutputFile>,
-    json: Option<OutputFile>,
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// Bad input before any work; failure while running; an interrupt, after the results are written.
 pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliError> {
     let scene = scene(args)?;
-    report::print_warnings(&scene.warnings());
+    console::print_warnings(&scene.warnings());
     if args.strict && !audit::is_audited(&scene) {
         return Err(CliError::NotAudited);
     }
     let (recording, saved) = recording(args);
-    let [save, npz, wav, json] = args.overwrite.check_all(
-        args.scene.input(),
-        [
-            ("--save", recording, saved),
-            ("--npz", Kind::ARRAYS, args.npz.as_deref()),
-            ("--wav", Kind::SOUND, args.audio.wav.as_deref()),
-            ("--json", Kind::JSON, args.json.as_deref()),
-        ],
-    )?;
-    let outputs = Outputs {
-        save,
-        npz,
-        wav,
-        json,
-    };
-    let progress = Progress::of_simulation(scene.duration);
-    let simulated = simulate(args, &scene, &outputs, stop, &progress);
-    // Clears the bar before the report is printed.
-    drop(progress);
+    let outputs = Outputs::new(args.scene.input(), &args.output)
+        .file("--save", recording, saved)
+        .file("--npz", Kind::ARRAYS, args.npz.as_ref())
+        .file("--wav", Kind::SOUND, args.audio.wav.as_ref());
+    let files = outputs.check()?;
+    let watch = Watch::new(stop);
+    let simulated = simulate(args, &scene, &files, stop, &watch);
     let (summary, audio) = simulated.map_err(CliError::during("run"))?;
-    let files = [&outputs.save, &outputs.npz, &outputs.wav];
-    let files = files.into_iter().flatten().map(WrittenFile::of);
-    let files = files.collect::<Result<Vec<_>, _>>()?;
     let result = RunResult::new(&scene, &summary, audio);
-    Document::new(&result, &files)
-        .with_scene(&scene.name)
-        .deliver(&text(&scene, &result), outputs.json.as_ref())?;
-    if let Some(recording) = &outputs.save {
-        print_viewer_command(recording.path())?;
+    let saved = files.path("--save");
+    let ended = files.finish(watch, Some(&scene.name), &result, |files| {
+        ["--save", "--npz", "--wav"]
+            .into_iter()
+            .try_for_each(|option| files.write(option, |_| Ok::<_, CliError>(())))
+    });
+    if let Some(recording) = saved.filter(|_| matches!(ended, Ok(()) | Err(CliError::Interrupted)))
+    {
+        print_viewer_command(&recording)?;
     }
     match summary.interrupted {
-        true => audit::check(&summary, false).and(Err(CliError::Interrupted)),
-        false => audit::check(&summary, args.strict),
+        true => audit::check(&summary, false).and(ended),
+        false => ended.and_then(|()| audit::check(&summary, args.strict)),
     }
 }
 
@@ -139,31 +122,30 @@ pub(super) fn execute(args: &RunArgs, stop: &Arc<AtomicBool>) -> Result<(), CliE
 fn simulate(
     args: &RunArgs,
     scene: &Scene,
-    outputs: &Outputs,
+    files: &Files<'_>,
     stop: &Arc<AtomicBool>,
-    progress: &Progress,
+    watch: &Watch<'_>,
 ) -> Result<(Summary, Option<String>), Cause> {
     let command = command_line();
     // An invalid scene fails here, before a file is opened.
     let simulation = source(scene)?;
     start_thread_pool()?;
-    let path = |file: &Option<OutputFile>| file.as_ref().map(|file| file.path().to_owned());
-    let output = output(args, path(&outputs.save));
+    let output = output(args, files.path("--save"));
     interrupt::start_work();
     let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
     // The recording is the last sink, so it gets its final name only after the samples.
-    if let Some(path) = path(&outputs.npz) {
+    if let Some(path) = files.path("--npz") {
         sinks.push(Box::new(SamplesSink::new(path)));
     }
     let mut audio = None;
-    if let Some(path) = path(&outputs.wav) {
+    if let Some(path) = files.path("--wav") {
         let header = simulation.header(&command);
         let sink = WavSink::new(path, args.audio.source(), &header, args.time_stretch)?;
         audio = Some((sink.description(), sink.loudest()));
         sinks.push(Box::new(sink));
     }
     let mut part = None;
-    let notify = progress.notifier();
+    let notify = watch.notifier();
     if output != Output::default() {
         let notify = Arc::clone(&notify);
         let recording = RerunSink::new(&output, scene.record)?;
@@ -174,7 +156,9 @@ fn simulate(
     }
     let monitor = Monitor {
         stop,
-        progress: &|time| progress.set_position(time),
+        progress: &|time| {
+            watch.update(time / scene.duration, "simulating");
+        },
     };
     let done = drive(simulation, &command, &mut Tee::new(sinks), monitor);
     let summary = done.inspect_err(|fault| {
@@ -211,7 +195,7 @@ fn scene(args: &RunArgs) -> Result<Scene, CliError> {
 /// The file for the recording: the default file, which is replaced, if there is no other output.
 fn recording(args: &RunArgs) -> (Kind, Option<&Path>) {
     let watched = args.spawn || args.connect.is_some();
-    let files = [&args.npz, &args.audio.wav, &args.json];
+    let files = [&args.npz, &args.audio.wav, &args.output.json];
     let other = watched || files.into_iter().any(Option::is_some);
     match &args.save {
         None if !other => (
@@ -252,7 +236,7 @@ pub(super) fn print_viewer_command(recording: &Path) -> Result<(), CliError> {
     let path = shell_word(recording);
     let native = format!("pip install rerun-sdk=={RERUN_VERSION}; rerun {path}");
     let text = format!("\nopen with: squeakscope view {path}  (native viewer: {native})\n");
-    Ok(report::print(&text)?)
+    Ok(console::print(&text)?)
 }
 
 /// A path as one word of a shell command.
@@ -264,56 +248,63 @@ fn shell_word(path: &Path) -> String {
     }
 }
 
-/// The report for the terminal.
-fn text(scene: &Scene, result: &RunResult<'_>) -> String {
-    let summary = result.summary;
-    let is_joint = scene.joint().is_ok();
-    let place = match is_joint {
-        true => " at the central contact point",
-        false => "",
-    };
-    let mut text = format!(
-        "{HEADING}{}{HEADING:#}: {:.1} ms simulated in {:.2} s (simulation alone: {:.2} x real time)\n  \
-         amplitude {:.4} um, peak velocity {:.3} mm/s{place}\n",
-        escape::line(&scene.name),
-        summary.simulated * 1e3,
-        summary.wall,
-        summary.real_time_factor,
-        summary.amplitude * 1e6,
-        summary.peak_velocity * 1e3
-    );
-    if let Some(motion) = summary.describe_motion() {
-        let _ = writeln!(text, "  type of motion: {motion}");
-    }
-    if !summary.at_rest {
-        text += &lines(&summary.peaks);
-    }
-    text += &integration(is_joint, result);
-    if let Some(exponents) = &result.exponents {
-        text += &exponents.text();
-    }
-    if let Some(divergence) = &summary.divergence {
-        text += &divergence_text(divergence);
-    }
-    if summary.stats.steps_without_event_location > 0 {
-        let _ = writeln!(
-            text,
-            "  {WARNING}warning:{WARNING:#} {} steps passed contact events without locating them, because \
-             the events were too frequent",
-            summary.stats.steps_without_event_location
+impl Report for RunResult<'_> {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let summary = self.summary;
+        let rest = format!(
+            ": {:.1} ms simulated in {:.2} s (simulation alone: {:.2} x real time)",
+            summary.simulated * 1e3,
+            summary.wall,
+            summary.real_time_factor,
         );
+        let place = if self.is_joint {
+            " at the central contact point"
+        } else {
+            ""
+        };
+        let mut blocks = vec![
+            Block::heading(scene, rest),
+            Block::text(format!(
+                "amplitude {:.4} um, peak velocity {:.3} mm/s{place}",
+                summary.amplitude * 1e6,
+                summary.peak_velocity * 1e3
+            )),
+        ];
+        if let Some(motion) = summary.describe_motion() {
+            blocks.push(Block::text(format!("type of motion: {motion}")));
+        }
+        if !summary.at_rest {
+            blocks.push(lines(&summary.peaks));
+        }
+        blocks.extend(self.integration());
+        if let Some(exponents) = &self.exponents {
+            blocks.push(Block::text(exponents.line()));
+        }
+        if let Some(divergence) = &summary.divergence {
+            blocks.push(divergence_line(divergence));
+        }
+        let passed = summary.stats.steps_without_event_location;
+        if passed > 0 {
+            blocks.push(Block::Warning(format!(
+                "{passed} steps passed contact events without locating them, because the events were too frequent"
+            )));
+        }
+        if let Some(audio) = &self.audio {
+            blocks.push(Block::text(format!("sound: {audio}")));
+        }
+        blocks
     }
-    if let Some(audio) = &result.audio {
-        let _ = writeln!(text, "  sound: {audio}");
+
+    fn is_interrupted(&self) -> bool {
+        self.summary.interrupted
     }
-    text
 }
 
 /// The strongest lines of the spectrum. The recording has all of them.
-fn lines(lines: &[SpectralLine]) -> String {
+fn lines(lines: &[SpectralLine]) -> Block {
     const MAX_LINES: usize = 6;
     if lines.is_empty() {
-        return "  no lines in the spectrum\n".to_owned();
+        return Block::text("no lines in the spectrum");
     }
     let mut table = Table::default().right("").right("").left("");
     for line in lines.iter().take(MAX_LINES) {
@@ -323,44 +314,71 @@ fn lines(lines: &[SpectralLine]) -> String {
             line.label.clone(),
         ]);
     }
-    table.text()
+    Block::Table(table)
 }
 
-/// The integrator, its statistics and the energy residual.
-fn integration(is_joint: bool, result: &RunResult<'_>) -> String {
-    let Summary {
-        stats, transitions, ..
-    } = result.summary;
-    let events = match (is_joint, result.summary.audit) {
-        (false, _) => format!("{transitions} events"),
-        (true, Some(residual)) => {
-            format!("{transitions} contact transitions; relative energy residual {residual:.1e}")
+/// The divergence of the perturbed trajectory.
+fn divergence_line(divergence: &TrajectoryDivergence) -> Block {
+    let rate = divergence.line.map(|line| {
+        let rate = |sign: f64| Measured::new(sign * line.rate, line.half_width).unit("1/s");
+        if line.grows() {
+            format!(", growing at {}", rate(1.0))
+        } else if line.shrinks() {
+            format!(", shrinking at {}", rate(-1.0))
+        } else {
+            format!(", no significant growth ({})", rate(1.0))
         }
-        (true, None) => format!("{transitions} contact transitions; no energy audit"),
-    };
-    let tolerance = result
-        .tolerance
-        .map(|tolerance| format!(", tolerance {tolerance:e}"));
-    let fewer = result.summary.analysis_rate.filter(|rate| *rate < 1.0);
-    let fewer = fewer.map(|rate| {
-        let percent = significant(100.0 * rate, 2);
-        format!("  analyses at {percent} % of their rate, to keep up with real time\n")
     });
-    format!(
-        "  {}{}: {} steps, {} rejected, {} right-hand-side evaluations; {events}\n{}",
-        result.method,
-        tolerance.unwrap_or_default(),
-        stats.steps,
-        stats.rejections,
-        stats.rhs_evals,
-        fewer.unwrap_or_default()
-    )
+    let saturation = match divergence.saturated {
+        Some(time) => format!("saturated at {:.0} ms", 1e3 * time),
+        None => "not saturated".to_owned(),
+    };
+    Block::text(format!(
+        "perturbed trajectory, started at {:.0} ms: relative distance {:.1e}{}, {saturation}",
+        1e3 * divergence.start,
+        divergence.distance,
+        rate.unwrap_or_default()
+    ))
+}
+
+impl RunResult<'_> {
+    /// The integrator, its statistics and the energy residual.
+    fn integration(&self) -> Vec<Block> {
+        let Summary {
+            stats, transitions, ..
+        } = self.summary;
+        let events = match (self.is_joint, self.summary.audit) {
+            (false, _) => format!("{transitions} events"),
+            (true, Some(residual)) => {
+                format!(
+                    "{transitions} contact transitions; relative energy residual {residual:.1e}"
+                )
+            }
+            (true, None) => format!("{transitions} contact transitions; no energy audit"),
+        };
+        let tolerance = self.tolerance;
+        let tolerance = tolerance.map_or(String::new(), |tolerance| {
+            format!(", tolerance {tolerance:e}")
+        });
+        let mut blocks = vec![Block::text(format!(
+            "{}{tolerance}: {} steps, {} rejected, {} right-hand-side evaluations; {events}",
+            self.method, stats.steps, stats.rejections, stats.rhs_evals,
+        ))];
+        if let Some(rate) = self.summary.analysis_rate.filter(|rate| *rate < 1.0) {
+            let percent = significant(100.0 * rate, 2);
+            blocks.push(Block::text(format!(
+                "analyses at {percent} % of their rate, to keep up with real time"
+            )));
+        }
+        blocks
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::common_args::SceneArgs;
+    use crate::cli::tests::parsed;
+    use crate::pipeline::message::DivergenceFit;
 
     struct TestFolder {
         folder: tempfile::TempDir,
@@ -375,16 +393,16 @@ mod tests {
             }
         }
 
-        fn args(&self) -> RunArgs {
-            RunArgs {
-                scene: SceneArgs {
-                    scene: Some("mass-on-belt".to_owned()),
-                    ..SceneArgs::default()
-                },
-                save: Some(self.folder.path().join("out.rrd")),
-                json: Some(self.folder.path().join("out.json")),
-                ..RunArgs::default()
-            }
+        /// Runs the mass on a belt with a recording and JSON; `@` is the folder.
+        fn run(&self, line: &str) -> Result<(), CliError> {
+            self.run_scene(&format!(
+                "mass-on-belt --save @/out.rrd --json @/out.json {line}"
+            ))
+        }
+
+        fn run_scene(&self, line: &str) -> Result<(), CliError> {
+            let folder = self.folder.path().display().to_string();
+            execute(&parsed(&line.replace('@', &folder)), &self.stop)
         }
 
         fn json(&self) -> serde_json::Value {
@@ -396,11 +414,7 @@ mod tests {
     #[test]
     fn a_run_lists_its_files() {
         let test = TestFolder::new();
-        let args = RunArgs {
-            duration: Some(12.0),
-            ..test.args()
-        };
-        execute(&args, &test.stop).expect("success");
+        test.run("--duration 12").expect("success");
         let report = test.json();
         assert_eq!(report["simulated_s"], 0.012);
         assert_eq!(report["interrupted"], false);
@@ -414,7 +428,7 @@ mod tests {
     fn an_interrupted_run_keeps_its_results() {
         let test = TestFolder::new();
         test.stop.store(true, std::sync::atomic::Ordering::Relaxed);
-        let error = execute(&test.args(), &test.stop).expect_err("interrupted");
+        let error = test.run("").expect_err("interrupted");
         assert_eq!(error.exit_code(), 130);
         assert_eq!(test.json()["interrupted"], true);
     }
@@ -425,7 +439,7 @@ mod tests {
         // The viewer does not exist.
         let args = RunArgs {
             connect: Some("rerun+nonsense://".to_owned()),
-            ..test.args()
+            ..parsed("mass-on-belt")
         };
         let error = execute(&args, &test.stop).expect_err("failed");
         assert_eq!(error.exit_code(), 1);
@@ -435,41 +449,17 @@ mod tests {
     #[test]
     fn bad_input_is_found_before_any_work() {
         let test = TestFolder::new();
-        let bad = [
-            RunArgs {
-                tilt: Some(91.0),
-                ..test.args()
-            },
-            RunArgs {
-                tilt: Some(f64::NAN),
-                ..test.args()
-            },
-            RunArgs {
-                duration: Some(0.0),
-                ..test.args()
-            },
-            RunArgs {
-                scene: SceneArgs {
-                    scene: Some("torus".to_owned()),
-                    ..SceneArgs::default()
-                },
-                ..test.args()
-            },
-            RunArgs {
-                npz: Some(PathBuf::from("absent/folder/out.npz")),
-                ..test.args()
-            },
-            RunArgs {
-                save: Some(test.folder.path().to_owned()),
-                ..test.args()
-            },
-            RunArgs {
-                npz: test.args().json,
-                ..test.args()
-            },
-        ];
-        for args in bad {
-            let error = execute(&args, &test.stop).expect_err("refused");
+        let outputs = "--save @/out.rrd --json @/out.json";
+        for line in [
+            format!("mass-on-belt {outputs} --tilt 91"),
+            format!("mass-on-belt {outputs} --tilt NaN"),
+            format!("mass-on-belt {outputs} --duration 0"),
+            format!("torus {outputs}"),
+            format!("mass-on-belt {outputs} --npz absent/folder/out.npz"),
+            "mass-on-belt --save @".to_owned(),
+            "mass-on-belt --npz @/out.npz --json @/out.npz".to_owned(),
+        ] {
+            let error = test.run_scene(&line).expect_err(&line);
             assert_eq!(error.exit_code(), 2, "{error}");
             assert!(!test.folder.path().join("out.rrd").exists());
         }
@@ -496,38 +486,61 @@ mod tests {
         assert_eq!(value["lines"][0]["amplitude"], 0.016);
         assert_eq!(value["steps"], 0);
         assert_eq!(value["peak_velocity_m_per_s"], serde_json::Value::Null);
-        let text = text(&scene, &result);
+        let text = crate::report::markdown(&result.blocks(&scene.name));
         assert!(text.contains("4117.0 Hz"), "{text}");
         assert!(text.contains("amplitude 0.6900 um"), "{text}");
     }
 
     #[test]
     fn the_default_output_is_a_recording() {
-        let none = RunArgs::default();
-        assert_eq!(recording(&none).1, Some(Path::new("squeak.rrd")));
-        let watched = RunArgs {
-            spawn: true,
-            ..RunArgs::default()
-        };
-        assert_eq!(recording(&watched).1, None);
-        assert!(output(&watched, None).spawn);
-        let json = RunArgs {
-            json: Some(PathBuf::from("a.json")),
-            ..RunArgs::default()
-        };
-        assert_eq!(recording(&json).1, None);
-        let both = RunArgs {
-            save: Some(PathBuf::from("a.rrd")),
-            connect: Some("rerun+http://host/proxy".to_owned()),
-            ..RunArgs::default()
-        };
-        assert_eq!(recording(&both).1, Some(Path::new("a.rrd")));
+        let saved = |line: &str| recording(&parsed(line)).1.map(Path::to_owned);
+        assert_eq!(saved(""), Some(PathBuf::from("squeak.rrd")));
+        assert_eq!(saved("--spawn"), None);
+        assert!(output(&parsed("--spawn"), None).spawn);
+        assert_eq!(saved("--json a.json"), None);
+        let both = "--save a.rrd --connect rerun+http://host/proxy";
+        assert_eq!(saved(both), Some(PathBuf::from("a.rrd")));
         let expected = Output {
             save: Some(PathBuf::from("a.rrd")),
-            connect: both.connect.clone(),
+            connect: Some("rerun+http://host/proxy".to_owned()),
             spawn: false,
         };
-        assert_eq!(output(&both, both.save.clone()), expected);
+        assert_eq!(output(&parsed(both), saved(both)), expected);
         assert_eq!(shell_word(Path::new("a b.rrd")), "\"a b.rrd\"");
+    }
+
+    #[test]
+    fn divergence_is_printed_in_a_line() {
+        let line = |divergence: &TrajectoryDivergence| {
+            crate::report::markdown(&[divergence_line(divergence)])
+        };
+        let mut divergence = TrajectoryDivergence {
+            time: 0.2,
+            start: 0.05,
+            distance: 2e-3,
+            line: None,
+            saturated: None,
+        };
+        assert_eq!(
+            line(&divergence),
+            "perturbed trajectory, started at 50 ms: relative distance 2.0e-3, not saturated\n"
+        );
+        divergence.line = Some(DivergenceFit {
+            rate: 70.0,
+            half_width: 5.0,
+            since: 0.06,
+            intercept: 0.0,
+        });
+        divergence.saturated = Some(0.18);
+        let text = line(&divergence);
+        assert!(text.ends_with("growing at 70.0 ± 5.0 1/s, saturated at 180 ms\n"));
+        divergence.line = divergence
+            .line
+            .map(|line| DivergenceFit { rate: 3.0, ..line });
+        let text = line(&divergence);
+        assert!(
+            text.contains("no significant growth (3.0 ± 5.0 1/s)"),
+            "{text}"
+        );
     }
 }

@@ -4,13 +4,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::args::ScenesArgs;
-use super::document::Document;
+use super::console;
 use super::error::CliError;
-use super::output::Kind;
-use super::report::{self, HEADING};
-use crate::escape;
-use crate::scene::{PRESETS, Scene, SceneError, key_reference};
-use crate::table::Table;
+use super::harness::Outputs;
+use crate::report::{Block, Cell, Report, Table, Tone};
+use crate::scene::{PRESETS, Scene, SceneComparison, SceneError, key_reference};
 
 /// The built-in scenes.
 #[derive(Serialize, JsonSchema)]
@@ -49,38 +47,43 @@ impl<'a> From<&'a Scene> for Entry<'a> {
 /// Runs the command.
 ///
 /// # Errors
-/// If the scene is unknown or invalid, or the JSON file cannot be written.
+/// If a scene is unknown or invalid, or the JSON file cannot be written.
 pub(super) fn scenes(args: &ScenesArgs) -> Result<(), CliError> {
     if args.keys {
-        return Ok(report::print(key_reference().trim_start())?);
+        return Ok(console::print(key_reference().trim_start())?);
     }
-    let [json] = args
-        .overwrite
-        .check_all(None, [("--json", Kind::JSON, args.json.as_deref())])?;
-    match &args.scene.scene {
-        None => {
-            let scenes = PRESETS.iter().map(|preset| preset.scene());
-            let scenes = scenes.collect::<Result<Vec<_>, SceneError>>()?;
-            let entries = scenes.iter().map(Entry::from).collect();
-            Document::new(&Scenes { scenes: entries }, &[])
-                .deliver(&list(&scenes), json.as_ref())?;
-        }
-        Some(_) => {
-            let scene = args.scene.load()?;
-            report::print_warnings(&scene.warnings());
-            // The exact text of the scene file, which can be saved and run.
-            Document::new(&Entry::from(&scene), &[]).deliver(&scene.text, json.as_ref())?;
-        }
+    let files = Outputs::new(None, &args.output).check()?;
+    if let [one, other] = &args.compare[..] {
+        return files.deliver(
+            None,
+            &SceneComparison::new(&Scene::load(one)?, &Scene::load(other)?),
+        );
     }
-    Ok(())
+    if args.scene.scene.is_some() {
+        let scene = args.scene.load()?;
+        console::print_warnings(&scene.warnings());
+        return files.deliver(None, &Entry::from(&scene));
+    }
+    let scenes = PRESETS.iter().map(|preset| preset.scene());
+    let scenes = scenes.collect::<Result<Vec<_>, SceneError>>()?;
+    let scenes = scenes.iter().map(Entry::from).collect();
+    files.deliver(None, &Scenes { scenes })
 }
 
-/// The scenes, one per line.
-fn list(scenes: &[Scene]) -> String {
-    let mut table = Table::default().left("").left("");
-    for scene in scenes {
-        let [name, title] = [&scene.name, &scene.title].map(|text| escape::line(text));
-        table.row([format!("{HEADING}{name}{HEADING:#}"), title.into_owned()]);
+impl Report for Entry<'_> {
+    /// The exact text of the scene file, which can be saved and run.
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        vec![Block::Code(self.toml.to_owned())]
     }
-    table.text() + "\n`squeakscope scenes NAME` prints a scene, `squeakscope run NAME` runs it.\n"
+}
+
+impl Report for Scenes<'_> {
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        let mut table = Table::default().left("").left("");
+        for Entry { name, title, .. } in &self.scenes {
+            table.row([Tone::Strong.cell(name), Cell::from(*title)]);
+        }
+        let hint = "`squeakscope scenes NAME` prints a scene, `squeakscope run NAME` runs it.";
+        vec![Block::Table(table), Block::Code(format!("{hint}\n"))]
+    }
 }

@@ -12,19 +12,19 @@ use serde_json::Value;
 
 use super::analyse_files::AnalysedFiles;
 use super::args::SchemaArgs;
-use super::document::Document;
+use super::console;
 use super::error::CliError;
-use super::lyapunov_text::LyapunovResult;
+use super::harness::Document;
 use super::model::Size;
 use super::paper::PaperResult;
-use super::report;
 use super::run::RunResult;
 use super::scenes::{Entry, Scenes};
-use super::stability::StabilityResult;
+use crate::study::StabilityResult;
 use crate::study::basins::Basins;
 use crate::study::branch::{Branch, StabilityMap};
 use crate::study::cost::Cost;
 use crate::study::friction_fit::FrictionFit;
+use crate::study::lyapunov::LyapunovResult;
 use crate::study::signal::AnalysedFile;
 use crate::study::sweep::SweepResult;
 
@@ -73,8 +73,8 @@ impl ResultOf {
         match self {
             Self::Run => root::<Document<RunResult<'_>>>(),
             Self::Stability => root::<Document<StabilityResult>>(),
-            Self::Lyapunov => root::<Document<LyapunovResult<'_>>>(),
-            Self::Sweep | Self::Merge => root::<Document<SweepResult<'_>>>(),
+            Self::Lyapunov => root::<Document<LyapunovResult>>(),
+            Self::Sweep | Self::Merge => root::<Document<SweepResult>>(),
             Self::Branch => root::<Either<Branch, StabilityMap>>(),
             Self::Basins => root::<Document<Basins>>(),
             Self::Paper => root::<Document<PaperResult>>(),
@@ -128,7 +128,7 @@ pub(super) fn schema(args: &SchemaArgs) -> Result<(), CliError> {
             .map(|command| format!("{}\n", command.get_name()))
             .collect(),
     };
-    Ok(report::print(&text)?)
+    Ok(console::print(&text)?)
 }
 
 #[cfg(test)]

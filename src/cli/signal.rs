@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::console::{print_notice, print_warning};
 use super::error::CliError;
 use super::progress::Progress;
-use super::report::{print_notice, print_warning};
 use crate::import::{Format, ImportError, Selection, Signal, Table, read_signal_with};
 use crate::record::{paths, read_series};
 
@@ -15,7 +15,7 @@ pub(super) fn read(path: &Path, selection: &Selection) -> Result<Signal, CliErro
         problem,
     };
     if Format::of(path).map_err(failed)? != Format::Rrd {
-        let progress = Progress::of_phases();
+        let progress = Progress::new();
         let mut watch = |share| progress.update(share, "reading");
         let mut warn = |damage: &str| {
             print_warning(&format!(

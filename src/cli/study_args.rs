@@ -7,8 +7,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Arguments, ValueEnum, value_parser};
 
 use super::common_args::{AccuracyArgs, SceneArgs, positive, tilts};
-use super::figures::FigureArgs;
-use super::output::Overwrite;
+use super::figures::{FigureArgs, FigureStyle};
+use super::harness::OutputArgs;
 use super::steps::{Keyed, Steps};
 use crate::study::sweep::{Shard, Start};
 
@@ -112,13 +112,10 @@ pub struct PaperArgs {
         conflicts_with = "figure"
     )]
     pub write: Option<PathBuf>,
-    /// Also write the comparison as JSON; `-` prints it instead of the table.
-    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub drawn: FigureStyle,
 }
 
 /// Arguments of `squeakscope cost`.
@@ -126,16 +123,10 @@ pub struct PaperArgs {
 pub struct CostArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Also write the result as JSON.
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the error of each setting against time to this directory.
-    #[arg(long, value_name = "DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub figures: FigureArgs,
 }
 
 /// Transient, measurement and accuracy of the responses of a sweep.
@@ -202,16 +193,10 @@ pub struct SweepOutputs {
     /// parameter.
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
-    /// Also write all results as JSON; `-` prints them instead of the table.
-    #[arg(long, value_name = "FILE|-")]
-    pub json: Option<PathBuf>,
     #[command(flatten)]
-    pub overwrite: Overwrite,
-    /// Draw the figures to this directory.
-    #[arg(long, value_name = "DIR", help_heading = "Figures")]
-    pub figures: Option<PathBuf>,
+    pub output: OutputArgs,
     #[command(flatten)]
-    pub drawn: FigureArgs,
+    pub figures: FigureArgs,
 }
 
 /// Initial states of the points of a sweep: one [`Start`], or several.

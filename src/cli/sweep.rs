@@ -2,25 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use super::document::{Document, WrittenFile};
+use super::console;
 use super::error::CliError;
-use super::figures::{STUDY, draw};
-use super::interrupt;
-use super::output::{Kind, OutputFile, Overwrite, is_stdout};
-use super::progress::Progress;
-use super::report::{self, HEADING, WARNING};
+use super::figures::STUDY;
+use super::harness::{Files, Outputs, Watch};
+use super::output::Kind;
 use super::resources;
 use super::run::command_line;
 use super::steps::Keyed;
 use super::study_args::{MergeArgs, ResponseArgs, SweepArgs, SweepOutputs, WorkArgs};
-use crate::dynamics::continuation::BifurcationKind;
-use crate::escape;
 use crate::joint::BallJoint;
-use crate::number::{fixed, quantity, uncertain};
 use crate::plot::sweep_figures;
 use crate::record::sweep::{SweepStudy, save_sweep};
 use crate::scene::Parameter;
@@ -31,13 +25,12 @@ use crate::study::sweep::{
     TableError, TableWriter, read_table, sweep, write_table,
 };
 use crate::study::threads;
-use crate::table::Table;
 
 /// Default tilts, degrees: first, last, step, as in Fig. 11.
 const TILTS: [f64; 3] = [1.0, 8.0, 0.5];
 
-/// Largest number of points that are printed as a table.
-const MAX_ROWS: usize = 100;
+/// The table while it grows: an Arrow stream, which is removed when the table is complete.
+const GROWING: &str = "--out, while it grows";
 
 /// Runs `squeakscope sweep`.
 ///
@@ -47,24 +40,40 @@ const MAX_ROWS: usize = 100;
 pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliError> {
     let plan = plan(args)?;
     check_timeline(&plan, &args.outputs)?;
-    report::print_study_warnings(&plan.scene);
-    report::print_fixed(&plan.scene, plan.axes.iter().map(Axis::parameter));
-    let scene = args.scene.input();
-    let overwrite = args.outputs.overwrite.or(args.work.resume);
-    let files = Files::check(
-        (scene, &args.outputs),
-        &names(&plan),
-        (Kind::STUDY_TABLE, overwrite),
-    )?;
-    let (mut points, done) = compute_points(&plan, &args.work, &files, stop)?;
+    console::print_study_warnings(&plan.scene);
+    console::print_fixed(&plan.scene, plan.axes.iter().map(Axis::parameter));
+    let outputs = outputs(
+        args.scene.input(),
+        &args.outputs,
+        Kind::STUDY_TABLE,
+        stems(&plan),
+    );
+    let files = outputs.resumed(args.work.resume).check()?;
+    let watch = Watch::new(stop);
+    let (points, done) = compute_points(&plan, &args.work, &files, &watch)?;
     let shard = args.work.shard.unwrap_or(Shard::WHOLE);
-    let outputs = (&args.outputs, &files);
-    deliver(&plan, &mut points, outputs, (shard, !done), stop)?;
-    if done {
-        Ok(())
-    } else {
-        Err(CliError::Interrupted)
-    }
+    let result = result(&plan, points, (shard, !done), &watch);
+    files.finish(watch, Some(&plan.scene.name), &result, |files| {
+        write(&plan, &result, files)
+    })
+}
+
+/// The outputs of a study over parameters; `stems` are those of the figures' file names.
+pub(super) fn outputs<'a>(
+    input: Option<&'a OsStr>,
+    args: &'a SweepOutputs,
+    table: Kind,
+    stems: Vec<String>,
+) -> Outputs<'a> {
+    Outputs::new(input, &args.output)
+        .file("--out", table, Some(&args.out))
+        .file(
+            GROWING,
+            Kind::GROWING_TABLE,
+            Some(args.out.with_extension("arrows")),
+        )
+        .file("--save", Kind::RECORDING, args.save.as_ref())
+        .figures(&args.figures, STUDY, stems)
 }
 
 /// Computes the points that the table lacks and adds them to it. Returns all known points, and whether the
@@ -72,17 +81,31 @@ pub(super) fn execute(args: &SweepArgs, stop: &AtomicBool) -> Result<(), CliErro
 pub(super) fn compute_points(
     plan: &SweepPlan,
     work: &WorkArgs,
-    files: &Files,
-    stop: &AtomicBool,
+    files: &Files<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(Vec<SweepPoint>, bool), CliError> {
-    let known = known_points(work.resume, plan, files)?;
+    let paths = ["--out", GROWING].map(|option| files.path(option).expect("is always written"));
+    compute_missing(plan, work, paths, watch)
+}
+
+/// As [`compute_points`], with the paths of the table, complete and growing.
+pub(super) fn compute_missing(
+    plan: &SweepPlan,
+    work: &WorkArgs,
+    [table, growing]: [std::path::PathBuf; 2],
+    watch: &Watch<'_>,
+) -> Result<(Vec<SweepPoint>, bool), CliError> {
+    let known = if work.resume {
+        known_points(plan, [&growing, &table])?
+    } else {
+        Vec::new()
+    };
     resources::start_thread_pool()?;
-    interrupt::start_work();
+    super::interrupt::start_work();
     let mut recorder = Recorder {
-        table: TableWriter::new(files.growing.path(), plan, &known)?,
+        table: TableWriter::new(&growing, plan, &known)?,
         points: known.clone(),
-        progress: Progress::with_estimate(),
-        stop,
+        watch,
     };
     let shard = work.shard.unwrap_or(Shard::WHOLE);
     let threads = threads(work.threads);
@@ -111,12 +134,7 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
         })
     })?;
     check_timeline(&plan, &args.outputs)?;
-    let outputs = (None, &args.outputs);
-    let files = Files::check(
-        outputs,
-        &names(&plan),
-        (Kind::TABLE, args.outputs.overwrite),
-    )?;
+    let files = outputs(None, &args.outputs, Kind::TABLE, stems(&plan)).check()?;
     // Points by their index in the plan.
     let mut merged: BTreeMap<usize, SweepPoint> = BTreeMap::new();
     for read in std::iter::once(Ok((path, first))).chain(tables) {
@@ -136,18 +154,16 @@ pub(super) fn merge(args: &MergeArgs, stop: &AtomicBool) -> Result<(), CliError>
             }
         }
     }
-    let mut merged: Vec<SweepPoint> = merged.into_values().collect();
-    deliver(
-        &plan,
-        &mut merged,
-        (&args.outputs, &files),
-        (Shard::WHOLE, false),
-        stop,
-    )
+    let merged = merged.into_values().collect();
+    let watch = Watch::new(stop);
+    let result = result(&plan, merged, (Shard::WHOLE, false), &watch);
+    files.finish(watch, Some(&plan.scene.name), &result, |files| {
+        write(&plan, &result, files)
+    })
 }
 
 /// Stems of the figures' file names, which do not depend on the points.
-fn names(plan: &SweepPlan) -> Vec<String> {
+fn stems(plan: &SweepPlan) -> Vec<String> {
     let figures = sweep_figures(plan, &[]).into_iter();
     figures.map(|figure| figure.name).collect()
 }
@@ -165,58 +181,11 @@ fn check_timeline(plan: &SweepPlan, outputs: &SweepOutputs) -> Result<(), CliErr
     }
 }
 
-/// The output files.
-pub(super) struct Files {
-    table: OutputFile,
-    /// The table while it grows: an Arrow stream, which is removed when the table is complete.
-    growing: OutputFile,
-    pub json: Option<OutputFile>,
-    save: Option<OutputFile>,
-}
-
-impl Files {
-    /// Checks all outputs; `figures` are the stems of the figures' file names.
-    pub fn check(
-        (input, outputs): (Option<&OsStr>, &SweepOutputs),
-        figures: &[String],
-        (kind, overwrite): (Kind, Overwrite),
-    ) -> Result<Self, CliError> {
-        let growing = outputs.out.with_extension("arrows");
-        let json = outputs.json.as_deref().filter(|path| !is_stdout(path));
-        let [table, growing, json, save] = overwrite.check_all(
-            input,
-            [
-                ("--out", kind, Some(&*outputs.out)),
-                ("--out", Kind::GROWING_TABLE, Some(&*growing)),
-                ("--json", Kind::JSON, json),
-                ("--save", Kind::RECORDING, outputs.save.as_deref()),
-            ],
-        )?;
-        if let Some(directory) = &outputs.figures {
-            let names = outputs.drawn.names(figures, &STUDY);
-            overwrite.check_directory(directory, "--figures", &names)?;
-        }
-        if save.is_some() {
-            resources::check_memory()?;
-        }
-        match (table, growing) {
-            (Some(table), Some(growing)) => Ok(Self {
-                table,
-                growing,
-                json,
-                save,
-            }),
-            _ => unreachable!("both paths are given"),
-        }
-    }
-}
-
 /// Writes each point to the tables and shows the progress.
 struct Recorder<'a> {
     table: TableWriter,
     points: Vec<SweepPoint>,
-    progress: Progress,
-    stop: &'a AtomicBool,
+    watch: &'a Watch<'a>,
 }
 
 impl SweepObserver for Recorder<'_> {
@@ -230,95 +199,91 @@ impl SweepObserver for Recorder<'_> {
 
     fn on_progress(&mut self, progress: SweepProgress) -> bool {
         let SweepProgress { done, all, share } = progress;
-        self.progress
-            .update(share, format!("{done} of {all} points"));
-        !self.stop.load(Ordering::Relaxed)
+        self.watch.update(share, format!("{done} of {all} points"))
     }
 }
 
-/// Writes the complete tables, draws the figures, and prints the report.
-fn deliver(
+/// The result with the bifurcations that end its hysteresis.
+fn result(
     plan: &SweepPlan,
-    points: &mut [SweepPoint],
-    (outputs, files): (&SweepOutputs, &Files),
+    points: Vec<SweepPoint>,
     (shard, interrupted): (Shard, bool),
-    stop: &AtomicBool,
-) -> Result<(), CliError> {
-    let mut written = vec![write_points(plan, points, files, !interrupted)?];
-    // The report is printed even if a file cannot be written.
-    let drawn = draw(
-        outputs.figures.as_deref(),
-        || sweep_figures(plan, points),
-        (&outputs.drawn, &STUDY),
-        &mut written,
-    );
-    written.extend(write_recording(plan, points, files, None)?);
+    watch: &Watch<'_>,
+) -> SweepResult {
     let mut result = SweepResult::new(plan, points, shard, interrupted);
     if !interrupted && !result.hysteresis.is_empty() {
-        let progress = Progress::of_phases();
-        let ends = hysteresis_ends(plan, points, &result.hysteresis, &mut |_| {
-            progress.update(1.0, "branches that end the hysteresis");
-            interrupt::should_continue(stop)
+        let ends = hysteresis_ends(plan, &result.points, &result.hysteresis, &mut |_| {
+            watch.update(1.0, "branches that end the hysteresis")
         });
-        drop(progress);
         match ends {
             Ok(ends) => result.hysteresis_ends = ends,
-            Err(source) => report::print_warning(&format!("hysteresis: {source}")),
+            Err(source) => console::print_warning(&format!("hysteresis: {source}")),
         }
     }
-    let document = Document::new(&result, &written).with_scene(&plan.scene.name);
-    let text = text(&plan.scene.name, &result);
-    document.deliver_or_print(&text, outputs.json.as_deref(), files.json.as_ref())?;
+    result
+}
+
+/// Writes tables, figures and recording.
+fn write(plan: &SweepPlan, result: &SweepResult, files: &mut Files<'_>) -> Result<(), CliError> {
+    write_points(plan, &result.points, files, !result.interrupted)?;
+    // The recording is written even if a figure cannot be.
+    let drawn = files.draw(|| sweep_figures(plan, &result.points));
+    write_recording(plan, &result.points, files)?;
     drawn
 }
 
 /// Writes the complete table and removes that which grew; the latter stays for `--resume` if points are missing.
 pub(super) fn write_points(
     plan: &SweepPlan,
-    points: &mut [SweepPoint],
-    files: &Files,
+    points: &[SweepPoint],
+    files: &mut Files<'_>,
     complete: bool,
-) -> Result<WrittenFile, CliError> {
+) -> Result<(), CliError> {
+    let growing = files.path(GROWING);
     if !complete {
-        return Ok(WrittenFile::of(&files.growing)?);
+        return Ok(growing.map_or(Ok(()), |path| files.add(&path))?);
     }
-    write_table(files.table.path(), plan, points)?;
-    // A merge has none.
-    let _ = std::fs::remove_file(files.growing.path());
-    Ok(WrittenFile::of(&files.table)?)
+    files.write("--out", |file| write_table(file.path(), plan, points))?;
+    if let Some(path) = growing {
+        // A merge has none.
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
 }
 
-/// Writes the recording, if it is requested and there are points; with `ball`, it shows the modes of ball and
-/// beam.
+/// Writes the recording, if it is requested and there are points.
 pub(super) fn write_recording(
     plan: &SweepPlan,
     points: &[SweepPoint],
-    files: &Files,
+    files: &mut Files<'_>,
+) -> Result<(), CliError> {
+    if points.is_empty() {
+        return Ok(());
+    }
+    files.write("--save", |file| record(plan, points, file.path(), None))
+}
+
+/// Saves a recording; with `ball`, it shows the modes of ball and beam.
+pub(super) fn record(
+    plan: &SweepPlan,
+    points: &[SweepPoint],
+    path: &Path,
     ball: Option<&BallJoint>,
-) -> Result<Option<WrittenFile>, CliError> {
-    let Some(file) = files.save.as_ref().filter(|_| !points.is_empty()) else {
-        return Ok(None);
-    };
+) -> Result<(), CliError> {
     let sweep = SweepStudy {
         plan,
         points,
         command: &command_line(),
         ball,
     };
-    save_sweep(file.path(), &sweep).map_err(CliError::during("recording"))?;
-    Ok(Some(WrittenFile::of(file)?))
+    save_sweep(path, &sweep).map_err(CliError::during("recording"))
 }
 
-/// The points of an existing table that is resumed: the one that grew, or else the complete one.
-fn known_points(
-    resume: bool,
-    plan: &SweepPlan,
-    files: &Files,
-) -> Result<Vec<SweepPoint>, CliError> {
+/// The points of an existing table that is resumed: the first of these that has points.
+fn known_points(plan: &SweepPlan, tables: [&Path; 2]) -> Result<Vec<SweepPoint>, CliError> {
     // An empty file: the sweep was killed before its first point.
     let has_points = |path: &&Path| path.metadata().is_ok_and(|file| file.len() > 0);
-    let mut tables = [files.growing.path(), files.table.path()].into_iter();
-    let Some(path) = tables.find(has_points).filter(|_| resume) else {
+    let Some(path) = tables.into_iter().find(has_points) else {
         return Ok(Vec::new());
     };
     let table = read_table(path)?;
@@ -330,7 +295,7 @@ fn known_points(
 /// Warns if a table is truncated.
 fn warn_if_truncated(path: &Path, table: &SweepTable) {
     if table.truncated {
-        report::print_warning(&format!(
+        console::print_warning(&format!(
             "`{}` is truncated after {} points; any further points are lost",
             path.display(),
             table.points.len()
@@ -420,120 +385,6 @@ pub(super) fn response_plan(args: &ResponseArgs, portrait: bool) -> ResponsePlan
         portrait,
         max_rhs_evals: None,
     }
-}
-
-/// The report for the terminal.
-fn text(scene: &str, result: &SweepResult<'_>) -> String {
-    let scene = escape::line(scene);
-    let mut text = format!(
-        "{HEADING}{scene}{HEADING:#} over {}\n",
-        result.axes.join(" and ")
-    );
-    let (known, part) = (result.points_computed, result.points_in_shard);
-    if known < part {
-        let _ = writeln!(
-            text,
-            "  {WARNING}{known} of {part} points{WARNING:#} computed; --resume computes the rest"
-        );
-    } else if known < result.points_total {
-        let _ = writeln!(
-            text,
-            "  a shard: {known} of {} points; `squeakscope merge` joins the shards",
-            result.points_total
-        );
-    }
-    for stretch in &result.regime_intervals {
-        let values = match stretch.from == stretch.to {
-            true => stretch.from.to_string(),
-            false => format!("{} to {}", stretch.from, stretch.to),
-        };
-        let _ = writeln!(text, "  {:>4}  {values}: {}", stretch.start, stretch.regime);
-    }
-    for transition in &result.transitions {
-        if let Some(doubling) = &transition.doubling {
-            let _ = writeln!(
-                text,
-                "  {:>4}  between {} and {}: {doubling}",
-                transition.start, transition.from, transition.to
-            );
-        }
-    }
-    if !result.hysteresis.is_empty() {
-        let values: Vec<String> = result.hysteresis.iter().map(f64::to_string).collect();
-        let _ = writeln!(
-            text,
-            "  hysteresis: upward and downward differ at {}",
-            values.join(", ")
-        );
-    }
-    for end in &result.hysteresis_ends {
-        let what = match end.kind {
-            BifurcationKind::Fold => "ends",
-            _ => "loses its stability",
-        };
-        let _ = writeln!(
-            text,
-            "    the motion of {} {what} at {:.6} ({})",
-            quantity(end.frequency_hz, 5, "Hz"),
-            end.value,
-            end.kind
-        );
-    }
-    if result.points.len() <= MAX_ROWS {
-        let _ = writeln!(text, "\n{}", table(result).text());
-    }
-    let count = |is_counted: fn(&SweepPoint) -> bool| {
-        let counted = result.points.iter().filter(|point| is_counted(point));
-        counted.count()
-    };
-    let failed = count(|point| point.outcome.is_err());
-    if failed > 0 {
-        let _ = writeln!(
-            text,
-            "  {WARNING}{failed} points{WARNING:#} failed; the column `error` of the table has the reasons"
-        );
-    }
-    let unsettled = count(SweepPoint::is_unsettled);
-    if unsettled > 0 {
-        let _ = writeln!(
-            text,
-            "  {WARNING}{unsettled} points{WARNING:#} (marked *) had not settled before the measurement; \
-             raise --max-transient"
-        );
-    }
-    text
-}
-
-/// The points, one per row.
-fn table(result: &SweepResult<'_>) -> Table {
-    let axes = result.axes.iter();
-    let table = axes.fold(Table::default().right(""), |table, axis| table.right(axis));
-    let table = table
-        .left("type of motion")
-        .right("amplitude, um")
-        .right("line, Hz")
-        .right("doubling");
-    let mut table = table.right("exponent, 1/s").right("unstable modes");
-    for point in result.points {
-        let response = point.outcome.as_ref().ok();
-        let mark = if point.is_unsettled() { "*" } else { "" };
-        let line = response.and_then(|response| response.lines.first());
-        let spectrum = response.and_then(|response| response.exponents.as_ref());
-        let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
-        let linear = response.and_then(|response| response.linear.as_ref());
-        let mut row = vec![point.place.start.to_string()];
-        row.extend(point.place.values.iter().map(f64::to_string));
-        row.extend([
-            format!("{}{mark}", point.regime_name()),
-            fixed(response.map(|response| 1e6 * response.amplitude), 4),
-            fixed(line.map(|line| line.frequency), 1),
-            response.map_or_else(String::new, |response| response.doubling.to_string()),
-            largest.map_or_else(String::new, |e| uncertain(e.value, e.half_width)),
-            linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),
-        ]);
-        table.row(row);
-    }
-    table
 }
 
 #[cfg(test)]

@@ -1,17 +1,9 @@
 //! `sweep` and `merge`, with short simulations.
 
-use std::num::NonZero;
-
 use super::*;
-use crate::cli::common_args::{AccuracyArgs, SceneArgs};
-use crate::cli::steps::Steps;
-use crate::cli::study_args::SweepStart;
+use crate::cli::tests::parsed;
 use crate::scene::Scene;
 use crate::study::sweep::Start;
-
-fn steps(text: &str) -> Steps {
-    text.parse().unwrap()
-}
 
 struct TestFolder(tempfile::TempDir);
 
@@ -28,58 +20,64 @@ impl TestFolder {
         self.0.path().join(name)
     }
 
-    fn outputs(&self, name: &str) -> SweepOutputs {
-        SweepOutputs {
-            out: self.path(name),
-            figures: None,
-            overwrite: Default::default(),
-            drawn: Default::default(),
-            save: None,
-            json: Some(self.path(name).with_extension("json")),
-        }
+    /// `@` in a line is the folder.
+    fn line(&self, line: &str) -> String {
+        line.replace('@', &self.0.path().display().to_string())
     }
 
-    fn args(&self, name: &str) -> SweepArgs {
-        SweepArgs {
-            scene: SceneArgs {
-                scene: Some(self.path("few.toml").to_string_lossy().into_owned()),
-                ..SceneArgs::default()
-            },
-            tilt: Some(steps("1:2:0.5")),
-            param: Vec::new(),
-            start: SweepStart::Both,
-            seed: Some(3),
-            response: ResponseArgs {
-                min_transient: 20.0,
-                max_transient: 20.0,
-                measure: 10.0,
-                exponents: 1,
-                tolerance: Some(1e-4),
-                accuracy: AccuracyArgs::default(),
-            },
-            work: WorkArgs {
-                threads: NonZero::new(2),
-                ..WorkArgs::default()
-            },
-            outputs: self.outputs(name),
-        }
+    /// Sweeps the tilt to a table of this name, and JSON beside it.
+    fn sweep(&self, name: &str, line: &str, stop: bool) -> Result<(), CliError> {
+        self.sweep_over("--tilt 1:2:0.5", name, line, stop)
+    }
+
+    fn sweep_over(&self, axes: &str, name: &str, line: &str, stop: bool) -> Result<(), CliError> {
+        let response = "--min-transient 20 --max-transient 20 --exponents 1 --tolerance 1e-4";
+        let measure = if line.contains("--measure") {
+            ""
+        } else {
+            "--measure 10"
+        };
+        let seed = if line.contains("--seed") {
+            ""
+        } else {
+            "--seed 3"
+        };
+        let json = if line.contains("--json") {
+            String::new()
+        } else {
+            json(name)
+        };
+        let line = format!(
+            "@/few.toml {axes} {response} {measure} {seed} --threads 2 --out @/{name} {json} {line}"
+        );
+        execute(&parsed(&self.line(&line)), &AtomicBool::new(stop))
+    }
+
+    fn merge(&self, tables: &str, name: &str, line: &str) -> Result<(), CliError> {
+        let line = format!("{tables} --out @/{name} {} {line}", json(name));
+        merge(&parsed(&self.line(&line)), &AtomicBool::new(false))
     }
 
     fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_slice(&std::fs::read(self.path(name)).unwrap()).unwrap()
     }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
 }
 
-fn no_stop() -> AtomicBool {
-    AtomicBool::new(false)
+fn json(table: &str) -> String {
+    let stem = table.split_once('.').map_or(table, |(stem, _)| stem);
+    format!("--json @/{stem}.json")
 }
 
 #[test]
 fn a_sweep_writes_tables_figures_and_json() {
     let test = TestFolder::new();
-    let mut args = test.args("a.arrow");
-    args.outputs.figures = Some(test.path("figures/new"));
-    execute(&args, &no_stop()).unwrap();
+    let sweep =
+        |line: &str| test.sweep("a.arrow", &format!("--figures @/figures/new {line}"), false);
+    sweep("").unwrap();
     let report = test.json("a.json");
     assert_eq!(report["points_computed"], 6);
     assert_eq!(report["points"][4]["values"][0], 1.5);
@@ -105,89 +103,59 @@ fn a_sweep_writes_tables_figures_and_json() {
     let title = "<title>doubled-torus-3deg: ";
     assert!(svg.contains(title), "{svg}");
     // An existing table is not replaced, and resuming a complete table does not change it.
-    let refused = execute(&args, &no_stop()).unwrap_err();
+    let refused = sweep("").unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     assert!(refused.to_string().contains("--resume"), "{refused}");
-    let before = std::fs::read(test.path("a.arrow")).unwrap();
-    args.work.resume = true;
-    execute(&args, &no_stop()).unwrap();
-    assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
-    let forced = SweepOutputs {
-        overwrite: Overwrite::ALLOWED,
-        ..test.outputs("a.arrow")
-    };
-    let again = SweepArgs {
-        outputs: forced,
-        ..test.args("a.arrow")
-    };
-    execute(&again, &no_stop()).unwrap();
-    assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
+    let before = test.bytes("a.arrow");
+    for again in ["--resume", "--force"] {
+        sweep(again).unwrap();
+        assert_eq!(test.bytes("a.arrow"), before);
+    }
     // A table is not mixed with another sweep.
-    args.response.measure = 11.0;
-    let refused = execute(&args, &no_stop()).unwrap_err();
+    let refused = sweep("--resume --measure 11").unwrap_err();
     assert_eq!(refused.exit_code(), 2);
-    assert_eq!(std::fs::read(test.path("a.arrow")).unwrap(), before);
+    assert_eq!(test.bytes("a.arrow"), before);
 }
 
 #[test]
 fn an_interrupted_sweep_resumes_to_the_same_table() {
     let test = TestFolder::new();
-    execute(&test.args("whole.arrow"), &no_stop()).unwrap();
-    let mut args = test.args("part.arrow");
-    let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
+    test.sweep("whole.arrow", "", false).unwrap();
+    let ended = test.sweep("part.arrow", "", true).unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     assert_eq!(test.json("part.json")["interrupted"], true);
     assert!(test.path("part.arrows").exists() && !test.path("part.arrow").exists());
-    args.work.resume = true;
-    execute(&args, &no_stop()).unwrap();
-    assert_eq!(
-        std::fs::read(test.path("whole.arrow")).unwrap(),
-        std::fs::read(test.path("part.arrow")).unwrap()
-    );
+    test.sweep("part.arrow", "--resume", false).unwrap();
+    assert_eq!(test.bytes("whole.arrow"), test.bytes("part.arrow"));
 }
 
 #[test]
 fn merged_shards_equal_the_whole_sweep() {
     let test = TestFolder::new();
-    execute(&test.args("whole.arrow"), &no_stop()).unwrap();
+    test.sweep("whole.arrow", "", false).unwrap();
     for number in 1..=2 {
-        let mut args = test.args(&format!("part-{number}.arrow"));
-        args.work.shard = Some(Shard { number, of: 2 });
-        execute(&args, &no_stop()).unwrap();
-        assert_eq!(
-            test.json(&format!("part-{number}.json"))["points_computed"],
-            3
-        );
+        let shard = format!("--shard {number}/2");
+        test.sweep(&format!("part-{number}.arrow"), &shard, false)
+            .unwrap();
+        let part = test.json(&format!("part-{number}.json"));
+        assert_eq!(part["points_computed"], 3);
     }
-    let parts = |last: &str| MergeArgs {
-        tables: vec![test.path("part-1.arrow"), test.path(last)],
-        outputs: SweepOutputs {
-            overwrite: Overwrite::ALLOWED,
-            ..test.outputs("merged.arrow")
-        },
+    let parts = |last: &str| {
+        test.merge(
+            &format!("@/part-1.arrow @/{last}"),
+            "merged.arrow",
+            "--force",
+        )
     };
-    merge(&parts("part-2.arrow"), &no_stop()).unwrap();
-    assert_eq!(
-        std::fs::read(test.path("whole.arrow")).unwrap(),
-        std::fs::read(test.path("merged.arrow")).unwrap()
-    );
+    parts("part-2.arrow").unwrap();
+    assert_eq!(test.bytes("whole.arrow"), test.bytes("merged.arrow"));
     // A merge of one table converts it, to Parquet and back without a change.
-    for [from, to] in [["merged.arrow", "a.parquet"], ["a.parquet", "again.arrow"]] {
-        let convert = MergeArgs {
-            tables: vec![test.path(from)],
-            outputs: test.outputs(to),
-        };
-        merge(&convert, &no_stop()).unwrap();
-    }
-    assert_eq!(
-        std::fs::read(test.path("whole.arrow")).unwrap(),
-        std::fs::read(test.path("again.arrow")).unwrap()
-    );
-    let mut other = test.args("other.arrow");
-    other.seed = Some(4);
-    execute(&other, &no_stop()).unwrap();
+    test.merge("@/merged.arrow", "a.parquet", "").unwrap();
+    test.merge("@/a.parquet", "again.arrow", "").unwrap();
+    assert_eq!(test.bytes("whole.arrow"), test.bytes("again.arrow"));
+    test.sweep("other.arrow", "--seed 4", false).unwrap();
     for bad in ["other.arrow", "few.toml", "missing.arrow"] {
-        let refused = merge(&parts(bad), &no_stop()).unwrap_err();
+        let refused = parts(bad).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(refused.to_string().contains(bad), "{refused}");
     }
@@ -196,44 +164,27 @@ fn merged_shards_equal_the_whole_sweep() {
 #[test]
 fn a_recording_needs_a_single_parameter() {
     let test = TestFolder::new();
-    let mut args = test.args("a.arrow");
-    args.outputs.save = Some(test.path("a.rrd"));
-    execute(&args, &no_stop()).unwrap();
-    let saved = |name: &str| test.path(name).metadata().map_or(0, |there| there.len());
+    test.sweep("a.arrow", "--save @/a.rrd", false).unwrap();
+    let saved = |name: &str| test.path(name).metadata().map_or(0, |file| file.len());
     assert!(saved("a.rrd") > 0);
     let report = test.json("a.json");
     let files = report["files"].as_array().unwrap();
     assert!(files[1]["path"].as_str().unwrap().ends_with("a.rrd"));
     // From a table, too.
-    let again = MergeArgs {
-        tables: vec![test.path("a.arrow")],
-        outputs: SweepOutputs {
-            save: Some(test.path("b.rrd")),
-            ..test.outputs("b.arrow")
-        },
-    };
-    merge(&again, &no_stop()).unwrap();
+    test.merge("@/a.arrow", "b.arrow", "--save @/b.rrd")
+        .unwrap();
     assert!(saved("b.rrd") > 0);
     // Two parameters, and a recording in place of a table, are refused before any work.
-    let both = SweepArgs {
-        param: vec!["load_n=100:150:50".parse().unwrap()],
-        outputs: SweepOutputs {
-            save: Some(test.path("map.rrd")),
-            ..test.outputs("map.arrow")
-        },
-        ..test.args("map.arrow")
-    };
-    let same = SweepArgs {
-        outputs: SweepOutputs {
-            save: Some(test.path("map.csv")),
-            ..test.outputs("map.arrow")
-        },
-        ..test.args("map.arrow")
-    };
-    for (args, word) in [(both, "one parameter"), (same, "ends in .rrd")] {
-        let refused = execute(&args, &no_stop()).unwrap_err();
+    for (line, reason) in [
+        (
+            "--param load_n=100:150:50 --save @/map.rrd",
+            "one parameter",
+        ),
+        ("--save @/map.csv", "ends in .rrd"),
+    ] {
+        let refused = test.sweep("map.arrow", line, false).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
-        assert!(refused.to_string().contains(word), "{refused}");
+        assert!(refused.to_string().contains(reason), "{refused}");
         assert!(!test.path("map.arrow").exists() && !test.path("map.rrd").exists());
     }
 }
@@ -241,9 +192,9 @@ fn a_recording_needs_a_single_parameter() {
 #[test]
 fn an_interrupted_sweep_records_its_points() {
     let test = TestFolder::new();
-    let mut args = test.args("part.arrow");
-    args.outputs.save = Some(test.path("part.rrd"));
-    let ended = execute(&args, &AtomicBool::new(true)).unwrap_err();
+    let ended = test
+        .sweep("part.arrow", "--save @/part.rrd", true)
+        .unwrap_err();
     assert_eq!(ended.exit_code(), 130);
     let known = test.json("part.json")["points_computed"].as_u64().unwrap();
     assert_eq!(test.path("part.rrd").exists(), known > 0);
@@ -252,28 +203,18 @@ fn an_interrupted_sweep_records_its_points() {
 #[test]
 fn bad_input_is_found_before_any_work() {
     let test = TestFolder::new();
-    let vary = |texts: &[&str]| SweepArgs {
-        tilt: None,
-        param: texts.iter().map(|text| text.parse().unwrap()).collect(),
-        ..test.args("bad.arrow")
-    };
-    let same_file = SweepArgs {
-        outputs: SweepOutputs {
-            json: Some(test.path("bad.arrow")),
-            ..test.outputs("bad.arrow")
-        },
-        ..test.args("bad.arrow")
-    };
-    let bad = [
-        vary(&["contact.stifness_factor=1:2:1"]),
-        vary(&["contact.stiffness_factor=1:20000:5000"]),
-        vary(&["contact.nodes=1:2:0.3"]),
-        vary(&["load_n=1:2:1", "load_n=1:2:1"]),
-        vary(&["load_n=1:2:1", "nodes=1:2:1", "seed=1:2:1"]),
-        same_file,
-    ];
-    for args in bad {
-        let refused = execute(&args, &no_stop()).unwrap_err();
+    for (axes, line) in [
+        ("--param contact.stifness_factor=1:2:1", ""),
+        ("--param contact.stiffness_factor=1:20000:5000", ""),
+        ("--param contact.nodes=1:2:0.3", ""),
+        ("--param load_n=1:2:1 --param load_n=1:2:1", ""),
+        (
+            "--param load_n=1:2:1 --param nodes=1:2:1 --param seed=1:2:1",
+            "",
+        ),
+        ("--tilt 1:2:0.5", "--json @/bad.arrow"),
+    ] {
+        let refused = test.sweep_over(axes, "bad.arrow", line, false).unwrap_err();
         assert_eq!(refused.exit_code(), 2, "{refused}");
         assert!(!test.path("bad.arrow").exists());
     }

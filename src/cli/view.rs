@@ -10,7 +10,7 @@ use clap::Args as Arguments;
 use super::browser::BrowserArgs;
 use super::error::CliError;
 use super::live::bound;
-use super::{interrupt, report};
+use super::{console, interrupt};
 use crate::live::RecordingPage;
 use crate::record::check_recording;
 
@@ -37,7 +37,7 @@ pub(super) fn execute(args: &ViewArgs, stop: &Arc<AtomicBool>) -> Result<(), Cli
     let serving = bound(IpAddr::V4(Ipv4Addr::LOCALHOST), args.port)?;
     let page = RecordingPage::open(serving, &args.recording).map_err(failed)?;
     interrupt::start_work();
-    report::print(&format!(
+    console::print(&format!(
         "recording: {} (Ctrl-C ends the server)\n",
         page.url()
     ))?;

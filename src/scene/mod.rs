@@ -1,6 +1,7 @@
 #![doc = include_str!("../guide/reference/scenes.md")]
 
 mod accuracy;
+mod compare;
 mod controls;
 mod document;
 mod edit;
@@ -21,6 +22,7 @@ mod tables;
 mod tests;
 
 pub use accuracy::{AccuracySettings, GAUSS_NODES};
+pub use compare::{KeyDifference, SceneComparison};
 pub use controls::Control;
 pub use error::{Fault, Location, SceneError, SceneWarning};
 pub use mechanism::Mechanism;

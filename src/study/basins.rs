@@ -3,9 +3,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::lyapunov::title;
 use super::response::SettledResponse;
 use super::sweep::{SweepPlan, SweepPoint};
 use crate::analysis::Regime;
+use crate::number::fixed;
+use crate::report::{Block, Report, Table};
 
 /// Two motions belong to the same attractor if the frequencies of their strongest lines differ by no more
 /// than this fraction.
@@ -72,6 +75,57 @@ impl Basins {
             interrupted,
             attractors,
         }
+    }
+}
+
+/// Number of seeds of an attractor that are printed. JSON has all of them.
+const MAX_SEEDS: usize = 8;
+
+impl Report for Basins {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let rest = format!(
+            ": {} attractors from {} kicks",
+            self.attractors.len(),
+            self.simulated
+        );
+        let mut blocks = vec![Block::heading(title(scene, self.tilt), rest)];
+        if self.simulated < self.kicks {
+            let (done, all) = (self.simulated, self.kicks);
+            let missing = format!("{done} of {all} kicks computed; --resume computes the rest");
+            blocks.push(Block::Warning(missing));
+        }
+        let table = Table::default().right("share").right("95 % interval");
+        let table = table.left("type of motion").right("line, Hz");
+        let mut table = table.right("amplitude, um").left("seeds");
+        for attractor in &self.attractors {
+            let seeds = attractor.seeds.iter().take(MAX_SEEDS).map(u64::to_string);
+            let more = if attractor.seeds.len() > MAX_SEEDS {
+                ", ..."
+            } else {
+                ""
+            };
+            let [low, high] = attractor.interval.map(|share| 100.0 * share);
+            table.row([
+                format!("{:.0} %", 100.0 * attractor.share),
+                format!("{low:.0} to {high:.0}"),
+                attractor.regime.to_string(),
+                fixed(attractor.frequency, 1),
+                fixed(1e6 * attractor.amplitude, 4),
+                seeds.collect::<Vec<_>>().join(", ") + more,
+            ]);
+        }
+        blocks.push(Block::Table(table));
+        if self.undecided > 0 {
+            blocks.push(Block::text(format!(
+                "{} kicks undecided: the motion had not settled, or the simulation failed; raise --max-transient",
+                self.undecided
+            )));
+        }
+        blocks
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
     }
 }
 

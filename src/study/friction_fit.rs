@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::dynamics::student;
 use crate::joint::Stribeck;
 use crate::number::significant;
+use crate::report::{Block, Report, Table};
 
 /// Least number of points: Student's quantile is accurate from seven degrees of freedom on.
 pub const MIN_POINTS: usize = 10;
@@ -356,6 +357,48 @@ fn runs_score(residuals: &[f64]) -> f64 {
     match variance > 0.0 {
         true => (runs - mean) / variance.sqrt(),
         false => 0.0,
+    }
+}
+
+impl Report for FrictionFit {
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        let mut table = Table::default().left("").right("").right("95 %").left("");
+        let row = |name: &str, FittedNumber { value, half_width }: FittedNumber, unit: &str| {
+            [
+                name.to_owned(),
+                significant(value, 4),
+                format!("± {}", significant(half_width, 2)),
+                unit.to_owned(),
+            ]
+        };
+        table.row(row("mu_s", self.mu_s, ""));
+        table.row(row("mu_d", self.mu_d, ""));
+        table.row(row("stribeck_slope", self.stribeck_slope_s_per_m, "s/m"));
+        let deviation = significant(self.residual_deviation, 2);
+        let mut residuals = format!("residuals: standard deviation {deviation}");
+        if let Some(chi_square) = self.chi_square_per_degree {
+            let [low, high] = self.chi_square_expected;
+            let [found, low, high] = [chi_square, low, high].map(|number| significant(number, 2));
+            residuals +=
+                &format!(", chi-square per degree of freedom {found} ({low} to {high} expected)");
+        }
+        let rest = format!(", Eq. (5), fitted to {} points", self.points);
+        let mut blocks = vec![
+            Block::heading("Stribeck law", rest),
+            Block::Table(table),
+            Block::text(residuals),
+        ];
+        let doubts = self.doubts.iter();
+        blocks.extend(doubts.map(|doubt| Block::Warning(doubt.to_string())));
+        let law = self.law();
+        blocks.push(Block::Code(format!(
+            "[friction]\nlaw = \"stribeck\"\nmu_s = {}\nmu_d = {}\nstribeck_slope_s_per_m = {}\ncreep_slope_s_per_m = {}\n",
+            significant(law.mu_s, 6),
+            significant(law.mu_d, 6),
+            significant(law.stribeck, 6),
+            law.creep
+        )));
+        blocks
     }
 }
 

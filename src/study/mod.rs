@@ -18,4 +18,4 @@ mod table;
 pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;
 
 pub use pool::{ThreadSpawnError, threads};
-pub use stability::{StabilityAt, StudyError, growth_causes, stability};
+pub use stability::{ModesAt, StabilityAt, StabilityResult, StudyError, growth_causes, stability};

@@ -3,7 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::joint::{AssemblyError, BallJoint, ExplainedMode, NamedMode, StabilityError};
+use super::branch::ModeSensitivities;
+use crate::joint::{
+    AssemblyError, BallJoint, CauseOfGrowth, ExplainedMode, MIN_GROWTH, NamedMode, StabilityError,
+};
+use crate::number::{degrees, fixed, significant};
+use crate::report::{Block, Cell, Report, Table, Tone};
 
 /// Error of a stability study.
 #[derive(Debug, thiserror::Error)]
@@ -86,4 +91,215 @@ pub fn growth_causes(
         })
     });
     explained.collect()
+}
+
+/// The modes at each tilt.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct StabilityResult {
+    /// Minimum growth rate of an unstable mode, 1/s; a slower growth is not visible in a run.
+    pub min_growth_per_s: f64,
+    /// Tilts in the requested order.
+    pub tilts: Vec<ModesAt>,
+}
+
+/// The modes at a tilt, with the causes of growth and the sensitivities if requested.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ModesAt {
+    /// The modes.
+    #[serde(flatten)]
+    pub at: StabilityAt,
+    /// Oscillating modes, each explained by the causes of its growth; only with `--causes`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub explained: Vec<ExplainedMode>,
+    /// Oscillating modes, each with its sensitivities to the numbers of the scene; only with `--sensitivities`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensitivities: Vec<ModeSensitivities>,
+}
+
+impl StabilityResult {
+    /// The modes of a joint at each of `tilts` (rad), with the causes of growth if requested.
+    ///
+    /// # Errors
+    /// As [`stability`] and [`growth_causes`].
+    pub fn new(ball: &BallJoint, tilts: &[f64], causes: bool) -> Result<Self, StudyError> {
+        let explained = if causes {
+            growth_causes(ball, tilts)?
+        } else {
+            vec![Vec::new(); tilts.len()]
+        };
+        let modes = stability(ball, tilts)?.into_iter().zip(explained);
+        let tilts = modes.map(|(at, explained)| ModesAt {
+            at,
+            explained,
+            sensitivities: Vec::new(),
+        });
+        Ok(Self {
+            min_growth_per_s: MIN_GROWTH,
+            tilts: tilts.collect(),
+        })
+    }
+}
+
+impl ModesAt {
+    /// The unstable modes with sensitivities; the one with the largest growth rate if none is unstable.
+    pub fn sensitive(&self) -> Vec<&ModeSensitivities> {
+        let all = || self.sensitivities.iter();
+        let unstable: Vec<_> = all().filter(|mode| mode.mode.unstable).collect();
+        if unstable.is_empty() {
+            let largest = all().max_by(|a, b| a.mode.growth.total_cmp(&b.mode.growth));
+            largest.into_iter().collect()
+        } else {
+            unstable
+        }
+    }
+
+    /// The modes, one per row, with the share of each cause.
+    fn table(&self) -> Table {
+        let causes = self.explained.first().map_or(&[][..], |mode| &mode.causes);
+        let table = Table::default()
+            .right("frequency, Hz")
+            .right("growth rate, 1/s");
+        let table = causes
+            .iter()
+            .fold(table, |table, cause| table.right(cause.cause.name()));
+        let mut table = table.left("mode").left("");
+        // Both lists are sorted by frequency; `explained` has only the oscillating modes.
+        let mut explained = self.explained.iter();
+        for mode in &self.at.modes {
+            let oscillates = mode.frequency_hz > 0.0;
+            let own = oscillates.then(|| explained.next()).flatten();
+            let mut row = vec![fixed(mode.frequency_hz, 1), fixed(mode.growth, 2)];
+            row.extend(
+                (0..causes.len())
+                    .map(|k| own.map_or_else(String::new, |mode| share(&mode.causes[k]))),
+            );
+            row.push(mode.label.clone());
+            let unstable = mode.unstable.then(|| Tone::Bad.cell("unstable"));
+            let row = row.into_iter().map(Cell::from);
+            table.row(row.chain([unstable.unwrap_or_default()]));
+        }
+        table
+    }
+}
+
+/// The share of a cause, and the rate without it. Adding 0.0 turns -0.0 into 0.0.
+fn share(cause: &CauseOfGrowth) -> String {
+    format!("{:.1} ({:.1})", cause.share + 0.0, cause.without + 0.0)
+}
+
+/// Largest number of sensitivities of a mode that are printed. JSON has all of them.
+const MOST_SENSITIVE: usize = 12;
+
+impl Report for StabilityResult {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for modes in &self.tilts {
+            let at = &modes.at;
+            let title = format!("{scene} at {} deg", degrees(at.tilt));
+            let (unstable, all) = (at.unstable().count(), at.modes.len());
+            let rest =
+                format!(": {unstable} of {all} modes unstable (growth rate from {MIN_GROWTH} 1/s)");
+            blocks.push(Block::heading(title, rest));
+            blocks.push(Block::Table(modes.table()));
+            if !modes.explained.is_empty() {
+                blocks.push(Block::text(
+                    "share of each term in the growth rate, 1/s; in brackets the growth rate without the term",
+                ));
+            }
+            for mode in modes.sensitive() {
+                blocks.extend(sensitivity_blocks(mode));
+            }
+        }
+        blocks
+    }
+}
+
+/// The sensitivities of a mode.
+fn sensitivity_blocks(mode: &ModeSensitivities) -> Vec<Block> {
+    let title = format!("{} at {:.1} Hz", mode.mode.label, mode.mode.frequency_hz);
+    let rest = ": change of growth rate and frequency with the numbers of the scene";
+    let table = Table::default().left("number").right("value");
+    let table = table
+        .right("1/s per 1 %")
+        .right("1/s per unit")
+        .right("Hz per 1 %");
+    let mut table = table.right("Hz per unit").left("unit");
+    for parameter in mode.parameters.iter().take(MOST_SENSITIVE) {
+        table.row([
+            parameter.parameter.clone(),
+            significant(parameter.value, 5),
+            significant(parameter.growth_per_percent, 4),
+            significant(parameter.growth_per_unit, 4),
+            significant(parameter.frequency_per_percent, 4),
+            significant(parameter.frequency_per_unit, 4),
+            parameter.unit.clone(),
+        ]);
+    }
+    let mut blocks = vec![Block::heading(title, rest), Block::Table(table)];
+    if mode.parameters.len() > MOST_SENSITIVE {
+        let rest = mode.parameters.len() - MOST_SENSITIVE;
+        blocks.push(Block::text(format!(
+            "and {rest} more with smaller changes: --json has all"
+        )));
+    }
+    blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::markdown;
+
+    #[test]
+    fn unstable_modes_are_marked_and_causes_have_columns() {
+        let mode = |frequency_hz, growth: f64| NamedMode {
+            frequency_hz,
+            growth,
+            label: "1st bending x".to_owned(),
+            unstable: growth > 0.0,
+        };
+        let mut modes = ModesAt {
+            at: StabilityAt {
+                tilt: 3.5_f64.to_radians(),
+                modes: vec![mode(0.0, -9.0), mode(1780.1, 766.6)],
+            },
+            explained: Vec::new(),
+            sensitivities: Vec::new(),
+        };
+        let text = |modes: &ModesAt| {
+            let result = StabilityResult {
+                min_growth_per_s: MIN_GROWTH,
+                tilts: vec![modes.clone()],
+            };
+            markdown(&result.blocks("s"))
+        };
+        let plain = text(&modes);
+        assert!(
+            plain.starts_with("## s at 3.5 deg: 1 of 2 modes unstable"),
+            "{plain}"
+        );
+        assert!(
+            plain.contains("| 1780.1 | 766.60 | 1st bending x | **unstable** |"),
+            "{plain}"
+        );
+        modes.explained = vec![ExplainedMode {
+            frequency_hz: 1780.1,
+            growth: 766.6,
+            causes: vec![CauseOfGrowth {
+                cause: crate::joint::Cause::Slope,
+                share: 700.0,
+                without: -0.0,
+            }],
+        }];
+        let text = text(&modes);
+        // A mode without causes has an empty column.
+        assert!(text.contains("| 700.0 (0.0) | 1st bending x |"), "{text}");
+        assert!(text.contains("| -9.00 |  | 1st bending x |"), "{text}");
+        let json = serde_json::to_value(&modes).expect("JSON");
+        assert_eq!(
+            json["explained"][0]["causes"][0]["cause"],
+            crate::joint::Cause::Slope.name()
+        );
+        assert_eq!(json["explained"][0]["causes"][0]["share_per_s"], 700.0);
+    }
 }

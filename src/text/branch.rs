@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use crate::number::{quantity, short};
+use crate::report::Table;
 use crate::study::branch::{Branch, OrbitPoint};
-use crate::table::Table;
 
 /// Largest number of multipliers listed.
 const MULTIPLIERS: usize = 8;

@@ -7,9 +7,9 @@ use minijinja::value::Value;
 
 use super::or_error_text;
 use super::template::fill;
+use crate::report::Table;
 use crate::study::paper::{Finding, Score, Verdict};
 use crate::study::response::SettledResponse;
-use crate::table::Table;
 use crate::{VERSION, escape};
 
 /// The caption of a figure, with the differences from the paper. Figures 4 to 7 show a response at a tilt in

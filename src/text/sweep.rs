@@ -9,10 +9,10 @@ use crate::analysis::Regime;
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::escape;
 use crate::number::with_error;
+use crate::report::Table;
 use crate::scene::Scene;
 use crate::study::response::{SettledResponse, section_lag};
 use crate::study::sweep::SweepPoint;
-use crate::table::Table;
 
 /// Maximum number of spectral lines listed.
 const LINES: usize = 8;

@@ -43,9 +43,9 @@ fn prepare(folder: &Path) {
         place: plan.place(index),
         outcome: Err("not simulated".to_owned()),
     });
-    let mut points: Vec<SweepPoint> = points.collect();
+    let points: Vec<SweepPoint> = points.collect();
     fs::create_dir(folder.join("paper")).unwrap();
-    write_table(&folder.join("paper/sweep.arrow"), &plan, &mut points).unwrap();
+    write_table(&folder.join("paper/sweep.arrow"), &plan, &points).unwrap();
     write_sound(&folder.join("sound.wav"));
     write_friction(&folder.join("measured.csv"));
 }

@@ -4,8 +4,8 @@ use super::SweepStudy;
 use crate::{
     plot,
     record::{style::capitalize, text},
+    report::Table,
     study::sweep::{Shard, Start, SweepPoint},
-    table::Table,
     text::sweep as words,
 };
 

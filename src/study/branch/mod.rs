@@ -11,6 +11,7 @@ mod hopf;
 mod hopf_curve;
 mod map;
 mod orbits;
+mod report;
 mod result;
 mod scene_family;
 mod sensitivities;

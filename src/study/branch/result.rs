@@ -29,6 +29,8 @@ pub struct Branch {
     pub tori: Vec<Torus>,
     /// Why branches end inside the interval, one sentence each.
     pub ended: Vec<String>,
+    /// Whether the study was interrupted.
+    pub interrupted: bool,
 }
 
 /// A periodic orbit on a branch.
@@ -110,6 +112,7 @@ impl Branch {
             bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),
             tori: Vec::new(),
             ended: steady.ended.into_iter().collect(),
+            interrupted: false,
         }
     }
 

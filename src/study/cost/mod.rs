@@ -9,6 +9,7 @@
 mod choice;
 mod effects;
 mod motion;
+mod report;
 mod settings;
 
 #[cfg(test)]

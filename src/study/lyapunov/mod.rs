@@ -1,6 +1,7 @@
 //! Lyapunov exponents with confidence intervals: averaging until a goal is reached.
 
 mod classification;
+mod report;
 mod scene;
 mod trace;
 
@@ -22,6 +23,7 @@ use super::pool::PollTimer;
 use crate::pipeline::ChangeDetector;
 use crate::pipeline::message::MotionSegment;
 pub use classification::{Classification, Classified};
+pub use report::{LyapunovResult, title};
 pub use scene::{
     FULL_SPECTRUM_TOLERANCE, LyapunovRequest, MAX_PERIODS, MAX_TIME, MIN_PERIODS, SETTLE_PERIODS,
     SceneLyapunov, scene_lyapunov,

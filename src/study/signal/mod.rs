@@ -19,6 +19,7 @@ mod background;
 mod calibration;
 mod live;
 mod outcome;
+mod report;
 mod sound;
 mod stretch;
 #[cfg(feature = "table")]

@@ -6,10 +6,12 @@ use serde::Serialize;
 use crate::dynamics::continuation::BifurcationKind;
 
 use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
+use crate::number::{fixed, quantity};
+use crate::report::{Block, Measured, Report, Table, Tone};
 
 /// Result of a sweep.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct SweepResult<'a> {
+pub struct SweepResult {
     /// Labels of the axes, with units.
     pub axes: Vec<String>,
     /// Number of points computed.
@@ -31,7 +33,7 @@ pub struct SweepResult<'a> {
     /// continuation finds them.
     pub hysteresis_ends: Vec<HysteresisEnd>,
     /// The points in ascending order of index.
-    pub points: &'a [SweepPoint],
+    pub points: Vec<SweepPoint>,
 }
 
 /// An end of hysteresis: a bifurcation at which a periodic motion ends or loses its stability, so that the response jumps to
@@ -59,16 +61,17 @@ pub struct RegimeInterval {
     pub regime: String,
 }
 
-impl<'a> SweepResult<'a> {
-    /// Collects the result from the points of a plan, in ascending order of index.
+impl SweepResult {
+    /// The result of the points of a plan.
     pub fn new(
         plan: &SweepPlan,
-        points: &'a [SweepPoint],
+        mut points: Vec<SweepPoint>,
         shard: Shard,
         interrupted: bool,
     ) -> Self {
+        points.sort_by_key(|point| point.place.index);
         let single_axis = match plan.axes.len() {
-            1 => points,
+            1 => &points[..],
             _ => &[],
         };
         Self {
@@ -113,4 +116,130 @@ fn hysteresis(points: &[SweepPoint]) -> Vec<f64> {
         })
     });
     differ.map(|up| up.place.values[0]).collect()
+}
+
+/// Largest number of points that are printed as a table.
+const MAX_ROWS: usize = 100;
+
+impl Report for SweepResult {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let over = format!(" over {}", self.axes.join(" and "));
+        let mut blocks = vec![Block::heading(scene, over)];
+        let (known, part) = (self.points_computed, self.points_in_shard);
+        if known < part {
+            let missing = format!("{known} of {part} points computed; --resume computes the rest");
+            blocks.push(Block::Warning(missing));
+        } else if known < self.points_total {
+            blocks.push(Block::text(format!(
+                "a shard: {known} of {} points; `squeakscope merge` joins the shards",
+                self.points_total
+            )));
+        }
+        for RegimeInterval {
+            start,
+            from,
+            to,
+            regime,
+        } in &self.regime_intervals
+        {
+            let to = if from == to {
+                String::new()
+            } else {
+                format!(" to {to}")
+            };
+            blocks.push(Block::text(format!("{start:>4}  {from}{to}: {regime}")));
+        }
+        for transition in &self.transitions {
+            if let Some(doubling) = &transition.doubling {
+                let Transition {
+                    start, from, to, ..
+                } = transition;
+                blocks.push(Block::text(format!(
+                    "{start:>4}  between {from} and {to}: {doubling}"
+                )));
+            }
+        }
+        if !self.hysteresis.is_empty() {
+            let values: Vec<String> = self.hysteresis.iter().map(f64::to_string).collect();
+            blocks.push(Block::text(format!(
+                "hysteresis: upward and downward differ at {}",
+                values.join(", ")
+            )));
+        }
+        for HysteresisEnd {
+            kind,
+            value,
+            frequency_hz,
+        } in &self.hysteresis_ends
+        {
+            let ends = match kind {
+                BifurcationKind::Fold => "ends",
+                _ => "loses its stability",
+            };
+            let frequency = quantity(*frequency_hz, 5, "Hz");
+            blocks.push(Block::text(format!(
+                "  the motion of {frequency} {ends} at {value:.6} ({kind})"
+            )));
+        }
+        if self.points.len() <= MAX_ROWS {
+            blocks.push(Block::Table(self.table()));
+        }
+        let count = |is_counted: fn(&SweepPoint) -> bool| {
+            let counted = self.points.iter().filter(|point| is_counted(point));
+            counted.count()
+        };
+        let failed = count(|point| point.outcome.is_err());
+        if failed > 0 {
+            blocks.push(Block::Text(vec![
+                Tone::Doubtful.cell(format!("{failed} points")),
+                " failed; the column `error` of the table has the reasons".into(),
+            ]));
+        }
+        let unsettled = count(SweepPoint::is_unsettled);
+        if unsettled > 0 {
+            blocks.push(Block::Text(vec![
+                Tone::Doubtful.cell(format!("{unsettled} points")),
+                " (marked *) had not settled before the measurement; raise --max-transient".into(),
+            ]));
+        }
+        blocks
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
+    }
+}
+
+impl SweepResult {
+    /// The points, one per row.
+    fn table(&self) -> Table {
+        let axes = self.axes.iter();
+        let table = axes.fold(Table::default().right(""), |table, axis| table.right(axis));
+        let table = table
+            .left("type of motion")
+            .right("amplitude, um")
+            .right("line, Hz");
+        let table = table.right("doubling").right("exponent, 1/s");
+        let mut table = table.right("unstable modes");
+        for point in &self.points {
+            let response = point.outcome.as_ref().ok();
+            let mark = if point.is_unsettled() { "*" } else { "" };
+            let line = response.and_then(|response| response.lines.first());
+            let spectrum = response.and_then(|response| response.exponents.as_ref());
+            let largest = spectrum.and_then(|spectrum| spectrum.exponents.first());
+            let linear = response.and_then(|response| response.linear.as_ref());
+            let mut row = vec![point.place.start.to_string()];
+            row.extend(point.place.values.iter().map(f64::to_string));
+            row.extend([
+                format!("{}{mark}", point.regime_name()),
+                fixed(response.map(|response| 1e6 * response.amplitude), 4),
+                fixed(line.map(|line| line.frequency), 1),
+                response.map_or_else(String::new, |response| response.doubling.to_string()),
+                largest.map_or_else(String::new, |largest| Measured::from(largest).to_string()),
+                linear.map_or_else(String::new, |linear| linear.unstable().count().to_string()),
+            ]);
+            table.row(row);
+        }
+        table
+    }
 }

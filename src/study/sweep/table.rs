@@ -160,12 +160,7 @@ impl TableWriter {
 ///
 /// # Errors
 /// [`TableError::Write`]; an existing file is then unchanged.
-pub fn write_table(
-    path: &Path,
-    plan: &SweepPlan,
-    points: &mut [SweepPoint],
-) -> Result<(), TableError> {
-    points.sort_by_key(|point| point.place.index);
+pub fn write_table(path: &Path, plan: &SweepPlan, points: &[SweepPoint]) -> Result<(), TableError> {
     let write = || {
         let batches = points.chunks(BATCH).map(|points| batch(plan, points));
         let batches = batches.collect::<io::Result<Vec<_>>>()?;

@@ -1,57 +1,57 @@
-//! The report of `squeakscope branch` for the terminal.
+//! The reports of branches and of stability maps.
 
-use std::fmt::Write as _;
-
-use super::report::{HEADING, WARNING};
-use crate::analysis::range;
-use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
-use crate::escape;
-use crate::number::{fixed, short};
-use crate::study::branch::{
+use super::{
     Branch, OrbitBifurcation, OrbitPoint, StabilityMap, SteadyBifurcation, Torus, TorusCurvePoint,
 };
-use crate::table::Table;
+use crate::analysis::range;
+use crate::dynamics::continuation::{Criticality, PeriodicOrbit};
+use crate::number::{fixed, short};
+use crate::report::{Block, Report, Table};
 
-/// The branches over one parameter.
-pub(super) fn branch(scene: &str, branch: &Branch) -> String {
-    let mut text = String::new();
-    let [from, to] = branch.interval;
-    let _ = writeln!(
-        text,
-        "{HEADING}{}{HEADING:#}: {} from {from} to {to}{}",
-        escape::line(scene),
-        branch.parameter,
-        unit(&branch.unit),
-    );
-    for ([low, high], count) in branch.unstable_intervals() {
-        let _ = writeln!(
-            text,
-            "  steady sliding with {count} unstable modes from {} to {}",
-            short(low),
-            short(high)
+impl Report for Branch {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let [from, to] = self.interval;
+        let rest = format!(
+            ": {} from {from} to {to}{}",
+            self.parameter,
+            unit(&self.unit)
         );
+        let mut blocks = vec![Block::heading(scene, rest)];
+        for ([low, high], count) in self.unstable_intervals() {
+            blocks.push(Block::text(format!(
+                "steady sliding with {count} unstable modes from {} to {}",
+                short(low),
+                short(high)
+            )));
+        }
+        let bifurcations: Vec<_> = self.steady_bifurcations().collect();
+        if !bifurcations.is_empty() {
+            blocks.push(Block::heading("bifurcations of the equilibria", ""));
+            blocks.push(Block::Table(steady_table(self, &bifurcations)));
+        }
+        blocks.extend(
+            bifurcations
+                .iter()
+                .filter_map(|found| normal_form(found, &self.unit)),
+        );
+        if !self.points.is_empty() {
+            blocks.push(Block::heading("periodic orbits", ""));
+            blocks.push(Block::Table(orbit_table(self)));
+        }
+        let found: Vec<_> = self.orbit_bifurcations().collect();
+        if !found.is_empty() {
+            blocks.push(Block::heading("their bifurcations", ""));
+            blocks.push(Block::Table(bifurcation_table(self, &found)));
+        }
+        blocks.extend(self.tori.iter().flat_map(|torus| self::torus(self, torus)));
+        let ended = self.ended.iter();
+        blocks.extend(ended.map(|reason| Block::Warning(format!("ended: {reason}"))));
+        blocks
     }
-    let bifurcations: Vec<_> = branch.steady_bifurcations().collect();
-    if !bifurcations.is_empty() {
-        let _ = writeln!(text, "\n{}", steady_table(branch, &bifurcations).text());
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
     }
-    for found in &bifurcations {
-        text += &normal_form(found, &branch.unit);
-    }
-    if !branch.points.is_empty() {
-        let _ = writeln!(text, "\n{}", orbit_table(branch).text());
-    }
-    let found: Vec<_> = branch.orbit_bifurcations().collect();
-    if !found.is_empty() {
-        let _ = writeln!(text, "{}", bifurcation_table(branch, &found).text());
-    }
-    for torus in &branch.tori {
-        text += &self::torus(branch, torus);
-    }
-    for reason in &branch.ended {
-        let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
-    }
-    text
 }
 
 /// The bifurcations of the equilibria, one per row.
@@ -80,7 +80,7 @@ fn steady_table(branch: &Branch, found: &[&SteadyBifurcation]) -> Table {
                 .map_or_else(String::new, |speed| format!("{speed:.4}")),
             cycle.map_or_else(String::new, |cycle| {
                 let (value, error) = (cycle.first_lyapunov, cycle.first_lyapunov_error);
-                format!("{value:.4e} +-{error:.0e}")
+                format!("{value:.4e} ±{error:.0e}")
             }),
             cycle.map_or_else(String::new, |cycle| {
                 format!("{}, by the {}", cycle.criticality, cycle.method)
@@ -149,7 +149,7 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
     let mut table = Table::default()
         .right("branch")
         .right(branch.name())
-        .right("+-")
+        .right("±")
         .left("bifurcation")
         .right("frequency, Hz")
         .right("rotation number")
@@ -171,7 +171,7 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
             format!("{:+}", bifurcation.unstable_change),
             bifurcation.birth.map_or_else(String::new, |birth| {
                 let (value, error) = (birth.coefficient, birth.coefficient_error);
-                format!("{} ({value:.3} +-{error:.0e})", birth.criticality)
+                format!("{} ({value:.3} ±{error:.0e})", birth.criticality)
             }),
         ]);
     }
@@ -179,7 +179,7 @@ fn bifurcation_table(branch: &Branch, found: &[&OrbitBifurcation]) -> Table {
 }
 
 /// A torus from its birth on, one row per value, and its tongues.
-fn torus(branch: &Branch, torus: &Torus) -> String {
+fn torus(branch: &Branch, torus: &Torus) -> Vec<Block> {
     let mut table = Table::default()
         .right(branch.name())
         .left("motion")
@@ -187,7 +187,7 @@ fn torus(branch: &Branch, torus: &Torus) -> String {
         .right("second tone, Hz")
         .right("side line")
         .right("rotation number")
-        .right("+-");
+        .right("±");
     for point in &torus.points {
         let [p, q] = point.locking.unwrap_or_default();
         table.row([
@@ -199,53 +199,46 @@ fn torus(branch: &Branch, torus: &Torus) -> String {
             format!("{:.4}", point.first_hz),
             fixed(point.second_hz, 4),
             format!("{:.2e}", point.side_line),
-            point
-                .rotation_number
-                .map_or_else(String::new, |rotation| format!("{rotation:.8}")),
+            fixed(point.rotation_number, 8),
             point
                 .rotation_number_error
                 .map_or_else(String::new, |error| format!("{error:.0e}")),
         ]);
     }
-    let mut text = format!(
-        "  torus of branch {}, born at {:.7}\n{}",
-        torus.branch,
-        torus.born,
-        table.text()
-    );
+    let title = format!("torus of branch {}", torus.branch);
+    let mut blocks = vec![
+        Block::heading(title, format!(", born at {:.7}", torus.born)),
+        Block::Table(table),
+    ];
     for tongue in &torus.tongues {
         let [p, q] = tongue.locking;
         let [low, high] = tongue
             .borders
             .map(|border| border.map_or_else(|| "?".to_owned(), |border| format!("{border:.7}")));
-        let _ = writeln!(text, "  phase-locked {p}:{q} from {low} to {high}");
+        blocks.push(Block::text(format!(
+            "phase-locked {p}:{q} from {low} to {high}"
+        )));
     }
-    if let Some(reason) = &torus.ended {
-        let _ = writeln!(text, "  {WARNING}ended{WARNING:#} {reason}");
-    }
-    text.push('\n');
-    text
+    let ended = torus.ended.iter();
+    blocks.extend(ended.map(|reason| Block::Warning(format!("ended: {reason}"))));
+    blocks
 }
 
 /// The range of the normal form of a Hopf point with kinks, as a sentence.
-fn normal_form(found: &SteadyBifurcation, unit: &str) -> String {
-    let Some(cycle) = &found.cycle else {
-        return String::new();
-    };
-    let (Some(amplitude), Some(range)) = (cycle.smooth_amplitude_m, cycle.smooth_range) else {
-        return String::new();
-    };
-    let word = match cycle.criticality {
+fn normal_form(found: &SteadyBifurcation, unit: &str) -> Option<Block> {
+    let cycle = found.cycle.as_ref()?;
+    let (amplitude, range) = (cycle.smooth_amplitude_m?, cycle.smooth_range?);
+    let holds = match cycle.criticality {
         Criticality::Undetermined => "kinks begin",
         _ => "the normal form holds",
     };
-    format!(
-        "  {:.0} Hz: {word} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where the law has its first kink\n",
+    Some(Block::text(format!(
+        "{:.0} Hz: {holds} up to an amplitude of {:.2e} um ({:.1e}{} from the Hopf point), where the law has its first kink",
         found.frequency_hz,
         1e6 * amplitude,
         range,
         self::unit(unit),
-    )
+    )))
 }
 
 /// A unit after a number.
@@ -265,75 +258,76 @@ fn curve_end(closed: bool, reasons: &[String]) -> String {
     }
 }
 
-/// The stability map.
-pub(super) fn map(scene: &str, map: &StabilityMap) -> String {
-    let mut text = String::new();
-    let [x, y] = &map.axes;
-    let _ = writeln!(
-        text,
-        "{HEADING}{}{HEADING:#}: stability over {} and {}, {} x {} points",
-        escape::line(scene),
-        x.parameter,
-        y.parameter,
-        x.values.len(),
-        y.values.len()
-    );
-    let mut table = Table::default()
-        .right("unstable modes")
-        .right("share of the map");
-    let counts = || map.grid.iter().map(|point| point.unstable_modes);
-    let most = counts().flatten().max().unwrap_or(0);
-    let kinds = (0..=most).map(Some).chain([None]);
-    for kind in kinds {
-        let number = counts().filter(|count| *count == kind).count();
-        if number > 0 {
-            let name = kind.map_or_else(|| "no equilibrium".to_owned(), |count| count.to_string());
-            let share = 100.0 * number as f64 / map.grid.len() as f64;
-            table.row([name, format!("{share:.1} %")]);
-        }
-    }
-    text += &table.text();
-    if !map.curves.is_empty() {
+impl Report for StabilityMap {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let map = self;
+        let [x, y] = &map.axes;
+        let rest = format!(
+            ": stability over {} and {}, {} x {} points",
+            x.parameter,
+            y.parameter,
+            x.values.len(),
+            y.values.len()
+        );
+        let mut blocks = vec![Block::heading(scene, rest)];
         let mut table = Table::default()
-            .left("Hopf curve")
-            .right("points")
-            .right("frequency, Hz")
-            .left("end");
-        for curve in &map.curves {
-            let frequencies = curve.points.iter().map(|point| point.frequency_hz);
-            let [low, high] = range(frequencies);
-            table.row([
-                curve.label.clone(),
-                curve.points.len().to_string(),
-                format!("{low:.1} to {high:.1}"),
-                curve_end(curve.closed, &curve.ended),
-            ]);
+            .right("unstable modes")
+            .right("share of the map");
+        let counts = || map.grid.iter().map(|point| point.unstable_modes);
+        let most = counts().flatten().max().unwrap_or(0);
+        let kinds = (0..=most).map(Some).chain([None]);
+        for kind in kinds {
+            let number = counts().filter(|count| *count == kind).count();
+            if number > 0 {
+                let name =
+                    kind.map_or_else(|| "no equilibrium".to_owned(), |count| count.to_string());
+                let share = 100.0 * number as f64 / map.grid.len() as f64;
+                table.row([name, format!("{share:.1} %")]);
+            }
         }
-        let _ = write!(text, "\n{}", table.text());
-    }
-    if !map.torus_curves.is_empty() {
-        let mut table = Table::default()
-            .left("Neimark-Sacker curve of")
-            .right("points")
-            .right(&x.parameter)
-            .right(&y.parameter)
-            .right("second frequency, Hz")
-            .left("end");
-        for curve in &map.torus_curves {
-            let span = |of: fn(&TorusCurvePoint) -> f64, digits: usize| {
-                let [low, high] = range(curve.points.iter().map(of));
-                format!("{low:.digits$} to {high:.digits$}")
-            };
-            table.row([
-                "the periodic motion of the scene".to_owned(),
-                curve.points.len().to_string(),
-                span(|point| point.values[0], 4),
-                span(|point| point.values[1], 4),
-                span(|point| point.second_hz, 1),
-                curve_end(curve.closed, &curve.ended),
-            ]);
+        blocks.push(Block::Table(table));
+        if !map.curves.is_empty() {
+            let mut table = Table::default()
+                .left("Hopf curve")
+                .right("points")
+                .right("frequency, Hz")
+                .left("end");
+            for curve in &map.curves {
+                let frequencies = curve.points.iter().map(|point| point.frequency_hz);
+                let [low, high] = range(frequencies);
+                table.row([
+                    curve.label.clone(),
+                    curve.points.len().to_string(),
+                    format!("{low:.1} to {high:.1}"),
+                    curve_end(curve.closed, &curve.ended),
+                ]);
+            }
+            blocks.push(Block::Table(table));
         }
-        let _ = write!(text, "\n{}", table.text());
+        if !map.torus_curves.is_empty() {
+            let mut table = Table::default()
+                .left("Neimark-Sacker curve of")
+                .right("points")
+                .right(&x.parameter)
+                .right(&y.parameter)
+                .right("second frequency, Hz")
+                .left("end");
+            for curve in &map.torus_curves {
+                let span = |of: fn(&TorusCurvePoint) -> f64, digits: usize| {
+                    let [low, high] = range(curve.points.iter().map(of));
+                    format!("{low:.digits$} to {high:.digits$}")
+                };
+                table.row([
+                    "the periodic motion of the scene".to_owned(),
+                    curve.points.len().to_string(),
+                    span(|point| point.values[0], 4),
+                    span(|point| point.values[1], 4),
+                    span(|point| point.second_hz, 1),
+                    curve_end(curve.closed, &curve.ended),
+                ]);
+            }
+            blocks.push(Block::Table(table));
+        }
+        blocks
     }
-    text
 }

@@ -6,15 +6,8 @@ use super::error::CliError;
 use super::output::OutputError;
 use crate::chain_of_causes;
 use crate::escape;
+use crate::report::{BAD, WARNING};
 use crate::scene::{FixedAt, LoadedJoint, Parameter, Scene, SceneWarning};
-use anstyle::{AnsiColor, Style};
-
-/// Errors, unstable modes, positive exponents.
-pub(super) const BAD: Style = AnsiColor::Red.on_default().bold();
-/// Warnings, and results that need care.
-pub(super) const WARNING: Style = AnsiColor::Yellow.on_default().bold();
-/// Headings.
-pub(super) const HEADING: Style = Style::new().bold();
 
 /// Prints to the standard output, in colour if that is a terminal.
 ///

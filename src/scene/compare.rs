@@ -1,0 +1,139 @@
+//! The keys in which two scenes differ.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use toml::{Table as Toml, Value};
+
+use super::Scene;
+use super::schema::{IfAbsent, join};
+use super::tables::SCHEMA;
+use crate::report::{Block, Report, Table};
+
+/// The keys in which two scenes differ. Titles and descriptions are not compared.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SceneComparison {
+    /// Names of the two scenes.
+    pub scenes: [String; 2],
+    /// Keys in the order of the alphabet.
+    pub differences: Vec<KeyDifference>,
+}
+
+/// A key in which two scenes differ.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct KeyDifference {
+    /// Path of the key in the scene file.
+    pub key: String,
+    /// Its value in each scene, as in a scene file; the default of a key that is absent, `null` without one.
+    pub values: [Option<String>; 2],
+}
+
+impl SceneComparison {
+    /// Compares two scenes.
+    pub fn new(one: &Scene, other: &Scene) -> Self {
+        let values = [one, other].map(|scene| {
+            let mut values = BTreeMap::new();
+            // A scene has been parsed from its text.
+            let table = scene.text.parse::<Toml>().unwrap_or_default();
+            collect("", &table, &mut values);
+            values
+        });
+        let keys = values.iter().flat_map(BTreeMap::keys);
+        let mut keys: Vec<_> = keys.collect();
+        keys.sort();
+        keys.dedup();
+        let differences = keys.into_iter().map(|key| KeyDifference {
+            key: key.clone(),
+            values: values
+                .each_ref()
+                .map(|values| values.get(key).cloned().or_else(|| default(key))),
+        });
+        Self {
+            scenes: [one, other].map(|scene| scene.name.clone()),
+            differences: differences
+                .filter(|found| found.values[0] != found.values[1])
+                .collect(),
+        }
+    }
+}
+
+/// Adds the keys of a table with its subtables.
+fn collect(path: &str, table: &Toml, values: &mut BTreeMap<String, String>) {
+    for (name, value) in table {
+        let key = join(path, name);
+        match value {
+            Value::Table(table) => collect(&key, table, values),
+            _ if ["title", "about"].contains(&&*key) => {}
+            // Whole numbers of a real key are written with and without a point.
+            Value::Float(number) => drop(values.insert(key, number.to_string())),
+            value => drop(values.insert(key, value.to_string())),
+        }
+    }
+}
+
+/// The default of a key, if it has one.
+fn default(key: &str) -> Option<String> {
+    match SCHEMA.find(key)?.key.if_absent {
+        IfAbsent::Default(literal) => {
+            let number = literal.parse::<f64>().map(|number| number.to_string());
+            Some(number.unwrap_or_else(|_| literal.to_owned()))
+        }
+        _ => None,
+    }
+}
+
+impl Report for SceneComparison {
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        let [one, other] = &self.scenes;
+        let count = format!(": {} keys differ", self.differences.len());
+        let mut table = Table::default().left("key").left(one).left(other);
+        for KeyDifference { key, values } in &self.differences {
+            let [one, other] = values.clone().map(Option::unwrap_or_default);
+            table.row([key.clone(), one, other]);
+        }
+        vec![
+            Block::heading(format!("{one} and {other}"), count),
+            Block::Table(table),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_keys_whose_values_differ_are_listed() {
+        let scene = |name: &str, lines: &str| {
+            let text = format!("[load]\nload_n = 100\ntilt_deg = 2.0\n{lines}");
+            Scene::parse(name, text).expect("a scene")
+        };
+        let one = scene(
+            "a.toml",
+            "[time]\nduration_ms = 10\n[friction]\nmu_s = 0.5\nmu_d = 0.2\n",
+        );
+        let other = scene(
+            "b.toml",
+            "[time]\nduration_ms = 10.0\nmethod = \"tsit5\"\n[friction]\nmu_s = 0.4\nmu_d = 0.2\n",
+        );
+        let found = SceneComparison::new(&one, &other);
+        let keys: Vec<_> = found.differences.iter().map(|found| &*found.key).collect();
+        assert_eq!(keys, ["friction.mu_s", "time.method"]);
+        assert_eq!(
+            found.differences[0].values,
+            ["0.5", "0.4"].map(|value| Some(value.to_owned()))
+        );
+        assert_eq!(found.differences[1].values[1], Some("\"tsit5\"".to_owned()));
+        assert!(SceneComparison::new(&one, &one).differences.is_empty());
+        // A key with its default value does not differ from an absent one.
+        let default = default("time.method").expect("a default");
+        let same = scene(
+            "c.toml",
+            &format!(
+                "[time]\nduration_ms = 10\nmethod = {default}\n[friction]\nmu_s = 0.5\nmu_d = 0.2\n"
+            ),
+        );
+        assert!(SceneComparison::new(&one, &same).differences.is_empty());
+    }
+}

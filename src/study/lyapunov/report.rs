@@ -1,0 +1,314 @@
+//! The exponents of a scene as a result: what they say, how far they can be trusted, and their report.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Classification, Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, SceneLyapunov};
+use crate::dynamics::{Attractor, Motion, Sign, Stability};
+use crate::number::degrees;
+use crate::pipeline::message::{Exponents, MotionSegment};
+use crate::report::{Block, Cell, Measured, Report, Table, Tone};
+use crate::scene::FixedAt;
+use crate::study::lyapunov::Classified;
+use crate::text::earlier_motion;
+
+/// The exponents of a scene and their classification.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct LyapunovResult {
+    /// Criterion that ends the averaging: `time`, `half_width` or `verdict`.
+    pub goal: &'static str,
+    /// Whether the criterion was met.
+    pub goal_reached: bool,
+    /// Whether the study was interrupted.
+    pub interrupted: bool,
+    /// What the exponents say.
+    #[serde(flatten)]
+    pub classification: Classification,
+    /// Sum of all exponents, 1/s; `null` if not all are computed.
+    pub sum_per_s: Option<f64>,
+    /// Numbers, from 1, of exponents that are significantly below the next one: their tangent vectors are not
+    /// aligned.
+    pub unsettled: Vec<usize>,
+    /// Simulated time over wall time; `null` if nothing was averaged.
+    pub real_time_factor: Option<f64>,
+    /// Reasons to distrust the result, each with its remedy.
+    pub warnings: Vec<String>,
+    /// The exponents.
+    #[serde(flatten)]
+    pub found: SceneLyapunov,
+}
+
+impl LyapunovResult {
+    /// The conclusions from exponents that were averaged to this goal.
+    pub fn new(goal: Goal, found: SceneLyapunov) -> Self {
+        let study = &found.study;
+        let earlier = earlier_motion(&study.segments, found.chaotic_transient);
+        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
+        Self {
+            goal: match goal {
+                Goal::Time(_) => "time",
+                Goal::HalfWidth(_) => "half_width",
+                Goal::Classification => "verdict",
+            },
+            goal_reached: study.ending == Ending::Reached,
+            interrupted: study.ending == Ending::Stopped,
+            classification: Classification {
+                description: earlier + &description(study),
+                ..study.classification(found.omega_1)
+            },
+            sum_per_s: study.sum(),
+            unsettled: study.unsettled().into_iter().map(|k| k + 1).collect(),
+            real_time_factor: (study.simulated > 0.0).then(|| study.simulated / study.busy_seconds),
+            warnings: warnings(&found),
+            found,
+        }
+    }
+}
+
+/// The attractor, and the reason for the classification.
+fn description(study: &LyapunovStudy) -> String {
+    let attractor = study.attractor();
+    let spectrum = &study.spectrum;
+    if spectrum.exponents.is_empty() {
+        return "undecided: the averaging has not started".to_owned();
+    }
+    let zeros = spectrum.count(Sign::Zero);
+    let zero = match zeros {
+        1 => "one exponent is zero".to_owned(),
+        zeros => format!("{zeros} exponents are zero"),
+    };
+    let others = if spectrum.dimension > zeros {
+        ", the others are negative"
+    } else {
+        ""
+    };
+    let reason = match attractor {
+        Attractor::Equilibrium(Stability::Stable) => {
+            "the state is constant, and all exponents are negative".to_owned()
+        }
+        Attractor::Equilibrium(Stability::Unstable) => {
+            "the state is constant, but small perturbations grow".to_owned()
+        }
+        Attractor::Equilibrium(Stability::Undecided) => {
+            "the state is constant, and no exponent is significantly positive".to_owned()
+        }
+        Attractor::FixedPoint | Attractor::PhaseLocked => "all exponents are negative".to_owned(),
+        Attractor::Torus(_) if study.motion == Motion::Driven => {
+            format!("one frequency is that of the drive; {zero}{others}")
+        }
+        Attractor::Cycle | Attractor::Torus(_) => format!("{zero}{others}"),
+        Attractor::Chaos => "one exponent is positive".to_owned(),
+        Attractor::Hyperchaos(count) => format!("{count} exponents are positive"),
+        Attractor::Undecided => {
+            "the sign of a decisive exponent is uncertain, or too few exponents are computed"
+                .to_owned()
+        }
+    };
+    format!("{attractor}: {reason}")
+}
+
+/// Tolerated difference of the sum of all exponents and the mean trace, relative to the sum of the absolute
+/// values. The trace is only averaged over samples.
+const MAX_IMBALANCE: f64 = 0.01;
+/// Largest contraction of the last tangent vector in a mean step, as a natural logarithm. At 1.3 the exponent
+/// of the fastest contraction of a joint was a fifth too small, at 0.4 it was accurate to 1 %.
+const MAX_CONTRACTION: f64 = 0.7;
+
+/// Reasons to distrust the result, each with its remedy.
+fn warnings(found: &SceneLyapunov) -> Vec<String> {
+    let study = &found.study;
+    let advice = match found.tolerance {
+        Some(tolerance) => {
+            let tighter = (0.01 * tolerance).clamp(1e-13, FULL_SPECTRUM_TOLERANCE);
+            format!("set --tolerance {tighter:.0e}")
+        }
+        None => "reduce time.max_step_us".to_owned(),
+    };
+    let mut warnings = Vec::new();
+    let contraction = study.contraction_per_step();
+    match study.imbalance() {
+        Some(off) if off > MAX_IMBALANCE => warnings.push(format!(
+            "the sum of the exponents differs from the mean trace by {:.1} % of the sum of their absolute values: the \
+             steps are too long for the fastest contraction; {advice}",
+            100.0 * off
+        )),
+        None if contraction > MAX_CONTRACTION => warnings.push(format!(
+            "the last exponent is not resolved: its tangent vector shrinks by a factor of e^{contraction:.1} per step on \
+             average; {advice}"
+        )),
+        _ => {}
+    }
+    let unsettled = study.unsettled().into_iter();
+    let unsettled: Vec<String> = unsettled.map(|k| (k + 1).to_string()).collect();
+    if !unsettled.is_empty() {
+        warnings.push(format!(
+            "the tangent vectors are not aligned (out-of-order exponents: {}); raise --settle",
+            unsettled.join(", ")
+        ));
+    }
+    let stats = &study.stats;
+    if stats.steps_without_event_location > 0 {
+        warnings.push(format!(
+            "{} of {} steps passed events without locating them, because the events were too frequent",
+            stats.steps_without_event_location, stats.steps
+        ));
+    }
+    if study.ending == Ending::MaxTimeReached {
+        let reached =
+            "the maximum averaging time was reached before the target; raise --average-time";
+        warnings.push(reached.to_owned());
+    }
+    warnings
+}
+
+/// The name of a scene and its tilt (rad), for a title.
+pub fn title(scene: &str, tilt: Option<f64>) -> String {
+    match tilt {
+        Some(tilt) => format!("{scene} at {} deg", degrees(tilt)),
+        None => scene.to_owned(),
+    }
+}
+
+impl Report for LyapunovResult {
+    fn blocks(&self, scene: &str) -> Vec<Block> {
+        let found = &self.found;
+        let study = &found.study;
+        // The title has the tilt.
+        let held = FixedAt {
+            tilt: None,
+            ..found.fixed_at
+        };
+        let held = held
+            .description()
+            .map_or(String::new(), |held| format!(", {held}"));
+        let rest = format!("{held}: {}", self.classification.description);
+        let mut blocks = vec![Block::heading(title(scene, found.tilt), rest)];
+        if !study.spectrum.exponents.is_empty() {
+            blocks.push(Block::Table(
+                self.classification.table(&study.spectrum.exponents),
+            ));
+        }
+        if study.segments.len() > 1 {
+            blocks.push(Block::Table(segments(&study.segments)));
+        }
+        if let Some(dimension) = &self.classification.kaplan_yorke {
+            blocks.push(Block::text(format!(
+                "Kaplan-Yorke dimension {}",
+                Measured::from(dimension)
+            )));
+        }
+        if let Some(sum) = self.sum_per_s {
+            let trace = study.mean_trace;
+            let trace = trace.map_or(String::new(), |trace| {
+                format!(", mean trace {trace:.3} 1/s")
+            });
+            blocks.push(Block::text(format!("sum {sum:.3} 1/s{trace}")));
+        }
+        blocks.extend(self.warnings.iter().cloned().map(Block::Warning));
+        blocks.push(Block::text(format!(
+            "averaged over {:.3} s, after {:.3} s of the scene and {:.3} s of tangent alignment",
+            study.spectrum.time, found.transient, study.settled
+        )));
+        if !study.spectrum.exponents.is_empty() {
+            blocks.push(Block::text(format!(
+                "resolution: an exponent within ±{:.2} 1/s cannot be distinguished from zero",
+                study.spectrum.resolution
+            )));
+        }
+        let tolerance = found.tolerance;
+        let tolerance = tolerance.map_or(String::new(), |tolerance| {
+            format!(" (tolerance {tolerance:.0e})")
+        });
+        let factor = self.real_time_factor;
+        let factor = factor.map_or(String::new(), |factor| {
+            format!(" ({factor:.2} x real time)")
+        });
+        blocks.push(Block::text(format!(
+            "{} steps{tolerance}, {} rejected, {} right-hand-side evaluations in {:.2} s{factor}",
+            study.stats.steps, study.stats.rejections, study.stats.rhs_evals, study.busy_seconds,
+        )));
+        blocks
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted
+    }
+}
+
+impl Classification {
+    /// The exponents with their signs, one per row.
+    pub fn table(&self, exponents: &[crate::dynamics::Exponent]) -> Table {
+        let titles = ["", "exponent, 1/s", "95 % ±", "/ omega_1"];
+        let table = titles.into_iter().fold(Table::default(), Table::right);
+        let mut table = table.left("sign");
+        for (k, (exponent, sign)) in exponents.iter().zip(&self.signs).enumerate() {
+            let [value, error] = Measured::from(exponent).parts();
+            let scaled = self.exponents_over_omega_1.get(k);
+            let scaled = scaled.map_or(String::new(), |scaled| format!("{:.3e}", scaled.value));
+            let tone = match sign {
+                Sign::Positive => Tone::Bad,
+                Sign::Undetermined => Tone::Doubtful,
+                Sign::Zero | Sign::Negative => Tone::Plain,
+            };
+            let numbers = [(k + 1).to_string(), value, error, scaled].map(Cell::from);
+            table.row(numbers.into_iter().chain([tone.cell(sign)]));
+        }
+        table
+    }
+}
+
+/// Number of exponents of each motion in the table.
+const SEGMENT_EXPONENTS: usize = 3;
+
+/// The successive motions, one per row.
+fn segments(segments: &[MotionSegment]) -> Table {
+    let table = Table::default().right("start, s").right("end, s");
+    let mut table = table.left("attractor").left("largest exponents, 1/s");
+    for segment in segments {
+        let largest = segment.spectrum.exponents.iter().take(SEGMENT_EXPONENTS);
+        let largest = if segment.spectrum.time > 0.0 {
+            let largest = largest.map(|exponent| Measured::from(exponent).to_string());
+            largest.collect::<Vec<_>>().join(", ")
+        } else {
+            "too short to average".to_owned()
+        };
+        let [start, end] = [segment.start, segment.end].map(|t| format!("{t:.3}"));
+        table.row([start, end, segment.attractor.to_string(), largest]);
+    }
+    table
+}
+
+/// Number of exponents of a run that are printed. The recording and JSON have all of them.
+const RUN_EXPONENTS: usize = 4;
+
+impl Classified<&Exponents> {
+    /// The exponents at the end of a run in one line.
+    pub fn line(&self) -> String {
+        let spectrum = &self.found.spectrum;
+        let shown = spectrum.exponents.iter().take(RUN_EXPONENTS);
+        let shown: Vec<_> = shown
+            .map(|exponent| Measured::from(exponent).to_string())
+            .collect();
+        let more = if spectrum.exponents.len() > RUN_EXPONENTS {
+            ", ..."
+        } else {
+            ""
+        };
+        let dimension = self.classification.kaplan_yorke.as_ref();
+        let dimension = dimension.map_or(String::new(), |dimension| {
+            format!(", Kaplan-Yorke dimension {}", Measured::from(dimension))
+        });
+        let earlier = earlier_motion(&self.found.segments, self.found.chaotic_transient);
+        let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
+        format!(
+            "Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
+            shown.join(", "),
+            1e3 * spectrum.time,
+            self.classification.description
+        )
+    }
+}
+
+#[cfg(test)]
+#[path = "report_tests.rs"]
+mod tests;
