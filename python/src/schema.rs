@@ -13,7 +13,7 @@ use squeakscope::study::StabilityAt;
 use squeakscope::study::basins::Basins;
 use squeakscope::study::branch::{Branch, ModeSensitivities};
 use squeakscope::study::cost::Cost;
-use squeakscope::study::lyapunov::{Classified, LyapunovStudy, SceneLyapunov};
+use squeakscope::study::lyapunov::{Classified, LyapunovResult, LyapunovStudy};
 use squeakscope::study::signal::{AnalysedFile, MeasuresAt, SpectralLines};
 use squeakscope::study::sweep::SweepResult;
 
@@ -115,7 +115,7 @@ results! {
     /// Lyapunov exponents of a scene.
     SceneExponents {
         #[serde(flatten)]
-        study: Classified<SceneLyapunov>,
+        study: LyapunovResult,
     }
     /// Lyapunov exponents at the end of a run.
     RunExponents {
@@ -156,7 +156,7 @@ pub fn schemas(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         Spectrum,
         StabilityAt,
         Summary,
-        SweepResult<'_>,
+        SweepResult,
         TonalEvents,
         Verdict,
         ZeroOne,

@@ -10,7 +10,7 @@ use squeakscope::study::branch::{
 };
 use squeakscope::study::cost as cost_study;
 use squeakscope::study::lyapunov::{
-    Classified, ExponentCount, Goal, LyapunovRequest, scene_lyapunov,
+    ExponentCount, Goal, LyapunovRequest, LyapunovResult, scene_lyapunov,
 };
 use squeakscope::study::{StudyError, stability as linear_modes};
 
@@ -234,7 +234,7 @@ pub fn lyapunov<'py>(
             watch.report(progress.share)
         })
     })?;
-    Fields::of(py, &Classified::scene(&found))?.finish::<SceneExponents>()
+    Fields::of(py, &LyapunovResult::new(request.goal, found))?.finish::<SceneExponents>()
 }
 
 /// Measure what accuracy and effects cost, and find the cheapest settings.

@@ -162,7 +162,7 @@ pub fn sweep<'py>(
     }
     let shard = Shard { number, of };
     let found = points(py, &plan, shard, threads, progress.as_ref())?;
-    let answer = Fields::of(py, &SweepResult::new(&plan, &found, shard, false))?;
+    let answer = Fields::of(py, &SweepResult::new(&plan, found, shard, false))?;
     answer
         .name_values(
             &plan
@@ -171,7 +171,7 @@ pub fn sweep<'py>(
                 .map(|axis| axis.parameter().path())
                 .collect::<Vec<_>>(),
         )?
-        .finish::<SweepResult<'_>>()
+        .finish::<SweepResult>()
 }
 
 /// Find coexisting attractors, and the share of random kicks that reach each.

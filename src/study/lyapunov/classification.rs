@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{LyapunovStudy, SceneLyapunov};
+use super::LyapunovStudy;
 use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
 use crate::pipeline::message::Exponents;
 
@@ -70,16 +70,6 @@ impl<'a> Classified<&'a Exponents> {
         Self {
             found,
             classification,
-        }
-    }
-}
-
-impl<'a> Classified<&'a SceneLyapunov> {
-    /// The study of a scene.
-    pub fn scene(found: &'a SceneLyapunov) -> Self {
-        Self {
-            found,
-            classification: found.study.classification(found.omega_1),
         }
     }
 }
