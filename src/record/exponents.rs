@@ -9,15 +9,15 @@ use super::{
     plot::Bounds,
     samples::name_series,
     stream::{self, Moment, RecordingStream},
-    style::{self, FullScale, short},
+    style::{self, FullScale},
     text,
 };
 use crate::{
     dynamics::{Exponent, LyapunovSpectrum},
-    number,
     pipeline::message::{Exponents, Header},
     plot::{self, Axis, Layer, Panel},
-    text as words,
+    report::{Measured, Report as _, markdown},
+    study::lyapunov::Classified,
 };
 
 /// Size of the plot of the spectrum, pixels.
@@ -68,8 +68,8 @@ impl ExponentsPlot {
             log_exponents(rec, &Root::of_run(), time, &spectrum.exponents)?;
         }
         self.draw_spectrum(rec, time, spectrum)?;
-        let words = text::document(document(header, exponents));
-        stream::log_at(rec, paths::EXPONENTS_TEXT, time, &words)
+        let text = markdown(&Classified::run(exponents).blocks(""));
+        stream::log_at(rec, paths::EXPONENTS_TEXT, time, &text::document(text))
     }
 
     fn draw_spectrum(
@@ -109,13 +109,13 @@ fn spectrum_panel(spectrum: &LyapunovSpectrum, full: f64) -> Panel {
         let point = [k as f64 + 1.0, exponent.value];
         Layer::points(vec![point], 3.3, plot::Color::Exponent(k))
     }));
-    let words = match spectrum.kaplan_yorke() {
-        Some(dimension) => format!("Kaplan-Yorke dimension {}", with_error(&dimension, 1.0)),
+    let caption = match &spectrum.kaplan_yorke {
+        Some(dimension) => format!("Kaplan-Yorke dimension {}", Measured::from(dimension)),
         None => "95 % intervals".to_owned(),
     };
     let index = Axis::integers("index", spectrum.exponents.len().max(1));
     let values = Axis::linear("exponent, 1/s", [-full, full]);
-    Panel::new("exponents", index, values, layers).with_caption(words)
+    Panel::new("exponents", index, values, layers).with_caption(caption)
 }
 
 /// Logs a row of exponents with their intervals, and the zero line.
@@ -169,93 +169,4 @@ pub fn name_exponents(rec: &RecordingStream, root: &Root, count: usize) -> Resul
         ["zero".to_owned()],
         [style::AXIS],
     )
-}
-
-/// The exponents as text and table.
-fn document(header: &Header, exponents: &Exponents) -> String {
-    let spectrum = &exponents.spectrum;
-    let attractor = style::capitalize(&exponents.attractor().to_string());
-    let rows: String = spectrum
-        .exponents
-        .iter()
-        .enumerate()
-        .map(|(k, exponent)| {
-            format!(
-                "| λ{} | {} | {} | {} |\n",
-                k + 1,
-                with_error(exponent, 1.0),
-                with_error(exponent, 1e6 / exponents.omega_1),
-                spectrum.sign(k),
-            )
-        })
-        .collect();
-    let dimension = match spectrum.kaplan_yorke() {
-        Some(dimension) => format!("**{}**", with_error(&dimension, 1.0)),
-        None => "not defined by these exponents".to_owned(),
-    };
-    let earlier = words::earlier_motion(&exponents.segments, exponents.chaotic_transient);
-    format!(
-        "## {attractor}\n\n{count} of {all} exponents, averaged over {span} up to {now}{since}.\n\n\
-         | | 1/s | 10⁻⁶ ω₁ | sign |\n|---|---|---|---|\n{rows}\n\
-         Kaplan-Yorke dimension: {dimension}.\n\n\
-         *± is the 95 % interval. Exponents within ±{resolution} 1/s cannot be distinguished from zero \
-         in this averaging time. ω₁ = {omega:.0} rad/s.*",
-        count = spectrum.exponents.len(),
-        all = spectrum.dimension,
-        span = style::Quantity::Time.format(spectrum.time),
-        now = style::format_time(header, exponents.time),
-        since = earlier.map_or(String::new(), |earlier| format!(
-            ", after a change of the motion ({earlier})"
-        )),
-        resolution = short(spectrum.resolution),
-        omega = exponents.omega_1,
-    )
-}
-
-/// A value with its error, both multiplied by a factor.
-fn with_error(value: &Exponent, factor: f64) -> String {
-    number::with_error(factor * value.value, factor * value.half_width)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{dynamics::Motion, record::tests::demo};
-
-    #[test]
-    fn exponents_are_described() {
-        let exponents = Exponents {
-            time: 0.2,
-            spectrum: LyapunovSpectrum {
-                exponents: vec![
-                    Exponent {
-                        value: 71.0,
-                        half_width: 9.0,
-                    },
-                    Exponent {
-                        value: 0.5,
-                        half_width: f64::INFINITY,
-                    },
-                ],
-                time: 0.15,
-                dimension: 22,
-                resolution: 6.7,
-                kaplan_yorke: None,
-            },
-            motion: Motion::Free,
-            omega_1: 1e4,
-            segments: Vec::new(),
-            chaotic_transient: None,
-        };
-        let text = document(&demo::header(0.3), &exponents);
-        assert!(text.contains("2 of 22 exponents, averaged over 150 ms up to 200 ms."));
-        assert!(
-            text.contains("| λ1 | 71.0 ± 9.0 | 7100 ± 900 | positive |"),
-            "{text}"
-        );
-        assert!(
-            text.contains("| λ2 | 0.5 (error unknown) | 50 (error unknown) | undetermined |"),
-            "{text}"
-        );
-    }
 }

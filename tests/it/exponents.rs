@@ -104,7 +104,7 @@ fn a_short_time_leaves_a_torus_undecided() {
     let spectrum = &found.study.spectrum;
     assert_eq!(spectrum.count(Sign::Zero), 0, "{spectrum:?}");
     assert_eq!(found.study.attractor(), Attractor::Undecided);
-    assert_eq!(spectrum.kaplan_yorke(), None);
+    assert_eq!(spectrum.kaplan_yorke, None);
 }
 
 /// Without a kick the joint stays bitwise in steady sliding, which is unstable at 5 degrees.

@@ -63,7 +63,13 @@ impl Integrator {
             .iter()
             .filter(|&&omega| omega > 0.0);
         let slowest = modes.copied().fold(f64::INFINITY, f64::min);
-        growth.spectrum(tangents.dimension(), MIN_PERIODS_FOR_ZERO * TAU / slowest)
+        let mut spectrum =
+            growth.spectrum(tangents.dimension(), MIN_PERIODS_FOR_ZERO * TAU / slowest);
+        // An equilibrium is a point, whatever its exponents.
+        if !tangents.moved() {
+            spectrum.kaplan_yorke = None;
+        }
+        spectrum
     }
 
     /// The type of motion that classification needs in addition to the exponents

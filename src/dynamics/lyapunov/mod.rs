@@ -75,8 +75,12 @@ pub struct LyapunovSpectrum {
     #[serde(rename = "resolution_per_s")]
     #[schemars(with = "Option<f64>")]
     pub resolution: f64,
-    /// The Kaplan–Yorke dimension, see [`LyapunovSpectrum::kaplan_yorke`].
-    // Not serialised: it has no meaning for an equilibrium, which the exponents alone do not reveal.
+    /// The Kaplan–Yorke dimension with its 95 % interval, dimensionless: `k` plus the sum of the first
+    /// `k` exponents divided by the magnitude of the next one, where `k` is the largest number of
+    /// exponents whose sum is not negative. Exponents that count as zero are taken as zero. `None` for an
+    /// equilibrium, if too few exponents are known, or if it depends on an undetermined one. (J. L. Kaplan
+    /// and J. A. Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
+    // Not serialised here: a result states it with its classification.
     #[serde(skip)]
     pub kaplan_yorke: Option<Exponent>,
 }
@@ -247,15 +251,6 @@ impl LyapunovSpectrum {
             (_, _, Motion::Driven) => Attractor::Torus(zero + 1),
             _ => Attractor::Torus(zero),
         }
-    }
-
-    /// The Kaplan–Yorke dimension with its 95 % interval, dimensionless: `k` plus the sum of the first
-    /// `k` exponents divided by the magnitude of the next one, where `k` is the largest number of
-    /// exponents whose sum is not negative. Exponents that count as zero are taken as zero. `None` if
-    /// too few exponents are known or if it depends on an undetermined one. (J. L. Kaplan and J. A.
-    /// Yorke, Lecture Notes in Mathematics 730 (1979) 204-227.)
-    pub fn kaplan_yorke(&self) -> Option<Exponent> {
-        self.kaplan_yorke
     }
 }
 

@@ -64,15 +64,15 @@ fn an_undetermined_exponent_does_not_count_for_hyperchaos() {
 fn too_few_exponents_leave_the_attractor_undecided() {
     let known = growth(&[0.0, 0.0], &[0.0; 2]).spectrum(4, 0.0);
     assert_eq!(known.attractor(), Attractor::Undecided);
-    assert_eq!(known.kaplan_yorke(), None);
+    assert_eq!(known.kaplan_yorke, None);
     let known = growth(&[0.0, -0.5], &[0.0; 2]).spectrum(4, 0.0);
     assert_eq!(known.attractor(), Attractor::Cycle);
-    assert_eq!(known.kaplan_yorke().unwrap().value, 1.0);
+    assert_eq!(known.kaplan_yorke.unwrap().value, 1.0);
 }
 
 #[test]
 fn kaplan_yorke_dimensions_of_known_spectra() {
-    let dimension = |rates: &[f64]| spectrum(rates, &vec![0.0; rates.len()]).kaplan_yorke();
+    let dimension = |rates: &[f64]| spectrum(rates, &vec![0.0; rates.len()]).kaplan_yorke;
     assert_eq!(dimension(&[-1.0, -2.0]).unwrap().value, 0.0);
     assert_eq!(dimension(&[0.0, 0.0, -2.0]).unwrap().value, 2.0);
     let value = dimension(&[0.9, 0.0, -14.5]).unwrap().value;
@@ -87,7 +87,7 @@ fn kaplan_yorke_dimensions_of_known_spectra() {
     }
     let spectrum = growth.spectrum(2, 0.0);
     let [first, second] = [0, 1].map(|k| spectrum.exponents[k]);
-    let found = spectrum.kaplan_yorke().unwrap();
+    let found = spectrum.kaplan_yorke.unwrap();
     let slope = 1.0 / second.value.abs() - first.value / second.value.powi(2);
     assert!((found.half_width - slope * first.half_width).abs() < 1e-9);
 }
@@ -101,14 +101,14 @@ fn a_collapsed_direction_has_exponent_minus_infinity() {
     assert_eq!(spectrum.exponents[1].value, f64::NEG_INFINITY);
     assert_eq!(spectrum.sign(1), Sign::Negative);
     assert_eq!(spectrum.attractor(), Attractor::Cycle);
-    assert_eq!(spectrum.kaplan_yorke().unwrap().value, 1.0);
+    assert_eq!(spectrum.kaplan_yorke.unwrap().value, 1.0);
 }
 
 #[test]
 fn before_any_growth_nothing_is_known() {
     let spectrum = Growth::new(3).spectrum(3, 0.0);
     assert_eq!(spectrum.attractor(), Attractor::Undecided);
-    assert!(spectrum.kaplan_yorke().is_none());
+    assert!(spectrum.kaplan_yorke.is_none());
     assert_eq!(spectrum.exponents[0].value, 0.0);
 }
 
@@ -130,7 +130,7 @@ fn an_interval_that_excludes_zero_is_not_zero() {
     // From growth: the dimension depends on it and is therefore undefined.
     let found = self::spectrum(&[1e-4, -4.0], &[0.0; 2]);
     assert_eq!(found.sign(0), Sign::Undetermined, "{found:?}");
-    assert_eq!(found.kaplan_yorke(), None);
+    assert_eq!(found.kaplan_yorke, None);
 }
 
 /// A zero exponent requires the minimum averaging time; a clearly non-zero one does not.
@@ -151,7 +151,7 @@ fn a_zero_exponent_requires_the_minimum_time() {
         assert_eq!((before.attractor(), after.attractor()), (early, late));
         assert_eq!(before.count(Sign::Zero), 0);
         // The dimension is not defined either if it depends on an unconfirmed zero.
-        assert_eq!(before.kaplan_yorke().is_some(), early.is_decided());
+        assert_eq!(before.kaplan_yorke.is_some(), early.is_decided());
     }
 }
 

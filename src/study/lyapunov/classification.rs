@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::LyapunovStudy;
-use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Motion, Sign};
+use crate::dynamics::{Attractor, Exponent, LyapunovSpectrum, Sign};
 use crate::pipeline::message::Exponents;
 
 /// Quantities derived from a Lyapunov spectrum.
@@ -28,25 +28,19 @@ pub struct Classification {
 
 impl Classification {
     /// Classifies a spectrum; `omega_1` in rad/s, infinite for a system without modes.
-    pub fn new(
-        spectrum: &LyapunovSpectrum,
-        motion: Motion,
-        attractor: Attractor,
-        omega_1: f64,
-    ) -> Self {
+    pub fn new(spectrum: &LyapunovSpectrum, attractor: Attractor, omega_1: f64) -> Self {
         let exponents = &spectrum.exponents;
         let scalable = exponents.iter().filter(|_| omega_1.is_finite());
         let scaled = scalable.map(|exponent| Exponent {
             value: exponent.value / omega_1,
             half_width: exponent.half_width / omega_1,
         });
-        let is_point = exponents.is_empty() || motion == Motion::Still;
         Self {
             attractor,
             description: attractor.to_string(),
             signs: (0..exponents.len()).map(|k| spectrum.sign(k)).collect(),
             exponents_over_omega_1: scaled.collect(),
-            kaplan_yorke: spectrum.kaplan_yorke().filter(|_| !is_point),
+            kaplan_yorke: spectrum.kaplan_yorke,
         }
     }
 }
@@ -66,7 +60,7 @@ impl<'a> Classified<&'a Exponents> {
     /// The exponents at the end of a run.
     pub fn run(found: &'a Exponents) -> Self {
         let (spectrum, attractor) = (&found.spectrum, found.attractor());
-        let classification = Classification::new(spectrum, found.motion, attractor, found.omega_1);
+        let classification = Classification::new(spectrum, attractor, found.omega_1);
         Self {
             found,
             classification,

@@ -168,7 +168,7 @@ impl LyapunovStudy {
 
     /// What the exponents say; `omega_1` in rad/s, infinite for a system without modes.
     pub fn classification(&self, omega_1: f64) -> Classification {
-        Classification::new(&self.spectrum, self.motion, self.attractor(), omega_1)
+        Classification::new(&self.spectrum, self.attractor(), omega_1)
     }
 
     /// Relative difference between the sum of all exponents and the mean trace: a check of how well the time

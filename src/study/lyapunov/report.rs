@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Classification, Ending, FULL_SPECTRUM_TOLERANCE, Goal, LyapunovStudy, SceneLyapunov};
 use crate::dynamics::{Attractor, Motion, Sign, Stability};
-use crate::number::degrees;
+use crate::number::{brief, degrees, short};
 use crate::pipeline::message::{Exponents, MotionSegment};
 use crate::report::{Block, Cell, Measured, Report, Table, Tone};
 use crate::scene::FixedAt;
@@ -281,7 +281,46 @@ fn segments(segments: &[MotionSegment]) -> Table {
 /// Number of exponents of a run that are printed. The recording and JSON have all of them.
 const RUN_EXPONENTS: usize = 4;
 
+impl Report for Classified<&Exponents> {
+    fn blocks(&self, _name: &str) -> Vec<Block> {
+        let spectrum = &self.found.spectrum;
+        let since = self.earlier().map_or(String::new(), |earlier| {
+            format!(", after a change of the motion ({earlier})")
+        });
+        let dimension = match &self.classification.kaplan_yorke {
+            Some(dimension) => Tone::Strong.cell(Measured::from(dimension)),
+            None => "not defined by these exponents".into(),
+        };
+        vec![
+            Block::heading(
+                "Lyapunov exponents",
+                format!(": {}", self.classification.attractor),
+            ),
+            Block::text(format!(
+                "{} of {} exponents, averaged over {} up to {}{since}.",
+                spectrum.exponents.len(),
+                spectrum.dimension,
+                brief(spectrum.time, "s"),
+                brief(self.found.time, "s"),
+            )),
+            Block::Table(self.classification.table(&spectrum.exponents)),
+            Block::Text(vec!["Kaplan-Yorke dimension: ".into(), dimension]),
+            Block::text(format!(
+                "± is the 95 % interval. Exponents within ±{} 1/s cannot be distinguished from zero in this averaging \
+                 time. omega_1 = {:.0} rad/s.",
+                short(spectrum.resolution),
+                self.found.omega_1
+            )),
+        ]
+    }
+}
+
 impl Classified<&Exponents> {
+    /// The motion before the present one.
+    fn earlier(&self) -> Option<String> {
+        earlier_motion(&self.found.segments, self.found.chaotic_transient)
+    }
+
     /// The exponents at the end of a run in one line.
     pub fn line(&self) -> String {
         let spectrum = &self.found.spectrum;
@@ -298,7 +337,7 @@ impl Classified<&Exponents> {
         let dimension = dimension.map_or(String::new(), |dimension| {
             format!(", Kaplan-Yorke dimension {}", Measured::from(dimension))
         });
-        let earlier = earlier_motion(&self.found.segments, self.found.chaotic_transient);
+        let earlier = self.earlier();
         let earlier = earlier.map_or(String::new(), |earlier| format!("{earlier}, then "));
         format!(
             "Lyapunov exponents {}{more} 1/s, averaged over {:.0} ms: {earlier}{}{dimension}",
