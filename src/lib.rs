@@ -172,17 +172,11 @@
     )
 )]
 
-pub mod analysis;
 mod causes;
-pub mod dynamics;
 pub mod export;
-pub mod fem;
 mod foreign;
 pub mod guide;
 pub mod import;
-mod instruction_set;
-pub mod joint;
-pub mod memory;
 #[cfg_attr(
     not(feature = "cli"),
     allow(dead_code, reason = "some formats are used by the command line only")
@@ -193,10 +187,22 @@ pub mod pipeline;
 pub mod report;
 pub mod scene;
 pub mod study;
-pub mod systems;
 pub mod text;
 
 pub use causes::chain_of_causes;
+pub use squeakscope_analysis as analysis;
+pub use squeakscope_analysis::memory;
+pub use squeakscope_dynamics as dynamics;
+pub use squeakscope_joint as joint;
+pub use squeakscope_joint::{fem, systems};
+
+#[cfg(test)]
+#[allow(
+    dead_code,
+    reason = "the tests of the analysis use more of these signals"
+)]
+#[path = "../crates/analysis/src/test_signals/mod.rs"]
+mod test_signals;
 
 #[cfg(feature = "cli")]
 mod cli;

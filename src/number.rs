@@ -1,5 +1,7 @@
 //! Formatting of numbers for sentences, tables and labels.
 
+pub(crate) use crate::analysis::significant;
+
 /// An angle in degrees that gives the same radians again, if there is one.
 pub(crate) fn degrees(radians: f64) -> f64 {
     let near = radians.to_degrees();
@@ -79,21 +81,6 @@ pub(crate) fn with_error(value: f64, half_width: f64) -> String {
         value_and_error(value, half_width).join(" ± ")
     } else {
         format!("{} (error unknown)", short(value))
-    }
-}
-
-/// A number with `digits` significant digits; with a power of ten below 1e-4 and from 1e6 on.
-pub(crate) fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let places = digits.saturating_sub(1);
-    match value.abs().log10().floor() as i32 {
-        magnitude @ -4..=5 => {
-            let decimals = (places as i32 - magnitude).max(0) as usize;
-            format!("{value:.decimals$}")
-        }
-        _ => format!("{value:.places$e}"),
     }
 }
 

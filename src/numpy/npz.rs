@@ -12,6 +12,7 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::{Array, ArrayError, ArrayReader};
 use crate::foreign::open_file;
+use crate::joint::{self, NamedArrays};
 
 /// Maximum number of values that [`Npz::array`] reads from one file, all arrays together (1 GiB of
 /// `f64`): far above a sparse mass matrix, far below what a few bytes of a compressed file can announce.
@@ -111,6 +112,18 @@ impl Npz {
             name: name.to_owned(),
             problem,
         })
+    }
+}
+
+impl NamedArrays for Npz {
+    fn shape(&mut self, name: &str) -> Result<Option<Vec<usize>>, joint::ArrayError> {
+        Ok(self.shape(name)?)
+    }
+
+    fn values(&mut self, name: &str) -> Result<Vec<f64>, joint::ArrayError> {
+        Ok(self
+            .array(name)?
+            .map_or_else(Vec::new, |array| array.values))
     }
 }
 

@@ -11,7 +11,6 @@ use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::*;
-use crate::analysis::test_signals::noise;
 use crate::analysis::{AnalysisError, Regime};
 use crate::pipeline::stages::synthetic_tests::{
     EMBEDDING, Motion, RATE, SLIDING_SPEED, all_analyses, analyses, header,
@@ -20,6 +19,7 @@ use crate::pipeline::stages::{Context, Emit, Stage};
 use crate::scene::{
     AnalysisSpec, ChaosSpec, QuantificationSpec, RecurrenceSpec, SectionSpec, SectionSurface,
 };
+use crate::test_signals::noise;
 
 const T0: f64 = 0.25;
 

@@ -3,7 +3,6 @@
 use resvg::usvg::{Group, Node, Rect};
 
 use super::*;
-use crate::analysis::test_signals::{noise, sines};
 use crate::import::Signal;
 use crate::joint::{BallJoint, Friction};
 use crate::scene::{Parameter, Scene};
@@ -20,6 +19,7 @@ use crate::study::sweep::{
     Axis as SweptAxis, Shard, Start, SweepObserver, SweepPlan, SweepPoint, SweepProgress, sweep,
 };
 use crate::study::{ThreadSpawnError, growth_causes, stability};
+use crate::test_signals::{noise, sines};
 
 /// Sizes that are tried besides the default, mm.
 const SIZES: [&str; 3] = ["254x143", "160x90", "120x70"];

@@ -4,6 +4,7 @@ use super::*;
 use crate::analysis::*;
 use crate::import::Signal;
 use crate::study::signal::*;
+use crate::test_signals;
 
 const LOOK: FigureOptions = FigureOptions {
     style: Style::Screen,

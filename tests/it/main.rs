@@ -7,6 +7,7 @@ mod branch;
 mod campaign;
 #[cfg(feature = "cli")]
 mod cli;
+mod continuation;
 mod convergence;
 #[cfg(feature = "cli")]
 mod damage;
@@ -23,7 +24,6 @@ mod faults;
 mod fuzz;
 mod hard_cases;
 mod laws;
-mod layering;
 // Ctrl-C is sent by a Unix program.
 #[cfg(all(feature = "cli", unix))]
 mod live;

@@ -6,8 +6,10 @@
 //! this crate. The first two growth rates of the table are within 0.1 %, the third and fourth are 0.16 % and 0.22 %
 //! low.
 
+use std::collections::BTreeMap;
+
 use squeakscope::joint::BallJoint;
-use squeakscope::scene::Scene;
+use squeakscope::scene::{Parameter, Scene};
 use squeakscope::study::{StabilityAt, stability};
 
 /// The joint of `periodic-2deg` with enough nodes for a negligible quadrature error.
@@ -101,5 +103,110 @@ fn all_modes_are_stable_with_the_printed_curve() {
             .unwrap()
             .remove(0);
         assert_eq!(at.unstable().count(), 0, "{:?}", at.modes);
+    }
+}
+
+#[test]
+fn the_squeak_is_fed_by_the_slope_and_damped_across() {
+    let scene = Scene::load("periodic-2deg").unwrap();
+    let tilted = scene.joint().unwrap();
+    let ball = BallJoint::new(&tilted.spec).unwrap();
+    let model = ball.model(tilted.tilt.at(0.0)).unwrap();
+    let modes = model.explained_modes().unwrap();
+    let unstable: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+    assert_eq!(unstable.len(), 4);
+    for mode in unstable {
+        let [slope, _, direction, structure] = &mode.causes[..] else {
+            panic!("four causes");
+        };
+        assert!(
+            slope.share > 0.5 * mode.growth && slope.without < 0.5 * mode.growth,
+            "{mode:?}"
+        );
+        // The mode shape changes without the term, so that the growth rate need not increase.
+        assert!(direction.share < 0.0, "{mode:?}");
+        assert_eq!(structure.share, 0.0);
+        assert!((structure.without - mode.growth).abs() < 1e-6);
+    }
+}
+
+/// The numbers of unstable modes and growth rates in the texts of the scenes.
+#[test]
+fn the_texts_of_the_scenes_are_true() {
+    let unstable = |name: &str, change: Option<(&str, f64)>| -> Vec<f64> {
+        let mut scene = Scene::load(name).unwrap();
+        if let Some((path, value)) = change {
+            let parameter = Parameter::named(path).unwrap();
+            scene = scene.with_values(&[(parameter, value)]).unwrap();
+        }
+        let tilted = scene.joint().unwrap();
+        let joint = BallJoint::new(&tilted.spec).unwrap();
+        let modes = joint
+            .joint(tilted.tilt.at(0.0))
+            .unwrap()
+            .linear_modes()
+            .unwrap();
+        assert!(
+            modes
+                .iter()
+                .all(|mode| mode.frequency_hz > 1e3 || name == "periodic-2deg")
+        );
+        let growing = modes.iter().filter(|mode| mode.unstable());
+        growing.map(|mode| mode.growth.round()).collect()
+    };
+    assert_eq!(unstable("periodic-2deg", None)[1..], [737.0, 685.0, 607.0]);
+    assert_eq!(unstable("bristles", None)[1..], [51.0, 22.0, 13.0]);
+    let stiff = unstable("bristles", Some(("friction.bristle_stiffness_per_m", 1e7)));
+    assert!(stiff.len() == 4 && stiff[1] > 700.0, "{stiff:?}");
+    assert_eq!(unstable("contact-age", None).len(), 2);
+    let of = |distance| unstable("contact-age", Some(("friction.slip_distance_um", distance)));
+    assert_eq!((of(0.05).len(), of(5.0).len()), (4, 0));
+}
+
+/// Natural frequencies of a body with the given lines by the names of the modes, from a source. The order of the
+/// modes depends on the body.
+fn frequencies(lines: &str, source: &str) -> BTreeMap<String, f64> {
+    let text = format!(
+        "{lines}\nbody.frequencies = \"{source}\"\nload = {{ load_n = 150, tilt_deg = 2 }}\n\
+         time.duration_ms = 10\n"
+    );
+    let scene = Scene::parse("mine.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let ball = BallJoint::new(&scene.joint().unwrap().spec).unwrap();
+    let labels = ball.mode_labels().into_iter();
+    labels.zip(ball.frequencies_hz().iter().copied()).collect()
+}
+
+#[test]
+fn scaled_frequencies_of_the_published_body_are_the_published_ones() {
+    for lines in [
+        "",
+        "body.beam_length_to = \"centre\"",
+        "body.element_size_mm = 5",
+    ] {
+        assert_eq!(
+            frequencies(lines, "scaled"),
+            frequencies(lines, "published"),
+            "{lines}"
+        );
+    }
+}
+
+/// The ratio of scaled to published frequencies is that of the finite-element frequencies of the two bodies. A
+/// softer material scales all of them with the root of Young's modulus.
+#[test]
+fn scaled_frequencies_follow_the_finite_element_model() {
+    let published = frequencies("", "published");
+    let of_published_body = frequencies("", "fe");
+    for lines in ["body.beam_length_mm = 240", "body.youngs_modulus_gpa = 70"] {
+        let [scaled, own] = ["scaled", "fe"].map(|source| frequencies(lines, source));
+        for (mode, &hz) in &published {
+            let [ratio, expected] = [scaled[mode] / hz, own[mode] / of_published_body[mode]];
+            assert!((ratio / expected - 1.0).abs() < 1e-12, "{lines}, {mode}");
+            assert!(ratio < 0.95, "{lines}, {mode}: {ratio}");
+            if lines.contains("young") {
+                let root = (70.0_f64 / 207.0).sqrt();
+                assert!((ratio / root - 1.0).abs() < 1e-8, "{mode}: {ratio}");
+            }
+        }
     }
 }

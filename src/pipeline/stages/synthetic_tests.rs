@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-use crate::analysis::test_signals::sines;
 use crate::analysis::{Direction, DivergenceMethod, Norm, Threshold};
 use crate::pipeline::message::{Frame, Header, JointInfo, SectionCoordinate, Subject, SurfaceMesh};
 use crate::scene::{
@@ -11,6 +10,7 @@ use crate::scene::{
     RegimeSpec, SectionSpec, SectionSurface, SpectrogramSpec, SpectrumSpec, ThresholdSpec,
     WindowSpec,
 };
+use crate::test_signals::sines;
 
 /// Sample rate of all synthetic runs, Hz.
 pub const RATE: f64 = 200_000.0;

@@ -1,12 +1,12 @@
 //! Figure of the guide: each feature of the type of motion in a signal that has it and in one that has not.
 
 use super::*;
-use crate::analysis::test_signals::recorded::RECORDED;
-use crate::analysis::test_signals::textbook::{JUDGING, TEXTBOOK};
 use crate::import::Signal;
 use crate::plot::figure::Shape;
 use crate::plot::{Figure, FigureOptions};
 use crate::study::signal::{SignalOptions, analyse_signal};
+use crate::test_signals::recorded::RECORDED;
+use crate::test_signals::textbook::{JUDGING, TEXTBOOK};
 
 /// Most points of a layer.
 const POINTS: usize = 160;

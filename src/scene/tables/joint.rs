@@ -9,9 +9,11 @@ use super::load::{AZIMUTH, CARRY, CONVECTION, FACTOR, LOAD, MOVES_PATCH, ROTATIO
 use super::quantity::Quantity;
 use crate::fem::{Elements, Families, Geometry, LengthReading, Material};
 use crate::joint::{
-    BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, ImportedModes, JointSpec,
-    MAX_MODES, PUBLISHED, PressureTable, Quadrature, Socket, StiffnessLaw,
+    BallOnBeam, BodySpec, Contact, ContactDamping, Frequencies, Friction, ImportedModes,
+    ImportedModesError, JointSpec, MAX_MODES, PUBLISHED, PressureTable, Quadrature, Socket,
+    StiffnessLaw,
 };
+use crate::numpy::Npz;
 use crate::scene::document::{Document, FromTable, Table};
 use crate::scene::error::{SceneError, ensure};
 use crate::scene::schedule::Schedule;
@@ -375,7 +377,9 @@ fn imported_modes(
     }
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let path = folder.join(named);
-    let modes = ImportedModes::read(&path, named).map_err(|problem| SceneError::Modes {
+    let modes = Npz::open(&path).map_err(|problem| ImportedModesError::File(problem.into()));
+    let modes = modes.and_then(|mut file| ImportedModes::read(&mut file, named));
+    let modes = modes.map_err(|problem| SceneError::Modes {
         at: document.place_of(["body.modes"]),
         file: path.display().to_string(),
         problem: Box::new(problem),

@@ -2,8 +2,11 @@
 
 use super::*;
 use crate::dynamics::{Accuracy, Differentiable, MethodName};
-use crate::systems::tests::Lorenz;
 use std::time::Duration;
+
+#[path = "../../../crates/dynamics/tests/it/known/lorenz.rs"]
+mod lorenz;
+use lorenz::Lorenz;
 
 /// Its exponents are 0.9056, 0 and -14.572 (Sprott, Chaos and Time-Series Analysis, 2003).
 const LORENZ: Lorenz = Lorenz::CLASSICAL;

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::*;
 use crate::analysis::Regime;
-use crate::analysis::test_signals::{coordinate, lorenz, sines};
 use crate::dynamics::{Exponent, LyapunovSpectrum};
 use crate::joint::{BallJoint, NamedMode};
 use crate::scene::Scene;
 use crate::study::response::SettledResponse;
 use crate::study::response::tests::measured;
 use crate::study::{StabilityAt, stability};
+use crate::test_signals::{coordinate, lorenz, sines};
 
 /// Sample rate, Hz, and number of samples of a signal.
 const RATE: f64 = 200e3;

@@ -266,7 +266,7 @@ fn curves(section: &[[f64; 2]], size: f64) -> Option<ClosedCurves> {
 mod tests {
     use super::*;
     use crate::analysis::RecurrenceKind;
-    use crate::analysis::test_signals::sines;
+    use crate::test_signals::sines;
 
     #[test]
     fn maxima_are_interpolated_between_samples() {

@@ -79,7 +79,7 @@ fn pooled(picture: &[u8], side: usize, combine: fn(u8, u8) -> u8) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::test_signals::sines;
+    use crate::test_signals::sines;
 
     fn portrait(samples: usize) -> PhasePortrait {
         let tone = sines(200e3, samples, &[(4000.0, 1e-6, 0.0)]);

@@ -148,7 +148,7 @@ fn mean_with_error(values: &[f64]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::test_signals::noise;
+    use crate::test_signals::noise;
 
     const OMEGA: [f64; 2] = [1.0, 3.0];
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::Norm;
-use crate::analysis::test_signals::{noise, sines};
+use crate::test_signals::{noise, sines};
 
 fn report(samples: Vec<f64>, threshold: Threshold) -> Result<SignalAnalysis, SignalError> {
     let signal = Signal {

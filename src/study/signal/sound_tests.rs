@@ -1,7 +1,7 @@
 //! Events of a sound: times, full scale, long signals.
 
 use super::*;
-use crate::analysis::test_signals::{noise, sines};
+use crate::test_signals::{noise, sines};
 
 const RATE: f64 = 8000.0;
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::RidgePoint;
-use crate::analysis::test_signals::sines;
+use crate::test_signals::sines;
 
 const RATE: f64 = 44_100.0;
 

@@ -1,0 +1,194 @@
+//! Fit of the model to signals of known regime, and what it says about others.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::model::{CLASSES, INPUTS, Inputs, MODEL};
+use super::*;
+use crate::logistic::{Model, fit};
+use crate::test_signals::recorded::RECORDED;
+use crate::test_signals::textbook::{JUDGING, TEXTBOOK, Textbook};
+
+/// Number of signals per family for the fit.
+const SIGNALS: u64 = 120;
+
+/// A signal of a family: the classes that are right, and what is measured.
+struct Example {
+    family: &'static Textbook,
+    inputs: Inputs,
+    verdict: Verdict,
+}
+
+impl Example {
+    fn is_right(&self, class: usize) -> bool {
+        self.family.right.contains(&CLASSES[class])
+    }
+
+    fn is_decided(&self) -> bool {
+        self.verdict.regime != Regime::Undetermined
+    }
+
+    fn is_wrong(&self) -> bool {
+        self.is_decided() && !self.family.right.contains(&self.verdict.regime)
+    }
+}
+
+/// Examples of families with or without those for judging only, `count` of each.
+fn examples(judged_only: impl Fn(bool) -> bool, from: u64, count: u64) -> Vec<Example> {
+    let families = TEXTBOOK.iter().chain(RECORDED);
+    let families = families.filter(|family| judged_only(family.judged_only));
+    let all: Vec<_> = families
+        .flat_map(|family| (from..from + count).map(move |number| (family, number)))
+        .collect();
+    let one = |(family, number): (&'static Textbook, u64)| {
+        let (samples, background) = family.signal(number);
+        let search = RegimeSearch {
+            sample_rate: 1.0,
+            silence: 0.0,
+            background,
+        };
+        let features = features(&samples, &search).unwrap().1.unwrap();
+        Example {
+            family,
+            inputs: features.inputs(),
+            verdict: verdict(&features),
+        }
+    };
+    all.into_par_iter().map(one).collect()
+}
+
+/// `cargo test --release --lib regime::fit_tests::the_model_is_fitted -- --ignored` fits the model anew and compares; with
+/// `SQUEAKSCOPE_MODEL=FILE` it writes it to a file.
+#[test]
+#[ignore = "the fit takes some minutes"]
+fn the_model_is_fitted() {
+    let examples = examples(|judged_only| !judged_only, 0, SIGNALS);
+    let training = examples.iter().map(|example| fit::Example {
+        inputs: example.inputs.to_vec(),
+        right: (0..CLASSES.len())
+            .map(|class| example.is_right(class))
+            .collect(),
+    });
+    let training: Vec<fit::Example> = training.collect();
+    Model::fitted(&INPUTS.map(|(input, _)| input), &training).write_or_compare(&MODEL);
+}
+
+#[test]
+fn the_inputs_of_the_model_are_those_measured() {
+    let names = MODEL.coefficients.iter().map(|c| c.input.as_str());
+    assert!(names.eq(INPUTS.map(|(input, _)| input)));
+}
+
+/// Expected calibration error: the mean difference of confidence and share of right verdicts, over ten equally
+/// populated groups of decided verdicts.
+fn calibration_error(examples: &[&Example]) -> f64 {
+    let mut decided: Vec<(f64, bool)> = examples
+        .iter()
+        .filter(|e| e.is_decided())
+        .map(|e| (e.verdict.confidence, !e.is_wrong()))
+        .collect();
+    decided.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let groups = decided.chunks(decided.len().div_ceil(10));
+    let error = |group: &[(f64, bool)]| {
+        let right = group.iter().filter(|(_, right)| *right).count() as f64;
+        (group.iter().map(|(p, _)| p).sum::<f64>() - right).abs()
+    };
+    groups.map(error).sum::<f64>() / decided.len() as f64
+}
+
+/// Shares of right, undetermined and wrong verdicts, where undetermined is not right.
+fn shares(examples: &[&Example]) -> [f64; 3] {
+    let share = |is: &dyn Fn(&Example) -> bool| {
+        examples.iter().filter(|e| is(e)).count() as f64 / examples.len() as f64
+    };
+    let knows_nothing = |e: &Example| e.family.right == [Regime::Undetermined];
+    [
+        share(&|e| !e.is_wrong() && (e.is_decided() || knows_nothing(e))),
+        share(&|e| !e.is_decided() && !knows_nothing(e)),
+        share(&|e| e.is_wrong()),
+    ]
+}
+
+#[test]
+fn signals_that_served_for_nothing_have_the_right_verdict() {
+    let all = examples(|_| true, JUDGING, 8);
+    let [right, _, wrong] = shares(&all.iter().collect::<Vec<_>>());
+    assert!(right > 0.9 && wrong < 0.05, "{right} {wrong}");
+    for judged_only in [false, true] {
+        let part: Vec<&Example> = all
+            .iter()
+            .filter(|e| e.family.judged_only == judged_only)
+            .collect();
+        // Half of it is the scatter of groups of some twenty verdicts.
+        assert!(
+            calibration_error(&part) < 0.05,
+            "{}",
+            calibration_error(&part)
+        );
+    }
+}
+
+/// `JUDGED=1000000 cargo test --release --lib table_of_verdicts -- --ignored --nocapture` prints the tables of the
+/// guide. The number is the first one of the signals.
+#[test]
+#[ignore = "prints a table"]
+fn table_of_verdicts() {
+    let from = std::env::var("JUDGED").map_or(JUDGING, |number| number.parse().unwrap());
+    let all = examples(|_| true, from, 40);
+    let mut families: BTreeMap<&str, Vec<&Example>> = BTreeMap::new();
+    for example in &all {
+        families
+            .entry(example.family.name)
+            .or_default()
+            .push(example);
+    }
+    for (name, examples) in &families {
+        let count = |is: &dyn Fn(&Example) -> bool| examples.iter().filter(|e| is(e)).count();
+        let wrong = count(&|e| e.is_wrong());
+        let undetermined = count(&|e| !e.is_decided());
+        let star = if examples[0].family.judged_only {
+            " *"
+        } else {
+            ""
+        };
+        let verdicts: Vec<String> = CLASSES
+            .iter()
+            .map(|class| count(&|e| e.verdict.regime == *class).to_string())
+            .collect();
+        println!(
+            "| {name}{star} | {} | {undetermined} | {wrong} | {}",
+            examples.len() - wrong - undetermined,
+            verdicts.join(" ")
+        );
+    }
+    for judged_only in [false, true] {
+        let part: Vec<&Example> = all
+            .iter()
+            .filter(|e| e.family.judged_only == judged_only)
+            .collect();
+        println!(
+            "{judged_only}: {:.3?}, {:.3}",
+            shares(&part),
+            calibration_error(&part)
+        );
+        for [low, high] in [
+            [0.6, 0.7],
+            [0.7, 0.8],
+            [0.8, 0.9],
+            [0.9, 0.95],
+            [0.95, 0.99],
+            [0.99, 1.1],
+        ] {
+            let within =
+                |e: &&&Example| e.is_decided() && (low..high).contains(&e.verdict.confidence);
+            let group: Vec<_> = part.iter().filter(within).collect();
+            let right = group.iter().filter(|e| !e.is_wrong()).count();
+            let mean = group.iter().map(|e| e.verdict.confidence).sum::<f64>() / group.len() as f64;
+            println!(
+                "| {low} to {high} | {} | {right} | {mean:.3} |",
+                group.len()
+            );
+        }
+    }
+}

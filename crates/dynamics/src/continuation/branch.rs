@@ -1,0 +1,92 @@
+//! A branch of periodic orbits.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Bifurcation, PeriodicOrbit};
+use crate::SolverStats;
+
+/// The reason why a branch ends.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum BranchEnd {
+    /// A bound of the parameter was reached; the last point is on it.
+    ParameterBound,
+    /// The branch returned to its first point.
+    Closed,
+    /// Newton's method did not converge at the minimum step.
+    NotConverged {
+        /// What happened at the last attempt.
+        message: String,
+    },
+    /// The orbit touches a guard, and no orbit with another sequence of events was found beyond.
+    Grazing {
+        /// Value of the parameter.
+        parameter: f64,
+        /// Index of the guard; `None` if the sequence of events changed in another way.
+        guard: Option<usize>,
+    },
+    /// The period exceeds the maximum. It grows without limit towards a homoclinic orbit.
+    PeriodTooLong {
+        /// The period reached, s.
+        period_s: f64,
+    },
+    /// The amplitude vanishes: the orbit was born in a Hopf bifurcation there.
+    Hopf {
+        /// Value of the parameter at zero amplitude, by extrapolation.
+        parameter: f64,
+        /// Frequency there, Hz.
+        frequency_hz: f64,
+    },
+    /// The orbit of twice the period coincides with one of half its period: a period doubling of that orbit.
+    PeriodHalved {
+        /// Value of the parameter there, by interpolation.
+        parameter: f64,
+    },
+    /// The maximum number of points was reached.
+    MaxPoints,
+    /// The caller stopped the computation.
+    Stopped,
+}
+
+/// Work done for a branch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct BranchStats {
+    /// Orbits computed, including those of the location of bifurcations.
+    pub orbits: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Steps along the branch that were rejected and shortened.
+    pub rejected_steps: u64,
+    /// Systems of the family that were built.
+    pub systems: u64,
+    /// Work of the integrations.
+    #[serde(flatten)]
+    pub solver: SolverStats,
+}
+
+/// A branch of periodic orbits of a family.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct OrbitBranch {
+    /// The orbits in their order along the branch.
+    pub points: Vec<PeriodicOrbit>,
+    /// The bifurcations in their order along the branch.
+    pub bifurcations: Vec<Bifurcation>,
+    /// Intervals of the parameter between two successive points in which the number of multipliers outside the unit circle
+    /// changes without an identified bifurcation.
+    pub unresolved: Vec<[f64; 2]>,
+    /// Why the branch ends before its first point and after its last one. A branch that was followed in one direction
+    /// has no end at its start.
+    pub ends: [Option<BranchEnd>; 2],
+    /// Work done.
+    pub stats: BranchStats,
+}
+
+/// A new part of a branch.
+#[derive(Clone, Copy, Debug)]
+pub enum BranchUpdate<'a> {
+    /// A new orbit.
+    Point(&'a PeriodicOrbit),
+    /// A new bifurcation, before the last orbit.
+    Bifurcation(&'a Bifurcation),
+}

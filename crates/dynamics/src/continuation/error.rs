@@ -1,0 +1,75 @@
+//! Errors of the continuation.
+
+use thiserror::Error;
+
+use super::FamilyError;
+use crate::DynamicsError;
+
+/// A periodic orbit that cannot be found.
+#[derive(Debug, Error)]
+pub enum ContinuationError {
+    /// The family has no system at a value of the parameter.
+    #[error("no system at parameter {parameter}: {source}")]
+    Family {
+        /// Value of the parameter.
+        parameter: f64,
+        /// The cause.
+        source: FamilyError,
+    },
+    /// An integration failed.
+    #[error("the integration of the orbit at parameter {parameter} failed: {source}")]
+    Integration {
+        /// Value of the parameter.
+        parameter: f64,
+        /// The cause.
+        source: DynamicsError,
+    },
+    /// Newton's method did not converge.
+    #[error(
+        "Newton's method did not converge at parameter {parameter}: correction {correction:.1e} of the size of the \
+         orbit after {iterations} iterations; start closer to an orbit, or take shorter steps"
+    )]
+    NotConverged {
+        /// Value of the parameter.
+        parameter: f64,
+        /// Last correction, relative to the size of the orbit.
+        correction: f64,
+        /// Number of iterations.
+        iterations: u32,
+    },
+    /// The motion does not return to its start.
+    #[error(
+        "the motion from the given state does not return within {time_s} s: its closest return is {distance:.1e} of \
+         the size of the motion away; simulate longer first, or start from a periodic motion"
+    )]
+    NoReturn {
+        /// Time searched, s.
+        time_s: f64,
+        /// Distance of the closest return, relative to the size of the motion.
+        distance: f64,
+    },
+    /// The multipliers could not be computed.
+    #[error(
+        "the iteration for the multipliers did not converge at parameter {parameter}; report this case"
+    )]
+    Multipliers {
+        /// Value of the parameter.
+        parameter: f64,
+    },
+    /// An option is out of range.
+    #[error("{name} is {value:e}: it must be {allowed}")]
+    Option {
+        /// Name of the option.
+        name: &'static str,
+        /// Value given.
+        value: f64,
+        /// Permitted range.
+        allowed: &'static str,
+    },
+    /// A bifurcation has no branch to switch to.
+    #[error("there is no branch of periodic orbits to switch to: {why}")]
+    NoSwitch {
+        /// The reason.
+        why: &'static str,
+    },
+}

@@ -1,0 +1,399 @@
+//! The continuation of a branch.
+
+use super::detect::{changed, explains};
+use super::flow::Flow;
+use super::locate::Piece;
+use super::newton::{Constraint, Precision};
+use super::point::Point;
+use super::shape::GuardDistances;
+use super::shot::{Direction, Scale, Shot};
+use super::start::BranchStart;
+use super::step::StepControl;
+use super::{
+    Bifurcation, BifurcationKind, BranchEnd, BranchUpdate, ContinuationError, ContinuationOptions,
+    Family, OrbitBranch, PeriodicOrbit,
+};
+
+/// Receives the parts of a branch as they are computed; returns `false` to stop.
+pub type OnBranchUpdate<'a> = &'a mut dyn FnMut(BranchUpdate<'_>) -> bool;
+
+/// Share of the largest size of the orbits of a branch below which the scale of the state does not decrease.
+const MIN_SCALE: f64 = 0.3;
+
+/// Distance of the parameters of two passages of the same bifurcation, beside their accuracies, relative to the distance of
+/// the bounds.
+const SAME: f64 = 1e-9;
+/// Relative difference of their frequencies.
+const SAME_FREQUENCY: f64 = 1e-6;
+
+/// Follows a branch of periodic orbits from an orbit: in both directions, or away from the origin of the orbit. It ends at
+/// the bounds of the parameter or for another reason, which is part of the result ([`BranchEnd`]).
+///
+/// # Errors
+/// If no orbit is found at the start. Later failures end the branch.
+pub fn continue_orbits(
+    family: &dyn Family,
+    start: &BranchStart,
+    options: &ContinuationOptions,
+    watch: OnBranchUpdate<'_>,
+) -> Result<OrbitBranch, ContinuationError> {
+    let mut flow = Flow::new(family, options)?;
+    let shot = Shot::of(&start.orbit);
+    let scale = flow.scale(&shot)?;
+    let away = start
+        .origin
+        .as_ref()
+        .filter(|origin| origin.len() == shot.len())
+        .map(|origin| shot.minus(origin));
+    let constraint = match &away {
+        Some(tangent) => Constraint::Arclength {
+            tangent,
+            target: &shot,
+        },
+        None => Constraint::Parameter,
+    };
+    let precision = Precision::Location;
+    let mut first = flow.point(&shot, &scale, constraint, precision)?;
+    let forward = |tangent: &Direction, scale: &Scale| match &away {
+        Some(away) if away.states.len() == tangent.states.len() => scale.dot(tangent, away) > 0.0,
+        _ => tangent.parameter > 0.0,
+    };
+    if !forward(&first.tangent, &first.scale) {
+        first.tangent = first.tangent.scaled(-1.0);
+    }
+    let mut branch = OrbitBranch {
+        points: vec![first.orbit.clone()],
+        bifurcations: Vec::new(),
+        unresolved: Vec::new(),
+        ends: [None, None],
+        stats: flow.stats,
+    };
+    if !watch(BranchUpdate::Point(&first.orbit)) {
+        branch.ends[1] = Some(BranchEnd::Stopped);
+        return Ok(branch);
+    }
+    if away.is_none() {
+        let mut back = first.clone();
+        back.tangent = back.tangent.scaled(-1.0);
+        let mut found = Course::new(&mut flow, back).run(watch)?;
+        found.points.reverse();
+        found.bifurcations.reverse();
+        found.unresolved.reverse();
+        for bifurcation in &mut found.bifurcations {
+            bifurcation.unstable_change *= -1;
+        }
+        found.points.append(&mut branch.points);
+        branch.points = found.points;
+        branch.bifurcations = found.bifurcations;
+        branch.unresolved = found.unresolved;
+        let is_complete = matches!(found.end, BranchEnd::Closed | BranchEnd::Stopped);
+        branch.ends[0] = Some(found.end);
+        if is_complete {
+            branch.stats = flow.stats;
+            return Ok(branch);
+        }
+    }
+    let mut found = Course::new(&mut flow, first).run(watch)?;
+    branch.points.append(&mut found.points);
+    branch.bifurcations.append(&mut found.bifurcations);
+    branch.unresolved.append(&mut found.unresolved);
+    branch.ends[1] = Some(found.end);
+    branch.stats = flow.stats;
+    Ok(branch)
+}
+
+/// One direction of a branch.
+pub(super) struct Course<'a, 'f> {
+    pub flow: &'a mut Flow<'f>,
+    pub first: Point,
+    pub now: Point,
+    /// The point before the present one.
+    pub before: Option<Point>,
+    /// Change of the tangent per arclength over the last step.
+    bend: Option<Direction>,
+    control: StepControl,
+    pub largest_amplitude: f64,
+    largest_sizes: [f64; 2],
+    pub found: Found,
+}
+
+/// What was found in one direction.
+pub(super) struct Found {
+    pub points: Vec<PeriodicOrbit>,
+    pub bifurcations: Vec<Bifurcation>,
+    unresolved: Vec<[f64; 2]>,
+    end: BranchEnd,
+}
+
+/// Why a step should be shorter.
+enum Objection {
+    /// It may have jumped to another branch.
+    Jump,
+    /// The number of events changed: the orbit grazes a guard in between.
+    Events,
+    /// Multipliers crossed the unit circle without an identified bifurcation.
+    Unexplained,
+}
+
+/// The guess for the next point.
+struct Prediction {
+    shot: Shot,
+    /// Length of the step.
+    step: f64,
+    /// The bound on which the parameter is fixed, if the step reaches it.
+    ends_at_bound: bool,
+}
+
+impl<'a, 'f> Course<'a, 'f> {
+    fn new(flow: &'a mut Flow<'f>, first: Point) -> Self {
+        let control = StepControl::new(flow.options.steps);
+        Self {
+            flow,
+            now: first.clone(),
+            before: None,
+            bend: None,
+            control,
+            largest_amplitude: first.orbit.amplitude,
+            largest_sizes: first.shape.sizes,
+            first,
+            found: Found {
+                points: Vec::new(),
+                bifurcations: Vec::new(),
+                unresolved: Vec::new(),
+                end: BranchEnd::Stopped,
+            },
+        }
+    }
+
+    fn run(mut self, watch: OnBranchUpdate<'_>) -> Result<Found, ContinuationError> {
+        self.found.end = loop {
+            if self.found.points.len() >= self.flow.options.max_points {
+                break BranchEnd::MaxPoints;
+            }
+            let Some(prediction) = self.predict()? else {
+                break BranchEnd::ParameterBound;
+            };
+            let next = self.attempt(&prediction);
+            let next = match next {
+                Ok(next) => next,
+                Err(error) => {
+                    self.flow.stats.rejected_steps += 1;
+                    if self.control.shorten() {
+                        continue;
+                    }
+                    break self.end_of_failure(&error.to_string());
+                }
+            };
+            if let Some(objection) = self.objection(&prediction, &next) {
+                self.flow.stats.rejected_steps += 1;
+                if self.control.shorten() {
+                    continue;
+                }
+                match objection {
+                    Objection::Jump => {
+                        break self.end_of_failure("the branch turns within the minimum step");
+                    }
+                    Objection::Events => {
+                        let grazing = self.grazing(next.orbit.parameter);
+                        self.found.bifurcations.push(grazing);
+                    }
+                    Objection::Unexplained => {}
+                }
+            }
+            let known = self.found.bifurcations.len();
+            if let Some(end) = self.accept(&prediction, next, watch)? {
+                break end;
+            }
+            if self.forget_repeated(known) {
+                break BranchEnd::Closed;
+            }
+            if let Some(end) = self.end() {
+                break end;
+            }
+        };
+        Ok(self.found)
+    }
+
+    /// Removes the bifurcations from index `known` on that the branch has passed before. Returns whether there are any: a
+    /// branch passes a bifurcation twice only if it is closed.
+    fn forget_repeated(&mut self, known: usize) -> bool {
+        let width = self.flow.width();
+        let (before, last) = self.found.bifurcations.split_at(known);
+        let is_new = |found: &&Bifurcation| {
+            !before.iter().any(|before| {
+                let error = before.accuracy + found.accuracy + SAME * width;
+                before.kind == found.kind
+                    && before.unstable_change == found.unstable_change
+                    && (before.parameter - found.parameter).abs() <= error
+                    && (before.frequency_hz / found.frequency_hz - 1.0).abs() < SAME_FREQUENCY
+            })
+        };
+        let new: Vec<Bifurcation> = last.iter().filter(is_new).cloned().collect();
+        let repeats = new.len() < last.len();
+        self.found.bifurcations.truncate(known);
+        self.found.bifurcations.extend(new);
+        repeats
+    }
+
+    /// Predicts the next point; `None` if the branch leaves the bounds here.
+    fn predict(&mut self) -> Result<Option<Prediction>, ContinuationError> {
+        let [low, high] = self.flow.options.bounds;
+        let (now, tangent) = (&self.now, &self.now.tangent);
+        let here = now.orbit.parameter;
+        let bound = if tangent.parameter > 0.0 { high } else { low };
+        let is_at_bound = (here - bound).abs() <= 1e-12 * (high - low);
+        if is_at_bound || !(low..=high).contains(&here) {
+            return Ok(None);
+        }
+        let mut step = self.control.step;
+        let guess_at = |step: f64| {
+            let guess = now.shot.moved(step, tangent);
+            match &self.bend {
+                Some(bend) if bend.states.len() == guess.len() => {
+                    guess.moved(0.5 * step * step, bend)
+                }
+                _ => guess,
+            }
+        };
+        let mut shot = guess_at(step);
+        let ends_at_bound = !(low..=high).contains(&shot.parameter);
+        if ends_at_bound {
+            let bound = if shot.parameter > high { high } else { low };
+            let share = (bound - here) / (shot.parameter - here);
+            step *= share;
+            shot = guess_at(step);
+            shot.parameter = bound;
+        }
+        shot.period = if shot.period > 0.0 {
+            shot.period
+        } else {
+            now.shot.period
+        };
+        Ok(Some(Prediction {
+            shot,
+            step,
+            ends_at_bound,
+        }))
+    }
+
+    /// The scale for the next point: that of the present one, but not below a share of the largest one.
+    fn scale(&self) -> Scale {
+        let mut scale = self.now.scale.clone();
+        let m = scale.state.len();
+        let largest = self.largest_sizes;
+        let here = self.now.shape.sizes;
+        let factor = [0, 1].map(|part| match here[part] {
+            0.0 => 1.0,
+            size => (size / (MIN_SCALE * largest[part]).max(size)).min(1.0),
+        });
+        let modal = self.now.scale.modal;
+        for i in 0..m {
+            scale.state[i] *= factor[usize::from(i >= modal)];
+        }
+        scale
+    }
+
+    /// Corrects a prediction.
+    fn attempt(&mut self, prediction: &Prediction) -> Result<Point, ContinuationError> {
+        let scale = self.scale();
+        let constraint = match prediction.ends_at_bound {
+            true => Constraint::Parameter,
+            false => Constraint::Arclength {
+                tangent: &self.now.tangent,
+                target: &prediction.shot,
+            },
+        };
+        let precision = Precision::Branch;
+        let mut next = self
+            .flow
+            .point(&prediction.shot, &scale, constraint, precision)?;
+        if next.shot.phases != self.now.shot.phases {
+            self.now = self.flow.with_phases(&self.now, &next.shot.phases)?;
+            self.bend = None;
+        }
+        if self.now.scale.dot(&next.tangent, &self.now.tangent) < 0.0 {
+            next.tangent = next.tangent.scaled(-1.0);
+        }
+        Ok(next)
+    }
+
+    /// Why a step should be shorter; `None` if it is accepted.
+    fn objection(&mut self, prediction: &Prediction, next: &Point) -> Option<Objection> {
+        let now = &self.now;
+        let has_jumps = matches!(next.shape.guards, GuardDistances::ClosestDip(_));
+        if has_jumps && next.orbit.events != now.orbit.events {
+            return Some(Objection::Events);
+        }
+        if self.control.is_jump(now, next, prediction.step) {
+            return Some(Objection::Jump);
+        }
+        let tests = changed(now, next);
+        let is_unexplained = !explains(&tests, now, next) && self.control.may_resolve();
+        is_unexplained.then_some(Objection::Unexplained)
+    }
+
+    /// Takes the next point: locates bifurcations before it and prepares the next step. Returns why the branch ends here,
+    /// if it does.
+    fn accept(
+        &mut self,
+        prediction: &Prediction,
+        next: Point,
+        watch: OnBranchUpdate<'_>,
+    ) -> Result<Option<BranchEnd>, ContinuationError> {
+        let tests = changed(&self.now, &next);
+        let piece = Piece {
+            from: &self.now,
+            to: &next,
+        };
+        let parameters = [self.now.orbit.parameter, next.orbit.parameter];
+        let mut located = Vec::new();
+        let mut is_explained = explains(&tests, &self.now, &next);
+        for test in tests {
+            match self.flow.locate(piece, test) {
+                Ok(bifurcation) => located.extend(bifurcation),
+                Err(_) => is_explained = false,
+            }
+        }
+        let turns = |found: &&Bifurcation| found.kind == BifurcationKind::Fold;
+        if let Some(turn) = located.iter().find(turns)
+            && self.joins_half(turn)?
+        {
+            let parameter = turn.parameter;
+            return Ok(Some(BranchEnd::PeriodHalved { parameter }));
+        }
+        if !is_explained {
+            self.found.unresolved.push(parameters);
+        }
+        located.sort_by(|a, b| {
+            let along = |bifurcation: &Bifurcation| {
+                let difference = Shot::of(&bifurcation.orbit);
+                if difference.len() == self.now.shot.len() {
+                    self.now
+                        .scale
+                        .dot(&self.now.tangent, &difference.minus(&self.now.shot))
+                } else {
+                    0.0
+                }
+            };
+            along(a).total_cmp(&along(b))
+        });
+        for bifurcation in located {
+            let continues = watch(BranchUpdate::Bifurcation(&bifurcation));
+            self.found.bifurcations.push(bifurcation);
+            if !continues {
+                return Ok(Some(BranchEnd::Stopped));
+            }
+        }
+        self.largest_amplitude = self.largest_amplitude.max(next.orbit.amplitude);
+        self.largest_sizes =
+            [0, 1].map(|part| self.largest_sizes[part].max(next.shape.sizes[part]));
+        let continues = watch(BranchUpdate::Point(&next.orbit));
+        self.found.points.push(next.orbit.clone());
+        let bend = next.tangent.clone().plus(-1.0, &self.now.tangent);
+        self.bend =
+            (!self.now.has_corner_before(&next)).then(|| bend.scaled(1.0 / prediction.step));
+        self.control.adapt(&self.now, &next, prediction.step);
+        self.before = Some(std::mem::replace(&mut self.now, next));
+        Ok((!continues).then_some(BranchEnd::Stopped))
+    }
+}

@@ -1,0 +1,171 @@
+//! The division of an orbit into segments.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::ContinuationError;
+use super::flow::Flow;
+use super::newton::{Constraint, Precision};
+use super::point::Point;
+use super::shot::{Scale, Shot};
+use crate::System;
+
+/// Points of an orbit at which its first division is considered.
+const CANDIDATES: usize = 64;
+
+/// Share of the maximum growth ratio at which a segment ends.
+const SHARE: f64 = 0.6;
+
+impl Flow<'_> {
+    /// Divides a motion from `state`, which returns after about `period` (s), into segments.
+    pub fn divide(
+        &mut self,
+        sys: &dyn System,
+        guess: &Shot,
+        scale: &Scale,
+    ) -> Result<Shot, ContinuationError> {
+        let mut shot = Shot {
+            phases: vec![0.0],
+            statuses: Vec::new(),
+            states: vec![guess.states[0].clone()],
+            ..guess.clone()
+        };
+        let mut start = 0.0;
+        let longest = 1.0 / self.options.min_segments.max(1) as f64;
+        let mut piece = Shot {
+            phases: vec![0.0],
+            statuses: Vec::new(),
+            ..guess.clone()
+        };
+        let mut map = DMatrix::identity(piece.states[0].len(), piece.states[0].len());
+        for k in 1..CANDIDATES {
+            let phase = k as f64 / CANDIDATES as f64;
+            let [from, to] = [(k - 1) as f64 / CANDIDATES as f64, phase];
+            let step = self.piece(sys, &piece, [from, to])?;
+            map = &step.1 * map;
+            piece.states = vec![step.0];
+            let ratio = log_ratio(&scale.scaled_map(&map));
+            let is_long = phase - start >= longest * (1.0 - 1e-9);
+            if ratio >= SHARE * self.options.max_segment_log_ratio || is_long {
+                shot.phases.push(phase);
+                shot.states.push(piece.states[0].clone());
+                start = phase;
+                map.fill_with_identity();
+            }
+        }
+        Ok(shot)
+    }
+
+    /// The end and the derivative of the flow between two phases, from the first state of `from`.
+    fn piece(
+        &mut self,
+        sys: &dyn System,
+        from: &Shot,
+        span: [f64; 2],
+    ) -> Result<(DVector<f64>, DMatrix<f64>), ContinuationError> {
+        // One segment between the two phases.
+        let whole = Shot {
+            phases: span.to_vec(),
+            states: vec![from.states[0].clone()],
+            statuses: Vec::new(),
+            ..from.clone()
+        };
+        let mut ends = self.segments(sys, &whole, true)?;
+        Ok((ends.ends.remove(0), ends.maps.remove(0)))
+    }
+
+    /// An orbit with the segments of another one.
+    pub fn with_phases(
+        &mut self,
+        point: &Point,
+        phases: &[f64],
+    ) -> Result<Point, ContinuationError> {
+        let old = &point.shot;
+        let sys = self.system(old.parameter)?;
+        let mut shot = Shot {
+            phases: phases.to_vec(),
+            states: Vec::with_capacity(phases.len()),
+            statuses: Vec::new(),
+            ..old.clone()
+        };
+        for &phase in phases {
+            // The segment of the old division that contains the phase.
+            let k = old.phases.partition_point(|&start| start <= phase) - 1;
+            let mut state = old.states[k].clone();
+            if phase > old.phases[k] {
+                let start = Shot {
+                    states: vec![state],
+                    ..old.clone()
+                };
+                state = self.piece(sys.as_ref(), &start, [old.phases[k], phase])?.0;
+            }
+            shot.states.push(state);
+        }
+        let constraint = Constraint::Parameter;
+        let mut other = self.point(&shot, &point.scale, constraint, Precision::Branch)?;
+        if (other.tangent.parameter < 0.0) != (point.tangent.parameter < 0.0) {
+            other.tangent = other.tangent.scaled(-1.0);
+        }
+        Ok(other)
+    }
+
+    /// Divides the segments whose growth ratio is too large; `None` if there are none.
+    pub fn refine(
+        &mut self,
+        shot: &Shot,
+        maps: &[DMatrix<f64>],
+        scale: &Scale,
+    ) -> Result<Option<Shot>, ContinuationError> {
+        let limit = self.options.max_segment_log_ratio;
+        let ratios: Vec<f64> = maps
+            .iter()
+            .map(|map| log_ratio(&scale.scaled_map(map)))
+            .collect();
+        if ratios.iter().all(|&ratio| ratio <= limit) {
+            return Ok(None);
+        }
+        let sys = self.system(shot.parameter)?;
+        let mut refined = Shot {
+            phases: Vec::new(),
+            states: Vec::new(),
+            statuses: Vec::new(),
+            ..shot.clone()
+        };
+        for (k, ratio) in ratios.iter().enumerate() {
+            let [from, to] = shot.span(k);
+            refined.phases.push(from);
+            refined.states.push(shot.states[k].clone());
+            if *ratio <= limit {
+                continue;
+            }
+            let pieces = (ratio / (SHARE * limit)).ceil().max(2.0) as usize;
+            let phase = |piece: usize| from + (to - from) * piece as f64 / pieces as f64;
+            for piece in 1..pieces {
+                let start = Shot {
+                    states: refined.states.last().cloned().into_iter().collect(),
+                    ..shot.clone()
+                };
+                let (end, _) =
+                    self.piece(sys.as_ref(), &start, [phase(piece - 1), phase(piece)])?;
+                refined.phases.push(phase(piece));
+                refined.states.push(end);
+            }
+        }
+        Ok(Some(refined))
+    }
+}
+
+/// Natural logarithm of the ratio between the largest and the smallest singular value that is not a rounding error.
+fn log_ratio(map: &DMatrix<f64>) -> f64 {
+    let values = map.singular_values();
+    let largest = values.max();
+    let rounding = 4.0 * map.nrows() as f64 * f64::EPSILON * largest;
+    let least = values
+        .iter()
+        .filter(|&&value| value > rounding)
+        .fold(largest, |least, &value| least.min(value));
+    if least > 0.0 {
+        (largest / least).ln()
+    } else {
+        0.0
+    }
+}

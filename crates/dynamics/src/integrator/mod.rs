@@ -1,0 +1,559 @@
+//! The integrator: states at requested times, independent of the steps.
+
+mod method;
+mod nearby;
+mod perturbed;
+
+use method::NO_DERIVATIVE;
+pub use method::{Method, MethodName};
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::error_control::{StateNorm, StepSizeControl};
+use super::events::Events;
+use super::step_controller::{Progress, StepController};
+use super::stepper::{Stepper, switching};
+use super::tangents::{Crossing, Tangents};
+use super::{DynamicsError, ErrorEstimate, SolverStats, System};
+
+/// Integrates a [`System`] and returns its state at any times in ascending order.
+///
+/// The integrator chooses its own steps and interpolates samples between them ([`Integrator::sample`]).
+/// If the system changes at a known time, [`Integrator::integrate_to`] makes a step end there, and
+/// [`Integrator::restart`] continues with the changed system.
+///
+/// The system is passed to each call. It must not change between calls of `start` or `restart`. Nothing
+/// is allocated after [`Integrator::new`]. If a step fails, [`Integrator::state`] still returns the last
+/// accepted state.
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    stepper: Box<dyn Stepper>,
+    step_controller: StepController,
+    /// Maximum step by the method's parameters, s; the linear part may impose a smaller one.
+    max_step: f64,
+    dim: usize,
+    /// Event location, if enabled.
+    events: Option<Events>,
+    /// Tangent vectors, if enabled.
+    tangents: Option<Tangents>,
+    /// Perturbed trajectory, if enabled.
+    perturbed: Option<PerturbedTrajectory>,
+    /// Stop flag, checked before each step.
+    stop: Option<Arc<AtomicBool>>,
+}
+
+/// A trajectory that takes the same steps as the reference trajectory, and ends additional steps only at
+/// its own events. It contains an [`Integrator`] and is contained in one, hence the `Box`.
+#[derive(Clone, Debug)]
+struct PerturbedTrajectory {
+    integrator: Box<Integrator>,
+    /// Time of its start, s.
+    start_time: f64,
+    /// Steps of the reference trajectory that it has not taken yet.
+    ends: VecDeque<StepEnd>,
+}
+
+/// A step of the reference trajectory.
+#[derive(Clone, Copy, Debug)]
+struct StepEnd {
+    /// End of the step, s.
+    end: f64,
+    is_implicit: bool,
+}
+
+impl Integrator {
+    /// An integrator for systems of the size of `sys`. Its state is zero at time zero until
+    /// [`Integrator::start`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`] if a parameter of the method is out of range,
+    /// [`DynamicsError::Mode`] or [`DynamicsError::Size`] for an invalid linear part,
+    /// [`DynamicsError::MissingCapability`] if the method is implicit and the system has no
+    /// [`System::differentiable`].
+    pub fn new(method: Method, sys: &dyn System) -> Result<Self, DynamicsError> {
+        let control = method.control()?;
+        check_modes(sys)?;
+        let dim = sys.dim();
+        let stepper = method.stepper(sys)?;
+        let max_step = control.step();
+        let omega = sys.omega().to_vec();
+        let step_controller = StepController {
+            control,
+            omega,
+            quadratures: sys.quadratures(),
+            size: StateNorm::default(),
+            implicit: method.needs_derivative(),
+            progress: Progress::default(),
+            stats: SolverStats::default(),
+            largest_ratio: None,
+        };
+        let mut integrator = Self {
+            stepper,
+            step_controller,
+            max_step,
+            dim,
+            events: None,
+            tangents: None,
+            perturbed: None,
+            stop: None,
+        };
+        integrator.limit_step();
+        Ok(integrator)
+    }
+
+    /// Enables event location from the next start on: the status is frozen during a step, and a step
+    /// ends where a guard falls through zero. Without it the law of a non-smooth system is evaluated at
+    /// each stage, and steps cross its kinks.
+    ///
+    /// Guard crossings within the rounding of the time are one event. More than 10,000 events within the
+    /// maximum step count as chattering ([`Integrator::with_crossing_limit`] sets other limits). A system that is continuous at its events
+    /// ([`Switching::is_continuous`](super::Switching::is_continuous)) is then integrated without event
+    /// location for the rest of that interval ([`SolverStats::steps_without_event_location`]). For any other system chattering is
+    /// an error.
+    ///
+    /// # Errors
+    /// [`DynamicsError::MissingCapability`] if the system has no [`System::switching`].
+    pub fn with_events(mut self, sys: &dyn System) -> Result<Self, DynamicsError> {
+        let switching = sys.switching().ok_or(DynamicsError::MissingCapability {
+            what: "guards",
+            purpose: "event location",
+        })?;
+        self.events = Some(Events::new(switching, self.dim, self.max_step));
+        Ok(self)
+    }
+
+    /// Sets the number of events within a time (s) above which the system chatters, after
+    /// [`Integrator::with_events`].
+    pub fn with_crossing_limit(mut self, events: usize, within: f64) -> Self {
+        if let Some(known) = &mut self.events {
+            (known.limit, known.window) = (events, within);
+        }
+        self
+    }
+
+    /// Sets a stop flag. Once it is true, an operation that needs another step returns
+    /// [`DynamicsError::Stopped`]. Times reached by then can still be sampled.
+    pub fn set_stop_flag(&mut self, stop: Arc<AtomicBool>) {
+        self.stop = Some(stop);
+    }
+
+    /// Starts at time `t` (s) from the state `z` (length [`System::dim`]). The [`Integrator::stats`] is
+    /// kept; the history and any perturbed trajectory are discarded. Costs one evaluation of the
+    /// right-hand side.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::restart`], [`DynamicsError::Size`] if `z` has a different length, and
+    /// [`DynamicsError::Time`] if `t` is not finite.
+    pub fn start(&mut self, sys: &dyn System, t: f64, z: &[f64]) -> Result<(), DynamicsError> {
+        check_size("the initial state", self.dim, z.len())?;
+        if !t.is_finite() {
+            return Err(DynamicsError::Time {
+                asked: t,
+                earliest: f64::MIN,
+            });
+        }
+        let step = self.stepper.step_mut();
+        step.end_time = t;
+        step.end.copy_from_slice(z);
+        self.step_controller.size = StateNorm::default();
+        if let Some(tangents) = &mut self.tangents {
+            tangents.restart(t);
+        }
+        self.perturbed = None;
+        self.restart(sys)?;
+        let rate = self.step_controller.rate(&*self.stepper);
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            controller.start(t, self.step_controller.size, rate);
+        }
+        Ok(())
+    }
+
+    /// Continues from the present time and state with a changed system of the same size, at the present
+    /// step length. Earlier times can no longer be sampled. Costs one evaluation of the right-hand side.
+    /// A perturbed trajectory continues from the time of the last [`Integrator::integrate_to`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] if the system has a different size, [`DynamicsError::Mode`] for an
+    /// invalid linear part, [`DynamicsError::NonFinite`] if the present state or the right-hand side
+    /// there is not finite.
+    pub fn restart(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
+        check_modes(sys)?;
+        check_size(
+            "the list of natural frequencies",
+            self.step_controller.omega.len(),
+            sys.modes(),
+        )?;
+        check_size("the state of the system", self.dim, sys.dim())?;
+        if self.step_controller.implicit && sys.differentiable().is_none() {
+            return Err(NO_DERIVATIVE);
+        }
+        self.step_controller.omega.copy_from_slice(sys.omega());
+        self.stepper.update_linear_part(sys);
+        self.limit_step();
+        let status = self.events.as_mut().map(|events| {
+            let step = self.stepper.step();
+            events.start(switching(sys), step.end_time, &step.end);
+            events.status.as_slice()
+        });
+        self.step_controller
+            .reinitialise(&mut *self.stepper, sys, status)?;
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.integrator.restart(sys),
+            None => Ok(()),
+        }
+    }
+
+    /// Adds constants to the first components of the present state, one for each number of `by`, and the
+    /// same constants to a perturbed trajectory: both change by a jump of the coordinates. Tangent vectors are
+    /// differences of states and do not change. [`Integrator::restart`] must follow before the next step;
+    /// [`Integrator::integrate_to`] comes before, so that both trajectories are at the same time.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] if there are more constants than components.
+    pub fn translate(&mut self, by: &[f64]) -> Result<(), DynamicsError> {
+        check_size("the translation", self.dim, by.len().max(self.dim))?;
+        for (z, by) in self.stepper.step_mut().end.iter_mut().zip(by) {
+            *z += by;
+        }
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.integrator.translate(by),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the state at time `t` (s) to `out` (length [`System::dim`]) and takes the necessary steps.
+    /// `t` must not be before the start of the last step. At the exact time of a pending event it is the
+    /// state before the event.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Size`] if `out` has a different length, [`DynamicsError::Time`] if `t` is not
+    /// available, [`DynamicsError::NonFinite`], [`DynamicsError::StepUnderflow`] and
+    /// [`DynamicsError::Chatter`] if the integration cannot continue, [`DynamicsError::Stopped`] if the
+    /// stop flag is set ([`Integrator::set_stop_flag`]).
+    pub fn sample(
+        &mut self,
+        sys: &dyn System,
+        t: f64,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        check_size("the sample", self.dim, out.len())?;
+        self.advance_past(sys, t, f64::INFINITY)?;
+        let status = self.events.as_ref().and_then(Events::frozen_status);
+        if self.stepper.step().at_end(t).is_none() {
+            // With event location this was done under the status of the step.
+            self.stepper
+                .prepare_dense_output(sys, status, &mut self.step_controller.stats);
+        }
+        self.stepper.interpolate(t, out);
+        if let Some(status) = status {
+            switching(sys).settle(status, t, out, (&mut [], 0));
+        }
+        Ok(())
+    }
+
+    /// Integrates to exactly time `t` (s): [`Integrator::time`] is then `t` and [`Integrator::state`]
+    /// the state there, at the full order of the method. A step beyond `t` is repeated with a shorter
+    /// length; the length of later steps is not affected. At the exact time of an event it is the state
+    /// after the event.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Time`] if `t` is not available, [`DynamicsError::NonFinite`],
+    /// [`DynamicsError::StepUnderflow`] and [`DynamicsError::Chatter`] if the integration cannot
+    /// continue, [`DynamicsError::Stopped`] if the stop flag is set.
+    pub fn integrate_to(&mut self, sys: &dyn System, t: f64) -> Result<(), DynamicsError> {
+        self.check_time(t)?;
+        if self.time() > t {
+            self.step_controller.reject_step(&mut *self.stepper);
+            if let Some(perturbed) = &mut self.perturbed {
+                // If it has already taken that step, integrating to the end of the replacement reverts it.
+                perturbed.ends.pop_back();
+            }
+            self.perturbed.take_if(|perturbed| perturbed.start_time > t);
+            let start = self.time();
+            if let Some(tangents) = &mut self.tangents {
+                tangents.reject_step(start);
+            }
+            if let Some(events) = &mut self.events {
+                let step = self.stepper.step();
+                events.find_negative(switching(sys), step.end_time, &step.end);
+            }
+        }
+        self.advance_past(sys, t, t)?;
+        self.cross(sys)?;
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.advance_to(sys, t),
+            None => Ok(()),
+        }
+    }
+
+    /// Integrates to the next event, or to time `limit` (s) if there is no earlier event. Returns the
+    /// guards crossed; none at the limit. The state is the one after the event, and earlier times can no
+    /// longer be sampled.
+    ///
+    /// # Errors
+    /// As for [`Integrator::integrate_to`].
+    pub fn next_event(&mut self, sys: &dyn System, limit: f64) -> Result<&[usize], DynamicsError> {
+        if self.time() > limit {
+            self.integrate_to(sys, limit)?;
+        }
+        while self.pending().is_empty() && self.time() < limit {
+            self.step(sys, limit)?;
+        }
+        if self.pending().is_empty() {
+            return Ok(&[]);
+        }
+        self.cross(sys)?;
+        Ok(self.events.as_ref().map_or(&[], |events| &events.crossed))
+    }
+
+    /// The present status with event location; empty without it.
+    pub fn status(&self) -> &[u8] {
+        self.events.as_ref().map_or(&[], |events| &events.status)
+    }
+
+    /// The time reached, s: the end of the last step.
+    pub fn time(&self) -> f64 {
+        self.stepper.step().end_time
+    }
+
+    /// The state at [`Integrator::time`].
+    pub fn state(&self) -> &[f64] {
+        &self.stepper.step().end
+    }
+
+    /// The tolerance per step, relative to the norm of the state; `None` for a fixed step.
+    pub fn tolerance(&self) -> Option<f64> {
+        match &self.step_controller.control {
+            StepSizeControl::Fixed(_) => None,
+            StepSizeControl::Adaptive(controller) => Some(controller.tolerance()),
+        }
+    }
+
+    /// Sets the tolerance per step, relative to the norm of the state, from the next step on: 1e-13 to
+    /// 0.1. It has no effect on a fixed step.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Parameter`] if the tolerance is out of range.
+    pub fn with_tolerance(mut self, relative: f64) -> Result<Self, DynamicsError> {
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            controller.set_tolerance(relative)?;
+        }
+        Ok(self)
+    }
+
+    /// Whether the last step was implicit.
+    pub fn is_implicit(&self) -> bool {
+        self.stepper.is_implicit()
+    }
+
+    /// Length of the next full step, s.
+    pub fn step_size(&self) -> f64 {
+        self.step_controller.control.step()
+    }
+
+    /// Work done since [`Integrator::new`].
+    pub fn stats(&self) -> SolverStats {
+        self.step_controller.stats
+    }
+
+    /// Takes the counters of the work, which then start at zero.
+    pub(crate) fn take_stats(&mut self) -> SolverStats {
+        std::mem::take(&mut self.step_controller.stats)
+    }
+
+    /// The largest local error estimate of the steps accepted since the last call, or since
+    /// [`Integrator::new`]; `None` without steps or for fixed steps. A step that was shortened at an
+    /// event or reverted counts in full.
+    pub fn take_error_estimate(&mut self) -> Option<ErrorEstimate> {
+        let tolerance = self.tolerance()?;
+        let ratio = self.step_controller.largest_ratio.take()?;
+        Some(ErrorEstimate { ratio, tolerance })
+    }
+
+    /// Steps until time `t` (s) is reached; no step ends after `limit` (s).
+    fn advance_past(&mut self, sys: &dyn System, t: f64, limit: f64) -> Result<(), DynamicsError> {
+        self.check_time(t)?;
+        while self.time() < t {
+            self.step(sys, limit)?;
+        }
+        Ok(())
+    }
+
+    /// Guards to be crossed before the next step.
+    fn pending(&self) -> &[usize] {
+        self.events.as_ref().map_or(&[], |events| &events.pending)
+    }
+
+    /// Takes one step up to `limit` (s) or the first event, with tangent vectors and perturbed
+    /// trajectory.
+    fn step(&mut self, sys: &dyn System, limit: f64) -> Result<(), DynamicsError> {
+        if let Some(stop) = &self.stop
+            && stop.load(Ordering::Relaxed)
+        {
+            return Err(DynamicsError::Stopped { time: self.time() });
+        }
+        self.cross(sys)?;
+        let Self {
+            stepper,
+            step_controller,
+            events,
+            tangents,
+            ..
+        } = self;
+        let stepper = &mut **stepper;
+        if let Some(tangents) = tangents {
+            tangents.begin_step(stepper.step().end_time)?;
+        }
+        let status = events.as_ref().and_then(Events::frozen_status);
+        step_controller.step(stepper, sys, status, limit)?;
+        let held = status.is_some();
+        if let Some(events) = events {
+            if events.has_guards() {
+                let status = events.frozen_status();
+                stepper.prepare_dense_output(sys, status, &mut step_controller.stats);
+            }
+            if !held {
+                let step = stepper.step();
+                events.skip_events(switching(sys), step.end_time, &step.end);
+                events.update_window(step.end_time);
+                step_controller.stats.steps_without_event_location += 1;
+            } else if events.find_first(switching(sys), stepper, &mut step_controller.stats) {
+                step_controller.update_norm(stepper);
+            }
+        }
+        if let Some(tangents) = tangents {
+            let status = events
+                .as_ref()
+                .filter(|_| held)
+                .map(|events| events.status.as_slice());
+            tangents.advance(sys, status, stepper, &mut step_controller.stats);
+            if let Some(status) = status {
+                tangents.project(switching(sys), status, stepper.step_mut());
+            }
+        }
+        let (end, is_implicit) = (self.time(), self.is_implicit());
+        match &mut self.perturbed {
+            Some(perturbed) => perturbed.push_step(sys, end, is_implicit),
+            None => Ok(()),
+        }
+    }
+
+    /// Crosses the guards at which the last step ended, and those that become negative as a result.
+    fn cross(&mut self, sys: &dyn System) -> Result<(), DynamicsError> {
+        let Some(events) = self
+            .events
+            .as_mut()
+            .filter(|events| !events.pending.is_empty())
+        else {
+            return Ok(());
+        };
+        let (step_controller, tangents) = (&mut self.step_controller, &mut self.tangents);
+        let switching = switching(sys);
+        let continuous = switching.is_continuous();
+        let stepper = &mut *self.stepper;
+        let t = stepper.step().end_time;
+        step_controller.stats.events += 1;
+        events.crossed.clear();
+        if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+            tangents.begin_event(&events.pending);
+        }
+        while let Some(&guard) = events.pending.first() {
+            // If the state may jump, the jump of one guard can keep another guard from becoming
+            // negative.
+            let together = if continuous { events.pending.len() } else { 1 };
+            for k in 0..together {
+                let guard = events.pending[k];
+                let crossing = Crossing {
+                    switching,
+                    guard,
+                    t,
+                };
+                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                    tangents
+                        .saltation
+                        .before(sys, crossing, &events.status, &stepper.step().end);
+                }
+                switching.cross(guard, t, &mut stepper.step_mut().end, &mut events.status);
+                events.record_crossing(guard);
+                step_controller.stats.crossings += 1;
+                if let Some(tangents) = tangents.as_mut().filter(|_| !continuous) {
+                    let block = &mut tangents.block;
+                    let vectors = (block.end.as_mut_slice(), block.width);
+                    let (status, end) = (&events.status, &stepper.step().end);
+                    tangents
+                        .saltation
+                        .after(sys, crossing, status, end, vectors);
+                }
+            }
+            let chatters = events.count_event(t);
+            if chatters && !continuous {
+                let crossings = events.events_in_window();
+                return Err(DynamicsError::Chatter {
+                    time: t,
+                    guard,
+                    crossings,
+                });
+            }
+            events.find_negative(switching, t, &stepper.step().end);
+            if chatters {
+                events.pending.clear();
+            }
+        }
+        step_controller.reinitialise(stepper, sys, Some(&events.status))
+    }
+
+    /// Checks that a time is not before the start of the last step.
+    fn check_time(&self, t: f64) -> Result<(), DynamicsError> {
+        let earliest = self.stepper.step().start_time;
+        if t >= earliest && t.is_finite() {
+            Ok(())
+        } else {
+            Err(DynamicsError::Time { asked: t, earliest })
+        }
+    }
+
+    /// Limits the step to the maximum of the parameters and of the linear part.
+    fn limit_step(&mut self) {
+        if let StepSizeControl::Adaptive(controller) = &mut self.step_controller.control {
+            let longest = self.stepper.max_step_of_linear_part();
+            controller.set_max_step(self.max_step.min(longest));
+        }
+    }
+}
+
+/// Checks that every mode is an oscillator.
+fn check_modes(sys: &dyn System) -> Result<(), DynamicsError> {
+    if !sys.damping().is_empty() {
+        check_size(
+            "the list of damping ratios",
+            sys.modes(),
+            sys.damping().len(),
+        )?;
+    }
+    for (mode, &omega) in sys.omega().iter().enumerate() {
+        let damping = sys.damping().get(mode).copied().unwrap_or(0.0);
+        if !(omega >= 0.0 && omega.is_finite() && damping.abs() < 1.0) {
+            return Err(DynamicsError::Mode {
+                mode,
+                omega,
+                damping,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Checks the length of a slice.
+fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), DynamicsError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(DynamicsError::Size {
+            what,
+            expected,
+            found,
+        })
+    }
+}

@@ -1,0 +1,402 @@
+//! Explicit Runge–Kutta methods: step and dense output.
+//!
+//! One implementation of the step serves all [`Tableau`]s and both forms of [`IntegratingFactor`].
+//!
+//! The stages of a step define a polynomial in the coordinates of the form, `y(t_n + theta h) = y_n + h
+//! sum_i b_i(theta) k_i`. In the integrating-factor form the polynomial approximates only the effect of
+//! the force. The free vibration up to the sample time is then applied exactly. Some tableaus need
+//! additional stages for the dense output, which are evaluated on demand.
+
+use super::error_control::{MethodTraits, StateNorm};
+use super::integrating_factor::{IntegratingFactor, LANES};
+use super::stepper::{Step, Stepper, differentiable, force, switching};
+use super::system::add_linear;
+use super::tableau::Tableau;
+use super::tangents::TangentBlock;
+use super::{SolverStats, System};
+use crate::simd::vectorised;
+
+/// A tableau in a form.
+#[derive(Clone, Debug)]
+pub(super) struct RungeKutta<const S: usize> {
+    /// The method's coefficients.
+    pub tableau: &'static Tableau<S>,
+    /// Coordinates of the method.
+    pub form: IntegratingFactor,
+    pub step: Step,
+    /// Start of the step, as a row.
+    start: Vec<f64>,
+    /// Slopes of `y` at the stages, one row each.
+    slopes: Vec<f64>,
+    /// A combination of slopes, a row.
+    sum: Vec<f64>,
+    /// A row of zeros, to which differences are added.
+    zero: Vec<f64>,
+    /// Slope of `y` at the start of the step, component by component.
+    start_slope: Vec<f64>,
+    /// State at the present stage. It and the force end with a vector of arbitrary numbers.
+    state: Vec<f64>,
+    /// Force `[f | g]` at the present stage; the whole right-hand side if the form integrates no mode exactly.
+    force: Vec<f64>,
+    /// The second error estimate, if the tableau has one.
+    coarse_error: Vec<f64>,
+    /// Whether the dense-output stages belong to the last step.
+    is_dense: bool,
+    /// One record per stage if tangent vectors are propagated; otherwise empty.
+    records: Vec<Vec<f64>>,
+}
+
+impl<const S: usize> RungeKutta<S> {
+    /// A workspace for a system. The free vibration of `modes` modes is integrated exactly: all of them, or none.
+    pub fn new(tableau: &'static Tableau<S>, sys: &dyn System, modes: usize) -> Self {
+        let dim = sys.dim();
+        let form = IntegratingFactor::new(sys, S, modes);
+        let row = form.row_len(dim);
+        Self {
+            tableau,
+            form,
+            step: Step::new(dim),
+            start: vec![0.0; row],
+            slopes: vec![0.0; S * row],
+            sum: vec![0.0; row],
+            zero: vec![0.0; row],
+            start_slope: vec![0.0; dim],
+            state: vec![0.0; dim + LANES],
+            force: vec![0.0; dim - modes + LANES],
+            coarse_error: vec![0.0; dim],
+            is_dense: false,
+            records: Vec::new(),
+        }
+    }
+
+    /// The change of the slope from one stage to another, component by component.
+    pub fn slope_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
+        let (from, to) = (self.slope_row(from), self.slope_row(to));
+        for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
+            *out = to[at] - from[at];
+        }
+    }
+
+    /// The change of `y`, divided by the step, from one stage to another, component by component.
+    pub fn stage_change(&self, [from, to]: [usize; 2], out: &mut [f64]) {
+        let stages = &self.tableau.stages;
+        for (c, out) in out.iter_mut().enumerate() {
+            let at = self.form.position(c);
+            let weights = stages[to].iter().zip(&stages[from]).enumerate();
+            *out = weights
+                .map(|(j, (b, a))| (b - a) * self.slope_row(j)[at])
+                .sum();
+        }
+    }
+
+    fn slope_row(&self, stage: usize) -> &[f64] {
+        &self.slopes[stage * self.start.len()..][..self.start.len()]
+    }
+
+    /// Exchanges the records at the two ends of the step.
+    fn swap_end_records(&mut self) {
+        if !self.records.is_empty() {
+            self.records.swap(0, self.tableau.end);
+        }
+    }
+
+    /// Writes the state at a stage, and before it the slope of the stage `due`, if it is not the first one.
+    fn advance(&mut self, stage: usize, due: usize) {
+        let weights = &self.tableau.stages[stage][..stage];
+        self.combine(due, weights, true, stage);
+    }
+
+    /// Writes a combination of slopes to the state: at a stage, or, for `stage` `S`, at the sample for which the form
+    /// is prepared. It is added to the start of the step, unless it is a difference. The slope of the stage `due` is
+    /// written first; that of the first stage, 0, is known.
+    fn combine(&mut self, due: usize, weights: &[f64], has_start: bool, stage: usize) {
+        let (row, h) = (self.start.len(), self.step.length());
+        let (sum, slopes, state) = (&mut self.sum[..], &mut self.slopes[..], &mut self.state[..]);
+        let (start, force, form) = (&self.start, &self.force, &self.form);
+        let start = if has_start { start } else { &self.zero };
+        vectorised(
+            #[inline(always)]
+            || {
+                if due > 0 {
+                    form.write_slope(due, force, &mut slopes[due * row..][..row]);
+                }
+                // Whole groups: a copy without a call.
+                let groups = sum.as_chunks_mut::<LANES>().0.iter_mut();
+                groups
+                    .zip(start.as_chunks::<LANES>().0)
+                    .for_each(|(sum, start)| *sum = *start);
+                add_combination(sum, h, slopes, weights);
+                form.advance(stage, sum, state);
+            },
+        );
+    }
+
+    /// Evaluates the force at a stage.
+    fn evaluate(&mut self, sys: &dyn System, status: Option<&[u8]>, stage: usize) {
+        let dim = self.step.dim();
+        let modes = self.form.modes();
+        let (z, slope) = (&self.state[..dim], &mut self.force[..dim - modes]);
+        let out = &mut slope[sys.modes() - modes..];
+        let time = self.step.start_time + self.tableau.nodes[stage] * self.step.length();
+        match self.records.get_mut(stage) {
+            None => force(sys, status, time, z, out),
+            Some(record) => differentiable(sys).force_recorded(status, time, z, out, record),
+        }
+        if modes < sys.modes() {
+            add_linear(sys.omega(), sys.damping(), z, slope, 1);
+        }
+    }
+
+    /// Writes the slope at the end of the step in the coordinates of the next step.
+    fn write_end_slope(&mut self) {
+        let (q, rest) = self.step.end_slope.split_at_mut(self.form.modes());
+        q.fill(0.0);
+        rest.copy_from_slice(&self.force[..rest.len()]);
+    }
+
+    /// Writes the error estimates and the slope at the end of the step, which they need.
+    fn estimate_errors(&mut self) {
+        let (tableau, dim) = (self.tableau, self.step.dim());
+        let end = tableau.end;
+        self.combine(end, &tableau.error[..=end], false, end);
+        self.step.error.copy_from_slice(&self.state[..dim]);
+        if let Some(weights) = &tableau.coarse_error {
+            self.combine(0, &weights[..=end], false, end);
+            self.coarse_error.copy_from_slice(&self.state[..dim]);
+        }
+    }
+}
+
+impl<const S: usize> Stepper for RungeKutta<S> {
+    fn boxed(&self) -> Box<dyn Stepper> {
+        Box::new(self.clone())
+    }
+
+    fn step(&self) -> &Step {
+        &self.step
+    }
+
+    fn step_mut(&mut self) -> &mut Step {
+        &mut self.step
+    }
+
+    fn traits(&self) -> &'static MethodTraits {
+        &self.tableau.traits
+    }
+
+    fn update_linear_part(&mut self, sys: &dyn System) {
+        self.form.update_linear_part(sys);
+    }
+
+    fn max_step_of_linear_part(&self) -> f64 {
+        self.form.max_step_of_linear_part()
+    }
+
+    fn reinitialise(&mut self, sys: &dyn System, status: Option<&[u8]>, stats: &mut SolverStats) {
+        stats.rhs_evals += 1;
+        self.step.full_end_time = self.step.end_time;
+        self.step.start_time = self.step.end_time;
+        let dim = self.step.dim();
+        self.state[..dim].copy_from_slice(&self.step.end);
+        // The record stays at the end; the next step takes it from there.
+        self.evaluate(sys, status, self.tableau.end);
+        self.write_end_slope();
+        self.step.start_at_end();
+        self.start_slope.copy_from_slice(&self.step.end_slope);
+    }
+
+    fn begin_step(&mut self) {
+        self.step.start_at_end();
+        self.start_slope.copy_from_slice(&self.step.end_slope);
+        let row = self.start.len();
+        self.form.pack(&self.step.start, &mut self.start);
+        self.form.pack(&self.start_slope, &mut self.slopes[..row]);
+        self.swap_end_records();
+    }
+
+    fn reject_step(&mut self) {
+        self.step.revert();
+        self.step.end_slope.copy_from_slice(&self.start_slope);
+        self.swap_end_records();
+    }
+
+    fn attempt(
+        &mut self,
+        sys: &dyn System,
+        status: Option<&[u8]>,
+        end_time: f64,
+        stats: &mut SolverStats,
+    ) {
+        self.step.end_time = end_time;
+        self.step.full_end_time = end_time;
+        self.is_dense = false;
+        let (dim, end) = (self.step.dim(), self.tableau.end);
+        self.form.prepare(&self.tableau.nodes, self.step.length());
+        for stage in 1..=end {
+            self.advance(stage, stage - 1);
+            if let (true, Some(status)) = (stage == end, status) {
+                switching(sys).settle(status, end_time, &mut self.state[..dim], (&mut [], 0));
+            }
+            self.evaluate(sys, status, stage);
+        }
+        self.step.end.copy_from_slice(&self.state[..dim]);
+        self.write_end_slope();
+        self.estimate_errors();
+        stats.rhs_evals += end as u64;
+    }
+
+    fn error(&self, omega: &[f64], quadratures: usize) -> StateNorm {
+        let norm = |of: &[f64]| StateNorm::of(of, omega, quadratures);
+        let error = norm(&self.step.error);
+        match self.tableau.coarse_error {
+            None => error,
+            Some(_) => error.sharpened(norm(&self.coarse_error)),
+        }
+    }
+
+    fn prepare_dense_output(
+        &mut self,
+        sys: &dyn System,
+        status: Option<&[u8]>,
+        stats: &mut SolverStats,
+    ) {
+        let tableau = self.tableau;
+        if self.is_dense || self.step.length() == 0.0 {
+            return;
+        }
+        self.is_dense = true;
+        let row = self.start.len();
+        for stage in tableau.end + 1..S {
+            self.advance(stage, 0);
+            self.evaluate(sys, status, stage);
+            let slope = &mut self.slopes[stage * row..][..row];
+            self.form.write_slope(stage, &self.force, slope);
+        }
+        stats.rhs_evals += (S - 1 - tableau.end) as u64;
+    }
+
+    fn interpolate(&mut self, t: f64, out: &mut [f64]) {
+        if let Some(state) = self.step.at_end(t) {
+            out.copy_from_slice(state);
+            return;
+        }
+        let h = self.step.length();
+        let offset = t - self.step.start_time;
+        self.form.prepare_sample(offset);
+        self.combine(0, &self.tableau.weights(offset / h), true, S);
+        out.copy_from_slice(&self.state[..out.len()]);
+    }
+
+    fn enable_tangents(&mut self, sys: &dyn System) -> usize {
+        self.records = vec![vec![0.0; differentiable(sys).record_len()]; S];
+        S
+    }
+
+    fn disable_tangents(&mut self) {
+        self.records.clear();
+    }
+
+    /// The vectors pass through the same stages as the state. The result is the exact derivative of the
+    /// numerical map, whatever its tolerance.
+    fn propagate_tangents(
+        &mut self,
+        sys: &dyn System,
+        status: Option<&[u8]>,
+        block: &mut TangentBlock,
+        _stats: &mut SolverStats,
+    ) {
+        let width = block.width;
+        let numbers = block.end.len();
+        let derivative = differentiable(sys);
+        let tableau = self.tableau;
+        let h = self.step.length();
+        let is_shortened = self.step.is_shortened();
+        // The last stage of the step and later ones are needed only for dense output.
+        let stages = if is_shortened { S } else { tableau.end };
+        for stage in 0..stages {
+            block.stage.copy_from_slice(&block.start);
+            if stage > 0 {
+                let weights = &tableau.stages[stage][..stage];
+                accumulate(&mut block.stage, h, &block.slopes, weights);
+                self.form.push_forward(stage, &mut block.stage, width);
+            }
+            let slope = &mut block.slopes[stage * numbers..][..numbers];
+            derivative.product(
+                status,
+                &mut self.records[stage],
+                &block.stage,
+                width,
+                &mut slope[sys.modes() * width..],
+            );
+            self.form.add_linear_part(sys, &block.stage, slope, width);
+            if stage > 0 {
+                self.form.pull_back(stage, slope, width);
+            }
+        }
+        block.end.copy_from_slice(&block.start);
+        if is_shortened {
+            let offset = self.step.end_time - self.step.start_time;
+            let weights = tableau.weights(offset / h);
+            accumulate(&mut block.end, h, &block.slopes, &weights);
+            self.form.push_forward_by(offset, &mut block.end, width);
+        } else {
+            let weights = &tableau.stages[tableau.end][..tableau.end];
+            accumulate(&mut block.end, h, &block.slopes, weights);
+            self.form.push_forward(tableau.end, &mut block.end, width);
+        }
+    }
+}
+
+/// Adds `h sum_j weights[j] slopes[j]` to `y`.
+pub(super) fn accumulate(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
+    vectorised(
+        #[inline(always)]
+        || add_combination(y, h, slopes, weights),
+    );
+}
+
+/// The kernel of [`accumulate`]. Sums are not fused with products: the result is the same on every machine.
+#[inline(always)]
+fn add_combination(y: &mut [f64], h: f64, mut slopes: &[f64], mut weights: &[f64]) {
+    // A constant number of terms lets the compiler keep the sum of each component in a register.
+    while weights.len() > 8 {
+        add_terms::<8>(y, h, slopes, weights);
+        slopes = &slopes[8 * y.len()..];
+        weights = &weights[8..];
+    }
+    match weights.len() {
+        1 => add_terms::<1>(y, h, slopes, weights),
+        2 => add_terms::<2>(y, h, slopes, weights),
+        3 => add_terms::<3>(y, h, slopes, weights),
+        4 => add_terms::<4>(y, h, slopes, weights),
+        5 => add_terms::<5>(y, h, slopes, weights),
+        6 => add_terms::<6>(y, h, slopes, weights),
+        7 => add_terms::<7>(y, h, slopes, weights),
+        _ => add_terms::<8>(y, h, slopes, weights),
+    }
+}
+
+/// Adds the first `N` terms, in whole vectors as far as possible.
+#[inline(always)]
+fn add_terms<const N: usize>(y: &mut [f64], h: f64, slopes: &[f64], weights: &[f64]) {
+    let dim = y.len();
+    let weights: [f64; N] = std::array::from_fn(|j| weights[j]);
+    let rows: [&[f64]; N] = std::array::from_fn(|j| &slopes[j * dim..][..dim]);
+    let whole = dim - dim % LANES;
+    for i in (0..whole).step_by(LANES) {
+        let mut sum = [0.0; LANES];
+        for (weight, row) in weights.iter().zip(rows) {
+            for (sum, slope) in sum.iter_mut().zip(&row[i..i + LANES]) {
+                *sum += weight * slope;
+            }
+        }
+        for (y, sum) in y[i..i + LANES].iter_mut().zip(sum) {
+            *y += h * sum;
+        }
+    }
+    for (i, y) in y.iter_mut().enumerate().skip(whole) {
+        let terms = weights.iter().zip(rows);
+        *y += h * terms.fold(0.0, |sum, (weight, row)| sum + weight * row[i]);
+    }
+}

@@ -1,0 +1,149 @@
+//! The Lorenz system: from the subcritical Hopf point to the homoclinic orbit, and its symmetry breaking.
+
+use nalgebra::{Complex, Matrix3, Vector3};
+
+use super::systems::Smooth;
+use super::*;
+use crate::known::Lorenz;
+use squeakscope_dynamics::System;
+
+const SIGMA: f64 = 10.0;
+const BETA: f64 = 8.0 / 3.0;
+
+/// The family over rho.
+fn family() -> Smooth<impl Fn(f64) -> Box<dyn System + Send>> {
+    Smooth {
+        build: |rho| {
+            Box::new(Lorenz {
+                rho,
+                ..Lorenz::CLASSICAL
+            }) as Box<dyn System + Send>
+        },
+        drive: None,
+        symmetry: Some(vec![-1.0, -1.0, 1.0]),
+    }
+}
+
+/// The Hopf point of an equilibrium off the origin.
+fn hopf() -> HopfPoint {
+    let rho = SIGMA * (SIGMA + BETA + 3.0) / (SIGMA - BETA - 1.0);
+    let x = (BETA * (rho - 1.0)).sqrt();
+    let omega = (BETA * (SIGMA + rho)).sqrt();
+    let jacobian = Matrix3::new(
+        -SIGMA, SIGMA, 0.0, //
+        1.0, -1.0, -x, //
+        x, x, -BETA,
+    );
+    let shifted =
+        jacobian.map(|a| Complex::new(a, 0.0)) - Matrix3::identity() * Complex::new(0.0, omega);
+    let svd = shifted.svd(false, true);
+    assert!(svd.singular_values[2] < 1e-10, "imaginary eigenvalue");
+    let vector: Vector3<Complex<f64>> = svd.v_t.unwrap().row(2).adjoint();
+    HopfPoint {
+        parameter: rho,
+        state: vec![x, x, rho - 1.0],
+        omega,
+        real: vector.iter().map(|z| z.re).collect(),
+        imaginary: vector.iter().map(|z| z.im).collect(),
+    }
+}
+
+/// The orbit born at rho = 24.7368 is unstable, exists below it, and its period grows without limit towards the homoclinic
+/// orbit at rho = 13.926 (C. Sparrow, The Lorenz Equations, Springer 1982).
+#[test]
+fn the_orbit_of_the_subcritical_hopf_point_ends_in_the_homoclinic_orbit() {
+    let family = family();
+    let hopf = hopf();
+    assert!((hopf.parameter - 24.736_842_1).abs() < 1e-7);
+    // Near the origin the motion is slow, and only the maximum step resolves the contraction.
+    let options = ContinuationOptions {
+        max_period_s: 5.0,
+        ..precise([10.0, 30.0], 0.02)
+    };
+    let start = hopf_orbit(&family, &hopf, 0.3, &options).unwrap();
+    assert!(start.orbit.parameter < hopf.parameter);
+    let branch = follow(&family, start, &options);
+    let last = branch.points.last().unwrap();
+    eprintln!(
+        "{} points, last rho {} period {}, {:?}, {:?}",
+        branch.points.len(),
+        last.parameter,
+        last.period_s,
+        branch.ends,
+        branch.stats
+    );
+    assert!(matches!(
+        branch.ends[1],
+        Some(BranchEnd::PeriodTooLong { .. })
+    ));
+    assert!((last.parameter - 13.926).abs() < 1e-3, "{}", last.parameter);
+    assert!(branch.bifurcations.is_empty(), "{:?}", branch.bifurcations);
+    for orbit in &branch.points {
+        assert_eq!(orbit.unstable_multipliers, 1, "{}", orbit.parameter);
+        // The error of the multipliers is relative to the largest one.
+        let error = orbit.trivial_multiplier_error.unwrap();
+        assert!(error < 1e-6 * orbit.multipliers[0].magnitude(), "{error:e}");
+        // The product of all multipliers is that of the constant divergence. A smaller one is lost in rounding errors.
+        let sum: f64 = orbit.multipliers.iter().map(|m| m.ln_magnitude).sum();
+        let exact = -(SIGMA + BETA + 1.0) * orbit.period_s;
+        let is_small = sum.max(exact) < -20.0;
+        assert!(
+            (sum / exact - 1.0).abs() < 1e-7 || is_small,
+            "{sum} {exact}"
+        );
+    }
+    let periods = branch.points.windows(2);
+    assert!(
+        periods
+            .into_iter()
+            .all(|pair| pair[1].period_s > pair[0].period_s)
+    );
+    // Back to the Hopf point.
+    let back = follow(
+        &family,
+        branch.points[branch.points.len() / 2].clone(),
+        &options,
+    );
+    let end = back
+        .ends
+        .iter()
+        .flatten()
+        .find_map(|end| match end {
+            BranchEnd::Hopf {
+                parameter,
+                frequency_hz,
+            } => Some((*parameter, *frequency_hz)),
+            _ => None,
+        })
+        .unwrap_or_else(|| panic!("{:?}", back.ends));
+    eprintln!("Hopf error {:e}", end.0 - hopf.parameter);
+    assert!((end.0 - hopf.parameter).abs() < 1e-5, "{end:?}");
+    assert!((end.1 * std::f64::consts::TAU / hopf.omega - 1.0).abs() < 1e-5);
+}
+
+/// For large rho the attractor is a symmetric orbit. It breaks its symmetry as rho decreases through 312.97 (Sparrow 1982).
+#[test]
+fn the_symmetric_orbit_at_large_rho_breaks_its_symmetry() {
+    let family = family();
+    let options = precise([300.0, 330.0], 0.05);
+    let orbit = settle(&family, 325.0, &[1.0, 2.0, 325.0], 40.0, &options);
+    let branch = follow(&family, orbit, &options);
+    let found: Vec<_> = branch
+        .bifurcations
+        .iter()
+        .map(|b| (b.kind, b.parameter))
+        .collect();
+    eprintln!("{found:?} {:?} {} points", branch.ends, branch.points.len());
+    let breaking = of_kind(&branch, BifurcationKind::SymmetryBreaking);
+    assert_eq!(breaking.len(), 1, "{found:?}");
+    assert!((breaking[0].parameter - 312.97).abs() < 0.1);
+    eprintln!("accuracy {:e}", breaking[0].accuracy);
+    let start = switched_orbit(&family, breaking[0], 0.02, &options).unwrap();
+    let broken = &start.orbit;
+    assert!((broken.period_s * breaking[0].frequency_hz - 1.0).abs() < 0.02);
+    // Supercritical: the orbits without symmetry are stable below.
+    assert!(
+        broken.parameter < breaking[0].parameter && broken.stable,
+        "{broken:?}"
+    );
+}

@@ -1,0 +1,460 @@
+//! Decomposition of the growth rates of steady sliding by the terms of the linearised Eq. (8).
+//!
+//! Eq. (8) linearised at steady sliding is `q'' + C q' + (W^2 + K) q = 0` with the perturbation `u = Phi q`.
+//! The terms of each node are, with area `dA`, pre-stress `p`, contact stiffness `k`, slip velocity `V = V t`
+//! and outward normal `e`:
+//!
+//! | term | expression | effect |
+//! |---|---|---|
+//! | slope | `C += p dmu/dV dA Phi^T t t^T Phi` | excites if friction decreases with speed |
+//! | direction | `C += p (mu / V) dA Phi^T (1 - t t^T) Phi` | damps motion normal to the sliding direction |
+//! | structure | `C += 2 zeta omega` | damps |
+//! | contact | `K += k dA Phi^T e e^T Phi` | elastic, conservative |
+//! | coupling | `K += k mu dA Phi^T t e^T Phi` | non-symmetric: the friction force follows the normal force; excites or damps |
+//! | contact damping | `C += c dA Phi^T (e + mu t) e^T Phi` | damps; `c` is `k tau` or `p chi` |
+//! | convection | `K += p dA Phi^T ((mu / V) (1 - t t^T) + dmu/dV t t^T) (Omega x Phi)` | if the slip velocity includes `Omega x u` |
+//!
+//! The growth rate is decomposed in two ways. The *share* of a term is the power that it supplies to the
+//! mode divided by twice the energy of the mode. It follows from the imaginary part of `v* (lambda^2 +
+//! lambda C + W^2 + K) v = 0` divided by `2 omega v*v`, which gives exactly `growth = sum of shares`; a
+//! non-symmetric `C` contributes `growth Im(v* C v)` to its share. The growth rate *without* a term
+//! accounts for the change of the mode shape; the mode is followed by continuation while the term decreases
+//! to zero.
+
+use faer::{Mat, c64};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+use super::vector::{any_normal, cross, dot, unit};
+use super::{ContactDamping, Model, StabilityError, is_unstable};
+
+/// Terms that can excite or damp a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Slope of the friction law at the sliding speed, in the sliding direction.
+    Slope,
+    /// Change of direction of the friction force with the slip velocity; damps motion normal to sliding.
+    Direction,
+    /// Dependence of the friction force on the normal force (mode coupling).
+    Coupling,
+    /// Modal damping of the body.
+    Structure,
+    /// Damping of the normal contact.
+    ContactDamping,
+    /// Convective term `Omega x u` of the slip velocity.
+    Convection,
+}
+
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl Cause {
+    /// All terms.
+    pub const ALL: [Self; 6] = [
+        Self::Slope,
+        Self::Coupling,
+        Self::Direction,
+        Self::Structure,
+        Self::ContactDamping,
+        Self::Convection,
+    ];
+
+    /// Name in reports and JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slope => "negative slope",
+            Self::Coupling => "mode coupling",
+            Self::Direction => "friction damping",
+            Self::Structure => "structural damping",
+            Self::ContactDamping => "contact damping",
+            Self::Convection => "Omega x u",
+        }
+    }
+
+    /// Whether a model contains the term.
+    fn is_in(self, model: &Model) -> bool {
+        match self {
+            Self::Slope | Self::Coupling | Self::Direction | Self::Structure => true,
+            Self::ContactDamping => !model.contact_damping.is_none(),
+            Self::Convection => model.convection.is_some(),
+        }
+    }
+
+    /// Whether the term is part of the stiffness matrix, not of the damping matrix.
+    fn is_stiffness(self) -> bool {
+        matches!(self, Self::Coupling | Self::Convection)
+    }
+}
+
+/// Effect of one term on the growth rate of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CauseOfGrowth {
+    /// The term: `negative slope`, `mode coupling`, `friction damping`, `structural damping`, `contact damping` or
+    /// `Omega x u`.
+    #[schemars(with = "String")]
+    pub cause: Cause,
+    /// Share of the growth rate, 1/s. The shares of all terms sum to the growth rate.
+    #[serde(rename = "share_per_s")]
+    pub share: f64,
+    /// Growth rate of the mode without the term, 1/s.
+    #[serde(rename = "without_per_s")]
+    pub without: f64,
+}
+
+/// A mode whose growth rate is explained by its causes.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct ExplainedMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Growth rate, 1/s.
+    #[serde(rename = "growth_per_s")]
+    pub growth: f64,
+    /// Causes of growth: the contribution of each term of the model, in the order of [`Cause::ALL`].
+    pub causes: Vec<CauseOfGrowth>,
+}
+
+impl ExplainedMode {
+    /// As [`LinearMode::unstable`](super::LinearMode::unstable).
+    pub fn unstable(&self) -> bool {
+        is_unstable(self.growth, std::f64::consts::TAU * self.frequency_hz)
+    }
+}
+
+/// Number of continuation steps in which a term decreases to zero.
+const CONTINUATION_STEPS: usize = 8;
+
+/// The matrices of the linearised equation, by term.
+struct Terms {
+    modes: usize,
+    /// `W^2` plus contact stiffness.
+    stiffness: Mat<f64>,
+    /// In the order of [`Cause::ALL`].
+    terms: [Mat<f64>; Cause::ALL.len()],
+}
+
+/// An eigenvalue with its mode shape.
+struct Root {
+    value: c64,
+    shape: Vec<c64>,
+}
+
+impl Model {
+    /// Returns the oscillating modes of steady sliding with the decomposition of their growth rates, in
+    /// ascending order of frequency. Overdamped modes are omitted. Empty for a friction law with states, whose part
+    /// in the growth is not one of the causes.
+    ///
+    /// # Errors
+    /// If an eigenvalue iteration does not converge.
+    pub fn explained_modes(&self) -> Result<Vec<ExplainedMode>, StabilityError> {
+        if self.friction.states() > 0 {
+            return Ok(Vec::new());
+        }
+        let terms = Terms::of(self);
+        let mut all = terms.roots(None)?;
+        all.sort_by(|a, b| {
+            let by_frequency = a.value.im.total_cmp(&b.value.im);
+            by_frequency.then(a.value.re.total_cmp(&b.value.re))
+        });
+        let modes = all.into_iter().map(|root| {
+            let there = Cause::ALL.into_iter().enumerate();
+            let there = there.filter(|(_, cause)| cause.is_in(self));
+            let causes = there.map(|(k, cause)| {
+                Ok(CauseOfGrowth {
+                    cause,
+                    share: terms.share(k, &root),
+                    without: terms.without(k, &root)?,
+                })
+            });
+            Ok(ExplainedMode {
+                frequency_hz: root.value.im / std::f64::consts::TAU,
+                growth: root.value.re,
+                causes: causes.collect::<Result<_, _>>()?,
+            })
+        });
+        modes.collect()
+    }
+}
+
+impl Terms {
+    fn of(model: &Model) -> Self {
+        let m = model.modes();
+        let mut stiffness = Mat::zeros(m, m);
+        let mut terms: [Mat<f64>; Cause::ALL.len()] = std::array::from_fn(|_| Mat::zeros(m, m));
+        for i in 0..m {
+            stiffness[(i, i)] = model.omega[i].powi(2);
+            if let Some(ratio) = model.damping.get(i) {
+                terms[3][(i, i)] = 2.0 * ratio * model.omega[i];
+            }
+        }
+        let mut all = Self {
+            modes: m,
+            stiffness,
+            terms,
+        };
+        for k in 0..model.nodes() {
+            all.add_node(model, k);
+        }
+        all
+    }
+
+    /// Adds the contribution of a node.
+    fn add_node(&mut self, model: &Model, k: usize) {
+        let (area, normal, shapes) = (model.areas[k], model.normals[k], model.shapes_at(k));
+        let contact = model.stiffness[k] * area;
+        let component =
+            |axis: [f64; 3]| -> Vec<f64> { shapes.iter().map(|shape| dot(*shape, axis)).collect() };
+        let outward = component(normal);
+        add(&mut self.stiffness, contact, &outward, &outward);
+        let viscous = match model.contact_damping {
+            ContactDamping::None => 0.0,
+            ContactDamping::KelvinVoigt { time } => contact * time,
+            ContactDamping::HuntCrossley { dissipation } => {
+                model.pre_stress[k] * area * dissipation
+            }
+        };
+        let [slope, coupling, direction, _, damping, convection] = &mut self.terms;
+        add(damping, viscous, &outward, &outward);
+        let Some(law) = model.friction.law() else {
+            return;
+        };
+        let velocity = model.sliding_velocity[k];
+        let speed = dot(velocity, velocity).sqrt();
+        // Without sliding, friction damps isotropically in the tangent plane, so that any tangent is valid.
+        let sliding = unit(velocity).unwrap_or_else(|| any_normal(normal));
+        let along = component(sliding);
+        let ratio = law.ratio(speed);
+        let load = model.pre_stress[k] * area;
+        // mu = V ratio, so that dmu/dV = ratio + V dratio/dV.
+        let falling = load * (ratio.value + speed * ratio.slope);
+        add(slope, falling, &along, &along);
+        let coefficient = ratio.value * speed;
+        add(coupling, contact * coefficient, &along, &outward);
+        add(damping, viscous * coefficient, &along, &outward);
+        let projected = if model.friction.radial() { 0.0 } else { 1.0 };
+        if let Some(omega) = model.convection {
+            let turned: Vec<_> = shapes.iter().map(|shape| cross(omega, *shape)).collect();
+            let turned_along: Vec<f64> = turned.iter().map(|w| dot(*w, sliding)).collect();
+            let bend = load * speed * ratio.slope;
+            add(convection, bend, &along, &turned_along);
+            for axis in 0..3 {
+                let tangent = |of: &[[f64; 3]]| -> Vec<f64> {
+                    of.iter()
+                        .map(|v| v[axis] - projected * dot(*v, normal) * normal[axis])
+                        .collect()
+                };
+                let (shapes, turned) = (tangent(shapes), tangent(&turned));
+                add(convection, load * ratio.value, &shapes, &turned);
+            }
+        }
+        // Directions normal to the sliding direction, and also to the normal if friction excludes it.
+        for axis in 0..3 {
+            let rest = shapes.iter().zip(&along).zip(&outward);
+            let rest = rest.map(|((shape, along), outward)| {
+                shape[axis] - along * sliding[axis] - projected * outward * normal[axis]
+            });
+            let rest: Vec<f64> = rest.collect();
+            add(direction, load * ratio.value, &rest, &rest);
+        }
+    }
+
+    /// Eigenvalues with `omega > 0`; `faded` scales one term by a factor.
+    fn roots(&self, faded: Option<(usize, f64)>) -> Result<Vec<Root>, StabilityError> {
+        let m = self.modes;
+        let weight = |term: usize| match faded {
+            Some((which, share)) if which == term => share,
+            _ => 1.0,
+        };
+        let terms_of = |stiffness: bool| {
+            let all = Cause::ALL.iter().enumerate();
+            all.filter(move |(_, cause)| cause.is_stiffness() == stiffness)
+                .map(|(term, _)| term)
+        };
+        // The state [omega q | dq/dt] has components of similar size.
+        let scale: Vec<f64> = (0..m).map(|i| self.stiffness[(i, i)].sqrt()).collect();
+        let matrix = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
+            (true, true) => 0.0,
+            (true, false) => f64::from(u8::from(i == j - m)) * scale[i],
+            (false, true) => {
+                let i = i - m;
+                let terms = terms_of(true).map(|term| weight(term) * self.terms[term][(i, j)]);
+                -(self.stiffness[(i, j)] + terms.sum::<f64>()) / scale[j]
+            }
+            (false, false) => {
+                let (i, j) = (i - m, j - m);
+                let terms = terms_of(false).map(|term| weight(term) * self.terms[term][(i, j)]);
+                -terms.sum::<f64>()
+            }
+        });
+        let eigen = matrix.eigen().map_err(|_| StabilityError)?;
+        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+        let oscillating = (0..2 * m).filter(|&k| values[k].im > 0.0);
+        let roots = oscillating.map(|k| Root {
+            value: values[k],
+            shape: (0..m).map(|i| vectors[(i, k)] / scale[i]).collect(),
+        });
+        Ok(roots.collect())
+    }
+
+    /// Power that a term supplies to a mode, divided by twice its energy, 1/s.
+    fn share(&self, term: usize, root: &Root) -> f64 {
+        let matrix = &self.terms[term];
+        let mut product = c64::new(0.0, 0.0);
+        for i in 0..self.modes {
+            for j in 0..self.modes {
+                product += root.shape[i].conj() * root.shape[j] * matrix[(i, j)];
+            }
+        }
+        let size: f64 = root.shape.iter().map(|v| v.norm_sqr()).sum();
+        let turned = product.im / root.value.im;
+        match Cause::ALL[term].is_stiffness() {
+            true => -turned / (2.0 * size),
+            false => -(product.re + root.value.re * turned) / (2.0 * size),
+        }
+    }
+
+    /// Growth rate of a mode after a term has decreased to zero.
+    fn without(&self, term: usize, root: &Root) -> Result<f64, StabilityError> {
+        let mut shape = root.shape.clone();
+        let mut growth = root.value.re;
+        for step in 1..=CONTINUATION_STEPS {
+            let share = 1.0 - step as f64 / CONTINUATION_STEPS as f64;
+            let roots = self.roots(Some((term, share)))?;
+            let alike = |other: &Root| {
+                let common: c64 = other
+                    .shape
+                    .iter()
+                    .zip(&shape)
+                    .map(|(a, b)| a.conj() * b)
+                    .sum();
+                common.norm_sqr() / other.shape.iter().map(|v| v.norm_sqr()).sum::<f64>()
+            };
+            let next = roots.iter().max_by(|a, b| alike(a).total_cmp(&alike(b)));
+            let Some(next) = next else {
+                return Ok(growth);
+            };
+            growth = next.value.re;
+            shape.clone_from(&next.shape);
+        }
+        Ok(growth)
+    }
+}
+
+/// Adds `factor a b^T` to a matrix.
+fn add(matrix: &mut Mat<f64>, factor: f64, a: &[f64], b: &[f64]) {
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            matrix[(i, j)] += factor * a * b;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::scattered;
+    use crate::{Friction, Joint};
+
+    const STRIBECK: crate::Stribeck = crate::Stribeck {
+        mu_s: 0.55,
+        mu_d: 0.25,
+        creep: 1000.0,
+        stribeck: 10.0,
+    };
+
+    fn friction(radial: bool) -> Friction {
+        Friction::Stribeck {
+            law: STRIBECK,
+            radial,
+        }
+    }
+
+    #[test]
+    fn the_terms_make_the_jacobian_and_the_shares_the_growth() {
+        for (k, friction) in [friction(true), friction(false), Friction::None]
+            .into_iter()
+            .cycle()
+            .take(9)
+            .enumerate()
+        {
+            let mut model = scattered(40, 6, friction);
+            model.contact_damping = [
+                ContactDamping::None,
+                ContactDamping::KelvinVoigt { time: 2e-7 },
+                ContactDamping::HuntCrossley { dissipation: 0.5 },
+            ][k / 3];
+            // Much larger than for a real joint, so that the effect is measurable.
+            model.convection = (k > 2).then_some([700.0, -300.0, 200.0]);
+            let all = Joint::new(&model).linear_modes().unwrap();
+            let oscillating = all.iter().filter(|mode| mode.frequency_hz > 0.0);
+            let explained = model.explained_modes().unwrap();
+            assert_eq!(oscillating.clone().count(), explained.len());
+            for (mode, explained) in oscillating.zip(explained) {
+                let size = std::f64::consts::TAU * mode.frequency_hz;
+                let scale = size + mode.growth.abs();
+                assert!((mode.frequency_hz / explained.frequency_hz - 1.0).abs() < 1e-9);
+                assert!(
+                    (mode.growth - explained.growth).abs() < 1e-9 * scale,
+                    "{explained:?}"
+                );
+                let shares: f64 = explained.causes.iter().map(|cause| cause.share).sum();
+                assert!(
+                    (shares - mode.growth).abs() < 1e-9 * scale,
+                    "{shares} {explained:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn damping_of_one_ratio_is_all_that_a_free_body_has() {
+        let mut model = scattered(3, 4, Friction::None);
+        model.damping = vec![0.01; 4];
+        model.stiffness.fill(0.0);
+        for mode in model.explained_modes().unwrap() {
+            let omega_0 = std::f64::consts::TAU * mode.frequency_hz / (1.0 - 1e-4_f64).sqrt();
+            assert!((mode.growth / (-0.01 * omega_0) - 1.0).abs() < 1e-9);
+            assert!((mode.causes[3].share / mode.growth - 1.0).abs() < 1e-9);
+            assert!(mode.causes[3].without.abs() < 1e-9 * omega_0);
+            assert!(mode.causes[..3].iter().all(|cause| cause.share == 0.0));
+        }
+    }
+
+    #[test]
+    fn coupling_alone_is_flutter() {
+        // Two modes and one node with constant friction, without damping.
+        let mut model = scattered(1, 2, friction(true));
+        model.normals = vec![[0.0, 0.0, 1.0]];
+        model.sliding_velocity = vec![[0.02, 0.0, 0.0]];
+        model.shapes = vec![[1.0, 0.0, 0.3], [-3.0, 0.0, 1.0]];
+        model.areas = vec![1e-6];
+        model.stiffness = vec![1e13];
+        model.pre_stress = vec![1e-9];
+        model.damping = Vec::new();
+        let (k, mu) = (1e7, STRIBECK.coefficient(0.02));
+        let mut seen = [false; 2];
+        for omega in [[3000.0, 4074.0], [3000.0, 6000.0]] {
+            model.omega = omega.to_vec();
+            let modes = model.explained_modes().unwrap();
+            let growing: Vec<_> = modes.iter().filter(|mode| mode.growth > 1.0).collect();
+            // The discriminant of the characteristic polynomial is negative for flutter.
+            let a = omega[0].powi(2) + k * 0.3 * (0.3 + mu);
+            let b = omega[1].powi(2) + k * (1.0 - 3.0 * mu);
+            let product = k * (0.3 + mu) * k * 0.3 * (1.0 - 3.0 * mu);
+            let flutters = (a - b).powi(2) + 4.0 * product < 0.0;
+            assert_eq!(flutters, !growing.is_empty(), "{omega:?}");
+            seen[usize::from(flutters)] = true;
+            for mode in growing {
+                let coupling = mode.causes[1];
+                assert!(
+                    (coupling.share / mode.growth - 1.0).abs() < 1e-6,
+                    "{mode:?}"
+                );
+                assert!(coupling.without.abs() < 1e-3 * mode.growth);
+            }
+        }
+        assert_eq!(seen, [true, true]);
+    }
+}

@@ -1,0 +1,94 @@
+//! The body of the paper and its natural frequencies.
+
+use super::{BallOnBeam, Frequencies};
+use crate::fem::{
+    BodyMode, BodyModes, Elements, Families, FemError, Geometry, LengthReading, Material, ModeKind,
+};
+
+/// Natural frequencies from Fig. 2 of the paper, Hz.
+const BENDING: [f64; 4] = [1698.0, 4093.0, 7545.0, 12448.0];
+const TORSION: [f64; 2] = [4501.0, 9917.0];
+const AXIAL: [f64; 1] = [9737.0];
+
+/// Numbers of modes with natural frequencies in the paper.
+pub const PUBLISHED: Families = Families {
+    bending_pairs: BENDING.len(),
+    torsion: TORSION.len(),
+    axial: AXIAL.len(),
+};
+
+/// The dimensions in the paper, which does not state where the length of the beam ends.
+const GEOMETRY: Geometry = Geometry {
+    ball_diameter: 31.75e-3,
+    beam_diameter: 20e-3,
+    beam_length: 200e-3,
+    reading: LengthReading::ToSphere,
+};
+
+/// The steel of ball and beam.
+const MATERIAL: Material = Material {
+    young: 207e9,
+    poisson: 0.30,
+    density: 7800.0,
+};
+
+impl BallOnBeam {
+    /// Whether dimensions and material are those of the body whose natural frequencies are published, with either
+    /// end of the beam length.
+    pub fn is_published(&self) -> bool {
+        let reading = self.geometry.reading;
+        let published = Geometry {
+            reading,
+            ..GEOMETRY
+        };
+        self.geometry == published && self.material == MATERIAL
+    }
+}
+
+/// Natural frequencies (Hz) of the modes of a body, from the source that it selects. The error is the first mode
+/// whose frequency is not published.
+///
+/// # Errors
+/// [`FemError`] if the modes of the published body cannot be computed.
+pub(super) fn natural_frequencies(
+    body: &BallOnBeam,
+    modes: &[BodyMode],
+) -> Result<Result<Vec<f64>, String>, FemError> {
+    let reference = match body.frequencies {
+        Frequencies::Scaled if !body.is_published() => Some(published_body(body)?),
+        _ => None,
+    };
+    let reference = reference.as_ref().map_or(&[][..], BodyModes::modes);
+    let frequency = |mode: &BodyMode| {
+        if body.frequencies == Frequencies::FiniteElement {
+            return Ok(mode.frequency_hz);
+        }
+        let published = published_hz(mode).ok_or_else(|| mode.label())?;
+        let same = |other: &&BodyMode| (other.kind, other.order) == (mode.kind, mode.order);
+        let ratio = reference.iter().find(same);
+        Ok(ratio.map_or(published, |other| {
+            published * mode.frequency_hz / other.frequency_hz
+        }))
+    };
+    Ok(modes.iter().map(frequency).collect())
+}
+
+/// The published frequency of a mode, Hz; `None` if the paper has none.
+fn published_hz(mode: &BodyMode) -> Option<f64> {
+    let family = match mode.kind {
+        ModeKind::BendingX | ModeKind::BendingY => &BENDING[..],
+        ModeKind::Torsion => &TORSION,
+        ModeKind::Axial => &AXIAL,
+    };
+    family.get(mode.order - 1).copied()
+}
+
+/// The finite-element modes of the published body, with the same end of the beam length. The default elements
+/// resolve it, whatever those of the other body are.
+fn published_body(body: &BallOnBeam) -> Result<BodyModes, FemError> {
+    let geometry = Geometry {
+        reading: body.geometry.reading,
+        ..GEOMETRY
+    };
+    BodyModes::solve(&geometry, &MATERIAL, &Elements::default(), &body.families)
+}
