@@ -148,11 +148,15 @@
 //!
 //! # Modules
 //!
-//! * [`fem`]: axisymmetric finite elements of a solid of revolution; independent of the joint.
-//! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8).
-//! * [`dynamics`]: integrators, events, tangent flow; independent of the joint.
-//! * [`systems`]: small systems with known motions, for scenes and for tests of the integrators.
-//! * [`analysis`]: signal analysis of slices of samples.
+//! Three crates of their own, which know nothing of the program:
+//!
+//! * [`dynamics`]: integrators, events, tangent flow (`squeakscope-dynamics`).
+//! * [`analysis`]: signal analysis of slices of samples (`squeakscope-analysis`).
+//! * [`joint`]: the physics of Kang, Lubricants 2022, 10, 201, Eq. (1) to (8), with [`fem`], axisymmetric finite elements
+//!   of a solid of revolution, and [`systems`], small systems with known motions (`squeakscope-joint`).
+//!
+//! The program:
+//!
 //! * [`scene`]: the description of a run, parsed and validated once.
 //! * [`pipeline`]: the threads of a run and the messages between them.
 //! * [`study`]: many runs: sweeps, basins, exponents, cost, the paper.

@@ -5,32 +5,32 @@ use std::path::Path;
 
 /// Equations of the paper and the files that implement them.
 const IMPLEMENTATIONS: &[(u32, &str)] = &[
-    (1, "joint/contact_force.rs"),
-    (2, "joint/contact_force.rs"),
-    (3, "joint/contact_force.rs"),
-    (4, "joint/nodes.rs"),
-    (5, "joint/friction.rs"),
-    (6, "joint/contact_force.rs"),
-    (7, "joint/nodes.rs"),
-    (8, "joint/contact_force.rs"),
-    (9, "dynamics/system.rs"),
-    (10, "dynamics/system.rs"),
-    (11, "dynamics/switching.rs"),
-    (12, "dynamics/switching.rs"),
-    (13, "dynamics/switching.rs"),
-    (14, "dynamics/switching.rs"),
-    (15, "dynamics/tangents/saltation.rs"),
-    (16, "dynamics/tangents/saltation.rs"),
-    (17, "joint/switching.rs"),
-    (18, "joint/contact.rs"),
-    (19, "dynamics/switching.rs"),
-    (20, "dynamics/system.rs"),
-    (21, "dynamics/tangents/mod.rs"),
-    (22, "dynamics/tangents/mod.rs"),
-    (23, "dynamics/lyapunov/growth.rs"),
-    (24, "joint/system.rs"),
-    (25, "analysis/delay/embedding.rs"),
-    (26, "analysis/recurrence/plot.rs"),
+    (1, "crates/joint/src/contact_force.rs"),
+    (2, "crates/joint/src/contact_force.rs"),
+    (3, "crates/joint/src/contact_force.rs"),
+    (4, "crates/joint/src/nodes.rs"),
+    (5, "crates/joint/src/friction.rs"),
+    (6, "crates/joint/src/contact_force.rs"),
+    (7, "crates/joint/src/nodes.rs"),
+    (8, "crates/joint/src/contact_force.rs"),
+    (9, "crates/dynamics/src/system.rs"),
+    (10, "crates/dynamics/src/system.rs"),
+    (11, "crates/dynamics/src/switching.rs"),
+    (12, "crates/dynamics/src/switching.rs"),
+    (13, "crates/dynamics/src/switching.rs"),
+    (14, "crates/dynamics/src/switching.rs"),
+    (15, "crates/dynamics/src/tangents/saltation.rs"),
+    (16, "crates/dynamics/src/tangents/saltation.rs"),
+    (17, "crates/joint/src/switching.rs"),
+    (18, "crates/joint/src/contact.rs"),
+    (19, "crates/dynamics/src/switching.rs"),
+    (20, "crates/dynamics/src/system.rs"),
+    (21, "crates/dynamics/src/tangents/mod.rs"),
+    (22, "crates/dynamics/src/tangents/mod.rs"),
+    (23, "crates/dynamics/src/lyapunov/growth.rs"),
+    (24, "crates/joint/src/system.rs"),
+    (25, "crates/analysis/src/delay/embedding.rs"),
+    (26, "crates/analysis/src/recurrence/plot.rs"),
 ];
 
 fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
@@ -58,9 +58,11 @@ fn headings(folder: &Path, found: &mut Vec<(u32, String)>, root: &Path) {
 
 #[test]
 fn every_equation_is_implemented_once() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut found = Vec::new();
-    headings(&root, &mut found, &root);
+    for folder in ["src", "crates"] {
+        headings(&root.join(folder), &mut found, root);
+    }
     for (number, file) in IMPLEMENTATIONS {
         let places: Vec<_> = found
             .iter()

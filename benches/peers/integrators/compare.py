@@ -167,10 +167,7 @@ def main():
     parser.add_argument("--folder", type=Path, help="folder for models and programs")
     parser.add_argument("--json", type=Path, help="file for all measurements")
     parser.add_argument("--write", action="store_true", help=f"write {GUIDE.relative_to(ROOT)}")
-    parser.add_argument("--avx2", action="store_true", help="use AVX2 at most, in all programs")
     options = parser.parse_args()
-    if options.avx2:
-        os.environ.update(SQUEAKSCOPE_SIMD="avx2", MARCH="x86-64-v3")
 
     folder = (options.folder or Path(tempfile.mkdtemp())).resolve()
     squeakscope = options.squeakscope or cargo("build", "--release", "--bin", "squeakscope")

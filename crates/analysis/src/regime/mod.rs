@@ -5,7 +5,7 @@
 //! probability of each regime and of *not enough evidence*. The verdict is the likeliest regime if its probability is
 //! at least 0.6 and the record has at least ten periods and 500 samples; this probability is the confidence. The model is fitted to textbook signals and synthetic recordings
 //! whose regime follows from their equations, and judged on other seeds and on families that the fit never saw: see
-//! [Types of motion](crate::guide::explanation::regimes).
+//! the page *Types of motion* of the program's guide.
 //!
 //! | feature | quantities |
 //! |---|---|
