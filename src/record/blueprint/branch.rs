@@ -5,7 +5,10 @@ use rerun::external::re_sdk_types::blueprint::{
     components::{LoopMode, PanelState, PlayState},
 };
 
-use super::{ContainerLike, Layout, Parts, tab};
+use super::{
+    layout::{named, screen_of},
+    tree::{self, Part, View},
+};
 use crate::record::{
     branch::{Course, Picture, root},
     error::RecordError,
@@ -21,12 +24,23 @@ pub fn send(
     rec: &RecordingStream,
     courses: &[(&Course<'_>, [Picture; 3])],
 ) -> Result<(), RecordError> {
-    let mut layout = Layout::default();
     let tabs = courses.iter();
-    let tabs = tabs.filter_map(|(course, pictures)| layout.branch_tab(course, pictures));
-    let mut tabs: Vec<_> = tabs.collect();
-    let about = layout.text("About this recording", paths::ABOUT);
-    tabs.extend(tab("About", Some(about)));
+    let mut tabs: Vec<Part> = tabs
+        .filter_map(|(course, [diagram, portrait, multipliers])| {
+            let picture = |(name, path, bounds): &Picture| View::picture(*name, path, *bounds);
+            let screen = screen_of("branch", &mut |view| {
+                Some(match view {
+                    "point" => View::text("Orbit", &root(course.number).at(paths::POINT_TEXT)),
+                    "diagram" => picture(diagram),
+                    "portrait" => picture(portrait),
+                    _ => picture(multipliers),
+                })
+            });
+            named(&format!("Branch {}", course.number), screen?)
+        })
+        .collect();
+    let about = View::text("About this recording", paths::ABOUT);
+    tabs.extend(named("About", Part::View(about)));
     let mut time_panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_loop_mode(LoopMode::All)
@@ -36,23 +50,5 @@ pub fn send(
             .with_timeline(course.timeline.name.as_str())
             .with_fps(PLAYS * course.timeline.gap().abs());
     }
-    layout.send(rec, tabs, &time_panel)
-}
-
-impl Layout {
-    /// Text, branch diagram, phase portrait and multipliers of a branch.
-    fn branch_tab(
-        &mut self,
-        course: &Course<'_>,
-        pictures: &[Picture; 3],
-    ) -> Option<ContainerLike> {
-        let words = self.text("Orbit", &root(course.number).at(paths::POINT_TEXT));
-        let [diagram, portrait, multipliers] = pictures
-            .each_ref()
-            .map(|(name, path, bounds)| self.picture(name, path, *bounds));
-        let low = Parts::new().add(1.0, portrait).add(1.0, multipliers);
-        let right = Parts::new().add(1.0, diagram).add(1.1, low.row());
-        let screen = Parts::new().add(0.24, words).add(0.76, right.column());
-        tab(&format!("Branch {}", course.number), screen.row())
-    }
+    tree::send(rec, tabs, &time_panel)
 }

@@ -7,29 +7,32 @@
 use std::{
     collections::HashMap,
     hash::{DefaultHasher, Hash, Hasher},
-    sync::atomic::{AtomicU64, Ordering},
 };
 
 use rerun::{
-    EntityPath, SerializedComponentBatch,
-    datatypes::Uuid,
+    Archetype, AsComponents, EntityPath, SerializedComponentBatch,
+    datatypes::{Range1D, Range2D, TimeInt, TimeRange, TimeRangeBoundary, Uuid, VisibleTimeRange},
     external::re_sdk_types::blueprint::{
         archetypes::{
-            ContainerBlueprint, PanelBlueprint, TimePanelBlueprint, ViewBlueprint, ViewContents,
-            ViewportBlueprint,
+            Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+            ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+            VisibleTimeRanges, VisualBounds2D,
         },
-        components::{ContainerKind, PanelState, RootContainer},
+        components::{BackgroundKind, ContainerKind, Corner2D, PanelState, RootContainer},
     },
 };
 
 use crate::record::{
     error::RecordError,
+    paths,
+    plot::Bounds,
     stream::{self, Moment, RecordingStream},
+    style,
 };
 
-/// A view or a container of views, wherever one is like the other.
+/// A view, or a container of parts.
 #[derive(Debug)]
-pub enum ContainerLike {
+pub enum Part {
     View(View),
     Container(Container),
 }
@@ -37,79 +40,139 @@ pub enum ContainerLike {
 /// A view of some entities.
 #[derive(Debug)]
 pub struct View {
-    /// Unique key of the view.
-    key: u64,
     class: &'static str,
     name: String,
     origin: EntityPath,
     contents: Vec<String>,
+    /// Properties: path relative to the view, and components.
+    properties: Vec<(&'static str, Vec<SerializedComponentBatch>)>,
 }
 
 impl View {
-    /// A view of three-dimensional shapes.
-    pub fn in_3d(name: impl Into<String>) -> Self {
-        Self::of_class("3D", name)
-    }
-
-    /// A view of two-dimensional plots.
-    pub fn in_2d(name: impl Into<String>) -> Self {
-        Self::of_class("2D", name)
-    }
-
-    /// A view of scalars over time.
-    pub fn time_series(name: impl Into<String>) -> Self {
-        Self::of_class("TimeSeries", name)
-    }
-
-    /// A view of states over time.
-    pub fn state_timeline(name: impl Into<String>) -> Self {
-        Self::of_class("StateTimeline", name)
-    }
-
-    /// A view of a text document.
-    pub fn text_document(name: impl Into<String>) -> Self {
-        Self::of_class("TextDocument", name)
-    }
-
-    /// A view of log messages with their times.
-    pub fn text_log(name: impl Into<String>) -> Self {
-        Self::of_class("TextLog", name)
-    }
-
     fn of_class(class: &'static str, name: impl Into<String>) -> Self {
-        static KEYS: AtomicU64 = AtomicU64::new(0);
         Self {
-            key: KEYS.fetch_add(1, Ordering::Relaxed),
             class,
             name: name.into(),
             origin: EntityPath::root(),
             contents: vec!["$origin/**".to_owned()],
+            properties: Vec::new(),
         }
     }
 
+    /// A text document.
+    pub fn text(name: impl Into<String>, path: &str) -> Self {
+        Self::of_class("TextDocument", name).with_origin(path)
+    }
+
+    /// Log messages with their times.
+    pub fn log(name: &str, path: &str) -> Self {
+        Self::of_class("TextLog", name).with_origin(path)
+    }
+
+    /// States over time.
+    pub fn states(name: String, path: &str) -> Self {
+        Self::of_class("StateTimeline", name).with_origin(path)
+    }
+
+    /// A time series over the whole run. It has no legend, which would cover data; the title explains the colours.
+    pub fn series(name: impl Into<String>, path: &str) -> Self {
+        Self::of_class("TimeSeries", name)
+            .with_origin(path)
+            .without_legend()
+    }
+
+    /// As [`View::series`], of several entities.
+    pub fn series_of<P: AsRef<str>>(name: impl Into<String>, paths: &[P]) -> Self {
+        Self::of_class("TimeSeries", name)
+            .with_contents(paths)
+            .without_legend()
+    }
+
+    /// Several entities over the whole run, with a legend.
+    pub fn with_legend(name: impl Into<String>, paths: &[&str], corner: Corner2D) -> Self {
+        let view = Self::of_class("TimeSeries", name).with_contents(paths);
+        view.with(&PlotLegend::new().with_corner(corner))
+    }
+
+    /// A two-dimensional plot with its own axes, completely visible.
+    pub fn picture(name: impl Into<String>, path: &str, bounds: Bounds) -> Self {
+        let range = |[low, high]: [f32; 2]| Range1D([f64::from(low), f64::from(high)]);
+        let bounds = VisualBounds2D::new(Range2D {
+            x_range: range(bounds.x),
+            y_range: range(bounds.y),
+        });
+        Self::of_class("2D", name).with_origin(path).with(&bounds)
+    }
+
+    /// Three-dimensional shapes, seen by an eye at a point.
+    pub fn in_3d(name: impl Into<String>) -> Self {
+        Self::of_class("3D", name)
+    }
+
+    /// A cube of side 2 centred at the origin, seen from a distance in half edges.
+    pub fn cube(name: impl Into<String>, path: &str, distance: f64) -> Self {
+        let from = [0.57, -0.69, 0.45].map(|c| distance * c);
+        let cube = Self::in_3d(name).with_origin(path);
+        cube.with_eye(from, [0.0; 3], [0.0, 0.0, 1.0])
+    }
+
     /// Shows the entities at and below a path.
-    #[must_use]
-    pub fn with_origin(mut self, origin: impl Into<EntityPath>) -> Self {
+    pub fn with_origin(mut self, origin: &str) -> Self {
         self.origin = origin.into();
         self
     }
 
-    /// Shows the entities selected by queries.
-    #[must_use]
-    pub fn with_contents(mut self, queries: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        self.contents = queries.into_iter().map(Into::into).collect();
+    /// Shows these entities.
+    pub fn with_contents<P: AsRef<str>>(mut self, paths: &[P]) -> Self {
+        let queries = paths.iter().map(|path| format!("+ /{}", path.as_ref()));
+        self.contents = queries.collect();
         self
     }
 
-    /// Unique key of the view.
-    pub fn key(&self) -> u64 {
-        self.key
+    /// Sets a property.
+    pub fn with<A: Archetype + AsComponents>(mut self, property: &A) -> Self {
+        let batches = property.as_serialized_batches();
+        self.properties.push((A::name().short_name(), batches));
+        self
     }
-}
 
-impl From<View> for ContainerLike {
-    fn from(view: View) -> Self {
-        Self::View(view)
+    fn without_legend(self) -> Self {
+        self.with(&PlotLegend::new().with_visible(false))
+    }
+
+    /// Limits the view to the last `window` s before the time cursor.
+    pub fn with_window(self, window: f64) -> Self {
+        let range = VisibleTimeRange {
+            timeline: paths::TIMELINE.into(),
+            range: TimeRange {
+                start: TimeRangeBoundary::CursorRelative(TimeInt(-stream::nanos(window))),
+                end: TimeRangeBoundary::AT_CURSOR,
+            },
+        };
+        self.with(&VisibleTimeRanges::new([range]))
+    }
+
+    /// Fixes the vertical range of a time series; the viewer chooses it if the range is empty.
+    pub fn with_range(self, [low, high]: [f64; 2]) -> Self {
+        if low < high {
+            let range = rerun::components::Range1D::new(low, high);
+            self.with(&ScalarAxis::new().with_range(range))
+        } else {
+            self
+        }
+    }
+
+    /// Sets the eye of a three-dimensional view: its place, the point at which it looks, and the upward direction.
+    pub fn with_eye(self, from: [f64; 3], to: [f64; 3], up: [f64; 3]) -> Self {
+        let [from, to, up] = [from, to, up].map(|v| v.map(|c| c as f32));
+        let eye = EyeControls3D::new()
+            .with_position(from)
+            .with_look_target(to)
+            .with_eye_up(up);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(style::BACKGROUND);
+        self.with(&eye)
+            .with(&LineGrid3D::new().with_visible(false))
+            .with(&background)
     }
 }
 
@@ -118,13 +181,13 @@ impl From<View> for ContainerLike {
 pub struct Container {
     kind: ContainerKind,
     name: Option<String>,
-    contents: Vec<ContainerLike>,
+    contents: Vec<Part>,
     shares: Vec<f32>,
 }
 
 impl Container {
     /// Tabs, one visible at a time.
-    pub fn tabs(contents: Vec<ContainerLike>) -> Self {
+    fn tabs(contents: Vec<Part>) -> Self {
         Self {
             kind: ContainerKind::Tabs,
             name: None,
@@ -134,7 +197,7 @@ impl Container {
     }
 
     /// Views side by side, each with its share of the width.
-    pub fn row(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
+    pub fn row(contents: Vec<Part>, shares: Vec<f32>) -> Self {
         Self {
             kind: ContainerKind::Horizontal,
             shares,
@@ -143,7 +206,7 @@ impl Container {
     }
 
     /// Views below each other, each with its share of the height; equal shares if none are given.
-    pub fn column(contents: Vec<ContainerLike>, shares: Vec<f32>) -> Self {
+    pub fn column(contents: Vec<Part>, shares: Vec<f32>) -> Self {
         Self {
             kind: ContainerKind::Vertical,
             shares,
@@ -152,35 +215,29 @@ impl Container {
     }
 
     /// Sets the display name.
-    #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
         self.name = Some(name.to_owned());
         self
     }
 }
 
-impl From<Container> for ContainerLike {
+impl From<Container> for Part {
     fn from(container: Container) -> Self {
         Self::Container(container)
     }
 }
 
-/// Properties of views by their keys: path relative to the view, and components.
-pub type Properties = HashMap<u64, Vec<(&'static str, Vec<SerializedComponentBatch>)>>;
-
 /// Writes a layout and activates it.
 pub fn send(
     rec: &RecordingStream,
-    screen: &Container,
+    tabs: Vec<Part>,
     time_panel: &TimePanelBlueprint,
-    properties: Properties,
 ) -> Result<(), RecordError> {
     let mut writer = Writer {
         blueprint: rec.blueprint(),
-        properties,
         ids: HashMap::new(),
     };
-    let root = writer.container(screen)?;
+    let root = writer.container(&Container::tabs(tabs))?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(RootContainer(Uuid {
             bytes: root.to_be_bytes(),
@@ -199,7 +256,6 @@ pub fn send(
 
 struct Writer {
     blueprint: RecordingStream,
-    properties: Properties,
     /// Number of ids issued for each hash.
     ids: HashMap<u64, u64>,
 }
@@ -226,10 +282,10 @@ impl Writer {
     }
 
     /// Writes a part of the tree and returns its path.
-    fn part(&mut self, part: &ContainerLike) -> Result<String, RecordError> {
+    fn part(&mut self, part: &Part) -> Result<String, RecordError> {
         match part {
-            ContainerLike::View(view) => self.view(view),
-            ContainerLike::Container(container) => {
+            Part::View(view) => self.view(view),
+            Part::Container(container) => {
                 Ok(format!("container/{}", uuid(self.container(container)?)))
             }
         }
@@ -264,8 +320,8 @@ impl Writer {
             .with_display_name(view.name.as_str())
             .with_space_origin(origin);
         self.log(path.as_str(), &what)?;
-        for (name, property) in self.properties.remove(&view.key).unwrap_or_default() {
-            self.log(format!("{path}/{name}"), &property)?;
+        for (name, property) in &view.properties {
+            self.log(format!("{path}/{name}"), property)?;
         }
         Ok(path)
     }

@@ -326,7 +326,7 @@ fn demo_files() {
                 let mut encoder = None;
                 for record in &records {
                     if let Record::Header(header) = record {
-                        blueprint::send_with_first_tab(rec, header, demo::spec(), tab)?;
+                        blueprint::run::send_with_first_tab(rec, header, demo::spec(), tab)?;
                         encoder = Some(Encoder::new(rec, Arc::clone(header), demo::spec())?);
                     }
                     encoder.as_mut().unwrap().accept(rec, record)?;
