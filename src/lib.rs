@@ -228,11 +228,7 @@ pub mod plot;
 pub mod record;
 #[cfg(feature = "sound")]
 pub mod sound;
-#[cfg(feature = "record")]
-#[cfg_attr(
-    not(feature = "cli"),
-    allow(dead_code, reason = "one format is used by the command line only")
-)]
+
 #[cfg(feature = "cli")]
 pub use cli::main;
 
