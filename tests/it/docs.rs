@@ -159,7 +159,7 @@ fn fault(page: &str, link: &str) -> Option<String> {
 #[test]
 fn links_and_anchors_resolve() {
     let mut pages = guide();
-    pages.extend([CONTENTS, "README.md", "CHANGELOG.md"].map(str::to_owned));
+    pages.extend([CONTENTS, "README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(str::to_owned));
     let mut count = 0;
     let mut faults = Vec::new();
     for page in &pages {
