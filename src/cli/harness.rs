@@ -43,9 +43,11 @@ pub(super) struct Outputs<'a> {
     figures: Option<Figures<'a>>,
 }
 
+/// The option of figures.
+const FIGURES: &str = "--figures";
+
 /// Where and how figures are drawn.
 struct Figures<'a> {
-    option: &'static str,
     path: &'a Path,
     drawn: DrawnAs<'a>,
     stems: Vec<String>,
@@ -102,12 +104,10 @@ impl<'a> Outputs<'a> {
             style: &args.drawn,
             formats,
         };
-        let figures = args.path.as_deref().map(|path| Figures {
-            option: "--figures",
-            path,
-            drawn,
-            stems,
-        });
+        let figures = args
+            .path
+            .as_deref()
+            .map(|path| Figures { path, drawn, stems });
         Self { figures, ..self }
     }
 
@@ -123,7 +123,7 @@ impl<'a> Outputs<'a> {
         if let Some(figures) = &self.figures
             && figures.single().is_some()
         {
-            let file = (figures.option, Kind::FIGURE, figures.path.to_owned());
+            let file = (FIGURES, Kind::FIGURE, figures.path.to_owned());
             self.files.push(file);
         }
         let files = self.overwrite.check_all(self.input, &self.files)?;
@@ -134,8 +134,8 @@ impl<'a> Outputs<'a> {
         {
             let names = figures.drawn.names(&figures.stems);
             self.overwrite
-                .check_directory(figures.path, figures.option, &names)?;
-            super::output::check_apart(figures.path, figures.option, &files)?;
+                .check_directory(figures.path, FIGURES, &names)?;
+            super::output::check_apart(figures.path, FIGURES, &files)?;
         }
         if is_recorded {
             resources::check_memory()?;
@@ -240,17 +240,11 @@ impl Files<'_> {
     /// # Errors
     /// A size at which texts have no room; failure while drawing or writing.
     pub fn draw(&mut self, figures: impl FnOnce() -> Vec<Figure>) -> Result<(), CliError> {
-        let Some(Figures {
-            option,
-            path,
-            drawn,
-            ..
-        }) = self.figures.as_ref()
-        else {
+        let Some(Figures { path, drawn, .. }) = self.figures.as_ref() else {
             return Ok(());
         };
         let single = self.figures.as_ref().and_then(Figures::single);
-        for path in drawn.write(path, option, &figures(), single)? {
+        for path in drawn.write(path, FIGURES, &figures(), single)? {
             self.add(&path)?;
         }
         Ok(())

@@ -24,7 +24,7 @@ use crate::study::paper::{
     Finding, Score, Verdict, add_short_averages, compare, paper_evidence, short_average_plan,
 };
 use crate::study::sweep::{Start, SweepPlan, SweepPoint, write_table};
-use crate::text::paper as words;
+use crate::text::paper;
 
 /// The calibrated scene, which meets most of the paper's claims.
 const SCENE: &str = "paper";
@@ -113,7 +113,7 @@ pub(super) fn execute(
             let ending = shown.unwrap_or(&Format::Pdf).ending();
             let figures = drawn.arrange(&figures);
             let figures: Vec<_> = figures.iter().map(|f| (&*f.name, &*f.caption)).collect();
-            let page = words::page((scene, start), &figures, ending, found);
+            let page = paper::page((scene, start), &figures, ending, found);
             let file = OutputFile::check(&args.out.join(PAGE), "--out")?;
             file.write(|out| out.write_all(page.as_bytes()))?;
             files.add(file.path())?;
@@ -121,7 +121,7 @@ pub(super) fn execute(
         files.write("--write", |file| {
             let text = plan
                 .scene
-                .with_about(&words::description(start, found))?
+                .with_about(&paper::description(start, found))?
                 .text;
             Ok::<_, CliError>(file.write(|out| out.write_all(text.as_bytes()))?)
         })
@@ -219,12 +219,12 @@ impl Report for PaperResult {
             let rest = format!(
                 " (start: {}): {}",
                 self.start,
-                words::score_text(&self.score)
+                paper::score_text(&self.score)
             );
             blocks.push(Block::heading(scene, rest));
             blocks.push(Block::text(format!(
                 "averages over 0.1 s, 0.05 s after the start: {}",
-                words::score_text(&self.short_average)
+                paper::score_text(&self.short_average)
             )));
         }
         for finding in &self.claims {
@@ -243,11 +243,11 @@ impl Report for PaperResult {
             blocks.push(Block::text(format!("{place:<13} {statement}")));
             blocks.push(Block::Text(vec![
                 format!("{:<13}   paper {expected}, simulation {measured}: ", "").into(),
-                tone.cell(words::verdict(finding)),
+                tone.cell(paper::verdict(finding)),
             ]));
             let short = finding.short_average.as_ref();
             if short.is_some_and(|short| short.verdict != finding.verdict) {
-                let short = words::short_average(finding);
+                let short = paper::short_average(finding);
                 blocks.push(Block::text(format!("{:<13}   short average {short}", "")));
             }
         }
@@ -363,7 +363,7 @@ mod tests {
     fn the_text_of_the_scene_is_generated_from_its_table() {
         let table = table();
         let start = table.start.to_string();
-        let text = words::description(&start, (&table.score, &table.claims));
+        let text = paper::description(&start, (&table.score, &table.claims));
         assert_eq!(Scene::load(SCENE).unwrap().about, text.trim_end());
         assert_eq!(Score::of(&table.claims), table.score);
         assert_eq!(table.claims.len(), claims().len());

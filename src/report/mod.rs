@@ -1,5 +1,7 @@
 //! Results as text: a result gives its blocks, and one renderer each writes them for the terminal and in Markdown.
 
+#[cfg(test)]
+pub mod agreement;
 mod table;
 #[cfg(feature = "cli")]
 mod terminal;

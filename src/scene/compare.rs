@@ -11,7 +11,7 @@ use super::schema::{IfAbsent, join};
 use super::tables::SCHEMA;
 use crate::report::{Block, Report, Table};
 
-/// The keys in which two scenes differ. Titles and descriptions are not compared.
+/// The keys in which two scenes differ. Names, titles and descriptions are not compared.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SceneComparison {
     /// Names of the two scenes.
@@ -64,7 +64,7 @@ fn collect(path: &str, table: &Toml, values: &mut BTreeMap<String, String>) {
         let key = join(path, name);
         match value {
             Value::Table(table) => collect(&key, table, values),
-            _ if ["title", "about"].contains(&&*key) => {}
+            _ if ["name", "title", "about"].contains(&&*key) => {}
             // Whole numbers of a real key are written with and without a point.
             Value::Float(number) => drop(values.insert(key, number.to_string())),
             value => drop(values.insert(key, value.to_string())),

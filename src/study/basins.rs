@@ -241,7 +241,8 @@ mod tests {
         };
         let mut points = run(&plan, Shard::WHOLE, &[], 2);
         let found = attractors(&points);
-        println!("{found:?}");
+        // 95 % intervals.
+        crate::report::agreement::check(&Basins::new(&plan, &points, false), &[95.0]);
         assert!(found.len() >= 2, "{found:?}");
         let members: usize = found.iter().map(|attractor| attractor.members.len()).sum();
         assert!(members <= 6 && found[0].members.len() >= found[1].members.len());

@@ -452,6 +452,8 @@ mod tests {
         let mut rejected = 0;
         for seed in 0..400 {
             let fit = fit_friction(&points(0.01, seed), LAW.creep).unwrap();
+            // Eq. (5), and 95 % intervals.
+            crate::report::agreement::check(&fit, &[5.0, 95.0]);
             let holds = |number: FittedNumber, truth: f64| {
                 usize::from((number.value - truth).abs() <= number.half_width)
             };

@@ -271,6 +271,7 @@ mod tests {
                 min_growth_per_s: MIN_GROWTH,
                 tilts: vec![modes.clone()],
             };
+            crate::report::agreement::check(&result, &[]);
             markdown(&result.blocks("s"))
         };
         let plain = text(&modes);

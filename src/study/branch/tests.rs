@@ -90,6 +90,7 @@ fn the_branch_of_the_belt_follows_the_closed_form_over_a_decade_of_speeds() {
     let elongation = 0.3 * 210.0 / omega.powi(2);
     let ends = [result.points.first(), result.points.last()];
     assert_eq!(ends.map(|end| end.unwrap().at.value), [5.0, 50.0]);
+    crate::report::agreement::check(&result, &[]);
     for point in &result.points {
         let speed = 1e-3 * point.at.value;
         let slip = 2.0 * (std::f64::consts::PI - (elongation * omega / speed).atan()) / omega;

@@ -145,8 +145,7 @@ fn effects(effects: &[Effect]) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::report::markdown;
+    use crate::report::agreement;
     use crate::scene::Scene;
     use crate::study::cost::cost;
 
@@ -154,17 +153,7 @@ mod tests {
     fn the_report_has_the_numbers_of_the_result() {
         let scene = Scene::load("mass-on-belt").unwrap();
         let study = cost(&scene, None, &mut |_| true).unwrap();
-        let text = markdown(&study.blocks(&scene.name));
-        for choice in &study.choices {
-            assert!(text.contains(&error(choice.error)), "{text}");
-        }
-        for effect in &study.effects {
-            assert!(text.contains(&effect.key), "{text}");
-        }
-        let points = study.settings.iter().flat_map(|set| &set.points);
-        for found in points.filter_map(|point| point.error) {
-            assert!(text.contains(&error(found)), "{text}");
-        }
+        agreement::check(&study, &[]);
         let json = serde_json::to_value(&study).unwrap();
         assert_eq!(json["choices"][0]["error"], study.choices[0].error);
     }

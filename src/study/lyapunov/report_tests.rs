@@ -67,7 +67,10 @@ fn study(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> SceneLya
 /// The report on such a study.
 fn report_text(values: &[f64], trace: Option<f64>, tolerance: Option<f64>) -> String {
     let found = study(values, trace, tolerance);
-    text("made", &LyapunovResult::new(Goal::Time(2.0), found.clone()))
+    let result = LyapunovResult::new(Goal::Time(2.0), found);
+    // Numbers of exponents, and 95 % intervals.
+    crate::report::agreement::check(&result, &[1.0, 2.0, 3.0, 95.0]);
+    text("made", &result)
 }
 
 #[test]

@@ -90,6 +90,8 @@ fn the_points_depend_only_on_the_plan() {
     // With both starts the lowest point starts from the kick; the next one does not.
     assert_eq!(one[0].outcome, one[3].outcome);
     assert_ne!(one[1].outcome, one[4].outcome);
+    let result = SweepResult::new(&plan, one, Shard::WHOLE, false);
+    crate::report::agreement::check(&result, &[]);
 }
 
 #[test]
