@@ -327,7 +327,13 @@ impl<'d> Table<'d> {
         let document = self.document;
         key.kind.read(value.get_ref()).map_err(|mismatch| {
             let found = document.excerpt(value.span());
-            let fault = mismatch.fault(self.path_of(key.name), key.kind.expected(), found);
+            let path = self.path_of(key.name);
+            let mut expected = key.kind.expected();
+            let is_number = value.get_ref().is_integer() || value.get_ref().is_float();
+            if is_number && let Some(constant) = document.schema.constant_of(&path) {
+                expected += &format!("; a constant is `{constant}`");
+            }
+            let fault = mismatch.fault(path, expected, found);
             fault.at(document.place(value.span().start))
         })
     }

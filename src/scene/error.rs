@@ -167,12 +167,15 @@ pub enum Fault {
     },
     /// A key that cannot be varied: it is not a single number, or it is part of a function of time.
     #[error(
-        "`{key}` cannot be varied: it is not a single number that is constant in time; choose a numeric \
-         key from `squeakscope scenes --keys`"
+        "`{key}` cannot be varied{}: it is not a single number that is constant in time; choose a numeric \
+         key from `squeakscope scenes --keys`",
+        did_you_mean(constant)
     )]
     NotANumber {
         /// Dotted path of the key.
         key: String,
+        /// Dotted path of the number that it replaces by a function of time, if there is one.
+        constant: Option<String>,
     },
     /// A method with a fixed step, which has no tolerance.
     #[error(

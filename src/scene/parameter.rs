@@ -46,8 +46,11 @@ impl Parameter {
     fn named_among(name: &str, concerns: impl Fn(&Declared) -> bool) -> Result<Self, SceneError> {
         // A declared key that is not a number.
         if SCHEMA.find(name).is_some_and(|key| !is_free(key)) {
-            let key = name.to_owned();
-            return Err(Fault::NotANumber { key }.at(place()));
+            let fault = Fault::NotANumber {
+                key: name.to_owned(),
+                constant: SCHEMA.constant_of(name).map(str::to_owned),
+            };
+            return Err(fault.at(place()));
         }
         let key = declared(name, is_free, concerns, place)?;
         Ok(Self { key })
