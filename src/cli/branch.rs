@@ -70,7 +70,7 @@ fn branch(
         )));
     }
     if let Some(start) = args.start {
-        plan.check_start(start)?;
+        plan.range().check_start(start)?;
     }
     let outputs = Outputs::new(args.scene.input(), &args.output)
         .file("--out", Kind::TABLE, args.out.as_ref())

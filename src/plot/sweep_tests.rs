@@ -39,6 +39,7 @@ fn response(tilt: f64, k: usize) -> SettledResponse {
         transient: 0.1,
         settled: true,
         amplitude: 7e-7,
+        mean: 0.0,
         rms_velocity: 0.01,
         peak_velocity: 0.0178,
         maxima: (0..200)

@@ -17,10 +17,14 @@ const SAME_FREQUENCY: f64 = 0.005;
 /// And if their amplitudes differ by no more than this fraction.
 const SAME_AMPLITUDE: f64 = 0.05;
 
+/// And if their mean displacements differ by no more than this fraction of the amplitude: a symmetric system has two of
+/// each that is not symmetric.
+const SAME_PLACE: f64 = 0.25;
+
 /// Standard normal quantile of a 95 % interval.
 const Z: f64 = 1.96;
 
-/// An attractor, characterised by its regime, frequency and amplitude.
+/// An attractor, characterised by its regime, frequency, amplitude and place.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Attractor {
     /// Regime: the type of motion.
@@ -31,6 +35,9 @@ pub struct Attractor {
     /// Displacement amplitude at the probe, m.
     #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
+    /// Mean displacement of the probe, m.
+    #[serde(rename = "mean_m")]
+    pub mean: f64,
     /// Indices of the sweep points that reached this attractor; the first represents it.
     #[serde(skip)]
     pub members: Vec<usize>,
@@ -65,11 +72,19 @@ pub struct Basins {
 impl Basins {
     /// Collects the attractors from the points so far of a sweep over the seed of the kick.
     pub fn new(plan: &SweepPlan, points: &[SweepPoint], interrupted: bool) -> Self {
+        Self {
+            tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
+            ..Self::of(plan.len(), points, interrupted)
+        }
+    }
+
+    /// Collects the attractors from the points so far of a sweep over `kicks` seeds.
+    pub fn of(kicks: usize, points: &[SweepPoint], interrupted: bool) -> Self {
         let attractors = attractors(points);
         let decided: usize = attractors.iter().map(|a| a.members.len()).sum();
         Self {
-            tilt: plan.scene.joint().ok().map(|joint| joint.tilt.at(0.0)),
-            kicks: plan.len(),
+            tilt: None,
+            kicks,
             simulated: points.len(),
             undecided: points.len() - decided,
             interrupted,
@@ -155,6 +170,7 @@ pub fn attractors(points: &[SweepPoint]) -> Vec<Attractor> {
                 regime: response.regime,
                 frequency: response.lines.first().map(|line| line.frequency),
                 amplitude: response.amplitude,
+                mean: response.mean,
                 members: vec![place],
                 seeds: vec![seed],
                 share: 0.0,
@@ -176,10 +192,16 @@ impl Attractor {
             (Some(one), Some(other)) => (one - other).abs() <= SAME_FREQUENCY * one,
             (one, other) => one.is_none() && other.is_none(),
         };
+        let distance = (self.mean - response.mean).abs();
         // At rest, the amplitude is the residue of the decay.
-        let same_amplitude = self.regime == Regime::Silent
-            || (self.amplitude - response.amplitude).abs() <= SAME_AMPLITUDE * self.amplitude;
-        self.regime == response.regime && same_frequency && same_amplitude
+        let same_motion = if self.regime == Regime::Silent {
+            let residue = self.amplitude.max(response.amplitude);
+            distance <= residue + SAME_PLACE * self.mean.abs()
+        } else {
+            (self.amplitude - response.amplitude).abs() <= SAME_AMPLITUDE * self.amplitude
+                && distance <= SAME_PLACE * self.amplitude
+        };
+        self.regime == response.regime && same_frequency && same_motion
     }
 }
 

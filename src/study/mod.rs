@@ -10,6 +10,7 @@ mod pool;
 pub mod response;
 pub mod signal;
 mod stability;
+mod subject;
 pub mod sweep;
 #[cfg(feature = "table")]
 mod table;
@@ -19,3 +20,4 @@ pub type OnProgress<'a, P> = &'a mut dyn FnMut(P) -> bool;
 
 pub use pool::{ThreadSpawnError, threads};
 pub use stability::{ModesAt, StabilityAt, StabilityResult, StudyError, growth_causes, stability};
+pub use subject::{Subject, Trial};

@@ -33,6 +33,7 @@ fn response(regime: Regime, amplitude: f64) -> SettledResponse {
         regime,
         confidence: 0.9,
         amplitude,
+        mean: 0.0,
         rms_velocity: 1e4 * amplitude,
         peak_velocity: 1.4e4 * amplitude,
         maxima: if moves {

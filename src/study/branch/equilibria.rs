@@ -1,21 +1,27 @@
 //! A branch of equilibria: steady sliding over a parameter, its modes, and where they become unstable.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BranchError;
 use super::at::At;
-use super::hopf::{Bracket, SteadyBifurcation, locate};
+use super::hopf::{Bracket, SteadyBifurcation, locate, sign};
 use super::steady::{SteadyFamily, SteadyState};
 use super::tracking::{Tracked, Tracks};
 use crate::chain_of_causes;
 use crate::joint::NamedMode;
 use crate::scene::{Parameter, Scene};
+use crate::study::subject::{SceneSubject, Subject};
 
 /// Smallest correlation of a mode with itself at the next point; below it, a point is inserted between.
 const MIN_CORRELATION: f64 = 0.8;
 /// Largest number of times that an interval is halved.
 const MAX_HALVINGS: usize = 6;
+
+/// Distance to which a point is moved from a bifurcation, relative to the interval.
+const OFF: f64 = 1e-6;
 
 /// Reason for the end of a branch that the caller stopped.
 const INTERRUPTED: &str = "interrupted";
@@ -83,20 +89,46 @@ pub struct StartOutside {
 }
 
 impl BranchPlan {
+    /// The systems of the scene over the interval.
+    pub fn range(&self) -> BranchRange {
+        let subject = SceneSubject {
+            scene: self.scene.clone(),
+            parameters: vec![self.parameter],
+        };
+        BranchRange {
+            subject: Arc::new(subject),
+            interval: self.interval,
+            points: self.points,
+        }
+    }
+}
+
+/// Systems over an interval of one parameter.
+#[derive(Clone)]
+pub struct BranchRange {
+    /// The systems.
+    pub subject: Arc<dyn Subject>,
+    /// As that of [`BranchPlan`].
+    pub interval: [f64; 2],
+    /// As those of [`BranchPlan`].
+    pub points: usize,
+}
+
+impl BranchRange {
     /// Checks a value of the parameter at which periodic orbits should start.
     ///
     /// # Errors
     /// If it is outside the interval: branches end at its ends.
     pub fn check_start(&self, value: f64) -> Result<(), StartOutside> {
         let [from, to] = self.interval;
-        match (from..=to).contains(&value) {
-            true => Ok(()),
-            false => Err(StartOutside {
-                name: self.parameter.name().to_owned(),
-                value,
-                interval: self.interval,
-            }),
+        if (from..=to).contains(&value) {
+            return Ok(());
         }
+        Err(StartOutside {
+            name: self.subject.name(0).to_owned(),
+            value,
+            interval: self.interval,
+        })
     }
 }
 
@@ -116,19 +148,26 @@ pub fn equilibria(
     plan: &BranchPlan,
     on_progress: &mut dyn FnMut(f64) -> bool,
 ) -> Result<EquilibriumBranch, BranchError> {
-    let [from, to] = plan.interval;
-    let name = plan.parameter.name();
-    let mut family = SteadyFamily::new(
-        plan.scene.clone(),
-        vec![plan.parameter],
-        vec![(to - from).abs()],
-    );
+    equilibria_of(&plan.range(), on_progress)
+}
+
+/// [`equilibria`] of any systems.
+///
+/// # Errors
+/// As [`equilibria`].
+pub fn equilibria_of(
+    range: &BranchRange,
+    on_progress: &mut dyn FnMut(f64) -> bool,
+) -> Result<EquilibriumBranch, BranchError> {
+    let [from, to] = range.interval;
+    let name = range.subject.name(0);
+    let mut family = SteadyFamily::of(Arc::clone(&range.subject), vec![(to - from).abs()]);
     let mut tracks = Tracks::default();
     let mut last = solve(&mut family, &mut tracks, from, &[])?;
     let mut points = vec![point(name, &last)];
     let mut brackets = Vec::new();
     let mut ended = None;
-    let intervals = plan.points.max(2) - 1;
+    let intervals = range.points.max(2) - 1;
     'branch: for k in 1..=intervals {
         let target = from + (to - from) * k as f64 / intervals as f64;
         let mut next = target;
@@ -149,6 +188,11 @@ pub fn equilibria(
             if trial.worst < MIN_CORRELATION && halvings < MAX_HALVINGS {
                 halvings += 1;
                 next = 0.5 * (last.value + next);
+                continue;
+            }
+            // A point exactly at a bifurcation has no side.
+            if solved.value == target && target < to && is_undamped_after(&last, &solved) {
+                next = target + OFF * (to - from);
                 continue;
             }
             tracks = trial;
@@ -174,6 +218,17 @@ pub fn equilibria(
         points,
         bifurcations,
         ended,
+    })
+}
+
+/// Whether a mode is undamped that was not at the point before.
+fn is_undamped_after(before: &Solved, here: &Solved) -> bool {
+    here.tracked.iter().any(|tracked| {
+        let old = before
+            .tracked
+            .iter()
+            .find(|old| old.number == tracked.number);
+        sign(&tracked.mode) == 0 && old.is_some_and(|old| sign(&old.mode) != 0)
     })
 }
 

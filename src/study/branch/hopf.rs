@@ -129,7 +129,7 @@ impl Bracket {
 }
 
 /// Sign of the growth rate of a mode; zero within rounding errors.
-fn sign(mode: &Eigenmode) -> i32 {
+pub(super) fn sign(mode: &Eigenmode) -> i32 {
     match mode.value.re / (ROUNDING * mode.value.norm()) {
         1.0.. => 1,
         share if share <= -1.0 => -1,
@@ -178,7 +178,7 @@ pub(super) fn locate(
         location_error: width + residual,
         cycle,
         at: At {
-            name: family.parameters()[0].name().to_owned(),
+            name: family.subject().name(0).to_owned(),
             value,
         },
     }))

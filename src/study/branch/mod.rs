@@ -40,14 +40,15 @@ pub use diagram::{
 };
 pub use differences::Differences;
 pub use equilibria::{
-    BranchMode, BranchPlan, EquilibriumBranch, EquilibriumPoint, StartOutside, equilibria,
+    BranchMode, BranchPlan, BranchRange, EquilibriumBranch, EquilibriumPoint, StartOutside,
+    equilibria, equilibria_of,
 };
 pub use hopf::{CriticalityMethod, CycleBirth, SteadyBifurcation, SteadyBifurcationKind};
 pub use hopf_curve::{HopfCurve, HopfCurvePoint};
 pub use map::{MapAxis, MapPlan, MapPoint, StabilityMap, stability_map};
-pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits};
+pub use orbits::{OnOrbitProgress, OrbitProgress, OrbitStarts, add_orbits, add_orbits_of};
 pub use result::{Branch, BranchBifurcation, OrbitBifurcation, OrbitPoint};
-pub use scene_family::{SceneFamily, portraits};
+pub use scene_family::{SubjectFamily, portraits};
 pub use sensitivities::{ModeSensitivities, ParameterSensitivity, sensitivities};
 pub use steady::{SteadyFamily, SteadyState};
 #[cfg(feature = "table")]

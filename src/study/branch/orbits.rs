@@ -1,10 +1,10 @@
 //! Branches of periodic orbits of a scene: from a settled motion, from Hopf points, and at period doublings.
 
 use super::BranchError;
-use super::equilibria::BranchPlan;
+use super::equilibria::{BranchPlan, BranchRange};
 use super::hopf::{CriticalityMethod, SteadyBifurcation, SteadyBifurcationKind};
 use super::result::{Branch, BranchBifurcation};
-use super::scene_family::SceneFamily;
+use super::scene_family::SubjectFamily;
 use crate::analysis::Regime;
 use crate::chain_of_causes;
 use crate::dynamics::continuation::{
@@ -12,12 +12,10 @@ use crate::dynamics::continuation::{
     Family, HopfPoint, OrbitBranch, PeriodicOrbit, ReturnSearch, continue_orbits, hopf_orbit,
     settled_orbit, switched_orbit,
 };
-use crate::scene::SystemSpec;
-use crate::study::response::{InitialState, ResponsePlan, SettledResponse, response};
+use crate::study::response::{InitialState, ResponsePlan, SLOWEST, SettledResponse, respond};
 use crate::study::sweep::SweepPoint;
 
-/// Amplitude of the first orbit at a Hopf point relative to that at which the sliding speed reverses, or 1 um for a
-/// system without sliding.
+/// Amplitude of the first orbit at a Hopf point relative to that at which the motion is no longer small.
 const HOPF_SHARE: f64 = 0.02;
 /// Distance of the first orbit from a period doubling, relative to the size of the orbit.
 const SWITCH: f64 = 0.02;
@@ -66,8 +64,8 @@ pub type OnOrbitProgress<'a> = &'a mut dyn FnMut(OrbitProgress<'_>) -> bool;
 
 /// A study of periodic orbits.
 struct Study<'a> {
-    plan: &'a BranchPlan,
-    family: SceneFamily,
+    range: &'a BranchRange,
+    family: SubjectFamily,
     options: ContinuationOptions,
     watch: OnOrbitProgress<'a>,
     stopped: bool,
@@ -84,18 +82,34 @@ pub fn add_orbits(
     result: &mut Branch,
     watch: OnOrbitProgress<'_>,
 ) -> Result<(), BranchError> {
-    let max_step = plan.scene.integrator.max_step;
+    add_orbits_of(&plan.range(), starts, result, watch)
+}
+
+/// [`add_orbits`] of any systems.
+///
+/// # Errors
+/// As [`add_orbits`].
+pub fn add_orbits_of(
+    range: &BranchRange,
+    starts: OrbitStarts<'_>,
+    result: &mut Branch,
+    watch: OnOrbitProgress<'_>,
+) -> Result<(), BranchError> {
+    let max_step = range
+        .subject
+        .trial(&range.interval[..1], &mut None)?
+        .max_step;
     let mut study = Study {
-        plan,
-        family: SceneFamily::new(plan),
-        options: ContinuationOptions::new(plan.interval, max_step),
+        range,
+        family: SubjectFamily::of(range),
+        options: ContinuationOptions::new(range.interval, max_step),
         watch,
         stopped: false,
     };
     match starts {
         OrbitStarts::Scene => study.add_first(&study.values(), result)?,
         OrbitStarts::At(value) => {
-            plan.check_start(value)?;
+            range.check_start(value)?;
             study.add_first(&[value], result)?;
         }
         OrbitStarts::Settled(points) => study.add_settled(points, result),
@@ -139,7 +153,7 @@ impl Study<'_> {
 
     /// The branches through the periodic motions of a sweep.
     fn add_settled(&mut self, points: &[SweepPoint], result: &mut Branch) {
-        let [low, high] = self.plan.interval;
+        let [low, high] = self.range.interval;
         for point in points {
             let (Ok(found), [value]) = (&point.outcome, &point.place.values[..]) else {
                 continue;
@@ -159,8 +173,8 @@ impl Study<'_> {
 
     /// Values of the parameter at which a settled motion is tried.
     fn values(&self) -> Vec<f64> {
-        let [from, to] = self.plan.interval;
-        let own = self.plan.scene.value_of(self.plan.parameter);
+        let [from, to] = self.range.interval;
+        let own = self.range.subject.first_value();
         let own = own.filter(|value| (from..=to).contains(value));
         let shares = [0.5, 0.25, 0.75, 0.05, 0.95].map(|share| from + share * (to - from));
         own.into_iter().chain(shares).collect()
@@ -168,11 +182,8 @@ impl Study<'_> {
 
     /// The orbit of the settled motion at a value, or the reason why there is none.
     fn settled(&mut self, value: f64) -> Result<Result<PeriodicOrbit, String>, BranchError> {
-        let name = self.plan.parameter.name();
-        let scene = self
-            .plan
-            .scene
-            .with_values(&[(self.plan.parameter, value)])?;
+        let name = self.range.subject.name(0);
+        let trial = self.family.steady().trial(&[value])?;
         let plan = ResponsePlan {
             min_transient: 0.02,
             max_transient: 1.0,
@@ -181,10 +192,11 @@ impl Study<'_> {
             orbits: false,
             portrait: false,
             max_rhs_evals: None,
-        };
+        }
+        .scaled(trial.period.map_or(1.0, |period| period / SLOWEST));
         let watch = &mut *self.watch;
         let mut stopped = false;
-        let found = response(&scene, InitialState::Fresh, &plan, &mut None, &mut |_| {
+        let found = respond(trial, InitialState::Fresh, &plan, |_| None, &mut |_| {
             stopped |= !watch(OrbitProgress::Settling(value));
             !stopped
         });
@@ -225,7 +237,7 @@ impl Study<'_> {
             tolerance: RETURN,
         };
         let orbit = settled_orbit(&self.family, value, &found.state, &search, &self.options);
-        let name = self.plan.parameter.name();
+        let name = self.range.subject.name(0);
         orbit.map_err(|error| format!("at {name} = {value}: {}", chain_of_causes(&error)))
     }
 
@@ -259,7 +271,7 @@ impl Study<'_> {
 
     /// Whether a branch has an orbit of small amplitude next to a Hopf point.
     fn is_known(&self, found: &SteadyBifurcation, result: &Branch) -> bool {
-        let width = self.plan.interval[1] - self.plan.interval[0];
+        let width = self.range.interval[1] - self.range.interval[0];
         let largest = result.points.iter().map(|point| point.orbit.amplitude);
         let largest = largest.fold(0.0, f64::max);
         result.points.iter().any(|point| {
@@ -294,27 +306,10 @@ impl Study<'_> {
             real,
             imaginary,
         };
-        let amplitude = HOPF_SHARE * self.sliding_speed().map_or(1e-6, |speed| speed / omega);
+        let size = self.range.subject.hopf_size(omega, &point.state);
+        let amplitude = HOPF_SHARE * size;
         let start = hopf_orbit(&self.family, &point, amplitude, &self.options);
         Ok(start.map_err(|error| chain_of_causes(&error)))
-    }
-
-    /// Speed of steady sliding, m/s.
-    fn sliding_speed(&self) -> Option<f64> {
-        match &self.plan.scene.subject {
-            SystemSpec::Joint(joint) => {
-                let size = joint
-                    .spec
-                    .rotation
-                    .iter()
-                    .map(|w| w * w)
-                    .sum::<f64>()
-                    .sqrt();
-                let diameter = self.plan.scene.ball_on_beam().ok()?.geometry.ball_diameter;
-                Some(0.5 * size * diameter)
-            }
-            SystemSpec::Small(system) => system.belt_speed(),
-        }
     }
 
     /// The branches of twice the period at the period doublings found so far.
@@ -364,7 +359,7 @@ impl Study<'_> {
         self.stopped |= stopped;
         match followed {
             Ok(orbits) => {
-                let name = self.plan.parameter.name();
+                let name = self.range.subject.name(0);
                 result.ended.extend(ends(&orbits, branch, name));
                 result.ended.extend(orbits.unresolved.iter().map(|[from, to]| {
                     format!(
@@ -372,7 +367,7 @@ impl Study<'_> {
                          {to:.6} without an identified bifurcation"
                     )
                 }));
-                result.add_orbits(self.plan, orbits);
+                result.add_orbits(orbits);
                 self.stopped |= !(self.watch)(OrbitProgress::Branch(result));
             }
             Err(error) => result.ended.push(chain_of_causes(&error)),

@@ -102,11 +102,19 @@ impl BranchBifurcation {
 impl Branch {
     /// The result of a plan, with its equilibria.
     pub fn new(plan: &BranchPlan, steady: EquilibriumBranch) -> Self {
+        Self {
+            unit: plan.parameter.unit().to_owned(),
+            ..Self::of(plan.parameter.path(), plan.interval, steady)
+        }
+    }
+
+    /// The result for a parameter without a unit, with the equilibria.
+    pub fn of(parameter: &str, interval: [f64; 2], steady: EquilibriumBranch) -> Self {
         let bifurcations = steady.bifurcations.into_iter();
         Self {
-            parameter: plan.parameter.path().to_owned(),
-            unit: plan.parameter.unit().to_owned(),
-            interval: plan.interval,
+            parameter: parameter.to_owned(),
+            unit: String::new(),
+            interval,
             equilibria: steady.points,
             points: Vec::new(),
             bifurcations: bifurcations.map(BranchBifurcation::Steady).collect(),
@@ -122,10 +130,11 @@ impl Branch {
     }
 
     /// Adds a branch of periodic orbits.
-    pub fn add_orbits(&mut self, plan: &BranchPlan, orbits: OrbitBranch) {
+    pub fn add_orbits(&mut self, orbits: OrbitBranch) {
         let branch = self.orbit_branches();
+        let name = self.name().to_owned();
         let at = |value: f64| At {
-            name: plan.parameter.name().to_owned(),
+            name: name.clone(),
             value,
         };
         let points = orbits.points.into_iter().map(|orbit| OrbitPoint {

@@ -1,34 +1,37 @@
 //! The systems of a scene over a parameter, for the continuation of periodic orbits.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::BranchError;
-use super::equilibria::BranchPlan;
+use super::equilibria::{BranchPlan, BranchRange};
 use super::result::Branch;
 use super::steady::SteadyFamily;
 use crate::dynamics::continuation::{ContinuationOptions, Family, FamilyError};
 use crate::dynamics::{Integrator, System};
-use crate::scene::SystemSpec;
+use crate::pipeline::{PipelineError, Prepared};
 
-/// The systems of a scene over a parameter.
-pub struct SceneFamily {
+/// Systems over a parameter, for example those of a scene.
+pub struct SubjectFamily {
     steady: Mutex<SteadyFamily>,
-    /// The last value of the parameter with its probe.
-    probe: Mutex<Option<(f64, Vec<f64>)>>,
+    last: Mutex<Option<Last>>,
 }
 
-impl SceneFamily {
-    /// The family of a plan.
+/// The last value of the parameter with its probe and the period of its drive.
+type Last = (f64, Vec<f64>, Option<f64>);
+
+impl SubjectFamily {
+    /// The family of the scene of a plan.
     pub fn new(plan: &BranchPlan) -> Self {
-        let [from, to] = plan.interval;
-        let steady = SteadyFamily::new(
-            plan.scene.clone(),
-            vec![plan.parameter],
-            vec![(to - from).abs()],
-        );
+        Self::of(&plan.range())
+    }
+
+    /// The systems over a range of the parameter.
+    pub(super) fn of(range: &BranchRange) -> Self {
+        let [from, to] = range.interval;
+        let steady = SteadyFamily::of(Arc::clone(&range.subject), vec![(to - from).abs()]);
         Self {
             steady: Mutex::new(steady),
-            probe: Mutex::new(None),
+            last: Mutex::new(None),
         }
     }
 
@@ -36,34 +39,40 @@ impl SceneFamily {
     pub(super) fn steady(&self) -> MutexGuard<'_, SteadyFamily> {
         self.steady.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    fn built(&self, parameter: f64) -> Result<Prepared, PipelineError> {
+        let trial = self.steady().trial(&[parameter])?;
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        *last = Some((parameter, trial.prepared.probe.clone(), trial.drive_period));
+        Ok(trial.prepared)
+    }
+
+    /// What `of` takes from the probe and the period of the drive at a value of the parameter.
+    fn take<T>(&self, parameter: f64, of: impl FnOnce(&[f64], Option<f64>) -> T) -> Option<T> {
+        let last = || self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last()
+            .as_ref()
+            .is_none_or(|(value, ..)| *value != parameter)
+        {
+            self.built(parameter).ok()?;
+        }
+        last().as_ref().map(|(_, probe, drive)| of(probe, *drive))
+    }
 }
 
-impl Family for SceneFamily {
+impl Family for SubjectFamily {
     fn system(&self, parameter: f64) -> Result<Box<dyn System + Send>, FamilyError> {
-        let prepared = self.steady().prepared(&[parameter])?;
-        *self.probe.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some((parameter, prepared.probe));
-        Ok(prepared.system)
+        Ok(self.built(parameter)?.system)
     }
 
     fn drive_period(&self, parameter: f64) -> Option<f64> {
-        match self.steady().scene_at(&[parameter]).ok()?.subject {
-            SystemSpec::Small(system) => system.drive_period(),
-            SystemSpec::Joint(_) => None,
-        }
+        self.take(parameter, |_, drive| drive)?
     }
 
     /// The displacement of the probe, m.
     fn observable(&self, parameter: f64, z: &[f64]) -> f64 {
-        let mut kept = self.probe.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.as_ref().is_none_or(|(value, _)| *value != parameter) {
-            match self.steady().prepared(&[parameter]) {
-                Ok(prepared) => *kept = Some((parameter, prepared.probe)),
-                Err(_) => return f64::NAN,
-            }
-        }
-        let probe = kept.iter().flat_map(|(_, probe)| probe);
-        probe.zip(z).map(|(row, q)| row * q).sum()
+        let displacement = |probe: &[f64], _| probe.iter().zip(z).map(|(row, q)| row * q).sum();
+        self.take(parameter, displacement).unwrap_or(f64::NAN)
     }
 }
 
@@ -75,11 +84,11 @@ const PORTRAIT: usize = 240;
 /// # Errors
 /// If a system cannot be built, or an integration fails.
 pub fn portraits(plan: &BranchPlan, result: &Branch) -> Result<Vec<Vec<[f64; 2]>>, BranchError> {
-    let family = SceneFamily::new(plan);
+    let family = SubjectFamily::new(plan);
     let options = ContinuationOptions::new(plan.interval, plan.scene.integrator.max_step);
     let portraits = result.points.iter().map(|point| {
         let orbit = &point.orbit;
-        let prepared = family.steady().prepared(&[orbit.parameter])?;
+        let prepared = family.built(orbit.parameter)?;
         let system = prepared.system.as_ref();
         let mut integrator = Integrator::new(options.method, system)?;
         if system.switching().is_some_and(|s| !s.is_continuous()) {

@@ -1,20 +1,22 @@
 //! Steady states of a scene as functions of its parameters.
 
+use std::sync::Arc;
+
 use super::BranchError;
 use super::differences::{Differences, difference};
 use crate::dynamics::System;
 use crate::dynamics::equilibrium::{Eigenmode, Linearised};
 use crate::joint::{BallJoint, LinearMode, NamedMode};
-use crate::pipeline::{Prepared, prepare_reusing_body};
+use crate::pipeline::PipelineError;
 use crate::scene::{Parameter, Scene};
+use crate::study::subject::{SceneSubject, Subject, Trial};
 
 /// Largest relative step of a difference with respect to a parameter.
 pub(super) const STEP: f64 = 0.02;
 
-/// The steady sliding of a scene, for any values of some of its parameters.
+/// The equilibria of systems, such as the steady sliding of a scene, over some parameters.
 pub struct SteadyFamily {
-    scene: Scene,
-    parameters: Vec<Parameter>,
+    subject: Arc<dyn Subject>,
     /// Sizes on which each parameter changes, for differences.
     scales: Vec<f64>,
     /// The joint of the last values; its modes are computed again only if the body changes.
@@ -31,7 +33,7 @@ pub struct SteadyState {
     pub probe: Vec<f64>,
     /// The system linearised at the equilibrium.
     pub linearised: Linearised,
-    /// Names of the modes of the body, or of the modal coordinates.
+    /// Names of the modes of the body, of the modal coordinates, or of the components of the state.
     families: Vec<String>,
 }
 
@@ -39,41 +41,30 @@ impl SteadyFamily {
     /// The steady sliding of a scene over some parameters; `scales` are the sizes on which they change, for example
     /// the widths of the intervals that are studied.
     pub fn new(scene: Scene, parameters: Vec<Parameter>, scales: Vec<f64>) -> Self {
+        Self::of(Arc::new(SceneSubject { scene, parameters }), scales)
+    }
+
+    /// The equilibria of any systems; `scales` as above.
+    pub fn of(subject: Arc<dyn Subject>, scales: Vec<f64>) -> Self {
         Self {
-            scene,
-            parameters,
+            subject,
             scales,
             ball: None,
             guess: Vec::new(),
         }
     }
 
-    /// The parameters.
-    pub fn parameters(&self) -> &[Parameter] {
-        &self.parameters
+    /// What is varied.
+    pub fn subject(&self) -> &Arc<dyn Subject> {
+        &self.subject
     }
 
-    /// The scene with some values of the parameters, in the units of the scene file.
-    ///
-    /// # Errors
-    /// [`BranchError::Scene`].
-    pub fn scene_at(&self, values: &[f64]) -> Result<Scene, BranchError> {
-        let pairs: Vec<_> = self
-            .parameters
-            .iter()
-            .copied()
-            .zip(values.iter().copied())
-            .collect();
-        Ok(self.scene.with_values(&pairs)?)
-    }
-
-    /// Builds the system for some values of the parameters.
+    /// The system for some values of the parameters.
     ///
     /// # Errors
     /// If the values are invalid, or the system cannot be built.
-    pub fn prepared(&mut self, values: &[f64]) -> Result<Prepared, BranchError> {
-        let scene = self.scene_at(values)?;
-        Ok(prepare_reusing_body(&scene, &mut self.ball)?)
+    pub fn trial(&mut self, values: &[f64]) -> Result<Trial, PipelineError> {
+        self.subject.trial(values, &mut self.ball)
     }
 
     /// Builds the system for some values of the parameters and linearises it at its equilibrium.
@@ -81,8 +72,8 @@ impl SteadyFamily {
     /// # Errors
     /// If the values are invalid, the system cannot be built, or it has no equilibrium.
     pub fn at(&mut self, values: &[f64]) -> Result<SteadyState, BranchError> {
-        let scene = self.scene_at(values)?;
-        self.at_scene(&scene)
+        let trial = self.trial(values)?;
+        self.linearised(trial)
     }
 
     /// Builds the system of a variant of the scene and linearises it at its equilibrium.
@@ -90,14 +81,25 @@ impl SteadyFamily {
     /// # Errors
     /// If the system cannot be built, or it has no equilibrium.
     pub fn at_scene(&mut self, scene: &Scene) -> Result<SteadyState, BranchError> {
-        let prepared = prepare_reusing_body(scene, &mut self.ball)?;
+        let trial = Trial::of_scene(scene, &mut self.ball)?;
+        self.linearised(trial)
+    }
+
+    fn linearised(&mut self, trial: Trial) -> Result<SteadyState, BranchError> {
+        let prepared = trial.prepared;
         let (system, dim) = (prepared.system, prepared.state.len());
+        if system.modes() == 0 && self.guess.is_empty() {
+            self.guess = prepared.state;
+        }
         self.guess.resize(dim, 0.0);
         let linearised = Linearised::new(system.as_ref(), &self.guess)?;
         self.guess[..linearised.dim()].copy_from_slice(&linearised.state);
         let families = match &self.ball {
             Some(ball) => ball.family_labels(),
-            None => (1..=system.modes()).map(|k| format!("mode {k}")).collect(),
+            None if system.modes() > 0 => {
+                (1..=system.modes()).map(|k| format!("mode {k}")).collect()
+            }
+            None => (0..dim).map(|k| format!("z[{k}]")).collect(),
         };
         Ok(SteadyState {
             system,
@@ -140,12 +142,14 @@ impl SteadyState {
         Ok(self.linearised.modes()?)
     }
 
-    /// The mode with the name of the mode of the body that has the largest share of its energy.
+    /// The mode with the name of the mode of the body, or of the component of the state, that has the largest share of it.
     pub fn named(&self, mode: &Eigenmode) -> NamedMode {
-        let m = self.families.len();
-        let mut shares: Vec<f64> = (0..m)
-            .map(|i| mode.vector[i].norm_sqr() + mode.vector[m + i].norm_sqr())
-            .collect();
+        let m = self.system.modes();
+        let squares: Vec<f64> = mode.vector.iter().map(|x| x.norm_sqr()).collect();
+        let mut shares = squares.clone();
+        if m > 0 {
+            shares = (0..m).map(|i| squares[i] + squares[m + i]).collect();
+        }
         let total: f64 = shares.iter().sum();
         shares.iter_mut().for_each(|share| *share /= total);
         let linear = LinearMode {
@@ -153,7 +157,16 @@ impl SteadyState {
             growth: mode.value.re,
             shares,
         };
-        linear.named(&self.families)
+        let named = linear.named(&self.families);
+        NamedMode {
+            // Rates of a system without modes have any unit.
+            unstable: if m > 0 {
+                named.unstable
+            } else {
+                named.growth > 0.0
+            },
+            ..named
+        }
     }
 
     /// Displacement of the probe (m) per unit of the amplitude `|w|` of a mode, see

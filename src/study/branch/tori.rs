@@ -10,7 +10,7 @@ use super::at::At;
 use super::equilibria::BranchPlan;
 use super::orbits::{OnOrbitProgress, OrbitProgress};
 use super::result::Branch;
-use super::scene_family::SceneFamily;
+use super::scene_family::SubjectFamily;
 use super::torus::{Tongue, Torus, TorusKind, TorusPoint};
 use crate::analysis::{
     Bases, FREQUENCY_UNCERTAINTY, Line, LineCriterion, SpectrumAnalyser, Window, follow_lines,
@@ -52,7 +52,7 @@ const LEAST_ERROR: f64 = 1e-8;
 /// Adds the tori of the supercritical Neimark-Sacker points of attracting orbits to a result, each at `count` values of the
 /// parameter between the point and the end of the interval. `watch` returns whether to continue.
 pub fn add_tori(plan: &BranchPlan, count: u32, result: &mut Branch, watch: OnOrbitProgress<'_>) {
-    let family = SceneFamily::new(plan);
+    let family = SubjectFamily::new(plan);
     let max_step = plan.scene.integrator.max_step;
     let options = ContinuationOptions::new(plan.interval, max_step);
     let method = MethodName::Lawson853.with(Accuracy::relative(TOLERANCE), max_step);

@@ -13,7 +13,7 @@ use super::BranchError;
 use super::equilibria::{BranchPlan, EquilibriumBranch};
 use super::orbits::{OrbitStarts, add_orbits};
 use super::result::Branch;
-use super::scene_family::SceneFamily;
+use super::scene_family::SubjectFamily;
 use crate::dynamics::continuation::{
     Bifurcation, BifurcationKind, BranchStart, ContinuationOptions, PeriodicOrbit, StepLimits,
     continue_orbits,
@@ -285,7 +285,7 @@ impl Plane<'_> {
             steps: STEPS,
             ..ContinuationOptions::new(bounds, self.scene.integrator.max_step)
         };
-        let family = SceneFamily::new(&branch);
+        let family = SubjectFamily::new(&branch);
         let start = BranchStart::from(PeriodicOrbit {
             parameter: middle,
             ..near.orbit.clone()

@@ -74,12 +74,13 @@ impl Samples {
         self.velocity.push(velocity);
     }
 
-    /// The fields of a response that follow from the samples; the others are left empty. A displacement
+    /// The fields of a response that follow from the samples; the others are left empty. `lag` is that of the section, s. A
+    /// displacement
     /// amplitude below `silence` (m) counts as silent. `previous` are the base frequencies of the motion
     /// from which this one continues.
     pub fn response(
         &self,
-        scene: &Scene,
+        lag: f64,
         silence: f64,
         previous: Bases,
     ) -> Result<SettledResponse, AnalysisError> {
@@ -106,7 +107,7 @@ impl Samples {
             false => Vec::new(),
         };
         let naming = follow_lines(&lines, FREQUENCY_UNCERTAINTY * spectrum.bin, previous);
-        let lag = ((section_lag(scene) * self.rate).round() as usize).max(1);
+        let lag = ((lag * self.rate).round() as usize).max(1);
         let mut section = if moves { section(u, lag)? } else { Vec::new() };
         let curves = curves(&section, high - low);
         section.drain(..section.len().saturating_sub(MAX_POINTS));
@@ -115,6 +116,7 @@ impl Samples {
             transient: 0.0,
             settled: false,
             amplitude,
+            mean: u.iter().sum::<f64>() / u.len() as f64,
             rms_velocity,
             peak_velocity: speeds.fold(0.0, f64::max),
             maxima: if moves { maxima(u) } else { Vec::new() },

@@ -18,12 +18,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::{AnalysisError, Bases, Regime};
 use crate::dynamics::continuation::PeriodicOrbit;
-use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, System};
+use crate::dynamics::{DynamicsError, Integrator, LyapunovSpectrum, Sign, System};
 use crate::joint::BallJoint;
-use crate::pipeline::{ChangeDetector, PipelineError, Prepared, prepare_reusing_body};
+use crate::pipeline::{ChangeDetector, PipelineError};
 use crate::scene::Scene;
 
 use super::pool::PollTimer;
+use super::subject::{SILENCE, Trial};
 use super::{OnProgress, StudyError, stability};
 use measure::Samples;
 pub use measure::section_lag;
@@ -71,6 +72,20 @@ impl Default for ResponsePlan {
     }
 }
 
+/// Period of the slowest mode of the ball on the beam, s, for which the default times hold.
+pub(super) const SLOWEST: f64 = 6e-4;
+
+impl ResponsePlan {
+    /// The plan with all times multiplied by a factor.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.min_transient *= factor;
+        self.max_transient *= factor;
+        self.measurement_time *= factor;
+        self
+    }
+}
+
 /// Initial state of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InitialState<'a> {
@@ -97,10 +112,6 @@ const BLOCK: f64 = 5.0;
 /// Time for the tangent vectors to align with the Lyapunov directions, periods of the slowest mode.
 const ALIGN: f64 = 40.0;
 
-/// Displacement amplitude below which a joint is silent, m. Equals the default of
-/// `analysis.regime.silence_um`.
-const SILENCE: f64 = 3e-10;
-
 /// Time for which a periodic motion is measured: share of the measurement time, and minimum number of periods.
 const PERIODIC_SHARE: f64 = 0.25;
 const PERIODIC_PERIODS: f64 = 250.0;
@@ -120,11 +131,32 @@ pub fn response(
     ball: &mut Option<BallJoint>,
     watch: OnProgress<'_, ResponseProgress>,
 ) -> Result<Option<SettledResponse>, ResponseError> {
-    let mut prepared = prepare_reusing_body(scene, ball)?;
+    let trial = Trial::of_scene(scene, ball)?;
     let linear = match (scene.joint(), &ball) {
         (Ok(tilted), Some(ball)) => stability(ball, &[tilted.tilt.at(0.0)])?.pop(),
         _ => None,
     };
+    let find_orbit = |run: &Run<'_>| {
+        let motion = [&run.z[..], &run.probe[..]];
+        orbit::stable_orbit(scene, ball, &*run.system, motion, run.period, SILENCE)
+    };
+    let found = respond(trial, from, plan, find_orbit, watch)?;
+    Ok(found.map(|found| SettledResponse { linear, ..found }))
+}
+
+/// [`response`] of any system, without its linear modes. `find_orbit` finds the stable orbit of a settled motion, if it has
+/// one and it is wanted.
+///
+/// # Errors
+/// If the integration or an analysis fails.
+pub(super) fn respond(
+    mut trial: Trial,
+    from: InitialState<'_>,
+    plan: &ResponsePlan,
+    find_orbit: impl FnOnce(&Run<'_>) -> Option<PeriodicOrbit>,
+    watch: OnProgress<'_, ResponseProgress>,
+) -> Result<Option<SettledResponse>, ResponseError> {
+    let (lag, seed, silence) = (trial.lag, trial.seed, trial.silence);
     let (state, bases) = match from {
         InitialState::Fresh => (None, Bases::None),
         InitialState::State(state) => (Some(state), Bases::None),
@@ -132,37 +164,52 @@ pub fn response(
     };
     if let Some(z) = state {
         // Accumulated quantities at the end, such as work, restart from zero.
-        prepared.state.fill(0.0);
-        let common = z.len().min(prepared.state.len());
-        prepared.state[..common].copy_from_slice(&z[..common]);
+        trial.prepared.state.fill(0.0);
+        let common = z.len().min(trial.prepared.state.len());
+        trial.prepared.state[..common].copy_from_slice(&z[..common]);
     }
-    let silence = match linear {
-        Some(_) => SILENCE,
-        None => 0.0,
-    };
-    let mut run = Run::new(prepared, scene, plan, watch)?;
+    let mut run = Run::new(trial, plan, watch)?;
     let Some(settled) = run.settle()? else {
         return Ok(None);
     };
     let transient = run.time();
     let orbit = if settled && plan.orbits && plan.exponents > 0 {
-        let motion = [&run.z[..], &run.probe[..]];
-        orbit::stable_orbit(scene, ball, &*run.system, motion, run.period(), silence)
+        find_orbit(&run)
     } else {
         None
     };
-    let Some(measured) = run.measure_motion(transient, orbit.as_ref(), scene.start.seed)? else {
+    let Some(measured) = run.measure_motion(transient, orbit.as_ref(), seed)? else {
         return Ok(None);
     };
-    let mut by_samples = measured.samples.response(scene, silence, bases)?;
+    let mut by_samples = measured.samples.response(lag, silence, bases)?;
+    run.end_a_period()?;
     if measured.follows_orbit {
         (by_samples.regime, by_samples.confidence) = (Regime::Periodic, 1.0);
+    }
+    // Of samples alone it can be open whether a motion is chaotic, or noise. A positive exponent decides.
+    let exponents = measured.exponents.as_ref();
+    if matches!(by_samples.regime, Regime::Noise | Regime::Undetermined)
+        && exponents
+            .is_some_and(|found| !found.exponents.is_empty() && found.sign(0) == Sign::Positive)
+    {
+        (by_samples.regime, by_samples.confidence) = (Regime::Chaotic, 0.95);
+    }
+    run.end_a_period()?;
+    if measured.follows_orbit {
+        (by_samples.regime, by_samples.confidence) = (Regime::Periodic, 1.0);
+    }
+    // A deterministic motion with a positive exponent is no noise.
+    let exponents = measured.exponents.as_ref();
+    if by_samples.regime == Regime::Noise
+        && exponents
+            .is_some_and(|found| !found.exponents.is_empty() && found.sign(0) == Sign::Positive)
+    {
+        by_samples.regime = Regime::Chaotic;
     }
     Ok(Some(SettledResponse {
         transient: measured.transient,
         settled: settled && !measured.changed,
         exponents: measured.exponents,
-        linear,
         portrait: by_samples.portrait.filter(|_| plan.portrait),
         state: run.z[..run.system.tangent_dim()].to_vec(),
         stats: run.integrator.stats(),
@@ -200,11 +247,16 @@ pub enum ResponseError {
 }
 
 /// One simulation in progress.
-struct Run<'a> {
+pub(super) struct Run<'a> {
     system: Box<dyn System + Send>,
     probe: Vec<f64>,
     /// Sample rate, Hz.
     rate: f64,
+    /// Displacement below which the system is at rest, m.
+    silence: f64,
+    /// Period of the slowest motion, s.
+    period: f64,
+    drive_period: Option<f64>,
     integrator: Integrator,
     /// State at the last sample.
     z: Vec<f64>,
@@ -231,15 +283,20 @@ struct Measured {
 impl<'a> Run<'a> {
     /// Starts at the prepared state.
     fn new(
-        prepared: Prepared,
-        scene: &Scene,
+        trial: Trial,
         plan: &'a ResponsePlan,
         watch: OnProgress<'a, ResponseProgress>,
     ) -> Result<Self, ResponseError> {
+        let prepared = trial.prepared;
+        let slowest = prepared.system.omega().iter().copied().filter(|w| *w > 0.0);
+        let slowest = slowest.fold(f64::INFINITY, f64::min).min(f64::MAX);
         let mut run = Self {
+            period: trial.period.unwrap_or(std::f64::consts::TAU / slowest),
+            drive_period: trial.drive_period,
+            silence: trial.silence,
             system: prepared.system,
             probe: prepared.probe,
-            rate: scene.sample_rate,
+            rate: trial.sample_rate,
             integrator: prepared.integrator,
             z: prepared.state,
             samples: 0,
@@ -257,15 +314,9 @@ impl<'a> Run<'a> {
         self.samples as f64 / self.rate
     }
 
-    /// Period of the slowest mode, s.
-    fn period(&self) -> f64 {
-        let slowest = self.system.omega().iter().copied().filter(|w| *w > 0.0);
-        std::f64::consts::TAU / slowest.fold(f64::INFINITY, f64::min).min(f64::MAX)
-    }
-
     /// Samples in a block of energies.
     fn block(&self) -> usize {
-        (BLOCK * self.period() * self.rate).round().min(1e9) as usize
+        (BLOCK * self.period * self.rate).round().min(1e9) as usize
     }
 
     /// Advances by one sample; returns whether to continue.
@@ -280,11 +331,52 @@ impl<'a> Run<'a> {
         Ok(!self.timer.is_due() || self.should_continue())
     }
 
-    /// Displacement (m) and velocity (m/s) of the probe.
-    fn probe(&self) -> [f64; 2] {
-        let (q, rest) = self.z.split_at(self.system.modes());
-        let row = |x: &[f64]| self.probe.iter().zip(x).map(|(a, b)| a * b).sum();
-        [row(q), row(rest)]
+    /// Displacement of the probe, m.
+    fn displacement(&self) -> f64 {
+        self.probe.iter().zip(&self.z).map(|(a, b)| a * b).sum()
+    }
+
+    /// Velocity of the probe, m/s.
+    fn velocity(&self) -> f64 {
+        let mut rate = vec![0.0; self.z.len()];
+        let velocities = match self.system.modes() {
+            0 => {
+                self.system.rhs(self.time(), &self.z, &mut rate);
+                &rate[..]
+            }
+            modes => &self.z[modes..],
+        };
+        self.probe.iter().zip(velocities).map(|(a, b)| a * b).sum()
+    }
+
+    /// Energies of the modes, or the squares of the components of a system without modes.
+    fn energies(&self) -> impl Iterator<Item = f64> {
+        let omega = self.system.omega();
+        let count = if omega.is_empty() {
+            self.z.len()
+        } else {
+            omega.len()
+        };
+        let z = &self.z;
+        (0..count).map(move |k| match omega.get(k) {
+            Some(omega) => z[count + k] * z[count + k] + (omega * z[k]).powi(2),
+            None => z[k] * z[k],
+        })
+    }
+
+    /// A detector of the end of a transient in these energies.
+    fn detector(&self) -> TransientDetector {
+        TransientDetector::new(self.energies().count(), self.block())
+    }
+
+    /// Runs to the end of a period of the drive, so that another run can continue from there at time zero.
+    fn end_a_period(&mut self) -> Result<(), ResponseError> {
+        if let Some(drive) = self.drive_period {
+            let count = (self.time() / drive - 1e-9).ceil();
+            self.integrator.integrate_to(&*self.system, count * drive)?;
+            self.z.copy_from_slice(self.integrator.state());
+        }
+        Ok(())
     }
 
     fn should_continue(&mut self) -> bool {
@@ -298,19 +390,18 @@ impl<'a> Run<'a> {
     /// Runs until the transient has ended; returns whether it has, or `None` if stopped by the caller.
     fn settle(&mut self) -> Result<Option<bool>, ResponseError> {
         let plan = self.plan;
-        let omega = self.system.omega().to_vec();
-        let mut detector = TransientDetector::new(omega.len(), self.block());
+        let mut detector = self.detector();
         let mut largest: f64 = 0.0;
         let mut next_check = 0;
         while self.time() < plan.max_transient {
             if !self.advance()? {
                 return Ok(None);
             }
-            largest = largest.max(self.probe()[0].abs());
-            if !detector.push(&self.z, &omega) {
+            largest = largest.max(self.displacement().abs());
+            if !detector.push(self.energies()) {
                 continue;
             }
-            let silent = largest < SILENCE && detector.blocks() > 1;
+            let silent = largest < self.silence && detector.blocks() > 1;
             largest = 0.0;
             // Repeated tests on growing data would sooner or later pass by chance: space them by 10 %.
             if detector.blocks() < next_check || self.time() < plan.min_transient {
@@ -337,7 +428,7 @@ impl<'a> Run<'a> {
             .with_tangents(&*self.system, width, seed)?;
         with.start(&*self.system, time, &start)?;
         self.integrator = with;
-        let align = (ALIGN * self.period() * self.rate).min(1e9) as u64;
+        let align = (ALIGN * self.period * self.rate).min(1e9) as u64;
         for _ in 0..align {
             if !self.advance()? {
                 return Ok(false);
@@ -407,8 +498,7 @@ impl<'a> Run<'a> {
     ) -> Result<Option<Measured>, ResponseError> {
         let count = (window * self.rate).round().max(1.0) as usize;
         let mut samples = Samples::new(self.rate, count);
-        let omega = self.system.omega().to_vec();
-        let mut detector = TransientDetector::new(omega.len(), self.block());
+        let mut detector = self.detector();
         let interval = 1.0 / self.rate;
         let changes = ChangeDetector::new(&*self.system, &self.integrator, self.time(), interval);
         let with_tangents = self.integrator.exponents().is_some();
@@ -421,17 +511,17 @@ impl<'a> Run<'a> {
             if let Some(changes) = &mut changes {
                 changes.push(&*self.system, &self.integrator, &self.z);
             }
-            let probe = self.probe();
-            samples.push(probe);
-            detector.push(&self.z, &omega);
-            largest = largest.max(probe[0].abs());
+            let displacement = self.displacement();
+            samples.push([displacement, self.velocity()]);
+            detector.push(self.energies());
+            largest = largest.max(displacement.abs());
         }
         let time = self.time();
         self.integrator.integrate_to(&*self.system, time)?;
         self.z.copy_from_slice(self.integrator.state());
         let motions = changes.map(|mut changes| changes.segments(&*self.system, &self.integrator));
         let mut motions = motions.unwrap_or_default();
-        let changed = largest >= SILENCE && (motions.len() > 1 || detector.has_changed());
+        let changed = largest >= self.silence && (motions.len() > 1 || detector.has_changed());
         let exponents = motions.pop().map(|motion| motion.spectrum);
         Ok(Some(Measured {
             samples,

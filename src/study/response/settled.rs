@@ -19,6 +19,9 @@ pub struct SettledResponse {
     /// Half the peak-to-peak displacement of the probe, m.
     #[serde(rename = "amplitude_m")]
     pub amplitude: f64,
+    /// Mean displacement of the probe, m.
+    #[serde(rename = "mean_m")]
+    pub mean: f64,
     /// RMS velocity of the probe, m/s.
     #[serde(rename = "rms_velocity_m_per_s")]
     pub rms_velocity: f64,

@@ -20,7 +20,7 @@ pub fn measured(
     for pair in displacement.windows(2) {
         samples.push([pair[0], (pair[1] - pair[0]) * rate]);
     }
-    samples.response(scene, SILENCE, Bases::None)
+    samples.response(section_lag(scene), SILENCE, Bases::None)
 }
 
 /// A short plan for tests.

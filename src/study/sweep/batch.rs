@@ -14,7 +14,7 @@ use crate::study::table;
 
 /// Key of the schema metadata that holds the plan of the sweep ([`SweepPlan::identity`]). It ends with the version of the
 /// format.
-pub const IDENTITY: &str = "squeakscope sweep 2";
+pub const IDENTITY: &str = "squeakscope sweep 3";
 
 /// Key of the metadata of a field that holds a parameter of the sweep.
 const PARAMETER: &str = "squeakscope parameter";

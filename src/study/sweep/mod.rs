@@ -20,15 +20,19 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::pool::{Event, ResultSender, ThreadSpawnError, run_jobs};
-use super::response::{InitialState, ResponseError, SettledResponse, response};
+use super::response::{
+    InitialState, ResponseError, ResponsePlan, ResponseProgress, SettledResponse, respond, response,
+};
+use super::{OnProgress, Subject};
 use crate::chain_of_causes;
 use crate::joint::BallJoint;
+use crate::pipeline::PipelineError;
 use crate::scene::SceneError;
 #[cfg(feature = "table")]
 pub use batch::IDENTITY;
-pub use plan::{Axis, Place, Shard, Start, SweepPlan};
+pub use plan::{Axis, Grid, Place, Shard, Start, SweepPlan};
 #[cfg(feature = "table")]
-pub use result::{HysteresisEnd, RegimeInterval, SweepResult};
+pub use result::{HysteresisEnd, NamedPoint, RegimeInterval, SweepResult};
 #[cfg(feature = "table")]
 pub use table::{SweepTable, TableError, TableWriter, read_table, write_table};
 pub use transition::{Transition, transitions};
@@ -99,7 +103,67 @@ pub fn sweep<A: SweepObserver>(
     threads: usize,
     observer: &mut A,
 ) -> Result<bool, A::Error> {
-    let chains = plan.chains(shard);
+    let respond =
+        |place: &Place, from: InitialState<'_>, ball: &mut _, watch: OnProgress<'_, _>| {
+            let scene = plan.scene_at(place)?;
+            Ok(response(&scene, from, &plan.response, ball, watch)?)
+        };
+    let enter = |work: Work<'_>| work();
+    sweep_of(
+        &plan.grid(),
+        (&respond, &enter),
+        shard,
+        known,
+        threads,
+        observer,
+    )
+}
+
+/// [`sweep`] of any systems. Times of the plan are in periods of the slowest motion ([`Trial::period`](super::Trial::period)).
+///
+/// # Errors
+/// The error of the observer.
+pub fn sweep_subject<A: SweepObserver>(
+    subject: &dyn Subject,
+    grid: &Grid<'_>,
+    plan: &ResponsePlan,
+    shard: Shard,
+    threads: usize,
+    observer: &mut A,
+) -> Result<bool, A::Error> {
+    let respond =
+        |place: &Place, from: InitialState<'_>, ball: &mut _, watch: OnProgress<'_, _>| {
+            let trial = subject.trial(&place.values, ball)?;
+            let plan = plan.scaled(trial.period.unwrap_or(1.0));
+            Ok(respond(trial, from, &plan, |_| None, watch)?)
+        };
+    let enter = |work: Work<'_>| subject.enter(work);
+    sweep_of(grid, (&respond, &enter), shard, &[], threads, observer)
+}
+
+/// Computes the response at a place, from an initial state; `None` if the callback stops it.
+type Respond<'a> = &'a (
+        dyn Fn(
+    &Place,
+    InitialState<'_>,
+    &mut Option<BallJoint>,
+    OnProgress<'_, ResponseProgress>,
+) -> Result<Option<SettledResponse>, PointError>
+            + Sync
+    );
+
+/// Work of a thread.
+type Work<'a> = &'a mut (dyn FnMut() + Send);
+
+fn sweep_of<A: SweepObserver>(
+    grid: &Grid<'_>,
+    (respond, enter): (Respond<'_>, &(dyn Fn(Work<'_>) + Sync)),
+    shard: Shard,
+    known: &[SweepPoint],
+    threads: usize,
+    observer: &mut A,
+) -> Result<bool, A::Error> {
+    let chains = grid.chains(shard);
     let all: usize = chains.iter().map(Vec::len).sum();
     let known: HashMap<usize, &SweepPoint> = known
         .iter()
@@ -123,12 +187,13 @@ pub fn sweep<A: SweepObserver>(
                chain: usize,
                sender: &ResultSender<'_, _>| {
         let worker = Worker {
-            plan,
+            grid,
+            respond,
             known: &known,
             share: &shares[thread],
             sender,
         };
-        worker.run(&chains[chain], ball);
+        enter(&mut || worker.run(&chains[chain], ball));
     };
     run_jobs(chains.len(), threads, job, |event| {
         if let Event::Result(point) = event {
@@ -146,7 +211,8 @@ pub fn sweep<A: SweepObserver>(
 
 /// The part of a sweep that runs on one thread.
 struct Worker<'a> {
-    plan: &'a SweepPlan,
+    grid: &'a Grid<'a>,
+    respond: Respond<'a>,
     known: &'a HashMap<usize, &'a SweepPoint>,
     /// Fraction done of the current point, as the bits of an `f64`.
     share: &'a AtomicU64,
@@ -161,8 +227,15 @@ impl Worker<'_> {
                 before = known.outcome.as_ref().ok().cloned();
                 continue;
             }
-            let place = self.plan.place(index);
-            let found = self.respond(&place, before.as_ref(), ball);
+            let place = self.grid.place(index);
+            let from = before
+                .as_ref()
+                .map_or(InitialState::Fresh, InitialState::After);
+            let found = (self.respond)(&place, from, ball, &mut |progress| {
+                let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
+                self.share.store(share.to_bits(), Ordering::Relaxed);
+                self.sender.should_continue()
+            });
             let outcome = match found {
                 Ok(Some(found)) => Ok(found),
                 Ok(None) => return,
@@ -176,22 +249,6 @@ impl Worker<'_> {
             }
         }
     }
-
-    fn respond(
-        &self,
-        place: &Place,
-        before: Option<&SettledResponse>,
-        ball: &mut Option<BallJoint>,
-    ) -> Result<Option<SettledResponse>, PointError> {
-        let scene = self.plan.scene_at(place)?;
-        let from = before.map_or(InitialState::Fresh, InitialState::After);
-        let found = response(&scene, from, &self.plan.response, ball, &mut |progress| {
-            let share = progress.simulated / progress.expected.max(f64::MIN_POSITIVE);
-            self.share.store(share.to_bits(), Ordering::Relaxed);
-            self.sender.should_continue()
-        })?;
-        Ok(found)
-    }
 }
 
 /// Error of a single point.
@@ -199,6 +256,8 @@ impl Worker<'_> {
 enum PointError {
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
     #[error(transparent)]
     SettledResponse(#[from] ResponseError),
 }

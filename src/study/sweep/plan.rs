@@ -80,6 +80,80 @@ pub struct SweepPlan {
     pub response: ResponsePlan,
 }
 
+/// The points of a sweep: every combination of values, for every start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid<'a> {
+    /// Values of one or two parameters; continuation follows the first.
+    pub axes: Vec<&'a [f64]>,
+    /// The starts, without duplicates.
+    pub starts: &'a [Start],
+}
+
+impl Grid<'_> {
+    /// Total number of points.
+    pub fn len(&self) -> usize {
+        self.starts.len() * self.points_per_start()
+    }
+
+    /// Whether the sweep has no points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Points per start.
+    fn points_per_start(&self) -> usize {
+        self.axes.iter().map(|values| values.len()).product()
+    }
+
+    /// The place of the point with an index.
+    ///
+    /// # Panics
+    /// If `index` is not less than [`Grid::len`].
+    pub fn place(&self, index: usize) -> Place {
+        let start = self.starts[index / self.points_per_start()];
+        let mut left = index % self.points_per_start();
+        let values = self.axes.iter().map(|axis| {
+            let value = axis[left % axis.len()];
+            left /= axis.len();
+            value
+        });
+        Place {
+            index,
+            start,
+            values: values.collect(),
+        }
+    }
+
+    /// The points of a shard as chains, the longest first. Within a chain each point continues from the one before
+    /// it; chains are independent of each other. Of `n` shards, each has every `n`-th chain.
+    pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
+        let Some(row) = self.axes.first().map(|values| values.len()) else {
+            return Vec::new();
+        };
+        let mut chains: Vec<Vec<usize>> = Vec::new();
+        for (number, start) in self.starts.iter().enumerate() {
+            let all = number * self.points_per_start()..(number + 1) * self.points_per_start();
+            match start {
+                Start::Fresh => chains.extend(all.map(|index| vec![index])),
+                Start::Upward | Start::Downward => {
+                    for from in all.step_by(row.max(1)) {
+                        let chain = from..from + row;
+                        chains.push(match start {
+                            Start::Downward => chain.rev().collect(),
+                            _ => chain.collect(),
+                        });
+                    }
+                }
+            }
+        }
+        // Long chains first: at the end no thread waits for one, and shards have about the same work.
+        chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
+        let mine = chains.into_iter().enumerate();
+        let mine = mine.filter(|(k, _)| k % shard.of == shard.number - 1);
+        mine.map(|(_, chain)| chain).collect()
+    }
+}
+
 /// The place of a point in a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
@@ -106,9 +180,17 @@ impl Shard {
 }
 
 impl SweepPlan {
+    /// The grid of the points.
+    pub fn grid(&self) -> Grid<'_> {
+        Grid {
+            axes: self.axes.iter().map(Axis::values).collect(),
+            starts: &self.starts,
+        }
+    }
+
     /// Total number of points.
     pub fn len(&self) -> usize {
-        self.starts.len() * self.points_per_start()
+        self.grid().len()
     }
 
     /// Whether the sweep has no points.
@@ -116,28 +198,14 @@ impl SweepPlan {
         self.len() == 0
     }
 
-    /// Points per start.
-    fn points_per_start(&self) -> usize {
-        self.axes.iter().map(|axis| axis.values.len()).product()
+    /// [`Grid::place`].
+    pub fn place(&self, index: usize) -> Place {
+        self.grid().place(index)
     }
 
-    /// The place of the point with an index.
-    ///
-    /// # Panics
-    /// If `index` is not less than [`SweepPlan::len`].
-    pub fn place(&self, index: usize) -> Place {
-        let start = self.starts[index / self.points_per_start()];
-        let mut left = index % self.points_per_start();
-        let values = self.axes.iter().map(|axis| {
-            let value = axis.values[left % axis.values.len()];
-            left /= axis.values.len();
-            value
-        });
-        Place {
-            index,
-            start,
-            values: values.collect(),
-        }
+    /// [`Grid::chains`].
+    pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
+        self.grid().chains(shard)
     }
 
     /// The scene at a point.
@@ -148,35 +216,6 @@ impl SweepPlan {
         let parameters = self.axes.iter().map(Axis::parameter);
         let values: Vec<_> = parameters.zip(place.values.iter().copied()).collect();
         self.scene.with_values(&values)
-    }
-
-    /// The points of a shard as chains, the longest first. Within a chain each point continues from the one before
-    /// it; chains are independent of each other. Of `n` shards, each has every `n`-th chain.
-    pub fn chains(&self, shard: Shard) -> Vec<Vec<usize>> {
-        let Some(row) = self.axes.first().map(|axis| axis.values.len()) else {
-            return Vec::new();
-        };
-        let mut chains: Vec<Vec<usize>> = Vec::new();
-        for (number, start) in self.starts.iter().enumerate() {
-            let all = number * self.points_per_start()..(number + 1) * self.points_per_start();
-            match start {
-                Start::Fresh => chains.extend(all.map(|index| vec![index])),
-                Start::Upward | Start::Downward => {
-                    for from in all.step_by(row.max(1)) {
-                        let chain = from..from + row;
-                        chains.push(match start {
-                            Start::Downward => chain.rev().collect(),
-                            _ => chain.collect(),
-                        });
-                    }
-                }
-            }
-        }
-        // Long chains first: at the end no thread waits for one, and shards have about the same work.
-        chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
-        let mine = chains.into_iter().enumerate();
-        let mine = mine.filter(|(k, _)| k % shard.of == shard.number - 1);
-        mine.map(|(_, chain)| chain).collect()
     }
 
     /// Everything that the results depend on, as TOML. Plans with equal text have equal results; the plan can

@@ -1,11 +1,16 @@
 //! Result of a sweep: the points, and the parameter intervals of each regime.
 
-use schemars::JsonSchema;
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use std::borrow::Cow;
+use std::ops::Deref;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Serialize, Serializer};
 
 use crate::dynamics::continuation::BifurcationKind;
 
-use super::{Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
+use super::{Grid, Shard, Start, SweepPlan, SweepPoint, Transition, transitions};
 use crate::number::{fixed, quantity};
 use crate::report::{Block, Measured, Report, Table, Tone};
 
@@ -33,7 +38,56 @@ pub struct SweepResult {
     /// continuation finds them.
     pub hysteresis_ends: Vec<HysteresisEnd>,
     /// The points in ascending order of index.
-    pub points: Vec<SweepPoint>,
+    pub points: NamedPoints,
+}
+
+/// The points of a sweep. In JSON each has the values of the parameters by their names, too.
+#[derive(Debug)]
+pub struct NamedPoints {
+    names: Vec<String>,
+    points: Vec<SweepPoint>,
+}
+
+impl Deref for NamedPoints {
+    type Target = [SweepPoint];
+
+    fn deref(&self) -> &[SweepPoint] {
+        &self.points
+    }
+}
+
+/// A point with the values of the parameters by their names.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "SweepPoint")]
+struct NamedPoint<'a> {
+    #[serde(flatten)]
+    named: BTreeMap<&'a str, f64>,
+    #[serde(flatten)]
+    point: &'a SweepPoint,
+}
+
+impl Serialize for NamedPoints {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let names = || self.names.iter().map(String::as_str);
+        to.collect_seq(self.points.iter().map(|point| NamedPoint {
+            named: names().zip(point.place.values.iter().copied()).collect(),
+            point,
+        }))
+    }
+}
+
+impl JsonSchema for NamedPoints {
+    fn schema_name() -> Cow<'static, str> {
+        Vec::<NamedPoint<'_>>::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Vec::<NamedPoint<'_>>::json_schema(generator)
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
 }
 
 /// An end of hysteresis: a bifurcation at which a periodic motion ends or loses its stability, so that the response jumps to
@@ -70,21 +124,31 @@ impl SweepResult {
         interrupted: bool,
     ) -> Self {
         points.sort_by_key(|point| point.place.index);
-        let single_axis = match plan.axes.len() {
-            1 => &points[..],
-            _ => &[],
-        };
+        let axes = plan.axes.iter();
+        let axes = axes.map(|axis| (axis.parameter().path().to_owned(), axis.label()));
+        Self::of(axes.collect(), &plan.grid(), points, (shard, interrupted))
+    }
+
+    /// The result of points in ascending order of index, for parameters with these names and labels.
+    pub fn of(
+        axes: Vec<(String, String)>,
+        grid: &Grid<'_>,
+        points: Vec<SweepPoint>,
+        (shard, interrupted): (Shard, bool),
+    ) -> Self {
+        let (names, labels): (Vec<_>, Vec<_>) = axes.into_iter().unzip();
+        let single_axis = if names.len() == 1 { &points[..] } else { &[] };
         Self {
-            axes: plan.axes.iter().map(|axis| axis.label()).collect(),
+            axes: labels,
             points_computed: points.len(),
-            points_total: plan.len(),
-            points_in_shard: plan.chains(shard).iter().map(Vec::len).sum(),
+            points_total: grid.len(),
+            points_in_shard: grid.chains(shard).iter().map(Vec::len).sum(),
             interrupted,
             regime_intervals: regime_intervals(single_axis),
             transitions: transitions(single_axis),
             hysteresis: hysteresis(single_axis),
             hysteresis_ends: Vec::new(),
-            points,
+            points: NamedPoints { names, points },
         }
     }
 }
@@ -221,7 +285,7 @@ impl SweepResult {
             .right("line, Hz");
         let table = table.right("doubling").right("exponent, 1/s");
         let mut table = table.right("unstable modes");
-        for point in &self.points {
+        for point in self.points.iter() {
             let response = point.outcome.as_ref().ok();
             let mark = if point.is_unsettled() { "*" } else { "" };
             let line = response.and_then(|response| response.lines.first());

@@ -81,6 +81,7 @@ mod tests {
             transient: 0.1,
             settled: true,
             amplitude: 7e-7,
+            mean: 0.0,
             rms_velocity: 0.01,
             peak_velocity: 0.02,
             regime,

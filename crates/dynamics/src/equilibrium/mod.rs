@@ -19,6 +19,8 @@ pub use normal_form::FirstLyapunov;
 const MAX_ITERATIONS: usize = 50;
 /// Largest residual of an equilibrium relative to the sizes of the terms that cancel.
 const RESIDUAL: f64 = 1e-12;
+/// A rate that is zero: numbers of this size have no relative accuracy.
+const TINY: f64 = 1e-280;
 /// Relative distance from an eigenvalue at which inverse iteration factorises the matrix.
 const SHIFT: f64 = 1e-9;
 
@@ -103,7 +105,7 @@ impl Linearised {
             };
             let ratios = (0..dim).map(|i| (rate[i] * scale[i]).abs() / size(i));
             residual = ratios.fold(0.0, f64::max);
-            let is_zero = rate[..dim].iter().all(|rate| *rate == 0.0);
+            let is_zero = rate[..dim].iter().all(|rate| rate.abs() < TINY);
             if is_zero || residual < RESIDUAL {
                 z.truncate(dim);
                 return Ok(Self {

@@ -1,0 +1,114 @@
+//! What studies vary: a scene over its keys, or systems of a caller over parameters of their own.
+
+use crate::joint::BallJoint;
+use crate::pipeline::{PipelineError, Prepared, prepare_reusing_body};
+use crate::scene::{Parameter, Scene, SystemSpec};
+
+use super::response::section_lag;
+
+/// Systems over parameters.
+pub trait Subject: Send + Sync {
+    /// Name of a parameter, such as `tilt_deg`.
+    fn name(&self, which: usize) -> &str;
+
+    /// The system at some values of the parameters. `ball` keeps a joint between calls.
+    ///
+    /// # Errors
+    /// If there is no system.
+    fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError>;
+
+    /// Does work on a thread that calls the systems.
+    fn enter(&self, work: &mut (dyn FnMut() + Send)) {
+        work();
+    }
+
+    /// Value of the parameter at which a settled motion is tried first.
+    fn first_value(&self) -> Option<f64> {
+        None
+    }
+
+    /// Displacement (m) at which the motion near a Hopf point is no longer small, from its circular frequency (rad/s) and its
+    /// equilibrium.
+    fn hopf_size(&self, omega: f64, state: &[f64]) -> f64;
+}
+
+/// A system that is ready to run, and what its studies need to know of it.
+pub struct Trial {
+    /// The system, its integrator and its initial state.
+    pub prepared: Prepared,
+    /// Sample rate, Hz.
+    pub sample_rate: f64,
+    /// Delay of the section, s.
+    pub lag: f64,
+    /// Maximum time step, s.
+    pub max_step: f64,
+    /// Period of the drive, s; `None` for an autonomous system.
+    pub drive_period: Option<f64>,
+    /// Period of the slowest motion, s; `None` for that of the slowest mode.
+    pub period: Option<f64>,
+    /// Displacement amplitude below which a motion is silent, m.
+    pub silence: f64,
+    /// Seed of the tangent vectors.
+    pub seed: u64,
+}
+
+/// Displacement amplitude below which a scene is silent, m. Equals the default of
+/// `analysis.regime.silence_um`.
+pub(super) const SILENCE: f64 = 3e-10;
+
+impl Trial {
+    /// The system of a scene.
+    ///
+    /// # Errors
+    /// If it cannot be built.
+    pub fn of_scene(scene: &Scene, ball: &mut Option<BallJoint>) -> Result<Self, PipelineError> {
+        Ok(Self {
+            prepared: prepare_reusing_body(scene, ball)?,
+            sample_rate: scene.sample_rate,
+            lag: section_lag(scene),
+            max_step: scene.integrator.max_step,
+            drive_period: match &scene.subject {
+                SystemSpec::Small(system) => system.drive_period(),
+                SystemSpec::Joint(_) => None,
+            },
+            period: None,
+            silence: SILENCE,
+            seed: scene.start.seed,
+        })
+    }
+}
+
+/// A scene over some of its keys, in the units of the scene file.
+pub(super) struct SceneSubject {
+    pub scene: Scene,
+    pub parameters: Vec<Parameter>,
+}
+
+impl Subject for SceneSubject {
+    fn name(&self, which: usize) -> &str {
+        self.parameters[which].name()
+    }
+
+    fn trial(&self, values: &[f64], ball: &mut Option<BallJoint>) -> Result<Trial, PipelineError> {
+        let pairs = self.parameters.iter().copied().zip(values.iter().copied());
+        let scene = self.scene.with_values(&pairs.collect::<Vec<_>>())?;
+        Trial::of_scene(&scene, ball)
+    }
+
+    fn first_value(&self) -> Option<f64> {
+        self.scene.value_of(*self.parameters.first()?)
+    }
+
+    /// The displacement at which the sliding speed reverses, or 50 um for a system without sliding.
+    fn hopf_size(&self, omega: f64, _state: &[f64]) -> f64 {
+        let speed = match &self.scene.subject {
+            SystemSpec::Joint(joint) => {
+                let turns = joint.spec.rotation.iter().map(|w| w * w).sum::<f64>();
+                let ball = self.scene.ball_on_beam().ok();
+                ball.map(|ball| 0.5 * turns.sqrt() * ball.geometry.ball_diameter)
+            }
+            SystemSpec::Small(system) => system.belt_speed(),
+        };
+        speed.map_or(50e-6, |speed| speed / omega)
+    }
+}
